@@ -1,0 +1,120 @@
+/// @file
+/// Contacts of this step with the impulses of the last one: persistence of manifolds.
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <bristle/collision/broadphase.hpp>
+#include <bristle/geometry/contact_manifold.hpp>
+#include <bristle/math/transform.hpp>
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+namespace bristle {
+
+/// One point of contact between two bodies.
+template <Scalar S>
+struct CachedPoint {
+  /// [m] From each centre of mass to the point, world axes.
+  Vec3<S> arm_a = Vec3<S>::Zero();
+  Vec3<S> arm_b = Vec3<S>::Zero();
+  /// [m] Distance of the surfaces; negative where they overlap.
+  S gap = S(0);
+  /// [-] Features that meet here; see `ContactPoint::feature`.
+  std::uint32_t feature = 0;
+  /// [N s] Impulse along the normal, and along the two tangents of `tangent_basis`.
+  std::array<S, 3> impulse{};
+};
+
+/// Points with one normal between two shapes.
+template <Scalar S>
+struct CachedManifold {
+  ShapePair shapes{};
+  /// [-] Tells manifolds of one pair apart; see `ContactManifold::key`.
+  std::uint32_t key = 0;
+  /// [1] From a to b, world axes.
+  Vec3<S> normal = Vec3<S>::UnitZ();
+  /// [-] Its points are [first, first + count).
+  std::uint32_t first = 0;
+  std::uint32_t count = 0;
+};
+
+/// Two generations of manifolds, sorted by pair. The older one gives its impulses to points of the
+/// younger one with the same pair, key and feature.
+template <Scalar S>
+class ContactCache {
+ public:
+  /// Starts a new generation.
+  void begin_step() {
+    manifolds_.swap(old_manifolds_);
+    points_.swap(old_points_);
+    manifolds_.clear();
+    points_.clear();
+    cursor_ = 0;
+  }
+
+  /// Adds the manifolds of one pair; pairs come in ascending order.
+  ///
+  /// @param X_WS  Pose of shape a: [1] its axes in the world, [m] its origin from a's centre of mass.
+  /// @param p_ab  [m] From a's centre of mass to b's, world axes.
+  void add(ShapePair shapes, const ContactManifolds<S>& found, const Mat3<S>& R_WS,
+           const Vec3<S>& p_as, const Vec3<S>& p_ab) {
+    for (const ContactManifold<S>& m : found) {
+      CachedManifold<S> cached;
+      cached.shapes = shapes;
+      cached.key = m.key;
+      cached.normal = R_WS * m.normal;
+      cached.first = static_cast<std::uint32_t>(points_.size());
+      cached.count = static_cast<std::uint32_t>(m.size);
+      const CachedManifold<S>* old = find_old(shapes, m.key);
+      for (std::size_t i = 0; i < m.size; ++i) {
+        CachedPoint<S> point;
+        point.arm_a = p_as + R_WS * m.points[i].position;
+        point.arm_b = point.arm_a - p_ab;
+        point.gap = m.points[i].gap;
+        point.feature = m.points[i].feature;
+        if (old != nullptr) inherit(*old, point);
+        points_.push_back(point);
+      }
+      manifolds_.push_back(cached);
+    }
+  }
+
+  /// Forgets the contacts of a shape, so that nothing is inherited by the next one with its tag.
+  void forget(std::uint32_t tag) {
+    for (CachedManifold<S>& m : manifolds_) {
+      if (m.shapes.a != tag && m.shapes.b != tag) continue;
+      for (std::uint32_t i = m.first; i < m.first + m.count; ++i) points_[i].impulse = {};
+    }
+  }
+
+  [[nodiscard]] std::vector<CachedManifold<S>>& manifolds() { return manifolds_; }
+  [[nodiscard]] const std::vector<CachedManifold<S>>& manifolds() const { return manifolds_; }
+  [[nodiscard]] std::vector<CachedPoint<S>>& points() { return points_; }
+  [[nodiscard]] const std::vector<CachedPoint<S>>& points() const { return points_; }
+
+ private:
+  [[nodiscard]] const CachedManifold<S>* find_old(ShapePair shapes, std::uint32_t key) {
+    while (cursor_ < old_manifolds_.size() && old_manifolds_[cursor_].shapes < shapes) ++cursor_;
+    for (std::size_t i = cursor_; i < old_manifolds_.size() && old_manifolds_[i].shapes == shapes;
+         ++i) {
+      if (old_manifolds_[i].key == key) return &old_manifolds_[i];
+    }
+    return nullptr;
+  }
+
+  void inherit(const CachedManifold<S>& old, CachedPoint<S>& point) const {
+    for (std::uint32_t i = old.first; i < old.first + old.count; ++i) {
+      if (old_points_[i].feature != point.feature) continue;
+      point.impulse = old_points_[i].impulse;
+      return;
+    }
+  }
+
+  std::vector<CachedManifold<S>> manifolds_, old_manifolds_;
+  std::vector<CachedPoint<S>> points_, old_points_;
+  std::size_t cursor_ = 0;
+};
+
+}  // namespace bristle

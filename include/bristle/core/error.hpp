@@ -1,0 +1,119 @@
+/// @file
+/// The two exceptions a caller can meet, and the checks that raise them.
+///
+/// A caller's bad data ends in `InvalidArgument` or `IoError` at the call that brought it, in every
+/// build type, before anything was changed. `World::step` and everything below it never throws.
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <bristle/core/config.hpp>
+
+#include <cmath>
+#include <cstddef>
+#include <cstdio>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+#include <utility>
+
+namespace bristle {
+
+/// A caller's value breaks a rule. Reads "BodyDef::mass = -1: must be finite and > 0".
+class InvalidArgument : public std::invalid_argument {
+ public:
+  InvalidArgument(std::string field, std::string value, std::string rule)
+      : std::invalid_argument(field + " = " + value + ": " + rule),
+        field_(std::move(field)),
+        value_(std::move(value)),
+        rule_(std::move(rule)) {}
+
+  /// Name of the offending field or argument, with its struct ("BodyDef::mass").
+  [[nodiscard]] const std::string& field() const noexcept { return field_; }
+  /// The offending value as text.
+  [[nodiscard]] const std::string& value() const noexcept { return value_; }
+  /// The rule it breaks ("must be finite and > 0").
+  [[nodiscard]] const std::string& rule() const noexcept { return rule_; }
+
+ private:
+  std::string field_;
+  std::string value_;
+  std::string rule_;
+};
+
+/// A file could not be read, written or understood. Reads "part.obj:12: face with 2 corners".
+class IoError : public std::runtime_error {
+ public:
+  /// @param line  1-based line of a text file, or 0 where lines mean nothing.
+  IoError(std::string file, std::size_t line, const std::string& what)
+      : std::runtime_error(file + (line > 0 ? ":" + std::to_string(line) : "") + ": " + what),
+        file_(std::move(file)),
+        line_(line) {}
+
+  /// The file as the caller named it.
+  [[nodiscard]] const std::string& file() const noexcept { return file_; }
+  /// 1-based line, or 0 where lines mean nothing.
+  [[nodiscard]] std::size_t line() const noexcept { return line_; }
+
+ private:
+  std::string file_;
+  std::size_t line_;
+};
+
+namespace detail {
+
+/// Throws `error`, or ends the program where exceptions are compiled away.
+template <typename Exception>
+[[noreturn]] inline void raise(const Exception& error) {
+#if defined(__cpp_exceptions)
+  throw error;
+#else
+  BRISTLE_FATAL(error.what());
+#endif
+}
+
+/// Text of a number that reads back as the same float ("%.9g").
+template <typename S>
+[[nodiscard]] std::string to_text(const S& value) {
+  char buffer[32];
+  std::snprintf(buffer, sizeof buffer, "%.9g", static_cast<double>(value));
+  return buffer;
+}
+
+/// Raises InvalidArgument{field, value, rule} unless `holds`.
+template <typename S>
+void require(bool holds, std::string_view field, const S& value, std::string_view rule) {
+  if (!holds) raise(InvalidArgument(std::string(field), to_text(value), std::string(rule)));
+}
+
+template <typename S>
+void require_finite(std::string_view field, const S& value) {
+  using std::isfinite;
+  require(isfinite(value), field, value, "must be finite");
+}
+
+template <typename S>
+void require_positive(std::string_view field, const S& value) {
+  using std::isfinite;
+  require(isfinite(value) && value > S(0), field, value, "must be finite and > 0");
+}
+
+template <typename S>
+void require_not_negative(std::string_view field, const S& value) {
+  using std::isfinite;
+  require(isfinite(value) && value >= S(0), field, value, "must be finite and >= 0");
+}
+
+/// Every coefficient of an Eigen expression must be finite; the message names the first that is not.
+template <typename Matrix>
+void require_all_finite(std::string_view field, const Matrix& values) {
+  using std::isfinite;
+  for (int i = 0; i < values.size(); ++i) {
+    if (!isfinite(values.coeff(i))) {
+      raise(InvalidArgument(std::string(field) + "[" + std::to_string(i) + "]",
+                            to_text(values.coeff(i)), "must be finite"));
+    }
+  }
+}
+
+}  // namespace detail
+}  // namespace bristle

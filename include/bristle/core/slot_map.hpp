@@ -1,0 +1,129 @@
+/// @file
+/// Storage with handles that notice when what they named is gone.
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <bristle/core/error.hpp>
+
+#include <compare>
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+namespace bristle {
+
+/// Handle of an element of a `SlotMap`. Default-constructed, it names nothing.
+///
+/// Ordered by slot, so sorting by handle is the same in every run.
+template <typename Tag>
+struct Id {
+  /// [-] Slot number.
+  std::uint32_t index = 0xffffffffu;
+  /// [-] How often the slot had been reused when this handle was given out.
+  std::uint32_t generation = 0;
+
+  friend constexpr auto operator<=>(const Id&, const Id&) = default;
+  friend constexpr bool operator==(const Id&, const Id&) = default;
+};
+
+/// Elements in slots that keep their place while they live; freed slots are reused, lowest-freed
+/// last, and a handle to a former tenant is recognised as stale.
+///
+/// Iterate with `for (i = 0; i < slot_count(); ++i) if (is_live(i)) use(at(i));` The order depends
+/// only on the sequence of insertions and erasures.
+template <typename T, typename Tag>
+class SlotMap {
+ public:
+  using Handle = Id<Tag>;
+
+  Handle insert(T value) {
+    std::uint32_t index = 0;
+    if (free_.empty()) {
+      index = static_cast<std::uint32_t>(slots_.size());
+      slots_.push_back(Slot{std::move(value), 0, true});
+    } else {
+      index = free_.back();
+      free_.pop_back();
+      slots_[index].value = std::move(value);
+      slots_[index].is_live = true;
+    }
+    ++size_;
+    return Handle{index, slots_[index].generation};
+  }
+
+  /// Ends the element's life and frees its slot. The handle must be live.
+  void erase(Handle id) {
+    BRISTLE_ASSERT(contains(id));
+    Slot& slot = slots_[id.index];
+    slot.value = T{};
+    slot.is_live = false;
+    ++slot.generation;
+    free_.push_back(id.index);
+    --size_;
+  }
+
+  /// Whether the handle names an element that still lives here.
+  [[nodiscard]] bool contains(Handle id) const noexcept {
+    return id.index < slots_.size() && slots_[id.index].is_live &&
+           slots_[id.index].generation == id.generation;
+  }
+
+  /// The element of a handle.
+  /// @throws InvalidArgument{field} if the handle is stale or was never given out.
+  [[nodiscard]] T& get(Handle id, std::string_view field) {
+    check(id, field);
+    return slots_[id.index].value;
+  }
+  [[nodiscard]] const T& get(Handle id, std::string_view field) const {
+    check(id, field);
+    return slots_[id.index].value;
+  }
+
+  /// The element in a slot that is known to be live.
+  [[nodiscard]] T& at(std::uint32_t index) noexcept {
+    BRISTLE_ASSERT(is_live(index));
+    return slots_[index].value;
+  }
+  [[nodiscard]] const T& at(std::uint32_t index) const noexcept {
+    BRISTLE_ASSERT(is_live(index));
+    return slots_[index].value;
+  }
+
+  [[nodiscard]] bool is_live(std::uint32_t index) const noexcept {
+    return index < slots_.size() && slots_[index].is_live;
+  }
+  /// Handle of the element in a live slot.
+  [[nodiscard]] Handle handle(std::uint32_t index) const noexcept {
+    return Handle{index, slots_[index].generation};
+  }
+  /// Number of live elements.
+  [[nodiscard]] std::uint32_t size() const noexcept { return size_; }
+  /// Number of slots, live or free: the bound of an iteration.
+  [[nodiscard]] std::uint32_t slot_count() const noexcept {
+    return static_cast<std::uint32_t>(slots_.size());
+  }
+
+ private:
+  struct Slot {
+    T value{};
+    std::uint32_t generation = 0;
+    bool is_live = false;
+  };
+
+  void check(Handle id, std::string_view field) const {
+    if (!contains(id)) {
+      detail::raise(InvalidArgument(
+          std::string(field),
+          "{" + std::to_string(id.index) + ", " + std::to_string(id.generation) + "}",
+          "must name something that exists (unknown or removed handle)"));
+    }
+  }
+
+  std::vector<Slot> slots_;
+  std::vector<std::uint32_t> free_;
+  std::uint32_t size_ = 0;
+};
+
+}  // namespace bristle

@@ -1,0 +1,194 @@
+/// @file
+/// Rigid bodies: what describes one, and the state the step works on.
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <bristle/collision/filter.hpp>
+#include <bristle/core/slot_map.hpp>
+#include <bristle/dynamics/material.hpp>
+#include <bristle/geometry/shapes.hpp>
+#include <bristle/math/mass_properties.hpp>
+#include <bristle/math/spatial.hpp>
+#include <bristle/math/transform.hpp>
+
+#include <optional>
+
+namespace bristle {
+
+struct BodyTag;
+/// Names a body of a world.
+using BodyId = Id<BodyTag>;
+
+/// What makes a body move.
+enum class Motion {
+  /// Nothing: it stays where it is put.
+  fixed,
+  /// Its velocity, which the caller sets; forces do not change it.
+  kinematic,
+  /// Forces and impulses.
+  dynamic
+};
+
+/// Describes a body to `World::add_body`.
+template <Scalar S>
+struct BodyDef {
+  /// [-] What makes it move.
+  Motion motion = Motion::dynamic;
+  /// [kg] Mass, > 0; unset: volume of the shape times `density`. Ignored unless dynamic.
+  std::optional<S> mass = std::nullopt;
+  /// [kg/m^3] Density, > 0; used when the mass is unset.
+  S density = S(1000);
+  /// [m] Centre of mass in the body frame; unset: the shape's.
+  std::optional<Vec3<S>> center_of_mass = std::nullopt;
+  /// [kg m^2] Inertia about the centre of mass along the body's axes; symmetric, positive definite,
+  /// of a possible body (triangle inequality); unset: the shape's, scaled to the mass.
+  std::optional<Mat3<S>> inertia = std::nullopt;
+  /// [-] Shape, its frame equal to the body frame; unset: the body touches nothing until
+  /// `World::add_shape` gives it a shape, and `mass` and `inertia` must be set if it is dynamic.
+  std::optional<Shape<S>> shape = std::nullopt;
+  /// [1] Surface of the shape.
+  Material<S> material{};
+  /// [-] Who may touch and sense it.
+  CollisionFilter filter{};
+  /// [m] Origin of the body frame in the world.
+  Vec3<S> position = Vec3<S>::Zero();
+  /// [1] Axes of the body frame in the world, a unit quaternion.
+  Quat<S> orientation = Quat<S>::Identity();
+  /// [m/s] Velocity of the centre of mass.
+  Vec3<S> velocity = Vec3<S>::Zero();
+  /// [rad/s] Angular velocity in world axes.
+  Vec3<S> angular_velocity = Vec3<S>::Zero();
+  /// [1] Factor on the world's gravity.
+  S gravity_scale = S(1);
+};
+
+/// A body as the step sees it: everything about its centre of mass, axes of the body frame.
+template <Scalar S>
+struct Body {
+  Motion motion = Motion::fixed;
+  /// [m] Centre of mass in the body frame.
+  Vec3<S> center_B = Vec3<S>::Zero();
+  /// [kg], [1/kg] Mass and its inverse; the inverse is zero unless dynamic.
+  S mass = S(0);
+  S inverse_mass = S(0);
+  /// [kg m^2], [1/(kg m^2)] Inertia along the body's axes and its inverse, zero unless dynamic.
+  Mat3<S> inertia_B = Mat3<S>::Zero();
+  Mat3<S> inverse_inertia_B = Mat3<S>::Zero();
+  S gravity_scale = S(1);
+  CollisionFilter filter{};
+
+  /// [m] Centre of mass in the world; [1] axes of the body.
+  Transform<S> center_pose{};
+  /// [m/s, rad/s] Velocity of the centre of mass and angular velocity, world axes.
+  Twist<S> twist{};
+  /// [N, N m] What the caller applies during the next step, about the centre of mass.
+  Wrench<S> applied{};
+
+  [[nodiscard]] bool is_dynamic() const { return motion == Motion::dynamic; }
+
+  /// Pose of the body frame in the world.
+  [[nodiscard]] Transform<S> pose() const {
+    return {center_pose.rotation, center_pose.translation - center_pose.rotation * center_B};
+  }
+  void set_pose(const Transform<S>& X_WB) {
+    center_pose = {X_WB.rotation, X_WB * center_B};
+  }
+  /// [1/(kg m^2)] Inverse inertia along world axes.
+  [[nodiscard]] Mat3<S> inverse_inertia_W() const {
+    const Mat3<S> R = center_pose.rotation_matrix();
+    return R * inverse_inertia_B * R.transpose();
+  }
+  /// [kg m^2/s] Angular momentum about the centre of mass, world axes.
+  [[nodiscard]] Vec3<S> angular_momentum() const {
+    const Mat3<S> R = center_pose.rotation_matrix();
+    return R * (inertia_B * (R.transpose() * twist.angular));
+  }
+  /// [J] Kinetic energy.
+  [[nodiscard]] S kinetic_energy() const {
+    return S(0.5) * (mass * twist.linear.squaredNorm() + twist.angular.dot(angular_momentum()));
+  }
+};
+
+/// Checks a definition and turns it into a body.
+/// @param of_shape  Unit-density mass properties of the shape; zero mass where there is none.
+/// @throws InvalidArgument naming the field.
+template <Scalar S>
+[[nodiscard]] Body<S> make_body(const BodyDef<S>& def, const MassProperties<S>& of_shape);
+
+// Implementation -----------------------------------------------------------------------------------
+
+namespace detail {
+
+template <Scalar S>
+void require_unit(std::string_view field, const Quat<S>& q) {
+  using std::abs;
+  require_all_finite(field, q.coeffs());
+  require(abs(q.squaredNorm() - S(1)) <= Tolerance<S>::equal(), field, q.norm(),
+          "must have length 1");
+}
+
+/// Inertia must be symmetric and every principal moment positive and at most the sum of the others:
+/// with trace t, both I and t/2 - I are then positive (semi)definite.
+template <Scalar S>
+void require_possible_inertia(const Mat3<S>& inertia) {
+  require_all_finite("BodyDef::inertia", inertia);
+  const S scale = inertia.trace();
+  const S slack = Tolerance<S>::equal() * scale;
+  require((inertia - inertia.transpose()).cwiseAbs().maxCoeff() <= slack, "BodyDef::inertia",
+          (inertia - inertia.transpose()).cwiseAbs().maxCoeff(), "must be symmetric");
+  const auto is_definite = [](const Mat3<S>& m, S floor) {
+    return m(0, 0) > floor && m.template topLeftCorner<2, 2>().determinant() > floor * m(0, 0) &&
+           m.determinant() > floor * m(0, 0) * m(1, 1);
+  };
+  require(is_definite(inertia, S(0)), "BodyDef::inertia", inertia.determinant(),
+          "must be positive definite");
+  const Mat3<S> second_moment = (scale / S(2) + slack) * Mat3<S>::Identity() - inertia;
+  require(is_definite(second_moment, S(0)), "BodyDef::inertia", inertia.diagonal().maxCoeff(),
+          "must satisfy the triangle inequality of principal moments");
+}
+
+}  // namespace detail
+
+template <Scalar S>
+Body<S> make_body(const BodyDef<S>& def, const MassProperties<S>& of_shape) {
+  detail::require_all_finite("BodyDef::position", def.position);
+  detail::require_unit<S>("BodyDef::orientation", def.orientation);
+  detail::require_all_finite("BodyDef::velocity", def.velocity);
+  detail::require_all_finite("BodyDef::angular_velocity", def.angular_velocity);
+  detail::require_finite("BodyDef::gravity_scale", def.gravity_scale);
+  validate(def.material);
+  if (def.center_of_mass) detail::require_all_finite("BodyDef::center_of_mass", *def.center_of_mass);
+
+  Body<S> body;
+  body.motion = def.motion;
+  body.filter = def.filter;
+  body.gravity_scale = def.gravity_scale;
+  body.center_B = def.center_of_mass.value_or(of_shape.center);
+  if (def.motion == Motion::dynamic) {
+    if (def.mass) {
+      detail::require_positive("BodyDef::mass", *def.mass);
+    } else {
+      detail::require_positive("BodyDef::density", def.density);
+      detail::require(of_shape.mass > S(0), "BodyDef::mass", of_shape.mass,
+                      "must be set, since there is no shape with a finite volume");
+    }
+    body.mass = def.mass.value_or(def.density * of_shape.mass);
+    if (def.inertia) {
+      detail::require_possible_inertia<S>(*def.inertia);
+      body.inertia_B = S(0.5) * (*def.inertia + def.inertia->transpose());
+    } else {
+      detail::require(of_shape.mass > S(0), "BodyDef::inertia", of_shape.mass,
+                      "must be set, since there is no shape with a finite volume");
+      body.inertia_B = (body.mass / of_shape.mass) * of_shape.inertia;
+      const Vec3<S> shift = body.center_B - of_shape.center;
+      body.inertia_B += point_inertia<S>(body.mass, shift);
+    }
+    body.inverse_mass = S(1) / body.mass;
+    body.inverse_inertia_B = body.inertia_B.inverse();
+  }
+  if (def.motion != Motion::fixed) body.twist = {def.velocity, def.angular_velocity};
+  body.set_pose({def.orientation.normalized(), def.position});
+  return body;
+}
+
+}  // namespace bristle

@@ -1,0 +1,184 @@
+/// @file
+/// Velocity constraints as rows in blocks, and the exact solution of one block.
+///
+/// Contacts and joints both become blocks. The sequential and the direct solver differ only in how
+/// an impulse of one block changes the velocities of the others; what a block wants is here.
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <bristle/math/cholesky.hpp>
+#include <bristle/math/spatial.hpp>
+#include <bristle/math/types.hpp>
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+namespace bristle {
+
+/// One scalar velocity constraint between bodies A and B. Its velocity is
+/// d . (v_B - v_A) + angular_b . w_B - angular_a . w_A, and an impulse x adds d x to B's momentum.
+template <Scalar S>
+struct ConstraintRow {
+  /// [1] Direction d, world axes; zero for a row on angular velocity.
+  Vec3<S> direction = Vec3<S>::Zero();
+  /// [m or 1] r x d for a row at a point, the axis for an angular row; one for each body.
+  Vec3<S> angular_a = Vec3<S>::Zero();
+  Vec3<S> angular_b = Vec3<S>::Zero();
+  /// [m/s or rad/s] Wanted velocity.
+  S target = S(0);
+  /// [m or rad] Position error at the start of the step: the gap of a contact, the offset of a joint.
+  S error = S(0);
+  /// [N s or N m s] Accumulated impulse.
+  S impulse = S(0);
+  /// [N s or N m s] Accumulated impulse of the position correction.
+  S correction = S(0);
+
+  [[nodiscard]] S velocity(const Twist<S>& a, const Twist<S>& b) const {
+    return direction.dot(b.linear - a.linear) + angular_b.dot(b.angular) -
+           angular_a.dot(a.angular);
+  }
+};
+
+/// What the impulses of a block may be.
+enum class BlockKind : std::uint8_t {
+  /// Any value: velocities equal their targets.
+  equality,
+  /// One row within [lower, upper]: a drive or a stop.
+  bounded,
+  /// Three rows (normal, two tangents): no pull, and friction within a disk.
+  contact
+};
+
+/// Rows that are solved together.
+template <Scalar S>
+struct ConstraintBlock {
+  static constexpr std::size_t max_rows = 6;
+
+  /// [-] Slots of the two bodies.
+  std::uint32_t body_a = 0;
+  std::uint32_t body_b = 0;
+  /// [-] First row and number of rows.
+  std::uint32_t first = 0;
+  std::uint32_t count = 0;
+  BlockKind kind = BlockKind::equality;
+  /// [1] Friction coefficient of a contact.
+  S friction = S(0);
+  /// [N s or N m s] Bounds of a bounded row.
+  S lower = S(0);
+  S upper = S(0);
+};
+
+/// Response of a block's row velocities to its own impulses, row-major `count` x `count`, and what
+/// solving it needs.
+template <Scalar S>
+struct BlockResponse {
+  std::array<S, 36> matrix{};
+  /// Cholesky factor of `matrix`, for equality blocks.
+  std::array<S, 36> factor{};
+
+  [[nodiscard]] S operator()(std::size_t i, std::size_t j, std::size_t count) const {
+    return matrix[i * count + j];
+  }
+
+  /// Prepares the solution once `matrix` is filled.
+  void prepare(BlockKind kind, std::size_t count) {
+    if (kind != BlockKind::equality) return;
+    factor = matrix;
+    // Redundant rows give a singular matrix; the floor shares the load between them. A row without
+    // any response (between two bodies that nothing moves) gets a unit pivot and no impulse.
+    if (!factor_cholesky(factor.data(), count, Tolerance<S>::round_off())) {
+      factor.fill(S(0));
+      for (std::size_t i = 0; i < count; ++i) factor[i * count + i] = infinity<S>;
+    }
+  }
+};
+
+namespace detail {
+
+/// Impulse change that brings one row to its target, 0 where nothing can move.
+template <Scalar S>
+[[nodiscard]] S scalar_change(S residual, S response) {
+  return response > S(0) ? -residual / response : S(0);
+}
+
+/// Friction of a contact block: the exact 2x2 solution if it lies in the disk of `radius`; else one
+/// projected-gradient step of length 1 / lambda_max, whose fixed point is the point of the disk's
+/// edge that opposes the slip (Coulomb's direction, also where the 2x2 matrix is not isotropic).
+template <Scalar S>
+void solve_friction(const BlockResponse<S>& K, const S* residual, S radius, S& t1, S& t2) {
+  using std::sqrt;
+  const S a = K(1, 1, 3);
+  const S b = K(1, 2, 3);
+  const S c = K(2, 2, 3);
+  const S determinant = a * c - b * b;
+  if (determinant > S(0)) {
+    const S u = t1 - (c * residual[0] - b * residual[1]) / determinant;
+    const S v = t2 - (a * residual[1] - b * residual[0]) / determinant;
+    if (u * u + v * v <= radius * radius) {
+      t1 = u;
+      t2 = v;
+      return;
+    }
+  }
+  const S mean = S(0.5) * (a + c);
+  const S largest = mean + sqrt(S(0.25) * (a - c) * (a - c) + b * b);
+  if (!(largest > S(0))) return;
+  t1 -= residual[0] / largest;
+  t2 -= residual[1] / largest;
+  const S size2 = t1 * t1 + t2 * t2;
+  if (size2 > radius * radius) {
+    const S shrink = radius / sqrt(size2);
+    t1 *= shrink;
+    t2 *= shrink;
+  }
+}
+
+}  // namespace detail
+
+/// Solves one block with everything else held still.
+///
+/// @param K         Response of the block's velocities to its impulses.
+/// @param velocity  Row velocities as they are now.
+/// @param rows      The block's rows; their impulses are updated.
+/// @param[out] change  Impulse change of each row.
+template <Scalar S>
+void solve_block(const ConstraintBlock<S>& block, const BlockResponse<S>& K, const S* velocity,
+                 ConstraintRow<S>* rows, S* change) {
+  using std::max;
+  using std::min;
+  switch (block.kind) {
+    case BlockKind::equality:
+      for (std::size_t i = 0; i < block.count; ++i) change[i] = rows[i].target - velocity[i];
+      solve_lower(K.factor.data(), block.count, change);
+      solve_upper(K.factor.data(), block.count, change);
+      for (std::size_t i = 0; i < block.count; ++i) rows[i].impulse += change[i];
+      return;
+    case BlockKind::bounded: {
+      const S wanted =
+          rows[0].impulse + detail::scalar_change(velocity[0] - rows[0].target, K(0, 0, 1));
+      const S impulse = min(max(wanted, block.lower), block.upper);
+      change[0] = impulse - rows[0].impulse;
+      rows[0].impulse = impulse;
+      return;
+    }
+    case BlockKind::contact: {
+      const S normal =
+          max(S(0), rows[0].impulse + detail::scalar_change(velocity[0] - rows[0].target, K(0, 0, 3)));
+      change[0] = normal - rows[0].impulse;
+      rows[0].impulse = normal;
+      const S residual[2] = {velocity[1] + K(1, 0, 3) * change[0],
+                             velocity[2] + K(2, 0, 3) * change[0]};
+      S t1 = rows[1].impulse;
+      S t2 = rows[2].impulse;
+      detail::solve_friction(K, residual, block.friction * normal, t1, t2);
+      change[1] = t1 - rows[1].impulse;
+      change[2] = t2 - rows[2].impulse;
+      rows[1].impulse = t1;
+      rows[2].impulse = t2;
+      return;
+    }
+  }
+}
+
+}  // namespace bristle

@@ -1,0 +1,112 @@
+/// @file
+/// Islands: moving bodies that act on each other, directly or through others.
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <bristle/dynamics/solver_types.hpp>
+
+#include <cstdint>
+#include <vector>
+
+namespace bristle {
+
+/// Splits bodies and constraints into islands. Bodies that forces do not move belong to none, and do
+/// not connect what touches them.
+///
+/// Islands come in the order of their lowest body slot, and bodies and constraints within each in
+/// ascending order: the same input gives the same islands.
+template <Scalar S>
+class IslandBuilder {
+ public:
+  /// Finds the islands; they stay valid until the next call.
+  const std::vector<Island>& build(std::span<const SolverBody<S>> bodies,
+                                   const Constraints<S>& constraints) {
+    const std::size_t count = bodies.size();
+    parent_.resize(count);
+    for (std::uint32_t i = 0; i < count; ++i) parent_[i] = i;
+    const auto connect = [&](std::uint32_t a, std::uint32_t b) {
+      if (bodies[a].is_moving() && bodies[b].is_moving()) join(a, b);
+    };
+    for (const ConstraintBlock<S>& c : constraints.blocks) connect(c.body_a, c.body_b);
+    for (const SoftBlock<S>& s : constraints.soft) connect(s.body_a, s.body_b);
+
+    // The root of an island is its lowest slot, so ascending slots meet islands in order.
+    number_.assign(count, none);
+    std::uint32_t islands = 0;
+    for (std::uint32_t i = 0; i < count; ++i) {
+      if (!bodies[i].is_moving()) continue;
+      const std::uint32_t root = find(i);
+      if (number_[root] == none) number_[root] = islands++;
+      number_[i] = number_[root];
+    }
+    const auto island_of = [&](std::uint32_t a, std::uint32_t b) {
+      return bodies[a].is_moving() ? number_[a] : bodies[b].is_moving() ? number_[b] : none;
+    };
+    distribute(islands, count, bodies_, [&](std::size_t i) { return number_[i]; });
+    distribute(islands, constraints.blocks.size(), blocks_, [&](std::size_t i) {
+      return island_of(constraints.blocks[i].body_a, constraints.blocks[i].body_b);
+    });
+    distribute(islands, constraints.soft.size(), soft_, [&](std::size_t i) {
+      return island_of(constraints.soft[i].body_a, constraints.soft[i].body_b);
+    });
+    islands_.resize(islands);
+    for (std::uint32_t i = 0; i < islands; ++i) {
+      islands_[i] = {bodies_.part(i), blocks_.part(i), soft_.part(i)};
+    }
+    return islands_;
+  }
+
+ private:
+  static constexpr std::uint32_t none = 0xffffffffu;
+
+  /// Members of all islands, one island after the other.
+  struct Members {
+    std::vector<std::uint32_t> items;
+    std::vector<std::uint32_t> starts;
+
+    [[nodiscard]] std::span<const std::uint32_t> part(std::uint32_t i) const {
+      return std::span(items).subspan(starts[i], starts[i + 1] - starts[i]);
+    }
+  };
+
+  std::uint32_t find(std::uint32_t i) {
+    while (parent_[i] != i) {
+      parent_[i] = parent_[parent_[i]];
+      i = parent_[i];
+    }
+    return i;
+  }
+
+  void join(std::uint32_t a, std::uint32_t b) {
+    const std::uint32_t root_a = find(a);
+    const std::uint32_t root_b = find(b);
+    if (root_a < root_b) {
+      parent_[root_b] = root_a;
+    } else {
+      parent_[root_a] = root_b;
+    }
+  }
+
+  /// Counting sort of items by island; items of no island are left out.
+  template <typename IslandOf>
+  void distribute(std::uint32_t islands, std::size_t count, Members& out, IslandOf&& island_of) {
+    out.starts.assign(islands + 1, 0);
+    for (std::size_t i = 0; i < count; ++i) {
+      const std::uint32_t island = island_of(i);
+      if (island != none) ++out.starts[island + 1];
+    }
+    for (std::uint32_t i = 0; i < islands; ++i) out.starts[i + 1] += out.starts[i];
+    out.items.resize(out.starts[islands]);
+    next_.assign(out.starts.begin(), out.starts.end());
+    for (std::size_t i = 0; i < count; ++i) {
+      const std::uint32_t island = island_of(i);
+      if (island != none) out.items[next_[island]++] = static_cast<std::uint32_t>(i);
+    }
+  }
+
+  std::vector<std::uint32_t> parent_, number_, next_;
+  Members bodies_, blocks_, soft_;
+  std::vector<Island> islands_;
+};
+
+}  // namespace bristle

@@ -1,0 +1,279 @@
+/// @file
+/// Joints between two bodies, and the rows they become.
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <bristle/core/slot_map.hpp>
+#include <bristle/dynamics/body.hpp>
+#include <bristle/dynamics/solver_types.hpp>
+#include <bristle/math/rotation.hpp>
+
+namespace bristle {
+
+struct JointTag;
+/// Names a joint of a world.
+using JointId = Id<JointTag>;
+
+/// What a joint leaves free.
+enum class JointKind {
+  /// Nothing.
+  fixed,
+  /// Sliding along the x axis of the joint frame.
+  prismatic
+};
+
+/// What drives the free axis of a joint.
+enum class DriveMode {
+  /// Nothing.
+  none,
+  /// The velocity target, as far as the force limit lets it.
+  velocity,
+  /// The position target, at up to the speed limit and as far as the force limit lets it.
+  position
+};
+
+/// Drive of the free axis of a joint.
+template <Scalar S>
+struct JointDrive {
+  /// [-] What is driven.
+  DriveMode mode = DriveMode::none;
+  /// [m/s] or [m] Velocity or position of the joint that is wanted.
+  S target = S(0);
+  /// [N] Largest force, >= 0.
+  S max_force = S(0);
+  /// [m/s] Largest speed of a position drive, > 0.
+  S max_speed = infinity<S>;
+};
+
+/// Describes a joint to `World::add_joint`.
+template <Scalar S>
+struct JointDef {
+  /// [-] What it leaves free.
+  JointKind kind = JointKind::fixed;
+  /// [-] The two bodies. At least one must be dynamic.
+  BodyId body_a{};
+  BodyId body_b{};
+  /// [m] Pose of the joint frame in the body frame of A, and of B. The joint's position is the x
+  /// coordinate of B's joint frame in A's.
+  Transform<S> X_AJ{};
+  Transform<S> X_BJ{};
+  /// [m] Range of the free axis; infinite for none.
+  S lower_limit = -infinity<S>;
+  S upper_limit = infinity<S>;
+  /// [-] What drives the free axis.
+  JointDrive<S> drive{};
+  /// [-] Whether the two bodies still touch each other.
+  bool bodies_collide = false;
+};
+
+/// What a joint did in the last step.
+template <Scalar S>
+struct JointReading {
+  /// [m] Position of the free axis at the end of the step; 0 for a fixed joint.
+  S position = S(0);
+  /// [m/s] Its velocity.
+  S velocity = S(0);
+  /// [N] Force of the drive on B along the axis.
+  S drive_force = S(0);
+  /// [N, N m] Wrench of the whole joint on B about B's joint frame's origin, world axes.
+  Wrench<S> reaction{};
+};
+
+/// A joint of a world.
+template <Scalar S>
+struct Joint {
+  JointDef<S> def{};
+  /// Frames about the centres of mass.
+  Transform<S> X_CmA_J{};
+  Transform<S> X_CmB_J{};
+  /// [N s, N m s] Impulses of the last step, for warm start: five or six locked axes, then drive,
+  /// lower and upper stop.
+  std::array<S, 9> impulses{};
+  /// [-] First of this step's blocks, and how many.
+  std::uint32_t first_block = 0;
+  std::uint32_t block_count = 0;
+};
+
+/// @throws InvalidArgument naming the field.
+template <Scalar S>
+void validate(const JointDrive<S>& drive) {
+  detail::require_finite("JointDrive::target", drive.target);
+  detail::require_not_negative("JointDrive::max_force", drive.max_force);
+  detail::require(drive.max_speed > S(0), "JointDrive::max_speed", drive.max_speed, "must be > 0");
+}
+
+/// @throws InvalidArgument naming the field.
+template <Scalar S>
+void validate(const JointDef<S>& def) {
+  detail::require_all_finite("JointDef::X_AJ.translation", def.X_AJ.translation);
+  detail::require_all_finite("JointDef::X_BJ.translation", def.X_BJ.translation);
+  detail::require_unit<S>("JointDef::X_AJ.rotation", def.X_AJ.rotation);
+  detail::require_unit<S>("JointDef::X_BJ.rotation", def.X_BJ.rotation);
+  detail::require(def.lower_limit <= def.upper_limit, "JointDef::lower_limit", def.lower_limit,
+                  "must be <= upper_limit");
+  validate(def.drive);
+}
+
+/// Adds a joint's rows for this step: locked axes as one equality block, then the drive, then those
+/// stops that the axis can reach within the step.
+template <Scalar S>
+void add_joint_rows(Joint<S>& joint, const Body<S>& a, const Body<S>& b, std::uint32_t slot_a,
+                    std::uint32_t slot_b, S dt, Constraints<S>& out);
+
+/// Keeps the impulses that the solver found.
+template <Scalar S>
+void store_joint_impulses(Joint<S>& joint, const Constraints<S>& constraints);
+
+/// State of a joint from its bodies and the impulses of the last step.
+template <Scalar S>
+[[nodiscard]] JointReading<S> read_joint(const Joint<S>& joint, const Body<S>& a, const Body<S>& b,
+                                         S dt);
+
+// Implementation -----------------------------------------------------------------------------------
+
+namespace detail {
+
+/// Where a joint stands: its frame on A in the world and the offset of B's frame from it.
+template <Scalar S>
+struct JointPose {
+  Mat3<S> axes_W;       // Columns: axes of A's joint frame.
+  Vec3<S> arm_a, arm_b;  // From each centre of mass to B's joint origin.
+  Vec3<S> offset_J;     // Of B's origin from A's, in A's joint frame.
+  Vec3<S> angle_J;      // Of B's axes from A's, as a rotation vector in A's joint frame.
+};
+
+template <Scalar S>
+[[nodiscard]] JointPose<S> joint_pose(const Joint<S>& joint, const Body<S>& a, const Body<S>& b) {
+  JointPose<S> pose;
+  const Quat<S> R_WJa = a.center_pose.rotation * joint.X_CmA_J.rotation;
+  const Quat<S> R_WJb = b.center_pose.rotation * joint.X_CmB_J.rotation;
+  pose.axes_W = R_WJa.toRotationMatrix();
+  pose.arm_b = b.center_pose.rotation * joint.X_CmB_J.translation;
+  // Centres of mass are subtracted first, so nothing is lost far from the world's origin.
+  pose.arm_a = (b.center_pose.translation - a.center_pose.translation) + pose.arm_b;
+  const Vec3<S> offset_W = pose.arm_a - a.center_pose.rotation * joint.X_CmA_J.translation;
+  pose.offset_J = pose.axes_W.transpose() * offset_W;
+  pose.angle_J = log_rotation<S>(R_WJa.conjugate() * R_WJb);
+  return pose;
+}
+
+inline constexpr std::size_t drive_impulse = 6;
+inline constexpr std::size_t lower_impulse = 7;
+inline constexpr std::size_t upper_impulse = 8;
+
+}  // namespace detail
+
+template <Scalar S>
+void add_joint_rows(Joint<S>& joint, const Body<S>& a, const Body<S>& b, std::uint32_t slot_a,
+                    std::uint32_t slot_b, S dt, Constraints<S>& out) {
+  using std::max;
+  using std::min;
+  const JointDef<S>& def = joint.def;
+  const detail::JointPose<S> pose = detail::joint_pose(joint, a, b);
+  joint.first_block = static_cast<std::uint32_t>(out.blocks.size());
+  const auto open_block = [&](BlockKind kind) -> ConstraintBlock<S>& {
+    ConstraintBlock<S> block;
+    block.body_a = slot_a;
+    block.body_b = slot_b;
+    block.first = static_cast<std::uint32_t>(out.rows.size());
+    block.kind = kind;
+    out.blocks.push_back(block);
+    return out.blocks.back();
+  };
+  const auto linear_row = [&](int axis, S sign) {
+    ConstraintRow<S> row;
+    row.direction = sign * pose.axes_W.col(axis);
+    row.angular_a = pose.arm_a.cross(row.direction);
+    row.angular_b = pose.arm_b.cross(row.direction);
+    row.error = sign * pose.offset_J[axis];
+    return row;
+  };
+
+  const int first_locked = def.kind == JointKind::prismatic ? 1 : 0;
+  open_block(BlockKind::equality).count = static_cast<std::uint32_t>(6 - first_locked);
+  for (int axis = first_locked; axis < 3; ++axis) out.rows.push_back(linear_row(axis, S(1)));
+  for (int axis = 0; axis < 3; ++axis) {
+    ConstraintRow<S> row;
+    row.angular_a = row.angular_b = pose.axes_W.col(axis);
+    row.error = pose.angle_J[axis];
+    out.rows.push_back(row);
+  }
+  for (std::uint32_t k = 0; k < out.blocks.back().count; ++k) {
+    out.rows[out.blocks.back().first + k].impulse = joint.impulses[k];
+  }
+
+  if (def.kind == JointKind::prismatic) {
+    const S position = pose.offset_J.x();
+    const auto bounded = [&](S sign, S target, S lower, S upper, std::size_t slot) {
+      ConstraintBlock<S>& block = open_block(BlockKind::bounded);
+      block.count = 1;
+      block.lower = lower;
+      block.upper = upper;
+      ConstraintRow<S> row = linear_row(0, sign);
+      row.error = S(0);
+      row.target = target;
+      row.impulse = min(max(joint.impulses[slot], lower), upper);
+      out.rows.push_back(row);
+    };
+    if (def.drive.mode != DriveMode::none) {
+      const S limit = def.drive.max_force * dt;
+      const S wanted = def.drive.mode == DriveMode::velocity
+                           ? def.drive.target
+                           : min(max((def.drive.target - position) / dt, -def.drive.max_speed),
+                                 def.drive.max_speed);
+      bounded(S(1), wanted, -limit, limit, detail::drive_impulse);
+    }
+    // A stop may be approached at most as fast as reaches it in this step; beyond it, the target
+    // points back.
+    if (def.lower_limit > -infinity<S>) {
+      bounded(S(1), (def.lower_limit - position) / dt, S(0), infinity<S>, detail::lower_impulse);
+    }
+    if (def.upper_limit < infinity<S>) {
+      bounded(S(-1), (position - def.upper_limit) / dt, S(0), infinity<S>, detail::upper_impulse);
+    }
+  }
+  joint.block_count = static_cast<std::uint32_t>(out.blocks.size()) - joint.first_block;
+}
+
+template <Scalar S>
+void store_joint_impulses(Joint<S>& joint, const Constraints<S>& constraints) {
+  joint.impulses.fill(S(0));
+  const ConstraintBlock<S>& locked = constraints.blocks[joint.first_block];
+  for (std::uint32_t k = 0; k < locked.count; ++k) {
+    joint.impulses[k] = constraints.rows[locked.first + k].impulse;
+  }
+  const JointDef<S>& def = joint.def;
+  std::uint32_t block = joint.first_block + 1;
+  const auto keep = [&](bool is_there, std::size_t slot) {
+    if (is_there) joint.impulses[slot] = constraints.rows[constraints.blocks[block++].first].impulse;
+  };
+  if (def.kind == JointKind::prismatic) {
+    keep(def.drive.mode != DriveMode::none, detail::drive_impulse);
+    keep(def.lower_limit > -infinity<S>, detail::lower_impulse);
+    keep(def.upper_limit < infinity<S>, detail::upper_impulse);
+  }
+}
+
+template <Scalar S>
+JointReading<S> read_joint(const Joint<S>& joint, const Body<S>& a, const Body<S>& b, S dt) {
+  const detail::JointPose<S> pose = detail::joint_pose(joint, a, b);
+  JointReading<S> reading;
+  Vec3<S> force_J = Vec3<S>::Zero();
+  Vec3<S> torque_J = Vec3<S>::Zero();
+  const int first_locked = joint.def.kind == JointKind::prismatic ? 1 : 0;
+  std::size_t k = 0;
+  for (int axis = first_locked; axis < 3; ++axis) force_J[axis] = joint.impulses[k++];
+  for (int axis = 0; axis < 3; ++axis) torque_J[axis] = joint.impulses[k++];
+  if (joint.def.kind == JointKind::prismatic) {
+    const S stops = joint.impulses[detail::lower_impulse] - joint.impulses[detail::upper_impulse];
+    force_J.x() = joint.impulses[detail::drive_impulse] + stops;
+    reading.position = pose.offset_J.x();
+    reading.velocity =
+        pose.axes_W.col(0).dot(b.twist.at(pose.arm_b) - a.twist.at(pose.arm_a));
+    reading.drive_force = joint.impulses[detail::drive_impulse] / dt;
+  }
+  reading.reaction = {pose.axes_W * force_J / dt, pose.axes_W * torque_J / dt};
+  return reading;
+}
+
+}  // namespace bristle

@@ -1,0 +1,35 @@
+/// @file
+/// Surface constants of hard contact, and how two of them combine.
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <bristle/core/error.hpp>
+#include <bristle/math/types.hpp>
+
+namespace bristle {
+
+/// Surface of a shape as hard contact sees it. Sensors have their own friction.
+template <Scalar S>
+struct Material {
+  /// [1] Coulomb friction coefficient, >= 0. Of a pair: the geometric mean.
+  S friction = S(0.5);
+  /// [1] Coefficient of restitution, in [0, 1]. Of a pair: the larger one.
+  S restitution = S(0);
+};
+
+template <Scalar S>
+[[nodiscard]] Material<S> combined(const Material<S>& a, const Material<S>& b) {
+  using std::max;
+  using std::sqrt;
+  return {sqrt(a.friction * b.friction), max(a.restitution, b.restitution)};
+}
+
+/// @throws InvalidArgument naming the field that is out of range.
+template <Scalar S>
+void validate(const Material<S>& m) {
+  detail::require_not_negative("Material::friction", m.friction);
+  detail::require_not_negative("Material::restitution", m.restitution);
+  detail::require(m.restitution <= S(1), "Material::restitution", m.restitution, "must be <= 1");
+}
+
+}  // namespace bristle

@@ -1,0 +1,62 @@
+/// @file
+/// A soft six-dimensional constraint between two bodies: what a patch of sensors becomes.
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <bristle/math/cholesky.hpp>
+#include <bristle/math/spatial.hpp>
+#include <bristle/math/types.hpp>
+
+#include <cstdint>
+
+namespace bristle {
+
+/// Impulse that is affine in the relative motion at the end of the step.
+///
+/// With u = [V; W] the twist of A minus that of B about the point c, body B receives the impulse
+/// p = offset + matrix u about c, and A receives -p. `matrix` is symmetric positive semidefinite, so
+/// the block only ever takes energy out of the motion it is linearised about.
+template <Scalar S>
+struct SoftBlock {
+  /// [-] Slots of the two bodies.
+  std::uint32_t body_a = 0;
+  std::uint32_t body_b = 0;
+  /// [m] From each centre of mass to c, world axes.
+  Vec3<S> arm_a = Vec3<S>::Zero();
+  Vec3<S> arm_b = Vec3<S>::Zero();
+  /// [N s^2/m and products with m] A6: how the impulse grows with u.
+  Mat6<S> matrix = Mat6<S>::Zero();
+  /// [N s; N m s] p6: the impulse at u = 0.
+  Vec6<S> offset = Vec6<S>::Zero();
+
+  /// [m/s; rad/s] u, as the solver found it.
+  Vec6<S> motion = Vec6<S>::Zero();
+  /// [N s; N m s] p on B about c, as the solver applies it.
+  Vec6<S> impulse = Vec6<S>::Zero();
+};
+
+/// u of a block for two given twists.
+template <Scalar S>
+[[nodiscard]] Vec6<S> relative_motion(const SoftBlock<S>& block, const Twist<S>& a,
+                                      const Twist<S>& b) {
+  Vec6<S> u;
+  u << a.at(block.arm_a) - b.at(block.arm_b), a.angular - b.angular;
+  return u;
+}
+
+/// Mobility W of one body about the point at `arm` from its centre of mass: the change of its twist
+/// there per unit impulse there.
+template <Scalar S>
+[[nodiscard]] Mat6<S> mobility(S inverse_mass, const Mat3<S>& inverse_inertia_W,
+                               const Vec3<S>& arm) {
+  const Mat3<S> X = skew(arm);
+  Mat6<S> W;
+  W.template topLeftCorner<3, 3>() =
+      inverse_mass * Mat3<S>::Identity() - X * inverse_inertia_W * X;
+  W.template topRightCorner<3, 3>() = -X * inverse_inertia_W;
+  W.template bottomLeftCorner<3, 3>() = inverse_inertia_W * X;
+  W.template bottomRightCorner<3, 3>() = inverse_inertia_W;
+  return W;
+}
+
+}  // namespace bristle

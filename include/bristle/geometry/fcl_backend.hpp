@@ -1,0 +1,303 @@
+/// @file
+/// Shape backend over FCL 0.7 and libccd: rays and contacts of all shapes over FCL's geometry.
+///
+/// Include it where it is used; the umbrella header does so only with BRISTLE_WITH_FCL. Link
+/// `bristle::fcl`.
+///
+/// Everything FCL is asked is asked in double, whatever the user's scalar. No FCL type with Eigen
+/// matrices of vectorised size (Transform3d, CollisionObject) crosses into Debian's binary, so its
+/// layout does not depend on -march (fcl_layout_test checks those that do).
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <bristle/geometry/contact_clip.hpp>
+#include <bristle/geometry/fcl_contact_normal.hpp>
+#include <bristle/geometry/fcl_contact_sink.hpp>
+#include <bristle/geometry/fcl_mesh_contacts.hpp>
+#include <bristle/geometry/fcl_rays.hpp>
+#include <bristle/geometry/fcl_shapes.hpp>
+#include <bristle/geometry/shape_backend.hpp>
+#include <bristle/geometry/shape_properties.hpp>
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <type_traits>
+#include <variant>
+
+namespace bristle {
+
+/// Satisfies `ShapeBackend` for float and double.
+///
+/// Contacts of convex solids: direction by FCL's GJK (fcl_contact_normal.hpp), points by clipping
+/// (contact_clip.hpp). Meshes: fcl_mesh_contacts.hpp, with its limits. Every pair is known except two
+/// half-spaces.
+///
+/// `collide` allocates nothing but room in `out`, `cast_rays` nothing at all: FCL's GJK works on the
+/// stack. What FCL may throw is caught, what it answers is checked with supports; there is no loop
+/// without bound on the way.
+struct FclBackend {
+  template <Scalar S>
+  class Collidable;
+
+  /// @throws InvalidArgument as `validate` and `to_fcl` do.
+  template <Scalar S>
+  [[nodiscard]] static Collidable<S> make(const Shape<S>& shape);
+
+  template <Scalar S>
+  [[nodiscard]] static ShapeKind kind(const Collidable<S>& c);
+  template <Scalar S>
+  [[nodiscard]] static Aabb<S> bounds(const Collidable<S>& c);
+  template <Scalar S>
+  [[nodiscard]] static MassProperties<S> mass_properties(const Collidable<S>& c);
+
+  /// All pairs but two half-spaces.
+  [[nodiscard]] static bool can_collide(ShapeKind a, ShapeKind b) {
+    return a != ShapeKind::half_space || b != ShapeKind::half_space;
+  }
+
+  /// As `ShapeBackend` says. `failed` for a pose or margin that is not finite, and for whatever of
+  /// FCL throws or gives numbers that are none.
+  template <Scalar S>
+  [[nodiscard]] static ContactStatus collide(const Collidable<S>& a, const Collidable<S>& b,
+                                             const Transform<S>& X_AB, S margin,
+                                             ContactManifolds<S>& out) noexcept;
+
+  template <Scalar S>
+  static void cast_rays(const Collidable<S>& c, const Transform<S>& X_RC, const RayBatch<S>& rays,
+                        std::uint32_t tag, RayHits<S>& hits) noexcept;
+};
+
+/// A shape as the FCL backend holds it. Copies share one immutable preparation; the default-
+/// constructed one holds nothing and may only be assigned to.
+template <Scalar S>
+class FclBackend::Collidable {
+ public:
+  Collidable() = default;
+
+  /// The FCL geometry, for whoever wants to hand it to FCL.
+  [[nodiscard]] const FclGeometry& geometry() const { return data_->rays.geometry(); }
+
+ private:
+  friend struct FclBackend;
+
+  struct Data {
+    explicit Data(const Shape<S>& shape);
+    Data(const Data&) = delete;
+    Data& operator=(const Data&) = delete;
+
+    ShapeKind kind;
+    Aabb<S> bounds;
+    MassProperties<S> mass_properties;
+    FclRayTarget rays;
+    // Of convex shapes; points into `rays`.
+    std::optional<FclConvex> convex;
+    // Of meshes; the same.
+    std::optional<FclMeshSurface> mesh;
+  };
+
+  explicit Collidable(const Shape<S>& shape) : data_(std::make_shared<const Data>(shape)) {}
+
+  std::shared_ptr<const Data> data_;
+};
+
+// Implementation -----------------------------------------------------------------------------------
+
+namespace detail {
+
+/// A half-space as the clip sees it: a square of its surface that is larger than what lies on it.
+struct SurfacePatch {
+  Vec3<double> center;
+  Vec3<double> normal;
+  double half_width;
+};
+
+[[nodiscard]] inline Vec3<double> support_point(const SurfacePatch& patch, const Vec3<double>&) {
+  return patch.center;
+}
+[[nodiscard]] inline SupportFeature<double> support_face(const SurfacePatch& patch,
+                                                         const Vec3<double>& direction) {
+  SupportFeature<double> face;
+  face.normal = patch.normal;
+  face.cosine = patch.normal.dot(direction);
+  Vec3<double> t1;
+  Vec3<double> t2;
+  tangent_basis(patch.normal, t1, t2);
+  face.add(patch.center - patch.half_width * (t1 + t2), 0);
+  face.add(patch.center + patch.half_width * (t1 - t2), 1);
+  face.add(patch.center + patch.half_width * (t1 + t2), 2);
+  face.add(patch.center - patch.half_width * (t1 - t2), 3);
+  return face;
+}
+[[nodiscard]] inline SupportFeature<double> support_edge(const SurfacePatch& patch,
+                                                         const Vec3<double>& direction) {
+  return support_face(patch, direction);
+}
+
+/// Adds the contacts of a half-space with a convex solid, in the solid's frame, where `plane` is
+/// given. Normals point from the half-space to the solid.
+template <Scalar S, typename ConvexShape>
+void collide_plane(const HalfSpace<double>& plane, const ConvexShape& shape,
+                   const FclConvex& convex, double margin, ContactSink<S>& sink) {
+  const double height = plane.normal.dot(convex.center) - plane.offset;
+  if (height - convex.reach > margin) return;
+  const SurfacePatch patch{convex.center - height * plane.normal, plane.normal,
+                           2.0 * convex.reach};
+  sink.add(contact_manifold(patch, shape, Transform<double>{}, plane.normal, margin));
+}
+
+/// A half-space given in frame A, seen from frame B that stands at X_AB.
+[[nodiscard]] inline HalfSpace<double> seen_from(const Transform<double>& X_AB,
+                                                 const HalfSpace<double>& plane_A) {
+  return {X_AB.rotation.conjugate() * plane_A.normal,
+          plane_A.offset - plane_A.normal.dot(X_AB.translation)};
+}
+
+}  // namespace detail
+
+template <Scalar S>
+FclBackend::Collidable<S>::Data::Data(const Shape<S>& shape)
+    : kind(kind_of(shape)),
+      bounds(local_bounds(shape)),
+      mass_properties(unit_mass_properties(shape)),
+      rays(to_fcl(shape)) {
+  std::visit(
+      [this](const auto& view) {
+        using View = std::remove_cvref_t<decltype(view)>;
+        if constexpr (std::is_same_v<View, FclMeshTree<double>>) {
+          mesh.emplace(view);
+        } else if constexpr (!std::is_same_v<View, HalfSpace<double>>) {
+          convex.emplace(fcl_convex(view));
+        }
+      },
+      rays.view());
+}
+
+template <Scalar S>
+auto FclBackend::make(const Shape<S>& shape) -> Collidable<S> {
+  validate(shape);
+  return Collidable<S>(shape);
+}
+
+template <Scalar S>
+ShapeKind FclBackend::kind(const Collidable<S>& c) {
+  return c.data_->kind;
+}
+
+template <Scalar S>
+Aabb<S> FclBackend::bounds(const Collidable<S>& c) {
+  return c.data_->bounds;
+}
+
+template <Scalar S>
+MassProperties<S> FclBackend::mass_properties(const Collidable<S>& c) {
+  return c.data_->mass_properties;
+}
+
+namespace detail {
+
+/// One contact query in double: A and B, what is known of them, and where B stands.
+template <Scalar S, typename Data>
+class FclContactQuery {
+ public:
+  FclContactQuery(const Data& a, const Data& b, const Transform<double>& X_AB, double margin,
+                  ContactSink<S>& sink)
+      : a_(a), b_(b), X_AB_(X_AB), margin_(margin), sink_(sink) {}
+
+  /// False where nothing is known.
+  bool run() {
+    if (a_.kind == ShapeKind::half_space) return on_plane(a_, b_, X_AB_, X_AB_, false);
+    if (b_.kind == ShapeKind::half_space) return on_plane(b_, a_, X_AB_.inverse(), {}, true);
+    if (a_.mesh && b_.mesh) {
+      sink_.set_frame({}, false);
+      collide_meshes(*a_.mesh, *b_.mesh, X_AB_, margin_, sink_);
+      return true;
+    }
+    if (a_.mesh) return on_mesh(a_, b_, X_AB_, {}, false);
+    if (b_.mesh) return on_mesh(b_, a_, X_AB_.inverse(), X_AB_, true);
+    return convex_pair();
+  }
+
+ private:
+  /// @param X_PO      Pose of the other solid in the frame of the half-space.
+  /// @param X_AO      Its pose in the frame of A, in which the answer is due.
+  /// @param is_second Whether the half-space is B.
+  bool on_plane(const Data& plane, const Data& other, const Transform<double>& X_PO,
+                const Transform<double>& X_AO, bool is_second) {
+    const HalfSpace<double> plane_O =
+        seen_from(X_PO, std::get<HalfSpace<double>>(plane.rays.view()));
+    sink_.set_frame(X_AO, is_second);
+    if (other.mesh) {
+      collide_mesh(*other.mesh, plane_O, margin_, sink_);
+    } else {
+      std::visit(
+          [&](const auto* shape) {
+            collide_plane(plane_O, *shape, *other.convex, margin_, sink_);
+          },
+          other.convex->shape);
+    }
+    return true;
+  }
+
+  /// @param X_MO, X_AM  Poses of the other solid in the mesh, and of the mesh in A.
+  bool on_mesh(const Data& mesh, const Data& other, const Transform<double>& X_MO,
+               const Transform<double>& X_AM, bool is_second) {
+    sink_.set_frame(X_AM, is_second);
+    std::visit(
+        [&](const auto* shape) {
+          collide_mesh(*mesh.mesh, *shape, *other.convex, X_MO, margin_, sink_);
+        },
+        other.convex->shape);
+    return true;
+  }
+
+  bool convex_pair() {
+    const FclContactNormal found = fcl_contact_normal(*a_.convex, *b_.convex, X_AB_, margin_);
+    if (found.nearness != FclNearness::near) return found.nearness == FclNearness::apart;
+    sink_.set_frame({}, false);
+    std::visit(
+        [&](const auto* shape_a, const auto* shape_b) {
+          sink_.add(contact_manifold(*shape_a, *shape_b, X_AB_, found.normal, margin_));
+        },
+        a_.convex->shape, b_.convex->shape);
+    return true;
+  }
+
+  const Data& a_;
+  const Data& b_;
+  const Transform<double>& X_AB_;
+  double margin_;
+  ContactSink<S>& sink_;
+};
+
+}  // namespace detail
+
+template <Scalar S>
+ContactStatus FclBackend::collide(const Collidable<S>& a, const Collidable<S>& b,
+                                  const Transform<S>& X_AB, S margin,
+                                  ContactManifolds<S>& out) noexcept {
+  using std::isfinite;
+  const Transform<double> X = X_AB.template cast<double>();
+  if (!X.translation.allFinite() || !X.rotation.coeffs().allFinite() || !isfinite(margin)) {
+    return ContactStatus::failed;
+  }
+  BRISTLE_ASSERT(can_collide(kind(a), kind(b)));
+  ContactSink<S> sink(out);
+  try {
+    using Data = typename Collidable<S>::Data;
+    detail::FclContactQuery<S, Data> query(*a.data_, *b.data_, X, double(margin), sink);
+    if (query.run() && sink.is_sound()) return ContactStatus::ok;
+  } catch (...) {
+    // FCL throws std::logic_error and more; which one it was helps nobody within a step.
+  }
+  sink.clear();
+  return ContactStatus::failed;
+}
+
+template <Scalar S>
+void FclBackend::cast_rays(const Collidable<S>& c, const Transform<S>& X_RC,
+                           const RayBatch<S>& rays, std::uint32_t tag, RayHits<S>& hits) noexcept {
+  c.data_->rays.cast_rays(X_RC, rays, tag, hits);
+}
+
+}  // namespace bristle

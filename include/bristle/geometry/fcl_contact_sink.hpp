@@ -1,0 +1,112 @@
+/// @file
+/// Where the FCL backend puts manifolds: brings them from the frame and precision they were computed
+/// in to those of the user, and joins what belongs together.
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <bristle/geometry/contact_manifold.hpp>
+#include <bristle/math/transform.hpp>
+
+#include <cstddef>
+#include <cstdint>
+
+namespace bristle {
+
+/// Appends the manifolds of one pair to a list. Manifolds with the same key become one, and points
+/// of it that coincide too.
+template <Scalar S>
+class ContactSink {
+ public:
+  /// @param out  Manifolds there before are left alone.
+  explicit ContactSink(ContactManifolds<S>& out) : out_(out), start_(out.size()) {}
+
+  /// How manifolds are given from here on: in a frame F that stands at X_AF in the frame of A, with
+  /// normals from A to B or, where `is_reversed`, from B to A.
+  void set_frame(const Transform<double>& X_AF, bool is_reversed) {
+    X_AF_ = X_AF;
+    sign_ = is_reversed ? -1.0 : 1.0;
+  }
+
+  /// Points closer than this [m] with the same key are one. 0 by default: only equal ones are.
+  void set_nearest(double distance) { nearest_ = S(distance); }
+
+  /// Takes a manifold; one without points is ignored.
+  void add(const ContactManifold<double>& manifold) {
+    if (manifold.size == 0) return;
+    ContactManifold<S>& target = manifold_of(manifold);
+    for (std::size_t i = 0; i < manifold.size; ++i) {
+      const ContactPoint<double>& p = manifold.points[i];
+      const Vec3<double> position = X_AF_ * p.position;
+      join(target, {position.template cast<S>(), S(p.gap), p.feature});
+    }
+  }
+
+  /// Whether nothing was added.
+  [[nodiscard]] bool is_empty() const { return out_.size() == start_; }
+  /// Takes back all that was added.
+  void clear() { out_.resize(start_); }
+
+  /// Whether all numbers that were added are finite and all normals have length 1.
+  [[nodiscard]] bool is_sound() const {
+    using std::abs;
+    using std::isfinite;
+    for (std::size_t i = start_; i < out_.size(); ++i) {
+      const ContactManifold<S>& m = out_[i];
+      if (!(abs(m.normal.squaredNorm() - S(1)) <= Tolerance<S>::equal())) return false;
+      for (std::size_t k = 0; k < m.size; ++k) {
+        if (!m.points[k].position.allFinite() || !isfinite(m.points[k].gap)) return false;
+      }
+    }
+    return true;
+  }
+
+ private:
+  [[nodiscard]] ContactManifold<S>& manifold_of(const ContactManifold<double>& like) {
+    for (std::size_t i = start_; i < out_.size(); ++i) {
+      if (out_[i].key == like.key) return out_[i];
+    }
+    const Vec3<double> normal = X_AF_.rotate(sign_ * like.normal);
+    ContactManifold<S>& fresh = out_.emplace_back();
+    fresh.normal = normal.template cast<S>().normalized();
+    fresh.key = like.key;
+    return fresh;
+  }
+
+  /// Adds a point. One too many makes the closest two fight, and the deeper stays: so the deepest of
+  /// all is never lost, and what is kept is spread out.
+  void join(ContactManifold<S>& manifold, const ContactPoint<S>& point) const {
+    for (std::size_t i = 0; i < manifold.size; ++i) {
+      if ((manifold.points[i].position - point.position).squaredNorm() <= nearest_ * nearest_) {
+        if (point.gap < manifold.points[i].gap) manifold.points[i] = point;
+        return;
+      }
+    }
+    if (manifold.size < ContactManifold<S>::capacity) {
+      manifold.add(point);
+      return;
+    }
+    const auto at = [&](std::size_t i) -> const ContactPoint<S>& {
+      return i < manifold.size ? manifold.points[i] : point;
+    };
+    std::size_t loser = manifold.size;
+    S least = infinity<S>;
+    for (std::size_t i = 0; i < manifold.size; ++i) {
+      for (std::size_t j = i + 1; j <= manifold.size; ++j) {
+        const S distance = (at(i).position - at(j).position).squaredNorm();
+        if (distance < least) {
+          least = distance;
+          loser = at(j).gap < at(i).gap ? i : j;
+        }
+      }
+    }
+    if (loser < manifold.size) manifold.points[loser] = point;
+  }
+
+  ContactManifolds<S>& out_;
+  std::size_t start_;
+  Transform<double> X_AF_;
+  double sign_ = 1.0;
+  S nearest_ = S(0);
+};
+
+}  // namespace bristle

@@ -1,0 +1,219 @@
+/// @file
+/// Convex hull of points on an integer grid, in exact arithmetic: the core of `convex_hull`.
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <bristle/core/config.hpp>
+#include <bristle/math/types.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <utility>
+#include <vector>
+
+namespace bristle::detail {
+
+/// A point on the integer grid that a hull is computed on, coordinates within +-2^29.
+using GridPoint = std::array<std::int64_t, 3>;
+
+[[nodiscard]] inline Vec3<double> to_vector(const GridPoint& p) {
+  return {static_cast<double>(p[0]), static_cast<double>(p[1]), static_cast<double>(p[2])};
+}
+
+/// 1 where d lies above the plane of a, b, c, on the side from which they run counter-clockwise; 0
+/// where it lies on it, -1 below.
+///
+/// Exact for coordinates within +-2^29: differences need 31 bits, their 2x2 determinants 62. The
+/// last product would need 94, so the determinants are split at bit 30.
+[[nodiscard]] inline int side_of_plane(const GridPoint& a, const GridPoint& b, const GridPoint& c,
+                                       const GridPoint& d) {
+  GridPoint u, v, w;
+  for (std::size_t k = 0; k < 3; ++k) {
+    u[k] = b[k] - a[k];
+    v[k] = c[k] - a[k];
+    w[k] = d[k] - a[k];
+  }
+  constexpr std::int64_t low_bits = (std::int64_t(1) << 30) - 1;
+  std::int64_t high = 0;
+  std::int64_t low = 0;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const std::size_t i = (k + 1) % 3;
+    const std::size_t j = (k + 2) % 3;
+    const std::int64_t minor = u[i] * v[j] - u[j] * v[i];
+    high += w[k] * (minor >> 30);
+    low += w[k] * (minor & low_bits);
+  }
+  high += low >> 30;
+  low &= low_bits;
+  if (high != 0) return high < 0 ? -1 : 1;
+  return low != 0 ? 1 : 0;
+}
+
+/// One triangle of the growing hull.
+struct HullTriangle {
+  /// Corners, counter-clockwise from outside.
+  std::array<std::uint32_t, 3> corners{};
+  /// Number of the triangle across the edge from corner k to corner k + 1.
+  std::array<std::uint32_t, 3> neighbors{};
+  /// Points that lie above it and above no triangle tested before it.
+  std::vector<std::uint32_t> outside;
+  bool is_alive = true;
+};
+
+/// Quickhull (Barber, Dobkin and Huhdanpaa 1996) on grid points, down to triangles.
+class TriangleHull {
+ public:
+  /// @param simplex  Four points of the set that do not lie on a plane.
+  TriangleHull(std::span<const GridPoint> points, std::array<std::uint32_t, 4> simplex)
+      : points_(points) {
+    make_simplex(simplex);
+    std::vector<std::uint32_t> all(points.size());
+    for (std::uint32_t i = 0; i < all.size(); ++i) all[i] = i;
+    assign(all, 0);
+    // Triangles are only ever appended, so that one pass meets them all.
+    for (std::uint32_t t = 0; t < triangles_.size(); ++t) {
+      if (triangles_[t].is_alive && !triangles_[t].outside.empty()) {
+        add_point(farthest_outside(t), t);
+      }
+    }
+    keep_living();
+  }
+
+  /// Closed surface; coplanar triangles are frequent, degenerate ones impossible.
+  [[nodiscard]] const std::vector<HullTriangle>& triangles() const { return triangles_; }
+
+ private:
+  [[nodiscard]] bool is_above(std::uint32_t point, const HullTriangle& t) const {
+    return side_of_plane(points_[t.corners[0]], points_[t.corners[1]], points_[t.corners[2]],
+                         points_[point]) > 0;
+  }
+
+  void make_simplex(std::array<std::uint32_t, 4> s) {
+    if (side_of_plane(points_[s[0]], points_[s[1]], points_[s[2]], points_[s[3]]) > 0) {
+      std::swap(s[1], s[2]);
+    }
+    triangles_.resize(4);
+    triangles_[0].corners = {s[0], s[1], s[2]};
+    triangles_[0].neighbors = {1, 2, 3};
+    for (std::uint32_t k = 0; k < 3; ++k) {
+      triangles_[k + 1].corners = {s[(k + 1) % 3], s[k], s[3]};
+      triangles_[k + 1].neighbors = {0, (k + 2) % 3 + 1, (k + 1) % 3 + 1};
+    }
+  }
+
+  /// Gives each point to the first triangle from `first` on that it lies above; points that lie
+  /// above none are inside and forgotten.
+  void assign(const std::vector<std::uint32_t>& candidates, std::size_t first) {
+    for (const std::uint32_t p : candidates) {
+      for (std::size_t t = first; t < triangles_.size(); ++t) {
+        if (is_above(p, triangles_[t])) {
+          triangles_[t].outside.push_back(p);
+          break;
+        }
+      }
+    }
+  }
+
+  /// Any point above would do; the farthest makes most others inside. So rounding is harmless here.
+  [[nodiscard]] std::uint32_t farthest_outside(std::uint32_t t) const {
+    const HullTriangle& triangle = triangles_[t];
+    const Vec3<double> origin = to_vector(points_[triangle.corners[0]]);
+    const Vec3<double> normal = (to_vector(points_[triangle.corners[1]]) - origin)
+                                    .cross(to_vector(points_[triangle.corners[2]]) - origin);
+    std::uint32_t best = triangle.outside.front();
+    double best_height = -infinity<double>;
+    for (const std::uint32_t p : triangle.outside) {
+      const double height = normal.dot(to_vector(points_[p]) - origin);
+      if (height > best_height) {
+        best_height = height;
+        best = p;
+      }
+    }
+    return best;
+  }
+
+  /// An edge between a triangle that the new point sees and one that it does not.
+  struct HorizonEdge {
+    std::uint32_t from, to, beyond;
+  };
+
+  /// Replaces the triangles that see the point by a fan from the horizon to it.
+  void add_point(std::uint32_t point, std::uint32_t seed) {
+    std::vector<HorizonEdge> horizon;
+    std::vector<std::uint32_t> orphans;
+    std::vector<std::uint32_t> visible{seed};
+    triangles_[seed].is_alive = false;
+    for (std::size_t i = 0; i < visible.size(); ++i) {
+      HullTriangle& t = triangles_[visible[i]];
+      orphans.insert(orphans.end(), t.outside.begin(), t.outside.end());
+      t.outside = {};
+      for (std::size_t k = 0; k < 3; ++k) {
+        const std::uint32_t beyond = t.neighbors[k];
+        if (!triangles_[beyond].is_alive) continue;
+        if (is_above(point, triangles_[beyond])) {
+          triangles_[beyond].is_alive = false;
+          visible.push_back(beyond);
+        }
+      }
+    }
+    for (const std::uint32_t v : visible) {
+      for (std::size_t k = 0; k < 3; ++k) {
+        const std::uint32_t beyond = triangles_[v].neighbors[k];
+        if (triangles_[beyond].is_alive) {
+          horizon.push_back({triangles_[v].corners[k], triangles_[v].corners[(k + 1) % 3], beyond});
+        }
+      }
+    }
+    const auto first = static_cast<std::uint32_t>(triangles_.size());
+    add_fan(point, horizon);
+    assign(orphans, first);
+  }
+
+  /// The horizon is one closed loop, in any order.
+  void add_fan(std::uint32_t point, std::vector<HorizonEdge>& horizon) {
+    const auto by_start = [](const HorizonEdge& a, const HorizonEdge& b) {
+      return a.from < b.from;
+    };
+    std::sort(horizon.begin(), horizon.end(), by_start);
+    const auto first = static_cast<std::uint32_t>(triangles_.size());
+    const auto starting_at = [&](std::uint32_t vertex) {
+      const auto edge =
+          std::lower_bound(horizon.begin(), horizon.end(), HorizonEdge{vertex, 0, 0}, by_start);
+      BRISTLE_ASSERT(edge != horizon.end() && edge->from == vertex);
+      return first + static_cast<std::uint32_t>(edge - horizon.begin());
+    };
+    triangles_.resize(triangles_.size() + horizon.size());
+    for (std::uint32_t i = 0; i < horizon.size(); ++i) {
+      const HorizonEdge& edge = horizon[i];
+      const std::uint32_t next = starting_at(edge.to);
+      triangles_[first + i].corners = {edge.from, edge.to, point};
+      triangles_[first + i].neighbors[0] = edge.beyond;
+      triangles_[first + i].neighbors[1] = next;
+      triangles_[next].neighbors[2] = first + i;
+      HullTriangle& beyond = triangles_[edge.beyond];
+      for (std::size_t k = 0; k < 3; ++k) {
+        if (beyond.corners[k] == edge.to) beyond.neighbors[k] = first + i;
+      }
+    }
+  }
+
+  void keep_living() {
+    std::vector<std::uint32_t> renumber(triangles_.size());
+    std::uint32_t count = 0;
+    for (std::size_t t = 0; t < triangles_.size(); ++t) {
+      if (triangles_[t].is_alive) renumber[t] = count++;
+    }
+    std::erase_if(triangles_, [](const HullTriangle& t) { return !t.is_alive; });
+    for (HullTriangle& t : triangles_) {
+      for (std::uint32_t& n : t.neighbors) n = renumber[n];
+    }
+  }
+
+  std::span<const GridPoint> points_;
+  std::vector<HullTriangle> triangles_;
+};
+
+}  // namespace bristle::detail

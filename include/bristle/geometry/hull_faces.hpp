@@ -1,0 +1,263 @@
+/// @file
+/// Joins the coplanar triangles of a convex hull to polygons: the second half of `convex_hull`.
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <bristle/geometry/grid_hull.hpp>
+#include <bristle/math/types.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <numeric>
+#include <span>
+#include <utility>
+#include <vector>
+
+namespace bristle::detail {
+
+/// A polygon of a hull.
+struct HullFace {
+  /// Corners, counter-clockwise from outside.
+  std::vector<std::uint32_t> corners;
+  /// Third corners of the triangles across its border. A plane through the face that has them below
+  /// has, since the hull is convex, everything below.
+  std::vector<std::uint32_t> ring;
+  /// Outward unit normal of the largest triangle it was joined from, on the grid. No point of the
+  /// hull lies above that plane.
+  Vec3<double> normal = Vec3<double>::UnitZ();
+};
+
+/// Joins the triangles of a closed convex surface to faces.
+///
+/// A region grows from the largest triangle that has none over all neighbours whose corners lie
+/// near its plane. Slivers, whose own plane means nothing, go to whom they share their longest edge
+/// with. A region with fewer than three corners is no polygon and goes to its longest neighbour. A
+/// vertex is a corner where at least three regions meet; since that does not depend on the side one
+/// looks from, faces on both sides of an edge agree on its ends.
+class FaceJoin {
+ public:
+  /// @param tolerance  [grid steps] How far the corners of a face may lie off its plane.
+  FaceJoin(std::span<const GridPoint> points, std::span<const HullTriangle> triangles,
+           double tolerance)
+      : points_(points), triangles_(triangles), tolerance_(tolerance) {
+    measure();
+    grow_regions();
+    adopt_slivers();
+    while (dissolve_small_regions()) {
+    }
+  }
+
+  [[nodiscard]] std::vector<HullFace> faces() const;
+
+ private:
+  static constexpr std::uint32_t none = 0xffffffffu;
+
+  /// One side of a triangle: from corner `edge` to the next.
+  struct Side {
+    std::uint32_t triangle;
+    std::size_t edge;
+
+    friend bool operator==(const Side&, const Side&) = default;
+  };
+
+  [[nodiscard]] std::uint32_t start_of(Side s) const {
+    return triangles_[s.triangle].corners[s.edge];
+  }
+  [[nodiscard]] std::uint32_t across(Side s) const {
+    return triangles_[s.triangle].neighbors[s.edge];
+  }
+  [[nodiscard]] bool is_border(Side s) const { return region_[s.triangle] != region_[across(s)]; }
+  [[nodiscard]] double length_of(Side s) const {
+    const std::uint32_t end = triangles_[s.triangle].corners[(s.edge + 1) % 3];
+    return (to_vector(points_[end]) - to_vector(points_[start_of(s)])).norm();
+  }
+  /// The next side, counter-clockwise around the vertex where both start.
+  [[nodiscard]] Side turned(Side s) const {
+    const Side before{s.triangle, (s.edge + 2) % 3};
+    const std::uint32_t next = across(before);
+    const auto& corners = triangles_[next].corners;
+    std::size_t k = 0;
+    while (corners[k] != start_of(s)) ++k;
+    return {next, k};
+  }
+
+  /// Likewise clockwise.
+  [[nodiscard]] Side turned_back(Side s) const {
+    const std::uint32_t next = across(s);
+    const auto& corners = triangles_[next].corners;
+    std::size_t k = 0;
+    while (corners[k] != start_of(s)) ++k;
+    return {next, k};
+  }
+
+  void measure();
+  void grow_regions();
+  void grow_region(std::uint32_t seed);
+  void adopt_slivers();
+  bool dissolve_small_regions();
+  [[nodiscard]] std::vector<Side> sides_by_start() const;
+  [[nodiscard]] std::size_t count_regions_around(Side first) const;
+
+  std::span<const GridPoint> points_;
+  std::span<const HullTriangle> triangles_;
+  double tolerance_;
+  std::vector<Vec3<double>> area_vectors_;
+  std::vector<std::size_t> longest_edge_;
+  std::vector<bool> is_sliver_;
+  /// Number of the triangle that each one's region grew from.
+  std::vector<std::uint32_t> region_;
+};
+
+inline void FaceJoin::measure() {
+  for (std::uint32_t t = 0; t < triangles_.size(); ++t) {
+    const auto& c = triangles_[t].corners;
+    const Vec3<double> a = to_vector(points_[c[0]]);
+    area_vectors_.push_back((to_vector(points_[c[1]]) - a).cross(to_vector(points_[c[2]]) - a));
+    std::size_t longest = 0;
+    for (std::size_t k = 1; k < 3; ++k) {
+      if (length_of({t, k}) > length_of({t, longest})) longest = k;
+    }
+    longest_edge_.push_back(longest);
+    is_sliver_.push_back(area_vectors_[t].norm() <= 2.0 * tolerance_ * length_of({t, longest}));
+  }
+}
+
+inline void FaceJoin::grow_regions() {
+  region_.assign(triangles_.size(), none);
+  std::vector<std::uint32_t> order(triangles_.size());
+  std::iota(order.begin(), order.end(), 0u);
+  std::stable_sort(order.begin(), order.end(), [this](std::uint32_t a, std::uint32_t b) {
+    return area_vectors_[a].squaredNorm() > area_vectors_[b].squaredNorm();
+  });
+  for (const std::uint32_t seed : order) {
+    if (region_[seed] == none && !is_sliver_[seed]) grow_region(seed);
+  }
+}
+
+inline void FaceJoin::grow_region(std::uint32_t seed) {
+  const Vec3<double> normal = area_vectors_[seed].normalized();
+  const Vec3<double> origin = to_vector(points_[triangles_[seed].corners[0]]);
+  const auto is_near_plane = [&](std::uint32_t t) {
+    return std::ranges::all_of(triangles_[t].corners, [&](std::uint32_t corner) {
+      return std::abs(normal.dot(to_vector(points_[corner]) - origin)) <= tolerance_;
+    });
+  };
+  std::vector<std::uint32_t> members{seed};
+  region_[seed] = seed;
+  for (std::size_t i = 0; i < members.size(); ++i) {
+    for (const std::uint32_t t : triangles_[members[i]].neighbors) {
+      // Thin solids have two faces in one slab, back to back.
+      if (region_[t] != none || normal.dot(area_vectors_[t]) < 0.0 || !is_near_plane(t)) continue;
+      region_[t] = seed;
+      members.push_back(t);
+    }
+  }
+}
+
+inline void FaceJoin::adopt_slivers() {
+  std::vector<std::uint32_t> orphans;
+  for (std::uint32_t t = 0; t < triangles_.size(); ++t) {
+    if (region_[t] == none) orphans.push_back(t);
+  }
+  while (!orphans.empty()) {
+    const std::size_t count = orphans.size();
+    std::erase_if(orphans, [this](std::uint32_t t) {
+      region_[t] = region_[across({t, longest_edge_[t]})];
+      return region_[t] != none;
+    });
+    if (orphans.size() < count) continue;
+    // What remains are slivers in a ring around their longest edges; any neighbour will do.
+    std::erase_if(orphans, [this](std::uint32_t t) {
+      for (const std::uint32_t n : triangles_[t].neighbors) {
+        if (region_[t] == none) region_[t] = region_[n];
+      }
+      return region_[t] != none;
+    });
+    BRISTLE_ASSERT(orphans.size() < count);
+  }
+}
+
+/// One side that starts at each vertex; `triangle` is none where the vertex is not on the hull.
+inline std::vector<FaceJoin::Side> FaceJoin::sides_by_start() const {
+  std::vector<Side> sides(points_.size(), Side{none, 0});
+  for (std::uint32_t t = 0; t < triangles_.size(); ++t) {
+    for (std::size_t k = 0; k < 3; ++k) sides[triangles_[t].corners[k]] = {t, k};
+  }
+  return sides;
+}
+
+inline std::size_t FaceJoin::count_regions_around(Side first) const {
+  std::size_t count = 0;
+  Side side = first;
+  do {
+    if (is_border(side)) ++count;
+    side = turned(side);
+  } while (!(side == first));
+  return count;
+}
+
+inline bool FaceJoin::dissolve_small_regions() {
+  std::vector<std::size_t> corner_count(triangles_.size(), 0);
+  for (const Side first : sides_by_start()) {
+    if (first.triangle == none || count_regions_around(first) < 3) continue;
+    Side side = first;
+    do {
+      if (is_border(side)) ++corner_count[region_[side.triangle]];
+      side = turned(side);
+    } while (!(side == first));
+  }
+  std::map<std::pair<std::uint32_t, std::uint32_t>, double> border_lengths;
+  for (std::uint32_t t = 0; t < triangles_.size(); ++t) {
+    if (corner_count[region_[t]] >= 3) continue;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Side side{t, k};
+      if (is_border(side)) border_lengths[{region_[t], region_[across(side)]}] += length_of(side);
+    }
+  }
+  if (border_lengths.empty()) return false;
+  // One region at a time: its end changes the corners of its neighbours.
+  const std::uint32_t region = border_lengths.begin()->first.first;
+  std::uint32_t heir = none;
+  double longest = 0.0;
+  for (const auto& [border, length] : border_lengths) {
+    if (border.first == region && length > longest) {
+      longest = length;
+      heir = border.second;
+    }
+  }
+  std::replace(region_.begin(), region_.end(), region, heir);
+  return true;
+}
+
+inline std::vector<HullFace> FaceJoin::faces() const {
+  std::vector<bool> is_corner(points_.size(), false);
+  for (const Side side : sides_by_start()) {
+    if (side.triangle == none) continue;
+    is_corner[start_of(side)] = count_regions_around(side) >= 3;
+  }
+  std::vector<HullFace> faces;
+  std::vector<bool> is_done(triangles_.size(), false);
+  for (std::uint32_t t = 0; t < triangles_.size(); ++t) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Side first{t, k};
+      if (is_done[region_[t]] || !is_border(first)) continue;
+      is_done[region_[t]] = true;
+      HullFace face{{}, {}, area_vectors_[region_[t]].normalized()};
+      Side side = first;
+      do {
+        if (is_corner[start_of(side)]) face.corners.push_back(start_of(side));
+        face.ring.push_back(start_of({across(side), (turned_back(side).edge + 2) % 3}));
+        // On to the border side of this region that starts where this one ends.
+        side = {side.triangle, (side.edge + 1) % 3};
+        while (!is_border(side)) side = turned_back(side);
+      } while (!(side == first));
+      faces.push_back(std::move(face));
+    }
+  }
+  return faces;
+}
+
+}  // namespace bristle::detail

@@ -1,0 +1,53 @@
+/// @file
+/// The only door between the library and whatever computes geometry.
+///
+/// A backend is a struct of static functions over a nested template `Collidable<S>`: its own
+/// prepared, immutable form of a shape, cheap to copy (a shared pointer, usually).
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <bristle/geometry/aabb.hpp>
+#include <bristle/geometry/contact_manifold.hpp>
+#include <bristle/geometry/ray.hpp>
+#include <bristle/geometry/shapes.hpp>
+#include <bristle/math/mass_properties.hpp>
+#include <bristle/math/transform.hpp>
+
+#include <concepts>
+#include <cstdint>
+
+namespace bristle {
+
+/// What `World<S, B>` asks of a backend B.
+///
+/// - `make(shape)` checks and prepares a shape. Throws InvalidArgument; nothing after it throws.
+/// - `kind(c)` is the kind of the shape it was made from.
+/// - `bounds(c)` [m] in the shape's own frame; infinite for a half-space.
+/// - `mass_properties(c)` of the solid at unit density, in the shape's own frame; zero mass for a
+///   half-space.
+/// - `can_collide(a, b)` says whether `collide` knows the pair, in either order; the world refuses
+///   shapes that would meet one it does not know.
+/// - `collide(a, b, X_AB, margin, out)` appends to `out` the manifolds of all contact with a gap of
+///   at most `margin` [m], in the frame of A. Returns ContactStatus::failed instead of throwing.
+/// - `cast_rays(c, X_RC, rays, tag, hits)` offers to `hits` the nearest hit of each ray within its
+///   reach, where X_RC is the shape's pose in the rays' frame. The solid is closed: a ray that
+///   starts inside is hit at distance 0 with the normal -direction. Triangles are met from both
+///   sides. Arithmetic is done in the shape's frame and knows no absolute length.
+///
+/// All functions are safe to call from several threads at once.
+template <typename B, typename S>
+concept ShapeBackend =
+    Scalar<S> && std::copyable<typename B::template Collidable<S>> &&
+    requires(const Shape<S>& shape, const typename B::template Collidable<S>& c,
+             const Transform<S>& X, S margin, ContactManifolds<S>& manifolds,
+             const RayBatch<S>& rays, std::uint32_t tag, RayHits<S>& hits, ShapeKind kind) {
+      { B::template make<S>(shape) } -> std::same_as<typename B::template Collidable<S>>;
+      { B::kind(c) } -> std::same_as<ShapeKind>;
+      { B::bounds(c) } -> std::same_as<Aabb<S>>;
+      { B::mass_properties(c) } -> std::same_as<MassProperties<S>>;
+      { B::can_collide(kind, kind) } -> std::same_as<bool>;
+      { B::collide(c, c, X, margin, manifolds) } noexcept -> std::same_as<ContactStatus>;
+      { B::cast_rays(c, X, rays, tag, hits) } noexcept;
+    };
+
+}  // namespace bristle

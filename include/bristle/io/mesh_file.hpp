@@ -1,0 +1,31 @@
+/// @file
+/// Mesh files of any known kind, told apart by their names.
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <bristle/core/error.hpp>
+#include <bristle/geometry/triangle_mesh.hpp>
+#include <bristle/io/file.hpp>
+#include <bristle/io/obj.hpp>
+#include <bristle/io/stl.hpp>
+#include <bristle/io/text_scanner.hpp>
+#include <bristle/math/types.hpp>
+
+#include <filesystem>
+#include <string>
+
+namespace bristle {
+
+/// Mesh from an .stl or .obj file (in whatever case), as `read_stl` and `read_obj` describe. It may
+/// be open, inverted or degenerate; what it is used for checks that.
+///
+/// @throws IoError when the file cannot be read or understood, or has another extension.
+template <Scalar S>
+[[nodiscard]] TriangleMesh<S> load_mesh(const std::filesystem::path& path) {
+  const std::string extension = detail::to_lower(path.extension().string());
+  if (extension == ".stl") return read_stl<S>(read_file(path), path.string());
+  if (extension == ".obj") return read_obj<S>(read_file(path), path.string());
+  detail::raise(IoError(path.string(), 0, "unknown kind of mesh file (known: .stl, .obj)"));
+}
+
+}  // namespace bristle

@@ -1,0 +1,58 @@
+/// @file
+/// Rotations: the exponential map, the step of a quaternion, and bases from one direction.
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <bristle/math/types.hpp>
+
+namespace bristle {
+
+/// Quaternion of the rotation vector phi [rad]: turn by |phi| about phi. Exact for every |phi|, 0
+/// included.
+template <Scalar S>
+[[nodiscard]] Quat<S> exp_rotation(const Vec3<S>& phi) {
+  using std::cos;
+  using std::sin;
+  using std::sqrt;
+  const S angle2 = phi.squaredNorm();
+  // Below this, sin(a/2)/a = 1/2 - a^2/48 to the last bit (the next term is a^4/3840).
+  if (angle2 < Tolerance<S>::equal()) {
+    const S k = S(0.5) - angle2 / S(48);
+    return Quat<S>(S(1) - angle2 / S(8), k * phi.x(), k * phi.y(), k * phi.z()).normalized();
+  }
+  const S angle = sqrt(angle2);
+  const S k = sin(angle / S(2)) / angle;
+  return Quat<S>(cos(angle / S(2)), k * phi.x(), k * phi.y(), k * phi.z());
+}
+
+/// Rotation vector [rad] of a unit quaternion, of length <= pi: the inverse of `exp_rotation`.
+template <Scalar S>
+[[nodiscard]] Vec3<S> log_rotation(const Quat<S>& q) {
+  using std::atan2;
+  const S sign = q.w() < S(0) ? S(-1) : S(1);
+  const Vec3<S> v = sign * q.vec();
+  const S sine = v.norm();
+  if (sine * sine < Tolerance<S>::round_off()) return S(2) * v;
+  return (S(2) * atan2(sine, sign * q.w()) / sine) * v;
+}
+
+/// Attitude after turning for `dt` with the constant world-frame angular velocity `w_W` [rad/s].
+template <Scalar S>
+[[nodiscard]] Quat<S> step_rotation(const Quat<S>& q, const Vec3<S>& w_W, S dt) {
+  return (exp_rotation<S>(dt * w_W) * q).normalized();
+}
+
+/// Two unit vectors that complete the unit vector n to a right-handed orthonormal basis
+/// (t1, t2, n).
+///
+/// Continuous except at n = -z (Duff et al. 2017, "Building an Orthonormal Basis, Revisited").
+template <Scalar S>
+void tangent_basis(const Vec3<S>& n, Vec3<S>& t1, Vec3<S>& t2) {
+  const S sign = n.z() < S(0) ? S(-1) : S(1);
+  const S a = S(-1) / (sign + n.z());
+  const S b = n.x() * n.y() * a;
+  t1 = Vec3<S>(S(1) + sign * n.x() * n.x() * a, sign * b, -sign * n.x());
+  t2 = Vec3<S>(b, sign + n.y() * n.y() * a, -n.y());
+}
+
+}  // namespace bristle

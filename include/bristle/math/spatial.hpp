@@ -1,0 +1,56 @@
+/// @file
+/// Twists and wrenches: six-dimensional velocity and force about a point.
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <bristle/math/types.hpp>
+
+namespace bristle {
+
+/// Velocity of a rigid body about a reference point, both parts in the same frame.
+template <Scalar S>
+struct Twist {
+  /// [m/s] Velocity of the reference point.
+  Vec3<S> linear = Vec3<S>::Zero();
+  /// [rad/s] Angular velocity.
+  Vec3<S> angular = Vec3<S>::Zero();
+
+  /// [m/s] Velocity of the body's point at `r` [m] from the reference point.
+  [[nodiscard]] Vec3<S> at(const Vec3<S>& r) const { return linear + angular.cross(r); }
+
+  /// The same motion about the point at `r` [m] from the reference point.
+  [[nodiscard]] Twist shifted(const Vec3<S>& r) const { return {at(r), angular}; }
+
+  friend Twist operator-(const Twist& a, const Twist& b) {
+    return {a.linear - b.linear, a.angular - b.angular};
+  }
+  friend Twist operator+(const Twist& a, const Twist& b) {
+    return {a.linear + b.linear, a.angular + b.angular};
+  }
+};
+
+/// Force and torque about a reference point; also used for their impulses (then [N s, N m s]).
+template <Scalar S>
+struct Wrench {
+  /// [N] Force.
+  Vec3<S> force = Vec3<S>::Zero();
+  /// [N m] Torque about the reference point.
+  Vec3<S> torque = Vec3<S>::Zero();
+
+  /// Wrench of a force `f` that acts at `r` [m] from the reference point.
+  [[nodiscard]] static Wrench at(const Vec3<S>& r, const Vec3<S>& f) { return {f, r.cross(f)}; }
+
+  /// The same load about the point at `r` [m] from the reference point.
+  [[nodiscard]] Wrench shifted(const Vec3<S>& r) const { return {force, torque - r.cross(force)}; }
+
+  Wrench& operator+=(const Wrench& other) {
+    force += other.force;
+    torque += other.torque;
+    return *this;
+  }
+  friend Wrench operator+(Wrench a, const Wrench& b) { return a += b; }
+  friend Wrench operator-(const Wrench& a) { return {-a.force, -a.torque}; }
+  friend Wrench operator*(S k, const Wrench& a) { return {k * a.force, k * a.torque}; }
+};
+
+}  // namespace bristle

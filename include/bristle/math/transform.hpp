@@ -1,0 +1,54 @@
+/// @file
+/// Rigid transform: where one frame stands in another.
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <bristle/math/types.hpp>
+
+namespace bristle {
+
+/// Pose X_AB of a frame B in a frame A: maps coordinates in B to coordinates in A.
+///
+/// `X_AC = X_AB * X_BC`, `p_AP = X_AB * p_BP`, and names tell when frames do not meet.
+template <Scalar S>
+struct Transform {
+  /// [1] R_AB as a unit quaternion.
+  Quat<S> rotation = Quat<S>::Identity();
+  /// [m] Origin of B in A.
+  Vec3<S> translation = Vec3<S>::Zero();
+
+  /// X_BA, the pose of A in B.
+  [[nodiscard]] Transform inverse() const {
+    const Quat<S> r = rotation.conjugate();
+    return {r, -(r * translation)};
+  }
+
+  /// A free vector (direction, velocity, force) of B, expressed in A.
+  [[nodiscard]] Vec3<S> rotate(const Vec3<S>& v_B) const { return rotation * v_B; }
+
+  /// R_AB as a matrix: cheaper than the quaternion from the second vector on.
+  [[nodiscard]] Mat3<S> rotation_matrix() const { return rotation.toRotationMatrix(); }
+
+  /// The same pose in another scalar.
+  template <Scalar T>
+  [[nodiscard]] Transform<T> cast() const {
+    return {Quat<T>(rotation.template cast<T>()), translation.template cast<T>()};
+  }
+
+  friend Transform operator*(const Transform& X_AB, const Transform& X_BC) {
+    return {X_AB.rotation * X_BC.rotation, X_AB.rotation * X_BC.translation + X_AB.translation};
+  }
+  friend Vec3<S> operator*(const Transform& X_AB, const Vec3<S>& p_B) {
+    return X_AB.rotation * p_B + X_AB.translation;
+  }
+};
+
+/// X_AB from X_WA and X_WB. The two origins are subtracted first, so nothing is lost far from the
+/// world's origin: the error is relative to the distance of the two frames.
+template <Scalar S>
+[[nodiscard]] Transform<S> relative_pose(const Transform<S>& X_WA, const Transform<S>& X_WB) {
+  const Quat<S> R_AW = X_WA.rotation.conjugate();
+  return {R_AW * X_WB.rotation, R_AW * Vec3<S>(X_WB.translation - X_WA.translation)};
+}
+
+}  // namespace bristle

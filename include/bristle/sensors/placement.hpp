@@ -1,0 +1,269 @@
+/// @file
+/// Covers a surface with sensors (Algorithm 2 and its extension to vertices and edges).
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <bristle/core/error.hpp>
+#include <bristle/geometry/mesh_validation.hpp>
+#include <bristle/geometry/triangle_mesh.hpp>
+#include <bristle/math/transform.hpp>
+#include <bristle/sensors/sensor_layout.hpp>
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace bristle {
+
+/// How sensors sit on a mesh. The defaults put one 10 mm ray on every face, half of it below the
+/// surface.
+template <Scalar S>
+struct PlacementDef {
+  /// [m] How far below the surface the rays start, D in Algorithm 2. Finite, >= 0.
+  S depth = S(0.005);
+  /// [m] Length of the rays from their starts, R in Algorithm 2. Finite, > depth, so that they end
+  /// above the surface.
+  S range = S(0.010);
+  /// [-] One sensor at the centroid of every face, along the face's normal.
+  bool faces = true;
+  /// [-] One sensor at every vertex, along the mean of the faces' normals weighted by their angles.
+  bool vertices = false;
+  /// [-] One sensor at the midpoint of every edge, along the mean normal of its faces.
+  bool edges = false;
+  /// [m] Pose of the mesh in the frame A of the body that carries the sensors.
+  Transform<S> X_AM{};
+};
+
+/// What `sensors_from_mesh` placed and what it had to leave out.
+struct PlacementReport {
+  /// [-] Sensors on faces, on vertices and on edges; they follow one another in this order.
+  std::size_t face_sensors = 0;
+  std::size_t vertex_sensors = 0;
+  std::size_t edge_sensors = 0;
+  /// [-] Numbers of the triangles without a normal; they carry no sensor, nor do they count for the
+  /// normals of their vertices and edges.
+  std::vector<std::uint32_t> degenerate_faces;
+  /// [-] Numbers of the vertices whose faces' normals cancel (both sides of a sheet, say).
+  std::vector<std::uint32_t> vertices_without_normal;
+  /// [-] Likewise edges, by the numbers of their two vertices.
+  std::vector<std::array<std::uint32_t, 2>> edges_without_normal;
+};
+
+/// Sensors along the surface of a mesh, in the frame A of the body that carries them.
+///
+/// A sensor starts `depth` below the surface and runs along the outward normal for `range`
+/// (Algorithm 2; its line 6 prints the sum of the corners for their mean, which is meant).
+/// Faces come first, in the order of the triangles; then vertices, in the order of the mesh; then
+/// edges, by their lower and then their higher vertex. Vertices with equal coordinates count as the
+/// first of them, so that a mesh with seams gets no sensor twice.
+///
+/// @param report  Where not null, receives what was placed and what was left out.
+/// @throws InvalidArgument when the mesh is no valid surface (see `validate_surface`) or the
+///         definition breaks a rule; that includes one that asks for no sensors at all.
+template <Scalar S>
+[[nodiscard]] SensorLayout<S> sensors_from_mesh(const TriangleMesh<S>& mesh,
+                                                const PlacementDef<S>& def,
+                                                PlacementReport* report = nullptr);
+
+/// A regular grid of sensors on a flat rectangle, all vectors in the frame A of the body.
+template <Scalar S>
+struct SensorGridDef {
+  /// [m] Middle of the rectangle.
+  Vec3<S> center = Vec3<S>::Zero();
+  /// [m] One whole side of the rectangle. The rays point along side_u x side_v.
+  Vec3<S> side_u = Vec3<S>::UnitX();
+  /// [m] The other whole side; must not be parallel to side_u.
+  Vec3<S> side_v = Vec3<S>::UnitY();
+  /// [-] Number of sensors along each side, >= 1.
+  std::size_t count_u = 1;
+  std::size_t count_v = 1;
+  /// [m] How far below the rectangle the rays start. Finite, >= 0.
+  S depth = S(0.005);
+  /// [m] Length of the rays from their starts. Finite, > depth.
+  S range = S(0.010);
+};
+
+/// One sensor in the middle of each of count_u x count_v equal cells; those along side_u follow one
+/// another.
+///
+/// @throws InvalidArgument when the definition breaks a rule.
+template <Scalar S>
+[[nodiscard]] SensorLayout<S> sensor_grid(const SensorGridDef<S>& def);
+
+// Implementation -----------------------------------------------------------------------------------
+
+namespace detail {
+
+template <Scalar S>
+void require_depth_and_range(const std::string& def, S depth, S range) {
+  require_not_negative(def + "::depth", depth);
+  require_positive(def + "::range", range);
+  require(range > depth, def + "::range", range,
+          "must exceed depth = " + to_text(depth) + ", so that the ray ends above the surface");
+}
+
+/// Angle [rad] of a triangle at its corner k.
+template <Scalar S>
+[[nodiscard]] S corner_angle(const TriangleMesh<S>& mesh, std::size_t triangle, std::size_t k) {
+  using std::atan2;
+  const auto& t = mesh.triangles[triangle];
+  const Vec3<S> a = mesh.vertices[t[(k + 1) % 3]] - mesh.vertices[t[k]];
+  const Vec3<S> b = mesh.vertices[t[(k + 2) % 3]] - mesh.vertices[t[k]];
+  return atan2(a.cross(b).norm(), a.dot(b));
+}
+
+/// The mesh with every triangle naming the first of the vertices at its corners' places.
+template <Scalar S>
+[[nodiscard]] TriangleMesh<S> without_seams(TriangleMesh<S> mesh) {
+  const MergedPoints merged = merge_points<S>(std::span<const Vec3<S>>(mesh.vertices), S(0));
+  for (auto& t : mesh.triangles) {
+    for (std::uint32_t& v : t) v = merged.unique[merged.renumber[v]];
+  }
+  return mesh;
+}
+
+/// Sum of unit normals with their weights, and whether they leave a direction.
+template <Scalar S>
+struct NormalSum {
+  Vec3<S> sum = Vec3<S>::Zero();
+  /// [-] Sum of the weights; 0 where no triangle with a normal took part.
+  S weight = S(0);
+
+  void add(const Vec3<S>& normal, S w) {
+    sum += w * normal;
+    weight += w;
+  }
+  [[nodiscard]] bool has_direction() const { return sum.norm() > Tolerance<S>::equal() * weight; }
+};
+
+/// Puts sensors on the faces, vertices and edges of a mesh without seams.
+template <Scalar S>
+class MeshPlacement {
+ public:
+  MeshPlacement(const TriangleMesh<S>& mesh, const PlacementDef<S>& def)
+      : mesh_(mesh), def_(def), R_AM_(def.X_AM.rotation_matrix()) {
+    report.degenerate_faces = degenerate_triangles(mesh);
+    normals_.reserve(mesh.triangles.size());
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+      normals_.push_back(triangle_normal(mesh, t));
+    }
+    // Zero marks the triangles that have none, and makes them count for nothing in a sum.
+    for (const std::uint32_t t : report.degenerate_faces) normals_[t].setZero();
+  }
+
+  void add_faces() {
+    for (std::size_t t = 0; t < normals_.size(); ++t) {
+      if (has_normal(t)) add(triangle_centroid(mesh_, t), normals_[t], report.face_sensors);
+    }
+  }
+
+  void add_vertices() {
+    std::vector<NormalSum<S>> sums(mesh_.vertices.size());
+    for (std::size_t t = 0; t < normals_.size(); ++t) {
+      if (!has_normal(t)) continue;
+      for (std::size_t k = 0; k < 3; ++k) {
+        sums[mesh_.triangles[t][k]].add(normals_[t], corner_angle(mesh_, t, k));
+      }
+    }
+    for (std::uint32_t v = 0; v < sums.size(); ++v) {
+      if (sums[v].has_direction()) {
+        add(mesh_.vertices[v], sums[v].sum, report.vertex_sensors);
+      } else if (sums[v].weight > S(0)) {
+        report.vertices_without_normal.push_back(v);
+      }
+    }
+  }
+
+  void add_edges() {
+    const std::vector<EdgeUse> uses = sorted_edges(mesh_);
+    for (std::size_t i = 0; i < uses.size();) {
+      const EdgeUse& edge = uses[i];
+      NormalSum<S> normal;
+      for (; i < uses.size() && uses[i].is_same_edge(edge); ++i) {
+        if (has_normal(uses[i].triangle)) normal.add(normals_[uses[i].triangle], S(1));
+      }
+      if (normal.has_direction()) {
+        add(S(0.5) * (mesh_.vertices[edge.low] + mesh_.vertices[edge.high]), normal.sum,
+            report.edge_sensors);
+      } else if (normal.weight > S(0)) {
+        report.edges_without_normal.push_back({edge.low, edge.high});
+      }
+    }
+  }
+
+  SensorLayout<S> layout;
+  PlacementReport report;
+
+ private:
+  [[nodiscard]] bool has_normal(std::size_t triangle) const {
+    return normals_[triangle] != Vec3<S>::Zero();
+  }
+
+  void add(const Vec3<S>& p_M, const Vec3<S>& n_M, std::size_t& counter) {
+    const Vec3<S> n_A = (R_AM_ * n_M).normalized();
+    layout.add(def_.X_AM * p_M - def_.depth * n_A, n_A, def_.range);
+    ++counter;
+  }
+
+  const TriangleMesh<S>& mesh_;
+  const PlacementDef<S>& def_;
+  Mat3<S> R_AM_;
+  std::vector<Vec3<S>> normals_;
+};
+
+}  // namespace detail
+
+template <Scalar S>
+SensorLayout<S> sensors_from_mesh(const TriangleMesh<S>& mesh, const PlacementDef<S>& def,
+                                  PlacementReport* report) {
+  using std::abs;
+  detail::require_depth_and_range("PlacementDef", def.depth, def.range);
+  detail::require_all_finite("PlacementDef::X_AM.translation", def.X_AM.translation);
+  detail::require_all_finite("PlacementDef::X_AM.rotation", def.X_AM.rotation.coeffs());
+  detail::require(abs(def.X_AM.rotation.squaredNorm() - S(1)) <= Tolerance<S>::equal(),
+                  "PlacementDef::X_AM.rotation: length", def.X_AM.rotation.norm(), "must be 1");
+  detail::require(def.faces || def.vertices || def.edges, "PlacementDef::faces", false,
+                  "must be true where vertices and edges are false");
+  validate_surface(mesh);
+
+  const TriangleMesh<S> seamless = detail::without_seams(mesh);
+  detail::MeshPlacement<S> placement(seamless, def);
+  if (def.faces) placement.add_faces();
+  if (def.vertices) placement.add_vertices();
+  if (def.edges) placement.add_edges();
+  if (report != nullptr) *report = std::move(placement.report);
+  return std::move(placement.layout);
+}
+
+template <Scalar S>
+SensorLayout<S> sensor_grid(const SensorGridDef<S>& def) {
+  detail::require_depth_and_range("SensorGridDef", def.depth, def.range);
+  detail::require_all_finite("SensorGridDef::center", def.center);
+  detail::require_all_finite("SensorGridDef::side_u", def.side_u);
+  detail::require_all_finite("SensorGridDef::side_v", def.side_v);
+  detail::require(def.count_u >= 1, "SensorGridDef::count_u", def.count_u, "must be >= 1");
+  detail::require(def.count_v >= 1, "SensorGridDef::count_v", def.count_v, "must be >= 1");
+  const Vec3<S> u = def.side_u.stableNormalized();
+  const Vec3<S> v = def.side_v.stableNormalized();
+  const S sine = u.cross(v).norm();
+  detail::require(sine > Tolerance<S>::equal(), "SensorGridDef: sine of the angle of the sides",
+                  sine, "must not be 0 (sides parallel or of no length)");
+
+  const Vec3<S> normal = u.cross(v) / sine;
+  const Vec3<S> corner = def.center - S(0.5) * (def.side_u + def.side_v) - def.depth * normal;
+  SensorLayout<S> layout;
+  for (std::size_t j = 0; j < def.count_v; ++j) {
+    for (std::size_t i = 0; i < def.count_u; ++i) {
+      const S along_u = (S(i) + S(0.5)) / S(def.count_u);
+      const S along_v = (S(j) + S(0.5)) / S(def.count_v);
+      layout.add(corner + along_u * def.side_u + along_v * def.side_v, normal, def.range);
+    }
+  }
+  return layout;
+}
+
+}  // namespace bristle

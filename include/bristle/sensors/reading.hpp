@@ -1,0 +1,108 @@
+/// @file
+/// What the sensors of a patch felt in the last step.
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <bristle/dynamics/body.hpp>
+#include <bristle/geometry/ray.hpp>
+#include <bristle/math/spatial.hpp>
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace bristle {
+
+/// State of one sensor.
+enum class SensorState : std::uint8_t {
+  /// Touches nothing.
+  free,
+  /// Touches, its bristle rooted.
+  stuck,
+  /// Touches, its bristle let go in this step.
+  slipping
+};
+
+/// View of a patch's readings, in the order of its sensors. Valid until the next step or until the
+/// patch is removed.
+///
+/// Forces are the impulses that were applied, divided by the step, on the sensor's own body. Shear
+/// is given in each sensor's tangent frame (t1, t2), fixed in its body: `tangent_basis` of the ray's
+/// direction in the body frame.
+template <Scalar S>
+struct PatchReading {
+  /// [1] Depth e_N at the start of the step, in [0, 1]; 0 where nothing is touched.
+  std::span<const S> depth;
+  /// [N] Normal force, >= 0, pushing the sensor back along its ray.
+  std::span<const S> normal_force;
+  /// [N] Shear along t1 and t2.
+  std::span<const S> shear_1;
+  std::span<const S> shear_2;
+  /// [m] Point of touch in the world, valid where something is touched.
+  std::span<const S> point_x;
+  std::span<const S> point_y;
+  std::span<const S> point_z;
+  /// [-] Body that is touched; names nothing where none is.
+  std::span<const BodyId> body;
+  /// [-] Free, stuck or slipping.
+  std::span<const SensorState> state;
+  /// [N, N m] Total on the patch's body about its centre of mass, world axes.
+  Wrench<S> wrench{};
+  /// [N] Total of the shear forces as a vector, world axes.
+  Vec3<S> shear_W = Vec3<S>::Zero();
+
+  [[nodiscard]] std::size_t size() const { return depth.size(); }
+  /// [N] Sum of all normal forces.
+  [[nodiscard]] S total_normal() const {
+    S sum = S(0);
+    for (const S f : normal_force) sum += f;
+    return sum;
+  }
+  /// [N] Length of the vector sum of all shear forces.
+  [[nodiscard]] S total_shear() const { return shear_W.norm(); }
+  /// [-] Number of sensors that touch something.
+  [[nodiscard]] std::size_t touching() const {
+    return size() - static_cast<std::size_t>(
+                        std::count(state.begin(), state.end(), SensorState::free));
+  }
+  /// [-] Number of sensors that slipped.
+  [[nodiscard]] std::size_t slipping() const {
+    return static_cast<std::size_t>(
+        std::count(state.begin(), state.end(), SensorState::slipping));
+  }
+};
+
+/// Where the readings of a patch are kept.
+template <Scalar S>
+struct ReadingStore {
+  std::vector<S> depth, normal_force, shear_1, shear_2;
+  Vec3Array<S> point;
+  std::vector<BodyId> body;
+  std::vector<SensorState> state;
+  Wrench<S> wrench{};
+  Vec3<S> shear_W = Vec3<S>::Zero();
+
+  void resize(std::size_t n) {
+    depth.resize(n);
+    normal_force.resize(n);
+    shear_1.resize(n);
+    shear_2.resize(n);
+    point.resize(n);
+    body.resize(n);
+    state.resize(n, SensorState::free);
+  }
+  /// Makes one sensor read nothing.
+  void clear(std::size_t i) {
+    depth[i] = normal_force[i] = shear_1[i] = shear_2[i] = S(0);
+    body[i] = BodyId{};
+    state[i] = SensorState::free;
+  }
+  [[nodiscard]] PatchReading<S> view() const {
+    return {depth,   normal_force, shear_1, shear_2, point.x, point.y,
+            point.z, body,         state,   wrench,  shear_W};
+  }
+};
+
+}  // namespace bristle

@@ -1,0 +1,109 @@
+/// @file
+/// How long an explicit step may be.
+///
+/// Symplectic Euler with an explicit damper integrates a mode of stiffness k, damping c and mass m
+/// stably if and only if k dt^2 / m + 2 c dt / m < 4 (docs/sensors.md). For a whole patch the same
+/// holds for the largest eigenvalue of W (dt^2 K + 2 dt D), W being the mobility of the two bodies.
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <bristle/dynamics/soft_block.hpp>
+#include <bristle/math/rotation.hpp>
+#include <bristle/sensors/patch.hpp>
+
+namespace bristle {
+
+/// [s] Longest stable explicit step of one mode; infinite without stiffness and damping.
+template <Scalar S>
+struct Mode {
+  /// [kg] Mass that moves.
+  S mass = S(1);
+  /// [N/m] Stiffness.
+  S stiffness = S(0);
+  /// [N s/m] Damping.
+  S damping = S(0);
+
+  /// The positive root of k dt^2 + 2 c dt = 4 m, free of cancellation.
+  [[nodiscard]] S largest_stable_step() const {
+    using std::sqrt;
+    const S sum = damping + sqrt(damping * damping + S(4) * mass * stiffness);
+    return sum > S(0) ? S(4) * mass / sum : infinity<S>;
+  }
+};
+
+/// [s] Longest explicit step at which symplectic Euler is stable for what the patch touches now, in
+/// all six directions of each touched body; infinite when it touches nothing that moves.
+///
+/// Several patches on one body add up: this looks at one alone.
+/// @param mobility_of  Callable: Mat6<S> mobility_of(pair), the mobility of the pair's two bodies
+///                     about its point c.
+template <Scalar S, typename MobilityOf>
+[[nodiscard]] S largest_stable_step(const SensorPatch<S>& patch, MobilityOf&& mobility_of);
+
+// Implementation -----------------------------------------------------------------------------------
+
+namespace detail {
+
+/// Stiffness and damping of the contacts of a pair about c.
+template <Scalar S>
+void sum_stiffness(const SensorPatch<S>& patch, const PatchPair<S>& pair, Mat6<S>& K, Mat6<S>& D) {
+  K.setZero();
+  D.setZero();
+  for (std::uint32_t i = pair.first; i < pair.first + pair.count; ++i) {
+    const PatchContact<S>& c = patch.contacts[i];
+    if (!c.is_touching) continue;
+    const SensorParameters<S>& p = patch.parameters(c.sensor);
+    const S force = normal_force(p, c.depth, c.g.dot(c.start_velocity) / c.length);
+    const S k_t = bristle_stiffness(p, patch.def.options.scaling, force, c.depth);
+    Vec3<S> t1, t2;
+    tangent_basis<S>(c.n, t1, t2);
+    const auto add = [&](const Vec3<S>& d, S k, S damping) {
+      Vec6<S> j;
+      j << d, c.rho.cross(d);
+      K += (k * j) * j.transpose();
+      D += (damping * j) * j.transpose();
+    };
+    add(t1, k_t, p.sliding_friction);
+    add(t2, k_t, p.sliding_friction);
+    add(c.g, p.normal_stiffness / c.length, p.normal_damping / c.length);
+  }
+}
+
+/// Whether all eigenvalues of W (dt^2 K + 2 dt D) are below 4: W^-1 4 - (dt^2 K + 2 dt D) is then
+/// positive definite, which a Cholesky factorisation decides.
+template <Scalar S>
+[[nodiscard]] bool is_stable_step(const Mat6<S>& inverse_mobility, const Mat6<S>& K,
+                                  const Mat6<S>& D, S dt) {
+  Mat6<S> rest = S(4) * inverse_mobility - dt * dt * K - S(2) * dt * D;
+  return factor_cholesky(rest.data(), 6);
+}
+
+}  // namespace detail
+
+template <Scalar S, typename MobilityOf>
+S largest_stable_step(const SensorPatch<S>& patch, MobilityOf&& mobility_of) {
+  S smallest = infinity<S>;
+  for (const PatchPair<S>& pair : patch.pairs) {
+    if (pair.count == 0) continue;
+    Mat6<S> K, D;
+    detail::sum_stiffness(patch, pair, K, D);
+    const Mat6<S> W = mobility_of(pair);
+    if (!(W.trace() > S(0)) || !(K.trace() + D.trace() > S(0))) continue;
+    const Mat6<S> inverse = W.inverse();
+    // The criterion is monotone in dt: bracket by doubling, then bisect to round-off.
+    S low = S(0);
+    S high = Mode<S>{S(6) / W.trace(), K.trace(), D.trace()}.largest_stable_step();
+    for (int i = 0; i < 200 && detail::is_stable_step(inverse, K, D, high); ++i) {
+      low = high;
+      high *= S(2);
+    }
+    while (high - low > Tolerance<S>::round_off() * high) {
+      const S middle = S(0.5) * (low + high);
+      (detail::is_stable_step(inverse, K, D, middle) ? low : high) = middle;
+    }
+    smallest = std::min(smallest, low);
+  }
+  return smallest;
+}
+
+}  // namespace bristle

@@ -1,0 +1,121 @@
+/// @file
+/// First stage of a step: who is near whom, and where they touch.
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <bristle/dynamics/contact_rows.hpp>
+#include <bristle/world/world_state.hpp>
+
+#include <vector>
+
+namespace bristle {
+
+/// Moves the boxes of all shapes, finds the pairs that may touch, asks the backend where they do,
+/// and turns contacts between steps into rows.
+template <Scalar S, typename Backend>
+class ContactStage {
+ public:
+  using State = WorldState<S, Backend>;
+
+  /// Updates the broad phase and the contact cache.
+  void find_contacts(State& state) {
+    sweep_boxes(state);
+    pairs_.clear();
+    state.contacts.begin_step();
+    if (moving_.empty()) return;
+    state.broad_phase.find_pairs(
+        moving_, [&](std::uint32_t a, std::uint32_t b) { return accepts(state, a, b); }, pairs_,
+        state.report.pairs_tested);
+    for (const ShapePair& pair : pairs_) collide(state, pair);
+    state.report.contact_points = state.contacts.points().size();
+  }
+
+  /// Adds the rows of all contacts.
+  void add_rows(State& state) const {
+    for (const CachedManifold<S>& m : state.contacts.manifolds()) {
+      const Collider<S, Backend>& a = state.colliders.at(m.shapes.a);
+      const Collider<S, Backend>& b = state.colliders.at(m.shapes.b);
+      add_contact_rows(m, state.contacts.points(), combined(a.material, b.material), a.body.index,
+                       b.body.index, state.solver_bodies[a.body.index],
+                       state.solver_bodies[b.body.index], state.def.restitution_speed,
+                       state.def.time_step, state.constraints);
+    }
+  }
+
+  /// Keeps the impulses that the solver found. Contact blocks come first among all blocks, in the
+  /// order of the points.
+  void store_impulses(State& state) const {
+    std::vector<CachedPoint<S>>& points = state.contacts.points();
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      const std::uint32_t first = state.constraints.blocks[i].first;
+      for (std::uint32_t k = 0; k < 3; ++k) {
+        points[i].impulse[k] = state.constraints.rows[first + k].impulse;
+      }
+    }
+  }
+
+ private:
+  void sweep_boxes(State& state) {
+    moving_.clear();
+    for (std::uint32_t i = 0; i < state.colliders.slot_count(); ++i) {
+      if (!state.colliders.is_live(i)) continue;
+      const Collider<S, Backend>& c = state.colliders.at(i);
+      // Half-spaces belong to bodies that forces do not move, and are always listed.
+      if (state.body_of(c).motion == Motion::fixed || c.half_space) continue;
+      state.broad_phase.move(i, swept_box(state, c));
+      moving_.push_back(i);
+    }
+  }
+
+  [[nodiscard]] bool accepts(const State& state, std::uint32_t tag_a, std::uint32_t tag_b) const {
+    const Collider<S, Backend>& a = state.colliders.at(tag_a);
+    const Collider<S, Backend>& b = state.colliders.at(tag_b);
+    if (a.body == b.body) return false;
+    const Body<S>& body_a = state.body_of(a);
+    const Body<S>& body_b = state.body_of(b);
+    if (!body_a.is_dynamic() && !body_b.is_dynamic()) return false;
+    if (!may_meet(body_a.filter, body_b.filter)) return false;
+    const ShapePair bodies{std::min(a.body.index, b.body.index),
+                           std::max(a.body.index, b.body.index)};
+    if (std::binary_search(state.unpaired.begin(), state.unpaired.end(), bodies)) return false;
+    return state.reaches(swept_box(state, a), b) && state.reaches(swept_box(state, b), a);
+  }
+
+  [[nodiscard]] Aabb<S> swept_box(const State& state, const Collider<S, Backend>& c) const {
+    if (c.half_space) return c.bounds;
+    return transformed(c.bounds, state.body_of(c).center_pose * c.X_CmS)
+        .inflated(reach_of(state, c));
+  }
+
+  /// [m] How far a shape can get within the step.
+  [[nodiscard]] S reach_of(const State& state, const Collider<S, Backend>& c) const {
+    if (c.half_space) return S(0);
+    const Twist<S>& free = state.solver_bodies[c.body.index].free;
+    return state.def.time_step * (free.linear.norm() + free.angular.norm() * c.radius);
+  }
+
+  void collide(State& state, const ShapePair& pair) {
+    const Collider<S, Backend>& a = state.colliders.at(pair.a);
+    const Collider<S, Backend>& b = state.colliders.at(pair.b);
+    const Body<S>& body_a = state.body_of(a);
+    const Body<S>& body_b = state.body_of(b);
+    const Transform<S> X_SaSb = a.X_CmS.inverse() * state.pose_from(body_a, b);
+    const S margin = reach_of(state, a) + reach_of(state, b);
+    found_.clear();
+    ++state.report.pairs_collided;
+    if (Backend::collide(a.shape, b.shape, X_SaSb, margin, found_) != ContactStatus::ok) {
+      ++state.report.backend_failures;
+      return;
+    }
+    state.contacts.add(pair, found_,
+                       (body_a.center_pose.rotation * a.X_CmS.rotation).toRotationMatrix(),
+                       body_a.center_pose.rotate(a.X_CmS.translation),
+                       body_b.center_pose.translation - body_a.center_pose.translation);
+  }
+
+  std::vector<std::uint32_t> moving_;
+  std::vector<ShapePair> pairs_;
+  ContactManifolds<S> found_;
+};
+
+}  // namespace bristle

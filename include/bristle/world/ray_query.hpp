@@ -1,0 +1,88 @@
+/// @file
+/// Rays through a whole world.
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <bristle/world/world_state.hpp>
+
+#include <span>
+
+namespace bristle {
+
+/// Whom a ray query meets.
+struct RayFilter {
+  /// [-] Categories of the bodies that are met.
+  std::uint32_t categories = 0xffffffffu;
+  /// [-] A body that is not met (the one the ray starts from, say).
+  BodyId excluded{};
+};
+
+/// Nearest hit of a ray through a world.
+template <Scalar S>
+struct WorldRayHit {
+  /// [m] Distance from the ray's start; infinite where nothing was hit, 0 where it starts inside.
+  S distance = infinity<S>;
+  /// [m] Point of the hit, and [1] outward unit normal of the surface, in the world.
+  Vec3<S> point = Vec3<S>::Zero();
+  Vec3<S> normal = Vec3<S>::Zero();
+  /// [-] What was hit.
+  BodyId body{};
+  ShapeId shape{};
+
+  [[nodiscard]] bool is_hit() const { return distance < infinity<S>; }
+};
+
+namespace detail {
+
+/// @throws InvalidArgument when the ray is not finite, has no unit direction or no length.
+template <Scalar S>
+void require_ray(const Ray<S>& ray) {
+  using std::abs;
+  require_all_finite("Ray::origin", ray.origin);
+  require_all_finite("Ray::direction", ray.direction);
+  require(abs(ray.direction.squaredNorm() - S(1)) <= Tolerance<S>::equal(), "Ray::direction",
+          ray.direction.norm(), "must have length 1");
+  require(ray.length > S(0), "Ray::length", ray.length, "must be > 0");
+}
+
+template <Scalar S, typename Backend>
+[[nodiscard]] WorldRayHit<S> cast_ray(const WorldState<S, Backend>& state, const Ray<S>& ray,
+                                      const RayFilter& filter) {
+  RayHits<S> hits;
+  hits.reset(1);
+  state.broad_phase.walk_ray(ray, [&](std::uint32_t tag, S nearest) {
+    const Collider<S, Backend>& c = state.colliders.at(tag);
+    const Body<S>& body = state.body_of(c);
+    if (c.body == filter.excluded || (body.filter.category & filter.categories) == 0) {
+      return nearest;
+    }
+    // The ray starts in the frame of its own origin, so nothing is lost far from the world's.
+    Transform<S> X_RS = body.center_pose * c.X_CmS;
+    X_RS.translation -= ray.origin;
+    const S zero = S(0);
+    const S length = std::min(nearest, ray.length);
+    const auto one = [](const S& value) { return std::span<const S>(&value, 1); };
+    const RayBatch<S> batch{one(zero),
+                            one(zero),
+                            one(zero),
+                            one(ray.direction.x()),
+                            one(ray.direction.y()),
+                            one(ray.direction.z()),
+                            one(length),
+                            S(0)};
+    Backend::cast_rays(c.shape, X_RS, batch, tag, hits);
+    return std::min(nearest, hits.distance[0]);
+  });
+  WorldRayHit<S> result;
+  if (!hits.is_hit(0)) return result;
+  const Collider<S, Backend>& c = state.colliders.at(hits.tag[0]);
+  result.distance = hits.distance[0];
+  result.normal = hits.normal[0];
+  result.point = ray.origin + result.distance * ray.direction;
+  result.body = c.body;
+  result.shape = state.colliders.handle(hits.tag[0]);
+  return result;
+}
+
+}  // namespace detail
+}  // namespace bristle

@@ -1,0 +1,47 @@
+/// @file
+/// What a step did, in numbers.
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <bristle/math/types.hpp>
+
+#include <cstdint>
+
+namespace bristle {
+
+/// Counters of one step. A stage with nothing to do leaves its counters at zero: what a scene does
+/// not need is not done, and this is where it shows.
+template <Scalar S>
+struct StepReport {
+  /// [-] Pairs of overlapping boxes, pairs asked of the backend, and points of contact found.
+  std::uint64_t pairs_tested = 0;
+  std::uint64_t pairs_collided = 0;
+  std::uint64_t contact_points = 0;
+  /// [-] Patches in the world, and those with a body in reach.
+  std::uint64_t patches = 0;
+  std::uint64_t patches_near = 0;
+  /// [-] Rays cast (a ray counts once per shape it is asked of), sensors skipped because nothing was
+  /// in reach of their patch, and sensors that touch.
+  std::uint64_t rays_cast = 0;
+  std::uint64_t sensors_skipped = 0;
+  std::uint64_t sensors_touching = 0;
+  /// [-] Patch-body pairs evaluated explicitly and solved implicitly.
+  std::uint64_t explicit_pairs = 0;
+  std::uint64_t implicit_pairs = 0;
+  /// [-] Islands with constraints, those solved by factorisation, rows, sweeps, factorisations.
+  std::uint64_t islands = 0;
+  std::uint64_t direct_islands = 0;
+  std::uint64_t rows = 0;
+  std::uint64_t sweeps = 0;
+  std::uint64_t factorisations = 0;
+  /// [-] Sweeps of the position correction; zero in a step without position errors.
+  std::uint64_t position_sweeps = 0;
+  /// [m/s] Largest velocity change of the last sweep of any island.
+  S residual = S(0);
+  /// [-] Contact queries that the backend failed; those pairs do not touch in this step.
+  std::uint64_t backend_failures = 0;
+  /// [-] Bodies whose new state was not finite; they stay where they were, at rest.
+  std::uint64_t frozen_bodies = 0;
+};
+
+}  // namespace bristle

@@ -1,0 +1,230 @@
+/// @file
+/// Second stage of a step: what the sensors meet, and the forces or soft blocks that come of it.
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <bristle/sensors/patch_contacts.hpp>
+#include <bristle/sensors/patch_explicit.hpp>
+#include <bristle/world/world_state.hpp>
+
+#include <vector>
+
+namespace bristle {
+
+/// Senses with every patch, then decides for each touched body between explicit and implicit.
+template <Scalar S, typename Backend>
+class SensorStage {
+ public:
+  using State = WorldState<S, Backend>;
+
+  /// Which pair of which patch a soft block stands for.
+  struct SoftOwner {
+    std::uint32_t patch = 0;
+    std::uint32_t pair = 0;
+  };
+
+  /// Casts the rays of all patches that have a body in reach and sorts out their contacts.
+  void sense(State& state) {
+    live_.clear();
+    for (std::uint32_t i = 0; i < state.patches.slot_count(); ++i) {
+      if (state.patches.is_live(i)) live_.push_back(i);
+    }
+    scratch_.resize(std::max(scratch_.size(), live_.size()));
+    // Patches write to themselves and to their own scratch only.
+    const auto task = [this, &state](std::size_t k) { sense_patch(state, live_[k], scratch_[k]); };
+    if (live_.size() > 1) {
+      state.def.parallel_for(live_.size(), std::cref(task));
+    } else if (!live_.empty()) {
+      task(0);
+    }
+    state.report.patches = live_.size();
+    for (std::size_t k = 0; k < live_.size(); ++k) {
+      state.report.patches_near += scratch_[k].candidates.empty() ? 0 : 1;
+      state.report.rays_cast += scratch_[k].rays_cast;
+      state.report.sensors_skipped +=
+          scratch_[k].candidates.empty() ? state.patches.at(live_[k]).size() : 0;
+    }
+  }
+
+  /// Pushes the bodies by the impulses of explicit pairs and makes soft blocks of the others.
+  void apply(State& state) {
+    owners_.clear();
+    lambda_.assign(state.solver_bodies.size(), S(0));
+    for_each_pair(state, [&](SensorPatch<S>& patch, PatchPair<S>& pair, SoftOwner) {
+      const SolverBody<S>& a = state.solver_bodies[patch.body.index];
+      const SolverBody<S>& b = state.solver_bodies[pair.body_b];
+      measure_pair(patch, pair, a, b, state.def.time_step);
+      // What several patches do to one body adds up.
+      lambda_[patch.body.index] += pair.lambda;
+      lambda_[pair.body_b] += pair.lambda;
+    });
+    for_each_pair(state, [&](SensorPatch<S>& patch, PatchPair<S>& pair, SoftOwner owner) {
+      pair.is_implicit = wants_implicit(state, patch, pair);
+      if (pair.is_implicit) {
+        add_soft_block(state, patch, pair, owner);
+      } else {
+        apply_explicit(state, patch, pair);
+      }
+    });
+  }
+
+  /// Sums the present linear models of a soft block's sensors into it.
+  void fill(State& state, std::uint32_t soft) const {
+    SensorPatch<S>& patch = state.patches.at(owners_[soft].patch);
+    fill_block(patch, patch.pairs[owners_[soft].pair], state.constraints.soft[soft]);
+  }
+
+  /// Gives every sensor of a soft block its impulse and makes their sum the impulse of the block.
+  void evaluate(State& state, std::uint32_t soft) const {
+    SensorPatch<S>& patch = state.patches.at(owners_[soft].patch);
+    SoftBlock<S>& block = state.constraints.soft[soft];
+    const Wrench<S> sum =
+        evaluate_impulses(patch, patch.pairs[owners_[soft].pair], block.motion);
+    block.impulse << sum.force, sum.torque;
+  }
+
+  /// Linearises a soft block anew; returns whether that matters.
+  bool relinearise(State& state, std::uint32_t soft, int pass, bool is_last_pass) const {
+    SensorPatch<S>& patch = state.patches.at(owners_[soft].patch);
+    return update_linearisation(patch, patch.pairs[owners_[soft].pair],
+                                state.constraints.soft[soft].motion, state.def.time_step, pass,
+                                is_last_pass);
+  }
+
+  /// Turns all impulses into readings.
+  void read(State& state) const {
+    for (const std::uint32_t i : live_) {
+      SensorPatch<S>& patch = state.patches.at(i);
+      if (patch.pairs.empty() && patch.felt.empty()) continue;
+      const Transform<S>& X = state.bodies.at(patch.body.index).center_pose;
+      fill_readings<S>(patch, X.rotation_matrix().transpose(), X.translation, state.def.time_step,
+                       [&](std::uint32_t slot) { return state.bodies.handle(slot); });
+      state.report.sensors_touching += patch.felt.size();
+    }
+  }
+
+ private:
+  struct Scratch {
+    std::vector<std::uint32_t> candidates;
+    std::uint64_t rays_cast = 0;
+  };
+
+  template <typename Visit>
+  void for_each_pair(State& state, Visit&& visit) const {
+    for (const std::uint32_t i : live_) {
+      SensorPatch<S>& patch = state.patches.at(i);
+      for (std::uint32_t k = 0; k < patch.pairs.size(); ++k) {
+        if (patch.pairs[k].count > 0) visit(patch, patch.pairs[k], SoftOwner{i, k});
+      }
+    }
+  }
+
+  [[nodiscard]] bool sees(const State& state, const SensorPatch<S>& patch,
+                          const Collider<S, Backend>& c) const {
+    if (c.body == patch.body) return false;
+    if ((patch.def.sees & state.body_of(c).filter.category) == 0) return false;
+    return std::find(patch.def.excluded.begin(), patch.def.excluded.end(), c.body) ==
+           patch.def.excluded.end();
+  }
+
+  /// [m] By how much the distance of a body to any ray of a patch can shrink within the step.
+  [[nodiscard]] S approach(const State& state, const SensorPatch<S>& patch,
+                           const Collider<S, Backend>& c) const {
+    if (patch.def.integration == Integration::explicit_ || patch.def.options.law == Law::ambf) {
+      return S(0);
+    }
+    const Twist<S>& a = state.solver_bodies[patch.body.index].free;
+    const Twist<S>& b = state.solver_bodies[c.body.index].free;
+    const Transform<S>& X_WA = state.bodies.at(patch.body.index).center_pose;
+    const Vec3<S> center = X_WA.rotate(patch.box.center());
+    const Vec3<S> p_ab = state.body_of(c).center_pose.translation - X_WA.translation;
+    const Vec3<S> v = a.at(center) - b.at(center - p_ab);
+    return state.def.time_step *
+           (v.norm() + (a.angular - b.angular).norm() * patch.box.half_extents().norm());
+  }
+
+  void sense_patch(State& state, std::uint32_t index, Scratch& scratch) const {
+    SensorPatch<S>& patch = state.patches.at(index);
+    const Body<S>& A = state.bodies.at(patch.body.index);
+    scratch.candidates.clear();
+    scratch.rays_cast = 0;
+    const Twist<S>& free = state.solver_bodies[patch.body.index].free;
+    const S own_reach = state.def.time_step *
+                        (free.linear.norm() + free.angular.norm() *
+                                                  (patch.box.center().norm() +
+                                                   patch.box.half_extents().norm()));
+    const Aabb<S> box = transformed(patch.box, A.center_pose).inflated(own_reach);
+    state.broad_phase.overlap(box, [&](std::uint32_t tag) {
+      const Collider<S, Backend>& c = state.colliders.at(tag);
+      if (sees(state, patch, c) && state.reaches(box, c)) scratch.candidates.push_back(tag);
+      return true;
+    });
+    if (scratch.candidates.empty()) {
+      clear_patch(patch);
+      return;
+    }
+    std::sort(scratch.candidates.begin(), scratch.candidates.end());
+    patch.hits.reset(patch.size());
+    for (const std::uint32_t tag : scratch.candidates) {
+      const Collider<S, Backend>& c = state.colliders.at(tag);
+      const S extra = approach(state, patch, c);
+      const Transform<S> X_AS = state.pose_from(A, c);
+      if (!c.half_space &&
+          !transformed(patch.box.inflated(extra), X_AS.inverse()).overlaps(c.bounds)) {
+        continue;
+      }
+      Backend::cast_rays(c.shape, X_AS, patch.rays(extra), tag, patch.hits);
+      scratch.rays_cast += patch.size();
+    }
+    collect_contacts(patch, A, [&](std::uint32_t tag) {
+      const Collider<S, Backend>& c = state.colliders.at(tag);
+      return TouchedBody<S>{&state.body_of(c), c.body};
+    });
+  }
+
+  [[nodiscard]] bool wants_implicit(const State& state, const SensorPatch<S>& patch,
+                                    const PatchPair<S>& pair) const {
+    const PatchDef<S>& def = patch.def;
+    if (def.integration == Integration::explicit_ || def.options.law == Law::ambf) return false;
+    if (!state.solver_bodies[patch.body.index].is_moving() &&
+        !state.solver_bodies[pair.body_b].is_moving()) {
+      return false;  // Nothing to solve for: both move as they are told.
+    }
+    if (def.integration == Integration::implicit) return true;
+    return std::max(lambda_[patch.body.index], lambda_[pair.body_b]) > def.explicit_below;
+  }
+
+  void apply_explicit(State& state, SensorPatch<S>& patch, const PatchPair<S>& pair) const {
+    ++state.report.explicit_pairs;
+    const Wrench<S> sum = explicit_impulses(patch, pair, state.bodies.handle(pair.body_b),
+                                            state.def.time_step);
+    SolverBody<S>& a = state.solver_bodies[patch.body.index];
+    SolverBody<S>& b = state.solver_bodies[pair.body_b];
+    const auto push = [](SolverBody<S>& body, const Vec3<S>& arm, const Wrench<S>& w) {
+      body.free.linear += body.inverse_mass * w.force;
+      body.free.angular += body.inverse_inertia * (w.torque + arm.cross(w.force));
+    };
+    push(a, pair.arm_a, -sum);
+    push(b, pair.arm_b, sum);
+  }
+
+  void add_soft_block(State& state, SensorPatch<S>& patch, PatchPair<S>& pair, SoftOwner owner) {
+    ++state.report.implicit_pairs;
+    pair.soft = static_cast<std::uint32_t>(state.constraints.soft.size());
+    start_linearisation(patch, pair, state.def.time_step);
+    SoftBlock<S> block;
+    block.body_a = patch.body.index;
+    block.body_b = pair.body_b;
+    block.arm_a = pair.arm_a;
+    block.arm_b = pair.arm_b;
+    state.constraints.soft.push_back(block);
+    owners_.push_back(owner);
+  }
+
+  std::vector<std::uint32_t> live_;
+  std::vector<Scratch> scratch_;
+  std::vector<S> lambda_;
+  std::vector<SoftOwner> owners_;
+};
+
+}  // namespace bristle

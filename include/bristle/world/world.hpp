@@ -1,0 +1,148 @@
+/// @file
+/// The world: bodies, shapes, joints and patches of sensors, and one function that steps them.
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <bristle/geometry/analytic_backend.hpp>
+#include <bristle/sensors/stability.hpp>
+#include <bristle/sensors/tuning.hpp>
+#include <bristle/world/contact_stage.hpp>
+#include <bristle/world/ray_query.hpp>
+#include <bristle/world/sensor_stage.hpp>
+#include <bristle/world/solve_stage.hpp>
+#include <bristle/world/world_state.hpp>
+
+#include <span>
+#include <string>
+#include <vector>
+
+namespace bristle {
+
+/// A minimal rigid-body world whose hands can hold things.
+///
+/// Calls that take a definition check it and throw `InvalidArgument` before anything has changed;
+/// so do calls with a handle that names nothing any more. `step` never throws, never lets a
+/// non-finite number spread, and does not allocate once it has seen the scene's largest step.
+///
+/// A world is a value: a copy is a snapshot, and steps on exactly as the original would. The same
+/// calls give the same bits, run to run and for any `WorldDef::parallel_for`. One thread at a time
+/// may use a world; const calls may run concurrently.
+///
+/// @tparam S        Scalar: float or double.
+/// @tparam Backend  What computes geometry; see `ShapeBackend`.
+template <Scalar S, typename Backend = AnalyticBackend>
+  requires ShapeBackend<Backend, S>
+class World {
+ public:
+  /// @throws InvalidArgument naming the field of the definition.
+  explicit World(const WorldDef<S>& def = {});
+
+  // Bodies and shapes ------------------------------------------------------------------------------
+
+  /// Adds a body, with its shape if it has one.
+  /// @throws InvalidArgument naming the field; or when the backend knows no contact between this
+  ///         shape and one already here that it may meet (docs/backends.md lists the pairs).
+  BodyId add_body(const BodyDef<S>& def);
+
+  /// Adds a shape to a body; mass properties stay as they are.
+  ShapeId add_shape(BodyId body, const ShapeDef<S>& def);
+
+  /// Removes a body with its shapes, patches and joints. Sensors of others let go of it.
+  void remove_body(BodyId id);
+  void remove_shape(ShapeId id);
+
+  [[nodiscard]] bool contains(BodyId id) const noexcept { return state_.bodies.contains(id); }
+  /// Mass, pose and velocities of a body.
+  [[nodiscard]] const Body<S>& body(BodyId id) const { return state_.bodies.get(id, "BodyId"); }
+  /// Pose of the body frame in the world.
+  [[nodiscard]] Transform<S> pose(BodyId id) const { return body(id).pose(); }
+  /// [-] Number of bodies.
+  [[nodiscard]] std::size_t body_count() const noexcept { return state_.bodies.size(); }
+
+  /// Puts a body somewhere else at once; its velocity stays. Its contacts and bristles notice in the
+  /// next step.
+  void set_pose(BodyId id, const Transform<S>& X_WB);
+  /// [m/s, rad/s] Sets the velocity of the centre of mass and the angular velocity, world axes. The
+  /// body must not be fixed.
+  void set_velocity(BodyId id, const Twist<S>& twist);
+  /// Gives a kinematic body the velocity that brings it to a pose at the end of the next step; it
+  /// keeps moving at it until told otherwise.
+  void move_to(BodyId id, const Transform<S>& X_WB);
+  /// [N, N m] Adds a wrench about the centre of mass, world axes, that acts during the next step.
+  void apply_wrench(BodyId id, const Wrench<S>& wrench);
+  /// [N] Adds a force at a point [m] of the world that acts during the next step.
+  void apply_force(BodyId id, const Vec3<S>& force, const Vec3<S>& point);
+  /// [-] Changes who may touch and sense a body.
+  void set_filter(BodyId id, const CollisionFilter& filter);
+
+  // Joints -----------------------------------------------------------------------------------------
+
+  JointId add_joint(const JointDef<S>& def);
+  void remove_joint(JointId id);
+  /// Changes what drives a joint.
+  void set_drive(JointId id, const JointDrive<S>& drive);
+  /// Position, velocity and forces of a joint in the last step.
+  [[nodiscard]] JointReading<S> reading(JointId id) const;
+
+  // Sensors ----------------------------------------------------------------------------------------
+
+  PatchId add_patch(BodyId body, PatchDef<S> def);
+  /// A patch whose sensors share constants and integrate automatically.
+  PatchId add_patch(BodyId body, SensorLayout<S> sensors, const SensorParameters<S>& parameters);
+  /// The same with constants from physical wants; the patch is taken to carry the load alone.
+  PatchId add_patch(BodyId body, SensorLayout<S> sensors, const Tuning<S>& tuning);
+  void remove_patch(PatchId id);
+  /// Changes the constants of all sensors of a patch; bristles keep their stretch.
+  void set_parameters(PatchId id, const SensorParameters<S>& parameters);
+  /// What a patch felt in the last step; valid until the next one.
+  [[nodiscard]] PatchReading<S> reading(PatchId id) const;
+  [[nodiscard]] const SensorPatch<S>& patch(PatchId id) const {
+    return state_.patches.get(id, "PatchId");
+  }
+
+  /// [s] Longest step at which what the patch touched in the last step could be integrated
+  /// explicitly; infinite when it touched nothing that moves.
+  [[nodiscard]] S largest_stable_step(PatchId id) const;
+
+  // Queries ----------------------------------------------------------------------------------------
+
+  /// Nearest hit of a ray with any shape. O(log n) of the number of shapes.
+  [[nodiscard]] WorldRayHit<S> cast_ray(const Ray<S>& ray, const RayFilter& filter = {}) const;
+  /// Nearest hits of many rays; `hits` has one entry a ray.
+  void cast_rays(std::span<const Ray<S>> rays, const RayFilter& filter,
+                 std::span<WorldRayHit<S>> hits) const;
+
+  // Time -------------------------------------------------------------------------------------------
+
+  /// Advances the world by one time step.
+  void step();
+
+  /// [s] Length of the next step.
+  [[nodiscard]] S time_step() const noexcept { return state_.def.time_step; }
+  void set_time_step(S dt);
+  void set_gravity(const Vec3<S>& gravity);
+  [[nodiscard]] const WorldDef<S>& def() const noexcept { return state_.def; }
+  /// What the last step did.
+  [[nodiscard]] const StepReport<S>& report() const noexcept { return state_.report; }
+  /// Contacts of the last step with their impulses.
+  [[nodiscard]] const ContactCache<S>& contacts() const noexcept { return state_.contacts; }
+
+ private:
+  using State = WorldState<S, Backend>;
+  using Prepared = typename Backend::template Collidable<S>;
+
+  void require_known_contacts(BodyId id, bool is_dynamic, const CollisionFilter& filter,
+                              ShapeKind kind) const;
+  ShapeId insert_shape(BodyId id, Prepared shape, const ShapeDef<S>& def);
+  void refresh_boxes(BodyId id);
+  void erase_joint(std::uint32_t index);
+
+  State state_;
+  ContactStage<S, Backend> contact_stage_;
+  SensorStage<S, Backend> sensor_stage_;
+  SolveStage<S, Backend> solve_stage_;
+};
+
+}  // namespace bristle
+
+#include <bristle/world/world_impl.hpp>

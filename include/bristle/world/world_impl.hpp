@@ -1,0 +1,391 @@
+/// @file
+/// Definitions of `World`; included by world.hpp.
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <bristle/world/world.hpp>
+
+namespace bristle {
+
+template <Scalar S, typename Backend>
+  requires ShapeBackend<Backend, S>
+World<S, Backend>::World(const WorldDef<S>& def) {
+  detail::require_all_finite("WorldDef::gravity", def.gravity);
+  detail::require_positive("WorldDef::time_step", def.time_step);
+  detail::require_not_negative("WorldDef::restitution_speed", def.restitution_speed);
+  detail::require_positive("SolverDef::tolerance", def.solver.tolerance);
+  detail::require(def.solver.max_sweeps > 0, "SolverDef::max_sweeps", def.solver.max_sweeps,
+                  "must be > 0");
+  detail::require(def.solver.max_position_sweeps >= 0, "SolverDef::max_position_sweeps",
+                  def.solver.max_position_sweeps, "must be >= 0");
+  detail::require(def.solver.max_passes > 0, "SolverDef::max_passes", def.solver.max_passes,
+                  "must be > 0");
+  detail::require(static_cast<bool>(def.parallel_for), "WorldDef::parallel_for", 0,
+                  "must be callable");
+  state_.def = def;
+}
+
+template <Scalar S, typename Backend>
+  requires ShapeBackend<Backend, S>
+void World<S, Backend>::require_known_contacts(BodyId id, bool is_dynamic,
+                                               const CollisionFilter& filter,
+                                               ShapeKind kind) const {
+  for (std::uint32_t i = 0; i < state_.colliders.slot_count(); ++i) {
+    if (!state_.colliders.is_live(i)) continue;
+    const Collider<S, Backend>& other = state_.colliders.at(i);
+    const Body<S>& other_body = state_.body_of(other);
+    if (other.body == id || (!is_dynamic && !other_body.is_dynamic()) ||
+        !may_meet(filter, other_body.filter) || Backend::can_collide(kind, other.kind)) {
+      continue;
+    }
+    detail::raise(InvalidArgument(
+        "ShapeDef::shape", name_of(kind),
+        std::string("the backend knows no contact between it and the ") + name_of(other.kind) +
+            " of another body; keep the two apart with a CollisionFilter, or use a backend that "
+            "does"));
+  }
+}
+
+template <Scalar S, typename Backend>
+  requires ShapeBackend<Backend, S>
+ShapeId World<S, Backend>::insert_shape(BodyId id, Prepared shape, const ShapeDef<S>& def) {
+  const Body<S>& body = state_.bodies.at(id.index);
+  Collider<S, Backend> c;
+  c.body = id;
+  c.X_CmS = def.X_BS;
+  c.X_CmS.translation -= body.center_B;
+  c.kind = Backend::kind(shape);
+  c.material = def.material;
+  c.bounds = Backend::bounds(shape);
+  c.shape = std::move(shape);
+  if (const auto* half_space = std::get_if<HalfSpace<S>>(&def.shape)) {
+    c.half_space = *half_space;
+  } else {
+    c.radius = (c.X_CmS * c.bounds.center()).norm() + c.bounds.half_extents().norm();
+  }
+  const Aabb<S> box =
+      c.half_space ? c.bounds : transformed(c.bounds, body.center_pose * c.X_CmS);
+  const ShapeId shape_id = state_.colliders.insert(std::move(c));
+  state_.broad_phase.insert(shape_id.index, box);
+  return shape_id;
+}
+
+template <Scalar S, typename Backend>
+  requires ShapeBackend<Backend, S>
+BodyId World<S, Backend>::add_body(const BodyDef<S>& def) {
+  if (!def.shape) return state_.bodies.insert(make_body(def, MassProperties<S>{}));
+  Prepared shape = Backend::template make<S>(*def.shape);
+  detail::require(def.motion != Motion::dynamic || kind_of(*def.shape) != ShapeKind::half_space,
+                  "BodyDef::motion", 0, "must not be dynamic with a HalfSpace, which has no mass");
+  const Body<S> body = make_body(def, Backend::mass_properties(shape));
+  require_known_contacts(BodyId{}, body.is_dynamic(), body.filter, kind_of(*def.shape));
+  const BodyId id = state_.bodies.insert(body);
+  insert_shape(id, std::move(shape), {*def.shape, Transform<S>{}, def.material});
+  return id;
+}
+
+template <Scalar S, typename Backend>
+  requires ShapeBackend<Backend, S>
+ShapeId World<S, Backend>::add_shape(BodyId id, const ShapeDef<S>& def) {
+  const Body<S>& body = state_.bodies.get(id, "BodyId");
+  validate(def.material);
+  detail::require_all_finite("ShapeDef::X_BS.translation", def.X_BS.translation);
+  detail::require_unit<S>("ShapeDef::X_BS.rotation", def.X_BS.rotation);
+  detail::require(!body.is_dynamic() || kind_of(def.shape) != ShapeKind::half_space,
+                  "ShapeDef::shape", 0, "must not be a HalfSpace on a dynamic body");
+  Prepared shape = Backend::template make<S>(def.shape);
+  require_known_contacts(id, body.is_dynamic(), body.filter, kind_of(def.shape));
+  return insert_shape(id, std::move(shape), def);
+}
+
+template <Scalar S, typename Backend>
+  requires ShapeBackend<Backend, S>
+void World<S, Backend>::remove_shape(ShapeId id) {
+  (void)state_.colliders.get(id, "ShapeId");
+  state_.broad_phase.remove(id.index);
+  state_.contacts.forget(id.index);
+  state_.colliders.erase(id);
+}
+
+template <Scalar S, typename Backend>
+  requires ShapeBackend<Backend, S>
+void World<S, Backend>::remove_body(BodyId id) {
+  (void)state_.bodies.get(id, "BodyId");
+  for (std::uint32_t i = 0; i < state_.joints.slot_count(); ++i) {
+    if (!state_.joints.is_live(i)) continue;
+    const JointDef<S>& def = state_.joints.at(i).def;
+    if (def.body_a == id || def.body_b == id) erase_joint(i);
+  }
+  for (std::uint32_t i = 0; i < state_.patches.slot_count(); ++i) {
+    if (state_.patches.is_live(i) && state_.patches.at(i).body == id) {
+      state_.patches.erase(state_.patches.handle(i));
+    }
+  }
+  for (std::uint32_t i = 0; i < state_.colliders.slot_count(); ++i) {
+    if (state_.colliders.is_live(i) && state_.colliders.at(i).body == id) {
+      remove_shape(state_.colliders.handle(i));
+    }
+  }
+  state_.bodies.erase(id);
+}
+
+template <Scalar S, typename Backend>
+  requires ShapeBackend<Backend, S>
+void World<S, Backend>::refresh_boxes(BodyId id) {
+  const Body<S>& body = state_.bodies.at(id.index);
+  for (std::uint32_t i = 0; i < state_.colliders.slot_count(); ++i) {
+    if (!state_.colliders.is_live(i) || state_.colliders.at(i).body != id) continue;
+    const Collider<S, Backend>& c = state_.colliders.at(i);
+    if (c.half_space) continue;
+    state_.broad_phase.move(i, transformed(c.bounds, body.center_pose * c.X_CmS));
+  }
+}
+
+template <Scalar S, typename Backend>
+  requires ShapeBackend<Backend, S>
+void World<S, Backend>::set_pose(BodyId id, const Transform<S>& X_WB) {
+  Body<S>& body = state_.bodies.get(id, "BodyId");
+  detail::require_all_finite("X_WB.translation", X_WB.translation);
+  detail::require_unit<S>("X_WB.rotation", X_WB.rotation);
+  body.set_pose({X_WB.rotation.normalized(), X_WB.translation});
+  refresh_boxes(id);
+}
+
+template <Scalar S, typename Backend>
+  requires ShapeBackend<Backend, S>
+void World<S, Backend>::set_velocity(BodyId id, const Twist<S>& twist) {
+  Body<S>& body = state_.bodies.get(id, "BodyId");
+  detail::require(body.motion != Motion::fixed, "BodyId", S(0), "must not name a fixed body");
+  detail::require_all_finite("twist.linear", twist.linear);
+  detail::require_all_finite("twist.angular", twist.angular);
+  body.twist = twist;
+}
+
+template <Scalar S, typename Backend>
+  requires ShapeBackend<Backend, S>
+void World<S, Backend>::move_to(BodyId id, const Transform<S>& X_WB) {
+  Body<S>& body = state_.bodies.get(id, "BodyId");
+  detail::require(body.motion == Motion::kinematic, "BodyId", S(0), "must name a kinematic body");
+  detail::require_all_finite("X_WB.translation", X_WB.translation);
+  detail::require_unit<S>("X_WB.rotation", X_WB.rotation);
+  const S dt = state_.def.time_step;
+  const Vec3<S> center = X_WB * body.center_B;
+  body.twist.linear = (center - body.center_pose.translation) / dt;
+  body.twist.angular =
+      log_rotation<S>(X_WB.rotation.normalized() * body.center_pose.rotation.conjugate()) / dt;
+}
+
+template <Scalar S, typename Backend>
+  requires ShapeBackend<Backend, S>
+void World<S, Backend>::apply_wrench(BodyId id, const Wrench<S>& wrench) {
+  Body<S>& body = state_.bodies.get(id, "BodyId");
+  detail::require_all_finite("wrench.force", wrench.force);
+  detail::require_all_finite("wrench.torque", wrench.torque);
+  body.applied += wrench;
+}
+
+template <Scalar S, typename Backend>
+  requires ShapeBackend<Backend, S>
+void World<S, Backend>::apply_force(BodyId id, const Vec3<S>& force, const Vec3<S>& point) {
+  const Body<S>& body = state_.bodies.get(id, "BodyId");
+  detail::require_all_finite("point", point);
+  apply_wrench(id, Wrench<S>::at(point - body.center_pose.translation, force));
+}
+
+template <Scalar S, typename Backend>
+  requires ShapeBackend<Backend, S>
+void World<S, Backend>::set_filter(BodyId id, const CollisionFilter& filter) {
+  Body<S>& body = state_.bodies.get(id, "BodyId");
+  for (std::uint32_t i = 0; i < state_.colliders.slot_count(); ++i) {
+    if (!state_.colliders.is_live(i) || state_.colliders.at(i).body != id) continue;
+    require_known_contacts(id, body.is_dynamic(), filter, state_.colliders.at(i).kind);
+  }
+  body.filter = filter;
+}
+
+template <Scalar S, typename Backend>
+  requires ShapeBackend<Backend, S>
+JointId World<S, Backend>::add_joint(const JointDef<S>& def) {
+  const Body<S>& a = state_.bodies.get(def.body_a, "JointDef::body_a");
+  const Body<S>& b = state_.bodies.get(def.body_b, "JointDef::body_b");
+  validate(def);
+  detail::require(def.body_a != def.body_b, "JointDef::body_b", S(def.body_b.index),
+                  "must not equal body_a");
+  detail::require(a.is_dynamic() || b.is_dynamic(), "JointDef::body_a", S(def.body_a.index),
+                  "must be dynamic, or body_b must");
+  Joint<S> joint;
+  joint.def = def;
+  joint.X_CmA_J = def.X_AJ;
+  joint.X_CmA_J.translation -= a.center_B;
+  joint.X_CmB_J = def.X_BJ;
+  joint.X_CmB_J.translation -= b.center_B;
+  if (!def.bodies_collide) {
+    const ShapePair pair{std::min(def.body_a.index, def.body_b.index),
+                         std::max(def.body_a.index, def.body_b.index)};
+    std::vector<ShapePair>& unpaired = state_.unpaired;
+    unpaired.insert(std::lower_bound(unpaired.begin(), unpaired.end(), pair), pair);
+  }
+  return state_.joints.insert(joint);
+}
+
+template <Scalar S, typename Backend>
+  requires ShapeBackend<Backend, S>
+void World<S, Backend>::erase_joint(std::uint32_t index) {
+  const JointDef<S>& def = state_.joints.at(index).def;
+  if (!def.bodies_collide) {
+    const ShapePair pair{std::min(def.body_a.index, def.body_b.index),
+                         std::max(def.body_a.index, def.body_b.index)};
+    std::vector<ShapePair>& unpaired = state_.unpaired;
+    unpaired.erase(std::lower_bound(unpaired.begin(), unpaired.end(), pair));
+  }
+  state_.joints.erase(state_.joints.handle(index));
+}
+
+template <Scalar S, typename Backend>
+  requires ShapeBackend<Backend, S>
+void World<S, Backend>::remove_joint(JointId id) {
+  (void)state_.joints.get(id, "JointId");
+  erase_joint(id.index);
+}
+
+template <Scalar S, typename Backend>
+  requires ShapeBackend<Backend, S>
+void World<S, Backend>::set_drive(JointId id, const JointDrive<S>& drive) {
+  Joint<S>& joint = state_.joints.get(id, "JointId");
+  validate(drive);
+  joint.def.drive = drive;
+}
+
+template <Scalar S, typename Backend>
+  requires ShapeBackend<Backend, S>
+JointReading<S> World<S, Backend>::reading(JointId id) const {
+  const Joint<S>& joint = state_.joints.get(id, "JointId");
+  return read_joint(joint, state_.bodies.at(joint.def.body_a.index),
+                    state_.bodies.at(joint.def.body_b.index), state_.def.time_step);
+}
+
+template <Scalar S, typename Backend>
+  requires ShapeBackend<Backend, S>
+PatchId World<S, Backend>::add_patch(BodyId body, PatchDef<S> def) {
+  const Body<S>& owner = state_.bodies.get(body, "BodyId");
+  return state_.patches.insert(make_patch(std::move(def), body, owner.center_B));
+}
+
+template <Scalar S, typename Backend>
+  requires ShapeBackend<Backend, S>
+PatchId World<S, Backend>::add_patch(BodyId body, SensorLayout<S> sensors,
+                                     const SensorParameters<S>& parameters) {
+  PatchDef<S> def;
+  def.sensors = std::move(sensors);
+  def.parameters = parameters;
+  return add_patch(body, std::move(def));
+}
+
+template <Scalar S, typename Backend>
+  requires ShapeBackend<Backend, S>
+PatchId World<S, Backend>::add_patch(BodyId body, SensorLayout<S> sensors,
+                                     const Tuning<S>& tuning) {
+  PatchDef<S> def;
+  def.parameters = tuning.parameters(sensors);
+  def.options.scaling = tuning.wants.scaling;
+  def.sensors = std::move(sensors);
+  return add_patch(body, std::move(def));
+}
+
+template <Scalar S, typename Backend>
+  requires ShapeBackend<Backend, S>
+void World<S, Backend>::remove_patch(PatchId id) {
+  (void)state_.patches.get(id, "PatchId");
+  state_.patches.erase(id);
+}
+
+template <Scalar S, typename Backend>
+  requires ShapeBackend<Backend, S>
+void World<S, Backend>::set_parameters(PatchId id, const SensorParameters<S>& parameters) {
+  SensorPatch<S>& patch = state_.patches.get(id, "PatchId");
+  validate(parameters);
+  patch.def.parameters = parameters;
+  patch.def.per_sensor.clear();
+}
+
+template <Scalar S, typename Backend>
+  requires ShapeBackend<Backend, S>
+PatchReading<S> World<S, Backend>::reading(PatchId id) const {
+  return state_.patches.get(id, "PatchId").readings.view();
+}
+
+template <Scalar S, typename Backend>
+  requires ShapeBackend<Backend, S>
+S World<S, Backend>::largest_stable_step(PatchId id) const {
+  const SensorPatch<S>& patch = state_.patches.get(id, "PatchId");
+  return bristle::largest_stable_step(patch, [&](const PatchPair<S>& pair) -> Mat6<S> {
+    const Body<S>& a = state_.bodies.at(patch.body.index);
+    const Body<S>& b = state_.bodies.at(pair.body_b);
+    return mobility(a.inverse_mass, a.inverse_inertia_W(), pair.arm_a) +
+           mobility(b.inverse_mass, b.inverse_inertia_W(), pair.arm_b);
+  });
+}
+
+template <Scalar S, typename Backend>
+  requires ShapeBackend<Backend, S>
+WorldRayHit<S> World<S, Backend>::cast_ray(const Ray<S>& ray, const RayFilter& filter) const {
+  detail::require_ray(ray);
+  return detail::cast_ray(state_, ray, filter);
+}
+
+template <Scalar S, typename Backend>
+  requires ShapeBackend<Backend, S>
+void World<S, Backend>::cast_rays(std::span<const Ray<S>> rays, const RayFilter& filter,
+                                  std::span<WorldRayHit<S>> hits) const {
+  detail::require(rays.size() == hits.size(), "hits.size()", static_cast<double>(hits.size()),
+                  "must equal the number of rays");
+  for (const Ray<S>& ray : rays) detail::require_ray(ray);
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    hits[i] = detail::cast_ray(state_, rays[i], filter);
+  }
+}
+
+template <Scalar S, typename Backend>
+  requires ShapeBackend<Backend, S>
+void World<S, Backend>::set_time_step(S dt) {
+  detail::require_positive("dt", dt);
+  state_.def.time_step = dt;
+}
+
+template <Scalar S, typename Backend>
+  requires ShapeBackend<Backend, S>
+void World<S, Backend>::set_gravity(const Vec3<S>& gravity) {
+  detail::require_all_finite("gravity", gravity);
+  state_.def.gravity = gravity;
+}
+
+template <Scalar S, typename Backend>
+  requires ShapeBackend<Backend, S>
+void World<S, Backend>::step() {
+  state_.report = {};
+  state_.constraints.clear();
+  solve_stage_.prepare_bodies(state_);
+
+  contact_stage_.find_contacts(state_);
+  sensor_stage_.sense(state_);
+  sensor_stage_.apply(state_);
+
+  contact_stage_.add_rows(state_);
+  for (std::uint32_t i = 0; i < state_.joints.slot_count(); ++i) {
+    if (!state_.joints.is_live(i)) continue;
+    Joint<S>& joint = state_.joints.at(i);
+    add_joint_rows(joint, state_.bodies.at(joint.def.body_a.index),
+                   state_.bodies.at(joint.def.body_b.index), joint.def.body_a.index,
+                   joint.def.body_b.index, state_.def.time_step, state_.constraints);
+  }
+
+  solve_stage_.solve(state_, sensor_stage_);
+  contact_stage_.store_impulses(state_);
+  for (std::uint32_t i = 0; i < state_.joints.slot_count(); ++i) {
+    if (state_.joints.is_live(i)) store_joint_impulses(state_.joints.at(i), state_.constraints);
+  }
+  sensor_stage_.read(state_);
+  solve_stage_.integrate(state_);
+}
+
+}  // namespace bristle

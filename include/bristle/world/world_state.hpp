@@ -1,0 +1,105 @@
+/// @file
+/// What a world holds, and what its stages share. Users meet `World`.
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <bristle/collision/broadphase.hpp>
+#include <bristle/collision/contact_cache.hpp>
+#include <bristle/core/parallel.hpp>
+#include <bristle/core/slot_map.hpp>
+#include <bristle/dynamics/body.hpp>
+#include <bristle/dynamics/joint.hpp>
+#include <bristle/dynamics/solver_types.hpp>
+#include <bristle/geometry/shape_backend.hpp>
+#include <bristle/sensors/patch.hpp>
+#include <bristle/world/report.hpp>
+
+#include <algorithm>
+#include <optional>
+#include <vector>
+
+namespace bristle {
+
+struct ShapeTag;
+/// Names a shape of a world.
+using ShapeId = Id<ShapeTag>;
+
+/// Settings of a world.
+template <Scalar S>
+struct WorldDef {
+  /// [m/s^2] Gravity.
+  Vec3<S> gravity = Vec3<S>(S(0), S(0), S(-9.81));
+  /// [s] Length of a step, > 0.
+  S time_step = S(1) / S(240);
+  /// [m/s] Impacts slower than this do not bounce, >= 0.
+  S restitution_speed = S(0.01);
+  /// [-] The solver.
+  SolverDef<S> solver{};
+  /// [-] Runs independent tasks, on threads of the host if it likes; the results are the same.
+  ParallelFor parallel_for = serial_for;
+};
+
+/// Describes one shape of a body to `World::add_shape`.
+template <Scalar S>
+struct ShapeDef {
+  /// [m] The shape.
+  Shape<S> shape{};
+  /// [m] Pose of the shape's frame in the body frame.
+  Transform<S> X_BS{};
+  /// [1] Its surface.
+  Material<S> material{};
+};
+
+/// A shape on a body.
+template <Scalar S, typename Backend>
+struct Collider {
+  BodyId body{};
+  /// [m] Pose of the shape from the body's centre of mass, along the body's axes.
+  Transform<S> X_CmS{};
+  typename Backend::template Collidable<S> shape{};
+  ShapeKind kind = ShapeKind::sphere;
+  Material<S> material{};
+  /// [m] Box in the shape's own frame; infinite for a half-space.
+  Aabb<S> bounds{};
+  /// [m] Farthest point from the body's centre of mass.
+  S radius = S(0);
+  /// The half-space itself, since a box cannot bound it.
+  std::optional<HalfSpace<S>> half_space{};
+};
+
+/// Everything that persists from step to step, and the bodies as the solver sees them.
+template <Scalar S, typename Backend>
+struct WorldState {
+  WorldDef<S> def{};
+  SlotMap<Body<S>, BodyTag> bodies;
+  SlotMap<Collider<S, Backend>, ShapeTag> colliders;
+  SlotMap<Joint<S>, JointTag> joints;
+  SlotMap<SensorPatch<S>, PatchTag> patches;
+  BroadPhase<S> broad_phase;
+  ContactCache<S> contacts;
+  /// Pairs of body slots that do not touch because a joint connects them, sorted.
+  std::vector<ShapePair> unpaired;
+  StepReport<S> report{};
+
+  /// This step's scratch: one entry a body slot, and all constraints.
+  std::vector<SolverBody<S>> solver_bodies;
+  Constraints<S> constraints;
+
+  [[nodiscard]] const Body<S>& body_of(const Collider<S, Backend>& c) const {
+    return bodies.at(c.body.index);
+  }
+  /// [m] Pose of a shape in the frame of A's centre of mass.
+  [[nodiscard]] Transform<S> pose_from(const Body<S>& A, const Collider<S, Backend>& c) const {
+    return relative_pose(A.center_pose, body_of(c).center_pose) * c.X_CmS;
+  }
+  /// Whether a box in the world reaches a shape that has no box itself; true for shapes that do.
+  [[nodiscard]] bool reaches(const Aabb<S>& box, const Collider<S, Backend>& c) const {
+    if (!c.half_space) return true;
+    const Transform<S> X_WS = body_of(c).center_pose * c.X_CmS;
+    const Vec3<S> n = X_WS.rotate(c.half_space->normal);
+    const S height = n.dot(box.center() - X_WS.translation) - c.half_space->offset;
+    return height <= n.cwiseAbs().dot(box.half_extents());
+  }
+};
+
+}  // namespace bristle

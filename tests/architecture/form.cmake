@@ -1,0 +1,43 @@
+# What every file has: a licence line and a bounded length; headers also #pragma once and `/// @file`
+# on top, and a place in the umbrella.
+# Usage: cmake -DROOT=<tree> [-DMAX_LINES=500] -P form.cmake
+# SPDX-License-Identifier: BSD-3-Clause
+include("${CMAKE_CURRENT_LIST_DIR}/lines.cmake")
+
+if(NOT DEFINED MAX_LINES)
+  set(MAX_LINES 500)
+endif()
+
+set(umbrella "include/bristle/bristle.hpp")
+file(READ "${ROOT}/${umbrella}" umbrella_text)
+
+list_files(files "include/*.hpp" "tests/*.hpp" "tests/*.cpp" "tests/*.cmake" "tests/CMakeLists.txt"
+           "examples/*.hpp" "examples/*.cpp" "examples/CMakeLists.txt")
+list(LENGTH files file_count)
+foreach(file IN LISTS files)
+  file(READ "${ROOT}/${file}" text)
+  read_lines("${ROOT}/${file}" lines)
+  list(LENGTH lines length)
+  math(EXPR length "${length} - 1")  # what follows the last newline is no line
+  if(length GREATER MAX_LINES)
+    violation("${file}:1" "longer than ${MAX_LINES} lines: make it two files")
+  endif()
+  if(NOT text MATCHES "(//|#) SPDX-License-Identifier: BSD-3-Clause\n")
+    violation("${file}:1" "no line `SPDX-License-Identifier: BSD-3-Clause`")
+  endif()
+  if(file MATCHES "\\.hpp$")
+    if(NOT text MATCHES "\n#pragma once\n")
+      violation("${file}:1" "no #pragma once")
+    endif()
+    if(NOT text MATCHES "^/// @file\n///? [A-Z]")
+      violation("${file}:1" "must open with `/// @file` and a sentence on what it is")
+    endif()
+  endif()
+  if(file MATCHES "^include/(.+)$" AND NOT file STREQUAL umbrella)
+    string(FIND "${umbrella_text}" "\n#include <${CMAKE_MATCH_1}>\n" at)
+    if(at EQUAL -1)
+      violation("${file}:1" "not included by ${umbrella}")
+    endif()
+  endif()
+endforeach()
+conclude("${file_count} files")

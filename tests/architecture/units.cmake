@@ -1,0 +1,88 @@
+# Every field a caller fills in says its unit: in a struct *Def, *Parameters or *Wants each field has
+# a `///` comment that opens with a unit in brackets, `[m]`, `[N s/m]`, `[1]` dimensionless, `[-]`
+# no quantity.
+# Usage: cmake -DROOT=<tree> -P units.cmake
+# SPDX-License-Identifier: BSD-3-Clause
+include("${CMAKE_CURRENT_LIST_DIR}/lines.cmake")
+
+# Sets `out` to whether a whole declaration declares a field: it is none of the other things, and no
+# parameter list is left once template arguments and the initialiser are taken away.
+function(is_field declaration out)
+  set(${out} FALSE PARENT_SCOPE)
+  if(declaration MATCHES "^ *(using|static|friend|enum|struct|class|template|public:|private:|#)")
+    return()
+  endif()
+  string(REGEX REPLACE "${OPEN}${OPEN}[^${CLOSE}]*${CLOSE}${CLOSE}" "" left "${declaration}")
+  set(previous "")
+  while(NOT left STREQUAL previous)
+    set(previous "${left}")
+    string(REGEX REPLACE "<[^<>]*>" "" left "${left}")
+  endwhile()
+  string(REGEX REPLACE "[={${SEMICOLON}].*$" "" left "${left}")
+  if(NOT left MATCHES "\\(|operator")
+    set(${out} TRUE PARENT_SCOPE)
+  endif()
+endfunction()
+
+# How many of `character` are in `text`.
+function(count_of character text out)
+  string(REGEX MATCHALL "[${character}]" found "${text}")
+  list(LENGTH found found)
+  set(${out} ${found} PARENT_SCOPE)
+endfunction()
+
+set(struct_count 0)
+set(field_count 0)
+list_files(headers "include/bristle/*.hpp")
+foreach(header IN LISTS headers)
+  set(number 0)
+  set(depth 0)         # of braces within the struct; 0 outside of one
+  set(comment "")      # first line of the comment above
+  set(declaration "")  # gathered so far, up to its ; or }
+  read_lines("${ROOT}/${header}" lines)
+  foreach(line IN LISTS lines)
+    math(EXPR number "${number} + 1")
+    if(depth EQUAL 0)
+      if(line MATCHES "^ *struct +([A-Za-z0-9_]*(Def|Parameters|Wants))[ :].*{ *$")
+        math(EXPR struct_count "${struct_count} + 1")
+        set(struct "${CMAKE_MATCH_1}")
+        set(depth 1)
+        set(comment "")
+        set(declaration "")
+      elseif(line MATCHES "^ *struct +[A-Za-z0-9_]*(Def|Parameters|Wants)[ :].*{ *[^ }]")
+        violation("${header}:${number}" "write one field a line, with its unit above it")
+      endif()
+      continue()
+    endif()
+
+    if(line MATCHES "^ *//")
+      if(NOT comment AND NOT declaration)
+        set(comment "${line}")
+      endif()
+      continue()
+    endif()
+    if(NOT declaration)
+      set(first ${number})
+    endif()
+    string(REGEX REPLACE "//.*$" "" code "${line}")
+    string(APPEND declaration "${code}")
+    count_of("{" "${code}" opened)
+    count_of("}" "${code}" closed)
+    math(EXPR depth "${depth} + ${opened} - ${closed}")
+    if(depth GREATER 1 OR NOT declaration MATCHES "[;}:${SEMICOLON}] *$")
+      continue()  # inside a body, or a declaration that goes on
+    endif()
+    if(depth EQUAL 1)
+      is_field("${declaration}" field)
+      if(field)
+        math(EXPR field_count "${field_count} + 1")
+        if(NOT comment MATCHES "^ */// ${OPEN}[^${OPEN}${CLOSE}]+${CLOSE} ")
+          violation("${header}:${first}" "${struct}: a field's comment opens with its unit, `/// [m] ...`")
+        endif()
+      endif()
+    endif()
+    set(comment "")
+    set(declaration "")
+  endforeach()
+endforeach()
+conclude("${field_count} fields of ${struct_count} structs")

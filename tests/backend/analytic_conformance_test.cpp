@@ -1,0 +1,12 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <bristle/geometry/analytic_backend.hpp>
+
+#include <backend/conformance.hpp>
+
+#include <doctest/doctest.h>
+
+using namespace bristle;
+
+TEST_CASE_TEMPLATE("AnalyticBackend: conforms", S, float, double) {
+  test::check_conformance<AnalyticBackend, S>({});
+}

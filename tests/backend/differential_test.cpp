@@ -1,0 +1,242 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <bristle/geometry/analytic_backend.hpp>
+#include <bristle/geometry/fcl_backend.hpp>
+#include <bristle/geometry/mesh_shapes.hpp>
+#include <bristle/geometry/quickhull.hpp>
+
+#include "../support/random.hpp"
+#include "../support/rounds.hpp"
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <span>
+#include <string>
+#include <vector>
+
+// The two backends asked the same random questions. They share the formulas of single rays and the
+// clipping of contacts, but neither frames, nor trees, nor the way to a contact normal.
+
+using namespace bristle;
+using bristle::test::Random;
+using bristle::test::rounds;
+
+namespace {
+
+/// A shape of sizes between 0.2 and 1 times `scale`.
+template <Scalar S>
+Shape<S> random_shape(Random& random, ShapeKind kind, S scale) {
+  const auto size = [&] { return scale * random.uniform(S(0.2), S(1)); };
+  switch (kind) {
+    case ShapeKind::sphere:
+      return Sphere<S>{.radius = size()};
+    case ShapeKind::box:
+      return Box<S>{.half_extents = {size(), size(), size()}};
+    case ShapeKind::capsule:
+      return Capsule<S>{.radius = size(), .half_length = size()};
+    case ShapeKind::cylinder:
+      return Cylinder<S>{.radius = size(), .half_length = size()};
+    case ShapeKind::cone:
+      return Cone<S>{.radius = size(), .half_length = size()};
+    case ShapeKind::ellipsoid:
+      return Ellipsoid<S>{.radii = {size(), size(), size()}};
+    case ShapeKind::half_space:
+      return HalfSpace<S>{.normal = random.direction<S>(), .offset = random.uniform(-scale, scale)};
+    case ShapeKind::convex_hull: {
+      std::vector<Vec3<S>> points;
+      for (int i = 0; i < 16; ++i) points.push_back(random.in_cube(scale));
+      return convex_hull<S>(points);
+    }
+    default:
+      return sphere_mesh<S>(size(), 4);
+  }
+}
+
+/// One ray in the arrays that a batch wants.
+template <Scalar S>
+struct OneRay {
+  explicit OneRay(const Ray<S>& r) : ray(r) {}
+
+  template <typename Backend>
+  RayHit<S> cast(const typename Backend::template Collidable<S>& c, const Transform<S>& X) const {
+    const auto one = [](const S& value) { return std::span<const S>(&value, 1); };
+    const RayBatch<S> batch{one(ray.origin.x()),    one(ray.origin.y()),    one(ray.origin.z()),
+                            one(ray.direction.x()), one(ray.direction.y()), one(ray.direction.z()),
+                            one(ray.length)};
+    RayHits<S> hits;
+    hits.reset(1);
+    Backend::cast_rays(c, X, batch, 7u, hits);
+    return {hits.distance[0], hits.is_hit(0) ? hits.normal[0] : Vec3<S>(Vec3<S>::Zero())};
+  }
+
+  Ray<S> ray;
+};
+
+/// Whether two answers to one ray are the same up to `tolerance` [m], along surfaces as steep as
+/// they are, and normals up to `turn` [1].
+template <Scalar S>
+bool agree(const RayHit<S>& a, const RayHit<S>& b, const Vec3<S>& direction, S tolerance, S turn) {
+  const bool is_hit = a.distance < infinity<S>;
+  if (is_hit != (b.distance < infinity<S>)) return false;
+  if (!is_hit) return true;
+  const S steepness = std::max(std::abs(a.normal.dot(direction)), S(0.001));
+  return std::abs(a.distance - b.distance) <= tolerance / steepness &&
+         (a.normal - b.normal).norm() <= turn / steepness;
+}
+
+/// Deepest point of all manifolds, with its normal.
+template <Scalar S>
+struct Deepest {
+  S gap = infinity<S>;
+  Vec3<S> normal = Vec3<S>::Zero();
+};
+
+template <typename Backend, Scalar S>
+Deepest<S> deepest(const typename Backend::template Collidable<S>& a,
+                   const typename Backend::template Collidable<S>& b, const Transform<S>& X,
+                   S margin) {
+  ContactManifolds<S> out;
+  REQUIRE(Backend::collide(a, b, X, margin, out) == ContactStatus::ok);
+  Deepest<S> result;
+  for (const ContactManifold<S>& m : out) {
+    CHECK(m.size > 0);
+    CHECK(std::abs(m.normal.norm() - S(1)) < Tolerance<S>::round_off());
+    for (std::size_t i = 0; i < m.size; ++i) {
+      if (m.points[i].gap < result.gap) result = {m.points[i].gap, m.normal};
+    }
+  }
+  return result;
+}
+
+}  // namespace
+
+TEST_CASE_TEMPLATE("backends: rays get the same answers from both", S, float, double) {
+  // Round-off of a few operations on numbers as large as the distance to the shape's far side, 10
+  // sizes; the float backend's pose is composed in float, FCL's in double. The planes of a hull are
+  // made for FCL's copy anew from its corners, and equal up to the resolution of hulls.
+  Random random(11);
+  for (std::size_t k = 0; k < shape_kind_count; ++k) {
+    const auto kind = static_cast<ShapeKind>(k);
+    CAPTURE(std::string(name_of(kind)));
+    const S precision =
+        S(20) * Tolerance<S>::round_off() +
+        (kind == ShapeKind::convex_hull ? S(4) * hull_resolution<S>() : S(0));
+    int hits = 0;
+    int grazing = 0;
+    int asked = 0;
+    for (const S scale : {S(0.01), S(1), S(100)}) {
+      for (int n = 0; n < rounds(8); ++n) {
+        const Shape<S> shape = random_shape(random, kind, scale);
+        const auto by_formula = AnalyticBackend::make(shape);
+        const auto by_fcl = FclBackend::make(shape);
+        const Transform<S> X = random.pose(scale);
+        for (int i = 0; i < 100; ++i, ++asked) {
+          Ray<S> ray;
+          ray.origin = X.translation + random.in_cube(S(3) * scale);
+          // Half of them aimed, so that most hit.
+          ray.direction = i % 2 == 0 ? random.direction<S>()
+                                     : Vec3<S>((X.translation + random.in_cube(S(0.5) * scale) -
+                                                ray.origin)
+                                                   .normalized());
+          ray.length = i % 3 == 0 ? infinity<S> : random.uniform(S(0), S(6) * scale);
+          const RayHit<S> expected = OneRay<S>(ray).template cast<AnalyticBackend>(by_formula, X);
+          const RayHit<S> found = OneRay<S>(ray).template cast<FclBackend>(by_fcl, X);
+          if (expected.distance < infinity<S>) ++hits;
+          const S tolerance = precision * scale;
+          const S turn = S(10) * precision;
+          if (agree(expected, found, ray.direction, tolerance, turn)) continue;
+          // Rays within round-off of an edge, a tangent or their own end may get the answer of
+          // their neighbours: moved by the tolerance in any direction.
+          ++grazing;
+          bool is_neighbour = false;
+          for (int j = 0; j < 64 && !is_neighbour; ++j) {
+            Ray<S> moved = ray;
+            moved.origin += tolerance * random.in_cube(S(4));
+            moved.length += tolerance * random.uniform(S(-4), S(4));
+            const RayHit<S> other = OneRay<S>(moved).template cast<AnalyticBackend>(by_formula, X);
+            is_neighbour = agree(other, found, ray.direction, S(10) * tolerance, S(10) * turn);
+          }
+          CAPTURE(scale);
+          CAPTURE(n);
+          CAPTURE(i);
+          CAPTURE(expected.distance);
+          CAPTURE(found.distance);
+          CAPTURE(expected.normal.transpose());
+          CAPTURE(found.normal.transpose());
+          CHECK(is_neighbour);
+        }
+      }
+    }
+    CHECK(hits > asked / 5);
+    CHECK(grazing <= asked / 100);
+  }
+}
+
+TEST_CASE_TEMPLATE("backends: contacts are as deep by both, along the same normal", S, float,
+                   double) {
+  Random random(12);
+  const S scales[] = {S(0.01), S(1), S(100)};
+  for (std::size_t ka = 0; ka < shape_kind_count; ++ka) {
+    for (std::size_t kb = 0; kb < shape_kind_count; ++kb) {
+      const auto kind_a = static_cast<ShapeKind>(ka);
+      const auto kind_b = static_cast<ShapeKind>(kb);
+      if (!AnalyticBackend::can_collide(kind_a, kind_b)) continue;
+      CHECK(FclBackend::can_collide(kind_a, kind_b));
+      CAPTURE(std::string(name_of(kind_a)));
+      CAPTURE(std::string(name_of(kind_b)));
+      int touching = 0;
+      int elsewhere = 0;
+      const int count = rounds(60);
+      for (int n = 0; n < 3 * count; ++n) {
+        const S scale = scales[n % 3];
+        CAPTURE(n);
+        const Shape<S> shape_a = random_shape(random, kind_a, scale);
+        const Shape<S> shape_b = random_shape(random, kind_b, scale);
+        const auto formula_a = AnalyticBackend::make(shape_a);
+        const auto formula_b = AnalyticBackend::make(shape_b);
+        const auto fcl_a = FclBackend::make(shape_a);
+        const auto fcl_b = FclBackend::make(shape_b);
+        const Transform<S> X = random.pose(S(1.2) * scale);
+        const S margin = S(0.05) * scale;
+        const auto expected = deepest<AnalyticBackend>(formula_a, formula_b, X, margin);
+        const auto found = deepest<FclBackend>(fcl_a, fcl_b, X, margin);
+        // On a plane the analytic backend thins points first, and takes depths as equal within
+        // Tolerance::equal.
+        const bool is_on_plane = kind_a == ShapeKind::half_space || kind_b == ShapeKind::half_space;
+        const S tolerance =
+            scale * (S(20) * Tolerance<S>::round_off() +
+                     (is_on_plane ? S(4) * Tolerance<S>::equal() : S(0)));
+        // At the margin itself, and for boxes that pass each other cornerwise (which the analytic
+        // backend leaves out by design), one may see what the other does not.
+        const bool is_boxes = kind_a == ShapeKind::box && kind_b == ShapeKind::box;
+        if (expected.gap == infinity<S> || found.gap == infinity<S>) {
+          const S gap = std::min(expected.gap, found.gap);
+          CHECK((gap == infinity<S> || std::abs(gap - margin) <= tolerance ||
+                 (is_boxes && gap > S(0))));
+          continue;
+        }
+        ++touching;
+        CAPTURE(scale);
+        CAPTURE(expected.gap);
+        CAPTURE(found.gap);
+        CAPTURE(expected.normal.transpose());
+        CAPTURE(found.normal.transpose());
+        if (is_boxes) {
+          // The analytic backend prefers faces until an edge is better by a twentieth; apart, it
+          // gives the distance along the best separating axis, which is less than the distance.
+          const S slack = S(0.06) * std::abs(expected.gap) + tolerance;
+          CHECK(found.gap >= expected.gap - tolerance);
+          if (expected.gap < S(0)) CHECK(found.gap <= expected.gap + slack);
+          continue;
+        }
+        CHECK(std::abs(found.gap - expected.gap) <= tolerance);
+        if ((found.normal - expected.normal).norm() > S(1e-3)) ++elsewhere;
+      }
+      CHECK(touching > count / 2);
+      // Two directions of equal depth, within rounding: both are right.
+      CHECK(elsewhere <= touching / 50);
+    }
+  }
+}
