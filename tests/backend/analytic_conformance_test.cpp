@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <bristle/geometry/analytic_backend.hpp>
 
-#include <backend/conformance.hpp>
-
 #include <doctest/doctest.h>
+
+#include <backend/conformance.hpp>
 
 using namespace bristle;
 

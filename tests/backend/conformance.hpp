@@ -12,14 +12,14 @@
 
 #include <bristle/geometry/shape_backend.hpp>
 
-#include <backend/reference_shapes.hpp>
-#include <support/random.hpp>
-
 #include <doctest/doctest.h>
 
 #include <algorithm>
+#include <backend/contact_conformance.hpp>
+#include <backend/reference_shapes.hpp>
 #include <cmath>
 #include <string>
+#include <support/random.hpp>
 #include <vector>
 
 namespace bristle::test {
@@ -53,8 +53,8 @@ struct RayList {
     length.push_back(ray.length);
   }
   [[nodiscard]] RayBatch<S> batch(S extra_length = S(0)) const {
-    return {origin.x,    origin.y, origin.z,    direction.x, direction.y,
-            direction.z, length,   extra_length};
+    return {origin.x,    origin.y,    origin.z, direction.x,
+            direction.y, direction.z, length,   extra_length};
   }
 };
 
@@ -182,7 +182,10 @@ void check_random_rays(const ConformanceDef<S>& def) {
         const RayHit<S> hit =
             cast_one<Backend, S>(c, X_RC, {X_RC * origin, X_RC.rotate(direction), length});
         const RayHit<S> in_shape{hit.distance, X_RC.inverse().rotate(hit.normal)};
-        check_hit(reference, ray, in_shape, def.ray_tolerance * S(8) * reference.size);
+        // Relative to how far the coordinates are from the shape's frame and the rays'.
+        S extent = S(8) * reference.size;
+        if (hit.distance < infinity<S>) extent += hit.distance;
+        check_hit(reference, ray, in_shape, def.ray_tolerance * extent);
         hit_count += hit.distance < infinity<S> ? 1 : 0;
         inside_count += hit.distance == S(0) ? 1 : 0;
       }
@@ -233,8 +236,8 @@ void check_far_rays(const ConformanceDef<S>& def) {
     const auto c = Backend::template make<S>(reference.shape);
     for (const S distance : {S(10), S(1000)}) {
       const Vec3<S> above = reference.top + Vec3<S>(S(0), S(0), distance);
-      const RayHit<S> hit = cast_one<Backend, S>(c, Transform<S>{},
-                                                 {above, -Vec3<S>::UnitZ(), infinity<S>});
+      const RayHit<S> hit =
+          cast_one<Backend, S>(c, Transform<S>{}, {above, -Vec3<S>::UnitZ(), infinity<S>});
       CHECK(std::abs(hit.distance - distance) <= def.ray_tolerance * distance);
     }
   }
@@ -255,7 +258,8 @@ void check_batches(const ConformanceDef<S>& def) {
   Backend::cast_rays(c, X_RC, list.batch(S(2)), 1, hits);
   for (std::size_t i = 0; i < 40; ++i) {
     const S y = S(0.02) * S(int(i));
-    CHECK(std::abs(hits.distance[i] - (S(3) - std::sqrt(S(1) - y * y))) <= S(8) * def.ray_tolerance);
+    CHECK(std::abs(hits.distance[i] - (S(3) - std::sqrt(S(1) - y * y))) <=
+          S(8) * def.ray_tolerance);
     CHECK(hits.tag[i] == 1);
   }
   // A farther shape changes nothing, an equal one neither, a nearer one does.
@@ -286,6 +290,14 @@ void check_conformance(const ConformanceDef<S>& def) {
   SUBCASE("rays that start or end at the surface") { check_ray_limits<Backend, S>(def); }
   SUBCASE("rays from far away") { check_far_rays<Backend, S>(def); }
   SUBCASE("batches of rays") { check_batches<Backend, S>(def); }
+  SUBCASE("contacts of shapes that just touch, at three scales") {
+    check_touching_pairs<Backend, S>(def.contact_tolerance, def.normal_tolerance);
+  }
+  SUBCASE("contacts in random poses") { check_random_contacts<Backend, S>(def.contact_tolerance); }
+  SUBCASE("contacts of concentric shapes") { check_degenerate_contacts<Backend, S>(); }
+  SUBCASE("pairs it knows and pairs it does not") { check_known_pairs<Backend, S>(); }
+  SUBCASE("contacts are appended") { check_contacts_are_appended<Backend, S>(); }
+  SUBCASE("bad shapes are refused") { check_bad_shapes<Backend, S>(); }
 }
 
 }  // namespace bristle::test

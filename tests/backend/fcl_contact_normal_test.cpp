@@ -3,7 +3,7 @@
 #include <bristle/geometry/fcl_shapes.hpp>
 #include <bristle/geometry/quickhull.hpp>
 
-#include "../support/random.hpp"
+#include <support/random.hpp>
 
 #include <doctest/doctest.h>
 #include <fcl/narrowphase/collision.h>

@@ -32,12 +32,12 @@ struct ReferenceShape {
   bool is_convex = true;
 };
 
-/// A closed L of two bars in the x-z plane: from -1 to 1 along x and from 0 to 0.5 along z, and from
-/// -1 to -0.5 along x and from 0 to 1.5 along z; from -0.5 to 0.5 along y. In units of `u`.
+/// A closed L of two bars in the x-z plane: from -1 to 1 along x and from 0 to 0.5 along z, and
+/// from -1 to -0.5 along x and from 0 to 1.5 along z; from -0.5 to 0.5 along y. In units of `u`.
 template <Scalar S>
 TriangleMesh<S> l_mesh(S u) {
   // The outline counter-clockwise seen from -y (x to the right, z up).
-  const std::vector<Vec2<S>> outline = {{S(-1), S(0)},      {S(1), S(0)},        {S(1), S(0.5)},
+  const std::vector<Vec2<S>> outline = {{S(-1), S(0)},     {S(1), S(0)},      {S(1), S(0.5)},
                                         {S(-0.5), S(0.5)}, {S(-0.5), S(1.5)}, {S(-1), S(1.5)}};
   TriangleMesh<S> mesh;
   for (const S y : {S(-0.5), S(0.5)}) {
@@ -110,11 +110,10 @@ std::vector<ReferenceShape<S>> reference_shapes(S u) {
   }
   {
     const Vec3<S> r = u * Vec3<S>(S(0.4), S(0.8), S(0.6));
-    all.push_back({"Ellipsoid", Ellipsoid<S>{r},
-                   [=](const Vec3<S>& p) {
-                     return (p.cwiseQuotient(r).norm() - S(1)) * r.minCoeff();
-                   },
-                   centered(r), up(r.z())});
+    all.push_back(
+        {"Ellipsoid", Ellipsoid<S>{r},
+         [=](const Vec3<S>& p) { return (p.cwiseQuotient(r).norm() - S(1)) * r.minCoeff(); },
+         centered(r), up(r.z())});
   }
   {
     const Vec3<S> n = Vec3<S>(S(1), S(2), S(2)) / S(3);
@@ -143,11 +142,8 @@ std::vector<ReferenceShape<S>> reference_shapes(S u) {
                    [=](const Vec3<S>& p) {
                      return std::min(box_level<S>(p, low, foot), box_level<S>(p, low, mast));
                    },
-                   Aabb<S>{low, foot.cwiseMax(mast)},
-                   u * Vec3<S>(S(-0.7), S(0.1), S(1.5)),
-                   u * Vec3<S>(S(-0.7), S(0.1), S(0.3)),
-                   u,
-                   false});
+                   Aabb<S>{low, foot.cwiseMax(mast)}, u * Vec3<S>(S(-0.7), S(0.1), S(1.5)),
+                   u * Vec3<S>(S(-0.7), S(0.1), S(0.3)), u, false});
   }
   for (ReferenceShape<S>& reference : all) reference.size = u;
   return all;

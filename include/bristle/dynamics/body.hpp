@@ -45,7 +45,7 @@ struct BodyDef {
   std::optional<Mat3<S>> inertia = std::nullopt;
   /// [-] Shape, its frame equal to the body frame; unset: the body touches nothing until
   /// `World::add_shape` gives it a shape, and `mass` and `inertia` must be set if it is dynamic.
-  std::optional<Shape<S>> shape = std::nullopt;
+  OptionalShape<S> shape{};
   /// [1] Surface of the shape.
   Material<S> material{};
   /// [-] Who may touch and sense it.

@@ -96,7 +96,7 @@ template <Scalar S>
 class PlaneContacts {
  public:
   PlaneContacts(const HalfSpace<S>& plane, S margin, S extent)
-      : plane_(plane), contacts_(margin, Tolerance<S>::equal() * extent) {
+      : plane_(plane), contacts_(margin, extent) {
     tangent_basis(plane.normal, t1_, t2_);
   }
 
@@ -233,7 +233,7 @@ void collide_shapes(const HalfSpace<S>& a, const MeshTree<S>& b, const Transform
   std::size_t count = 0;
   S deepest = infinity<S>;
   for_low_corners([&](std::uint32_t v, S gap) {
-    if (gap < deepest - Tolerance<S>::equal() * extent) {
+    if (gap < deepest - Tolerance<S>::round_off() * extent) {
       deepest = gap;
       chosen[0] = v;
       count = 1;

@@ -208,33 +208,40 @@ class ClipContacts {
  public:
   static constexpr std::size_t capacity = ClipPolygon<S>::capacity;
 
-  /// @param margin   [m] Contacts with a larger gap are dropped.
-  /// @param nearest  [m] Contacts closer to each other than this are one.
-  ClipContacts(S margin, S nearest) : margin_(margin), nearest_(nearest) {}
+  /// @param margin  [m] Contacts with a larger gap are dropped.
+  /// @param extent  [m] Size of the coordinates: contacts closer than `Tolerance::equal` of it are
+  ///                one.
+  ClipContacts(S margin, S extent)
+      : margin_(margin),
+        nearest_(Tolerance<S>::equal() * extent),
+        round_off_(Tolerance<S>::round_off() * extent) {}
 
   void add(const Vec2<S>& place, S height_a, S height_b, std::uint32_t name) {
     const S gap = height_b - height_a;
     if (!(gap <= margin_) || size_ == capacity) return;
+    ClipContact<S> contact{place, gap, S(0.5) * (height_a + height_b), name};
     for (std::size_t i = 0; i < size_; ++i) {
-      if ((contacts_[i].place - place).squaredNorm() <= nearest_ * nearest_) return;
+      if ((contacts_[i].place - place).squaredNorm() > nearest_ * nearest_) continue;
+      // One contact at the greater depth, under the name that was there.
+      contact.name = contacts_[i].name;
+      if (gap < contacts_[i].gap) contacts_[i] = contact;
+      return;
     }
-    contacts_[size_++] = {place, gap, S(0.5) * (height_a + height_b), name};
+    contacts_[size_++] = contact;
   }
 
   [[nodiscard]] std::size_t size() const { return size_; }
   [[nodiscard]] const ClipContact<S>& operator[](std::size_t i) const { return contacts_[i]; }
 
-  /// Keeps `count` of them: the deepest, then ever the one farthest from those kept. Differences
-  /// within `nearest` are none, so that resting contacts do not take turns. The order stays.
+  /// Keeps `count` of them, in their order: the deepest, and ever the one farthest from those kept.
   void thin(std::size_t count) {
     if (size_ <= count) return;
     std::array<bool, capacity> is_kept{};
     std::array<S, capacity> clearance;
     clearance.fill(infinity<S>);
-    std::size_t next = 0;
-    for (std::size_t i = 1; i < size_; ++i) {
-      if (contacts_[i].gap < contacts_[next].gap - nearest_) next = i;
-    }
+    // Nearly equal depths take the first, so that resting contacts do not take turns.
+    const std::size_t first = deepest(nearest_);
+    std::size_t next = first;
     for (std::size_t kept = 1;; ++kept) {
       is_kept[next] = true;
       if (kept == count) break;
@@ -248,6 +255,16 @@ class ClipContacts {
         }
       }
     }
+    // The one that is deepest after all takes the place of the one beside it.
+    const std::size_t best = deepest(round_off_);
+    if (!is_kept[best]) {
+      std::size_t beside = first;
+      for (std::size_t i = 0; i < size_; ++i) {
+        if (is_kept[i] && distance2(i, best) < distance2(beside, best)) beside = i;
+      }
+      is_kept[beside] = false;
+      is_kept[best] = true;
+    }
     std::size_t place = 0;
     for (std::size_t i = 0; i < size_; ++i) {
       if (is_kept[i]) contacts_[place++] = contacts_[i];
@@ -256,8 +273,21 @@ class ClipContacts {
   }
 
  private:
+  /// The deepest, or the first within `tolerance` [m] of what comes after it.
+  [[nodiscard]] std::size_t deepest(S tolerance) const {
+    std::size_t best = 0;
+    for (std::size_t i = 1; i < size_; ++i) {
+      if (contacts_[i].gap < contacts_[best].gap - tolerance) best = i;
+    }
+    return best;
+  }
+  [[nodiscard]] S distance2(std::size_t i, std::size_t j) const {
+    return (contacts_[i].place - contacts_[j].place).squaredNorm();
+  }
+
   S margin_;
   S nearest_;
+  S round_off_;
   std::array<ClipContact<S>, capacity> contacts_;
   std::size_t size_ = 0;
 };
@@ -335,7 +365,7 @@ template <Scalar S>
   const HeightField<S> field_a(a, t1, t2, normal, 1);
   const HeightField<S> field_b(b, t1, t2, normal, 2);
   const S extent = std::max(field_a.extent(), field_b.extent());
-  ClipContacts<S> contacts(margin, Tolerance<S>::equal() * extent);
+  ClipContacts<S> contacts(margin, extent);
   intersect(field_a, field_b, Tolerance<S>::round_off() * extent, contacts);
   contacts.thin(a.is_round || b.is_round ? 4 : ContactManifold<S>::capacity);
 

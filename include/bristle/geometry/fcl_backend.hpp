@@ -56,8 +56,8 @@ struct FclBackend {
     return a != ShapeKind::half_space || b != ShapeKind::half_space;
   }
 
-  /// As `ShapeBackend` says. `failed` for a pose or margin that is not finite, and for whatever of
-  /// FCL throws or gives numbers that are none.
+  /// As `ShapeBackend` says. `failed` for a pair it does not know, a pose or margin that is not
+  /// finite, and for whatever of FCL throws or gives numbers that are none.
   template <Scalar S>
   [[nodiscard]] static ContactStatus collide(const Collidable<S>& a, const Collidable<S>& b,
                                              const Transform<S>& X_AB, S margin,
@@ -258,6 +258,14 @@ class FclContactQuery {
     std::visit(
         [&](const auto* shape_a, const auto* shape_b) {
           sink_.add(contact_manifold(*shape_a, *shape_b, X_AB_, found.normal, margin_));
+          // Rims and sides of round shapes are clipped as polygons and lines; what is deepest may
+          // lie between those.
+          if (!sink_.reaches(found.gap + Tolerance<double>::equal() * a_.convex->reach)) {
+            ContactManifold<double> deepest;
+            deepest.normal = found.normal;
+            deepest.add(extreme_contact(*shape_a, *shape_b, X_AB_, found.normal));
+            sink_.add(deepest);
+          }
         },
         a_.convex->shape, b_.convex->shape);
     return true;
@@ -281,7 +289,7 @@ ContactStatus FclBackend::collide(const Collidable<S>& a, const Collidable<S>& b
   if (!X.translation.allFinite() || !X.rotation.coeffs().allFinite() || !isfinite(margin)) {
     return ContactStatus::failed;
   }
-  BRISTLE_ASSERT(can_collide(kind(a), kind(b)));
+  if (!can_collide(kind(a), kind(b))) return ContactStatus::failed;
   ContactSink<S> sink(out);
   try {
     using Data = typename Collidable<S>::Data;

@@ -221,12 +221,13 @@ class OverlapSearch {
     }
   }
 
-  /// GJK on the pair as it stands; enough where the cores are apart. Whether it converged.
+  /// GJK on the pair as it stands; enough where the cores are clearly apart. Whether it was. Cores
+  /// that nearly touch have a distance that means less than its error, and so has the direction.
   bool search_apart() {
     const GjkAnswer answer = gjk(Vec3<double>::Zero());
-    if (!answer.is_apart || answer.residual > convergence()) return false;
+    if (!answer.is_apart) return false;
     offer(answer.normal);
-    return true;
+    return answer.residual <= Tolerance<double>::equal();
   }
 
   /// Pushes the solids apart along the best direction, and asks GJK for a better one, until there is

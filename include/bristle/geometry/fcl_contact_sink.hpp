@@ -7,6 +7,8 @@
 #include <bristle/geometry/contact_manifold.hpp>
 #include <bristle/math/transform.hpp>
 
+#include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 
@@ -43,6 +45,15 @@ class ContactSink {
 
   /// Whether nothing was added.
   [[nodiscard]] bool is_empty() const { return out_.size() == start_; }
+  /// Whether some point has a gap of at most this [m].
+  [[nodiscard]] bool reaches(double gap) const {
+    for (std::size_t i = start_; i < out_.size(); ++i) {
+      for (std::size_t k = 0; k < out_[i].size; ++k) {
+        if (double(out_[i].points[k].gap) <= gap) return true;
+      }
+    }
+    return false;
+  }
   /// Takes back all that was added.
   void clear() { out_.resize(start_); }
 
@@ -72,8 +83,8 @@ class ContactSink {
     return fresh;
   }
 
-  /// Adds a point. One too many makes the closest two fight, and the deeper stays: so the deepest of
-  /// all is never lost, and what is kept is spread out.
+  /// Adds a point. One too many makes the closest two fight: the deeper stays, or of equals the one
+  /// farther from the middle. So the deepest of all is never lost, nor are the outer corners.
   void join(ContactManifold<S>& manifold, const ContactPoint<S>& point) const {
     for (std::size_t i = 0; i < manifold.size; ++i) {
       if ((manifold.points[i].position - point.position).squaredNorm() <= nearest_ * nearest_) {
@@ -85,21 +96,43 @@ class ContactSink {
       manifold.add(point);
       return;
     }
+    const std::size_t loser = loser_of(manifold, point);
+    if (loser < manifold.size) manifold.points[loser] = point;
+  }
+
+  /// Which of a full manifold's points has to go for another; its size where it is the other.
+  [[nodiscard]] static std::size_t loser_of(const ContactManifold<S>& manifold,
+                                            const ContactPoint<S>& point) {
     const auto at = [&](std::size_t i) -> const ContactPoint<S>& {
       return i < manifold.size ? manifold.points[i] : point;
     };
-    std::size_t loser = manifold.size;
+    const S share = S(1) / S(manifold.size + 1);
+    Vec3<S> middle = Vec3<S>::Zero();
+    for (std::size_t i = 0; i <= manifold.size; ++i) middle += share * at(i).position;
+    std::size_t first = 0;
+    std::size_t second = 0;
     S least = infinity<S>;
-    for (std::size_t i = 0; i < manifold.size; ++i) {
+    S size2 = S(0);
+    for (std::size_t i = 0; i <= manifold.size; ++i) {
+      size2 = std::max(size2, (at(i).position - middle).squaredNorm());
       for (std::size_t j = i + 1; j <= manifold.size; ++j) {
-        const S distance = (at(i).position - at(j).position).squaredNorm();
-        if (distance < least) {
-          least = distance;
-          loser = at(j).gap < at(i).gap ? i : j;
+        const S distance2 = (at(i).position - at(j).position).squaredNorm();
+        if (distance2 < least) {
+          least = distance2;
+          first = i;
+          second = j;
         }
       }
     }
-    if (loser < manifold.size) manifold.points[loser] = point;
+    using std::abs;
+    using std::sqrt;
+    if (abs(at(first).gap - at(second).gap) > Tolerance<S>::equal() * sqrt(size2)) {
+      return at(first).gap < at(second).gap ? second : first;
+    }
+    return (at(first).position - middle).squaredNorm() <
+                   (at(second).position - middle).squaredNorm()
+               ? first
+               : second;
   }
 
   ContactManifolds<S>& out_;

@@ -64,7 +64,8 @@ class FclMeshSurface {
   ///
   /// An edge is touched along n only between the normals of its two faces; beyond, the neighbour is
   /// nearer (its Voronoi region, Mirtich 1998, "V-Clip"). Flat and hollow edges are not touched at
-  /// all: without this a body that slides over a flat mesh stumbles over its inner edges.
+  /// all, only the faces beside them: without this a body that slides over a flat mesh stumbles over
+  /// its inner edges.
   [[nodiscard]] Verdict judge(std::uint32_t triangle, const Vec3<double>& n) const;
 
  private:
@@ -220,7 +221,6 @@ inline Vec3<double> FclMeshSurface::away_from_neighbour(std::uint32_t triangle,
 inline auto FclMeshSurface::judge(std::uint32_t triangle, const Vec3<double>& n) const -> Verdict {
   const double cosine = n.dot(normals_[triangle]);
   if (cosine >= detail::same_direction_cosine) return Verdict::face;
-  if (cosine <= 0.0) return Verdict::none;
   const auto corners = tree_.corners(triangle);
   // Edges that lie across n and are farthest along it; where there is none, those of the corner that
   // is.
@@ -233,15 +233,20 @@ inline auto FclMeshSurface::judge(std::uint32_t triangle, const Vec3<double>& n)
     const Vec3<double> edge = corners[(k + 1) % 3] - corners[k];
     if (std::abs(edge.dot(n)) <= detail::same_direction_sine * edge.norm()) across = k;
   }
+  bool is_over_edge = false;
   for (const std::size_t k : {top, (top + 2) % 3}) {
     if (across && *across != k) continue;
-    const Edge kind = edges_[triangle][k];
-    if (kind == Edge::hollow || (kind == Edge::flat && across)) return Verdict::face;
-    if (kind == Edge::convex &&
-        n.dot(away_from_neighbour(triangle, k)) <= detail::same_direction_sine) {
+    const Vec3<double> along = corners[(k + 1) % 3] - corners[k];
+    const Vec3<double> outwards = along.cross(normals_[triangle]).normalized();
+    if (n.dot(outwards) <= detail::same_direction_sine) continue;
+    if (edges_[triangle][k] != Edge::convex) return Verdict::face;
+    if (n.dot(away_from_neighbour(triangle, k)) <= detail::same_direction_sine) {
       return Verdict::none;
     }
+    is_over_edge = true;
   }
+  if (cosine <= 0.0) return Verdict::none;
+  if (!is_over_edge) return Verdict::face;
   return Verdict::edge;
 }
 
@@ -259,6 +264,29 @@ namespace detail {
   return box;
 }
 
+/// The side of a contact that is a convex solid: any normal suits it.
+struct ConvexOpposite {
+  [[nodiscard]] FclMeshSurface::Verdict judge(const Vec3<double>&) const {
+    return FclMeshSurface::Verdict::edge;
+  }
+  [[nodiscard]] std::uint32_t key() const { return 1; }
+  [[nodiscard]] double depth() const { return 0.0; }
+};
+
+/// The side of a contact that is a triangle of a mesh B, asked in the frame of A.
+struct MeshOpposite {
+  const FclMeshSurface& mesh;
+  std::uint32_t triangle;
+  const Transform<double>& X_BA;
+  double largest_depth;
+
+  [[nodiscard]] FclMeshSurface::Verdict judge(const Vec3<double>& n) const {
+    return mesh.judge(triangle, -X_BA.rotate(n));
+  }
+  [[nodiscard]] std::uint32_t key() const { return mix(mesh.patch(triangle), 2); }
+  [[nodiscard]] double depth() const { return largest_depth; }
+};
+
 /// The contacts of one convex solid with one mesh, triangle by triangle.
 template <Scalar S, typename ConvexShape>
 class MeshConvexContacts {
@@ -267,58 +295,108 @@ class MeshConvexContacts {
                      const Transform<double>& X_MC, double margin, ContactSink<S>& sink)
       : mesh_(mesh), shape_(shape), convex_(convex), X_MC_(X_MC), margin_(margin), sink_(sink) {}
 
-  /// @param is_opposed  Whether the other side, too, accepts a normal: `(n) -> bool`.
-  template <typename IsOpposed>
-  void add_all(std::uint32_t key_salt, const IsOpposed& is_opposed) {
+  /// @param opposite  Of the other side: `judge(n) -> Verdict`, what a normal means to it, the `key()`
+  ///                  of its face, and for surfaces the `depth()` [m] up to which two of them may
+  ///                  have passed through each other.
+  template <typename Opposite>
+  void add_all(const Opposite& opposite) {
     bool is_any = false;
-    mesh_.tree().overlap(bounds_in(convex_, X_MC_).inflated(margin_), [&](std::uint32_t i) {
-      is_any = add(i, key_salt, is_opposed) || is_any;
+    const double reach = std::max(margin_, opposite.depth());
+    mesh_.tree().overlap(bounds_in(convex_, X_MC_).inflated(reach), [&](std::uint32_t i) {
+      is_any = add(i, opposite) || is_any;
       return true;
     });
     if (is_any || !fallback_) return;
-    sink_.add(face_manifold(*fallback_, key_salt));
+    sink_.add(face_manifold(*fallback_));
   }
 
  private:
-  template <typename IsOpposed>
-  bool add(std::uint32_t i, std::uint32_t key_salt, const IsOpposed& is_opposed) {
+  using Verdict = FclMeshSurface::Verdict;
+
+  template <typename Opposite>
+  bool add(std::uint32_t i, const Opposite& opposite) {
     const MeshTriangle triangle = mesh_.triangle(i);
     const FclConvex plate = fcl_convex(triangle.triangle);
-    const FclContactNormal found = fcl_contact_normal(plate, convex_, X_MC_, margin_);
+    const FclContactNormal found =
+        fcl_contact_normal(plate, convex_, X_MC_, std::max(margin_, opposite.depth()));
     if (found.nearness != FclNearness::near) return false;
     const Vec3<double>& face_normal = mesh_.normal(i);
-    if (found.normal.dot(face_normal) <= 0.0) {
-      note_fallback(i, triangle.triangle);
+    const bool is_behind = found.normal.dot(face_normal) <= 0.0;
+    if (is_behind && opposite.depth() > 0.0) return add_passed(i, opposite);
+    const Verdict verdict = mesh_.judge(i, found.normal);
+    if (verdict == Verdict::none) {
+      if (is_behind) note_fallback(i, triangle.triangle);
       return false;
     }
-    switch (mesh_.judge(i, found.normal)) {
-      case FclMeshSurface::Verdict::face: {
-        if (!is_opposed(face_normal)) return false;
-        const ContactManifold<double> manifold = face_manifold(i, key_salt);
-        sink_.add(manifold);
-        return manifold.size > 0;
-      }
-      case FclMeshSurface::Verdict::edge: {
-        if (!is_opposed(found.normal)) return false;
-        ContactManifold<double> manifold =
-            contact_manifold(triangle, shape_, X_MC_, found.normal, margin_);
-        manifold.key = mix(edge_name(triangle, found.normal), key_salt);
-        sink_.add(manifold);
-        return manifold.size > 0;
-      }
-      default:
-        return false;
+    if (found.gap > margin_) return false;
+    const Vec3<double>& normal = verdict == Verdict::face ? face_normal : found.normal;
+    const Verdict other_verdict = opposite.judge(normal);
+    if (other_verdict == Verdict::none) return false;
+    ContactManifold<double> manifold;
+    if (verdict == Verdict::face) {
+      manifold = face_manifold(i);
+    } else {
+      manifold = contact_manifold(triangle, shape_, X_MC_, normal, margin_);
+      manifold.key = other_verdict == Verdict::face
+                         ? opposite.key()
+                         : mix(edge_name(triangle, normal), opposite.key());
     }
+    sink_.add(manifold);
+    return manifold.size > 0;
+  }
+
+  /// Two surfaces that have passed through each other face to face: as plates they are apart, each
+  /// on the wrong side of the other.
+  template <typename Opposite>
+  bool add_passed(std::uint32_t i, const Opposite& opposite) {
+    const Vec3<double>& n = mesh_.normal(i);
+    const double gap = n.dot(deepest_place(n) - mesh_.tree().corners(i)[0]);
+    if (gap < -opposite.depth() || opposite.judge(n) != Verdict::face) return false;
+    const ContactManifold<double> manifold = face_manifold(i);
+    sink_.add(manifold);
+    return manifold.size > 0;
   }
 
   /// What of the solid is over the triangle, along its normal. Empty where nothing is.
-  [[nodiscard]] ContactManifold<double> face_manifold(std::uint32_t i, std::uint32_t salt) const {
+  [[nodiscard]] ContactManifold<double> face_manifold(std::uint32_t i) const {
     const MeshTriangle triangle = mesh_.triangle(i);
     const Vec3<double>& n = mesh_.normal(i);
     const auto features = feature_pair(triangle, shape_, X_MC_, n);
-    ContactManifold<double> manifold = clip_features(features.a, features.b, n, margin_);
-    manifold.key = mix(mesh_.patch(i), salt);
+    const ContactManifold<double> clipped = clip_features(features.a, features.b, n, margin_);
+    ContactManifold<double> manifold;
+    manifold.normal = n;
+    manifold.key = mix(mesh_.patch(i), 0);
+    double gap = margin_;
+    for (std::size_t k = 0; k < clipped.size; ++k) {
+      const ContactPoint<double>& point = clipped.points[k];
+      if (!is_over(triangle.triangle, n, point.position)) continue;
+      manifold.add(point);
+      gap = std::min(gap, point.gap);
+    }
+    // Rims of round shapes are clipped as polygons; what is deepest may lie between their corners.
+    const ContactPoint<double> deepest = extreme_contact(triangle, shape_, X_MC_, n);
+    if (deepest.gap < gap - Tolerance<double>::equal() * convex_.reach &&
+        is_over(triangle.triangle, n, deepest_place(n))) {
+      if (manifold.size == manifold.capacity) --manifold.size;
+      manifold.add({deepest_place(n) - 0.5 * deepest.gap * n, deepest.gap, 0});
+    }
     return manifold;
+  }
+
+  /// [m] The solid's farthest point against n.
+  [[nodiscard]] Vec3<double> deepest_place(const Vec3<double>& n) const {
+    return X_MC_ * support_point(shape_, Vec3<double>(X_MC_.rotation.conjugate() * Vec3<double>(-n)));
+  }
+
+  /// Whether a point is above or below a triangle of normal n, its edges and a hair beyond included.
+  [[nodiscard]] static bool is_over(const Triangle<double>& triangle, const Vec3<double>& n,
+                                    const Vec3<double>& point) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Vec3<double> edge = triangle.corners[(k + 1) % 3] - triangle.corners[k];
+      const double beside = edge.cross(point - triangle.corners[k]).dot(n);
+      if (beside < -Tolerance<double>::equal() * edge.squaredNorm()) return false;
+    }
+    return true;
   }
 
   /// A solid whose middle is behind the triangle: the plate would be left on the wrong side. Of all
@@ -328,10 +406,7 @@ class MeshConvexContacts {
     const Vec3<double>& n = mesh_.normal(i);
     const double depth = n.dot(triangle.corners[0] - middle);
     if (!(depth >= 0.0 && depth < fallback_depth_)) return;
-    for (std::size_t k = 0; k < 3; ++k) {
-      const Vec3<double> edge = triangle.corners[(k + 1) % 3] - triangle.corners[k];
-      if (edge.cross(middle - triangle.corners[k]).dot(n) < 0.0) return;
-    }
+    if (!is_over(triangle, n, middle)) return;
     fallback_ = i;
     fallback_depth_ = depth;
   }
@@ -360,22 +435,24 @@ void collide_mesh(const FclMeshSurface& mesh, const ConvexShape& shape, const Fc
                   const Transform<double>& X_MC, double margin, ContactSink<S>& sink) {
   sink.set_nearest(Tolerance<double>::equal() * convex.reach);
   detail::MeshConvexContacts<S, ConvexShape> contacts(mesh, shape, convex, X_MC, margin, sink);
-  contacts.add_all(0, [](const Vec3<double>&) { return true; });
+  contacts.add_all(detail::ConvexOpposite{});
 }
 
 template <Scalar S>
 void collide_meshes(const FclMeshSurface& a, const FclMeshSurface& b, const Transform<double>& X_AB,
                     double margin, ContactSink<S>& sink) {
   const Transform<double> X_BA = X_AB.inverse();
-  const Aabb<double> near = transformed(a.tree().root_box(), X_BA).inflated(margin);
+  // At half the thickness of the thinner one, in and out cannot be told apart.
+  const double depth = std::min(a.tree().root_box().half_extents().minCoeff(),
+                                b.tree().root_box().half_extents().minCoeff());
+  const Aabb<double> near =
+      transformed(a.tree().root_box(), X_BA).inflated(std::max(margin, depth));
   b.tree().overlap(near, [&](std::uint32_t i) {
     const MeshTriangle triangle = b.triangle(i);
     const FclConvex plate = fcl_convex(triangle.triangle);
     sink.set_nearest(Tolerance<double>::equal() * plate.reach);
     detail::MeshConvexContacts<S, MeshTriangle> contacts(a, triangle, plate, X_AB, margin, sink);
-    contacts.add_all(b.patch(i) + 1, [&](const Vec3<double>& n) {
-      return b.judge(i, -X_BA.rotate(n)) != FclMeshSurface::Verdict::none;
-    });
+    contacts.add_all(detail::MeshOpposite{b, i, X_BA, depth});
     return true;
   });
 }

@@ -74,24 +74,18 @@ class FaceJoin {
     const std::uint32_t end = triangles_[s.triangle].corners[(s.edge + 1) % 3];
     return (to_vector(points_[end]) - to_vector(points_[start_of(s)])).norm();
   }
+  /// The side of a triangle that starts at a vertex of it.
+  [[nodiscard]] Side side_from(std::uint32_t triangle, std::uint32_t vertex) const {
+    const auto& corners = triangles_[triangle].corners;
+    const auto corner = std::find(corners.begin(), corners.end(), vertex);
+    return {triangle, static_cast<std::size_t>(corner - corners.begin())};
+  }
   /// The next side, counter-clockwise around the vertex where both start.
   [[nodiscard]] Side turned(Side s) const {
-    const Side before{s.triangle, (s.edge + 2) % 3};
-    const std::uint32_t next = across(before);
-    const auto& corners = triangles_[next].corners;
-    std::size_t k = 0;
-    while (corners[k] != start_of(s)) ++k;
-    return {next, k};
+    return side_from(across({s.triangle, (s.edge + 2) % 3}), start_of(s));
   }
-
   /// Likewise clockwise.
-  [[nodiscard]] Side turned_back(Side s) const {
-    const std::uint32_t next = across(s);
-    const auto& corners = triangles_[next].corners;
-    std::size_t k = 0;
-    while (corners[k] != start_of(s)) ++k;
-    return {next, k};
-  }
+  [[nodiscard]] Side turned_back(Side s) const { return side_from(across(s), start_of(s)); }
 
   void measure();
   void grow_regions();
@@ -249,7 +243,7 @@ inline std::vector<HullFace> FaceJoin::faces() const {
       Side side = first;
       do {
         if (is_corner[start_of(side)]) face.corners.push_back(start_of(side));
-        face.ring.push_back(start_of({across(side), (turned_back(side).edge + 2) % 3}));
+        face.ring.push_back(start_of({across(side), (turned_back(side).edge + 1) % 3}));
         // On to the border side of this region that starts where this one ends.
         side = {side.triangle, (side.edge + 1) % 3};
         while (!is_border(side)) side = turned_back(side);

@@ -18,7 +18,6 @@
 #include <cstdint>
 #include <span>
 #include <string>
-#include <utility>
 #include <vector>
 
 namespace bristle {
@@ -145,11 +144,11 @@ template <Scalar S>
     sum += (points[face.corners[i - 1]] - origin).cross(points[face.corners[i]] - origin);
   }
   const Vec3<S> normal = sum.stableNormalized();
-  const bool is_supporting = std::ranges::all_of(face.ring, [&](std::uint32_t v) {
-    return std::ranges::all_of(face.corners, [&](std::uint32_t corner) {
-      return normal.dot(points[v] - points[corner]) <= S(0);
-    });
-  });
+  const auto height = [&](std::uint32_t v) { return normal.dot(points[v] - origin); };
+  S lowest_corner = S(0);
+  for (const std::uint32_t v : face.corners) lowest_corner = std::min(lowest_corner, height(v));
+  const bool is_supporting =
+      std::ranges::all_of(face.ring, [&](std::uint32_t v) { return height(v) <= lowest_corner; });
   return is_supporting ? normal : Vec3<S>(face.normal.cast<S>());
 }
 

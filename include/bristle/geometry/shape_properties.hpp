@@ -8,6 +8,8 @@
 #include <bristle/math/mass_properties.hpp>
 #include <bristle/math/types.hpp>
 
+#include <cstddef>
+#include <cstdint>
 #include <numbers>
 #include <span>
 #include <variant>

@@ -12,7 +12,11 @@
 #include <bristle/geometry/triangle_mesh.hpp>
 #include <bristle/math/types.hpp>
 
+#include <concepts>
 #include <cstddef>
+#include <memory>
+#include <type_traits>
+#include <utility>
 #include <variant>
 
 namespace bristle {
@@ -106,6 +110,26 @@ template <Scalar S>
                                                    "HalfSpace", "ConvexHull", "TriangleMesh"};
   return names[static_cast<std::size_t>(kind)];
 }
+
+/// A shape or none. Copies share the data, so that definitions with large meshes are cheap to pass
+/// around.
+template <Scalar S>
+class OptionalShape {
+ public:
+  /// None.
+  OptionalShape() = default;
+  /// Any shape, or anything a shape can be made from.
+  template <typename T>
+    requires std::constructible_from<Shape<S>, T&&> &&
+             (!std::same_as<std::remove_cvref_t<T>, OptionalShape>)
+  OptionalShape(T&& shape) : shape_(std::make_shared<const Shape<S>>(std::forward<T>(shape))) {}
+
+  [[nodiscard]] explicit operator bool() const noexcept { return shape_ != nullptr; }
+  [[nodiscard]] const Shape<S>& operator*() const noexcept { return *shape_; }
+
+ private:
+  std::shared_ptr<const Shape<S>> shape_;
+};
 
 /// @throws InvalidArgument naming the field when a size is not finite and > 0, a half-space normal
 ///         is not unit length, or a hull or mesh is not a valid solid.

@@ -121,7 +121,7 @@ class ObjReader {
   }
 
   [[noreturn]] void fail_reference(std::string_view word, const std::string& what) const {
-    scanner_.fail("corner '" + TextScanner::quotable(word) + "' " + what);
+    scanner_.fail("corner " + TextScanner::quoted(word) + " " + what);
   }
 
   TextScanner scanner_;

@@ -147,9 +147,8 @@ class AsciiStlReader {
   }
   void require_word(std::string_view word, std::string_view keyword) const {
     if (is_word(word, keyword)) return;
-    const std::string expected = "'" + std::string(keyword) + "' expected, ";
-    scanner_.fail(expected + (word.empty() ? "but the file ends"
-                                           : "not '" + TextScanner::quotable(word) + "'"));
+    scanner_.fail(TextScanner::quoted(keyword) + " expected, " +
+                  (word.empty() ? "but the file ends" : "not " + TextScanner::quoted(word)));
   }
 
   TextScanner scanner_;

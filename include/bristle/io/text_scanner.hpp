@@ -64,7 +64,7 @@ class TextScanner {
     const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
     const bool is_read = error == std::errc{} && end == digits.data() + digits.size();
     if (!is_read || !isfinite(S(value))) {
-      fail(word.empty() ? "number missing" : "'" + quotable(word) + "' is not a finite number");
+      fail(word.empty() ? "number missing" : quoted(word) + " is not a finite number");
     }
     return S(value);
   }
@@ -73,13 +73,11 @@ class TextScanner {
     raise(IoError(std::string(file_), word_line_, what));
   }
 
-  /// A word as it may stand in a message: short, and without control characters.
-  [[nodiscard]] static std::string quotable(std::string_view word) {
-    std::string text(word.substr(0, 40));
-    for (char& c : text) {
-      if (c < ' ' || c > '~') c = '?';
-    }
-    return text;
+  /// A word as it may stand in a message: in quotes, short, and without control characters.
+  [[nodiscard]] static std::string quoted(std::string_view word) {
+    std::string text("'");
+    for (const char c : word.substr(0, 40)) text += c < ' ' || c > '~' ? '?' : c;
+    return text += "'";
   }
 
  private:

@@ -78,8 +78,9 @@ struct SensorGridDef {
   Vec3<S> side_u = Vec3<S>::UnitX();
   /// [m] The other whole side; must not be parallel to side_u.
   Vec3<S> side_v = Vec3<S>::UnitY();
-  /// [-] Number of sensors along each side, >= 1.
+  /// [-] Number of sensors along side_u, >= 1.
   std::size_t count_u = 1;
+  /// [-] Number of sensors along side_v, >= 1.
   std::size_t count_v = 1;
   /// [m] How far below the rectangle the rays start. Finite, >= 0.
   S depth = S(0.005);

@@ -39,7 +39,7 @@ class SensorStage {
     }
     state.report.patches = live_.size();
     for (std::size_t k = 0; k < live_.size(); ++k) {
-      state.report.patches_near += scratch_[k].candidates.empty() ? 0 : 1;
+      state.report.patches_near += scratch_[k].candidates.empty() ? 0u : 1u;
       state.report.rays_cast += scratch_[k].rays_cast;
       state.report.sensors_skipped +=
           scratch_[k].candidates.empty() ? state.patches.at(live_[k]).size() : 0;

@@ -7,6 +7,7 @@
 #include <bristle/dynamics/integrator.hpp>
 #include <bristle/dynamics/islands.hpp>
 #include <bristle/dynamics/sequential_solver.hpp>
+#include <bristle/sensors/passes.hpp>
 #include <bristle/world/sensor_stage.hpp>
 #include <bristle/world/world_state.hpp>
 
@@ -93,8 +94,7 @@ class SolveStage {
     const SolveContext<S> context = context_of(state, island);
     SolveReport<S> report;
     bool is_direct = DirectSolver<S>::applies_to(island, state.constraints, context.settings);
-    const int passes = std::max(1, context.settings.max_passes);
-    for (int pass = 1; pass <= passes; ++pass) {
+    const auto solve_once = [&] {
       for (const std::uint32_t soft : island.soft) sensors.fill(state, soft);
       is_direct = is_direct &&
                   direct_.solve(island, state.constraints, state.solver_bodies, context, report);
@@ -103,13 +103,15 @@ class SolveStage {
             sequential_.solve(island, state.constraints, state.solver_bodies, context));
       }
       for (const std::uint32_t soft : island.soft) sensors.evaluate(state, soft);
-      if (pass == passes) break;
+    };
+    const auto relinearise = [&](int pass, bool is_last_pass) {
       bool has_changed = false;
       for (const std::uint32_t soft : island.soft) {
-        has_changed = sensors.relinearise(state, soft, pass, pass + 1 == passes) || has_changed;
+        has_changed = sensors.relinearise(state, soft, pass, is_last_pass) || has_changed;
       }
-      if (!has_changed) break;
-    }
+      return has_changed;
+    };
+    solve_in_passes(context.settings.max_passes, solve_once, relinearise);
     rebuild_velocities(state, island);
     if (needs_correction(state, island, context)) {
       const int sweeps =

@@ -133,7 +133,8 @@ class World {
 
   void require_known_contacts(BodyId id, bool is_dynamic, const CollisionFilter& filter,
                               ShapeKind kind) const;
-  ShapeId insert_shape(BodyId id, Prepared shape, const ShapeDef<S>& def);
+  ShapeId insert_shape(BodyId id, Prepared prepared, const Shape<S>& shape,
+                       const Transform<S>& X_BS, const Material<S>& material);
   void refresh_boxes(BodyId id);
   void erase_joint(std::uint32_t index);
 

@@ -48,17 +48,18 @@ void World<S, Backend>::require_known_contacts(BodyId id, bool is_dynamic,
 
 template <Scalar S, typename Backend>
   requires ShapeBackend<Backend, S>
-ShapeId World<S, Backend>::insert_shape(BodyId id, Prepared shape, const ShapeDef<S>& def) {
+ShapeId World<S, Backend>::insert_shape(BodyId id, Prepared prepared, const Shape<S>& shape,
+                                        const Transform<S>& X_BS, const Material<S>& material) {
   const Body<S>& body = state_.bodies.at(id.index);
   Collider<S, Backend> c;
   c.body = id;
-  c.X_CmS = def.X_BS;
+  c.X_CmS = X_BS;
   c.X_CmS.translation -= body.center_B;
-  c.kind = Backend::kind(shape);
-  c.material = def.material;
-  c.bounds = Backend::bounds(shape);
-  c.shape = std::move(shape);
-  if (const auto* half_space = std::get_if<HalfSpace<S>>(&def.shape)) {
+  c.kind = Backend::kind(prepared);
+  c.material = material;
+  c.bounds = Backend::bounds(prepared);
+  c.shape = std::move(prepared);
+  if (const auto* half_space = std::get_if<HalfSpace<S>>(&shape)) {
     c.half_space = *half_space;
   } else {
     c.radius = (c.X_CmS * c.bounds.center()).norm() + c.bounds.half_extents().norm();
@@ -80,7 +81,7 @@ BodyId World<S, Backend>::add_body(const BodyDef<S>& def) {
   const Body<S> body = make_body(def, Backend::mass_properties(shape));
   require_known_contacts(BodyId{}, body.is_dynamic(), body.filter, kind_of(*def.shape));
   const BodyId id = state_.bodies.insert(body);
-  insert_shape(id, std::move(shape), {*def.shape, Transform<S>{}, def.material});
+  insert_shape(id, std::move(shape), *def.shape, Transform<S>{}, def.material);
   return id;
 }
 
@@ -95,7 +96,7 @@ ShapeId World<S, Backend>::add_shape(BodyId id, const ShapeDef<S>& def) {
                   "ShapeDef::shape", 0, "must not be a HalfSpace on a dynamic body");
   Prepared shape = Backend::template make<S>(def.shape);
   require_known_contacts(id, body.is_dynamic(), body.filter, kind_of(def.shape));
-  return insert_shape(id, std::move(shape), def);
+  return insert_shape(id, std::move(shape), def.shape, def.X_BS, def.material);
 }
 
 template <Scalar S, typename Backend>

@@ -56,7 +56,8 @@ TEST_CASE_TEMPLATE("ConvexHull: a tetrahedron is valid and lists its faces", S, 
   }
 }
 
-TEST_CASE_TEMPLATE("ConvexHull::validate: refuses what is no closed convex solid", S, float, double) {
+TEST_CASE_TEMPLATE("ConvexHull::validate: refuses what is no closed convex solid", S, float,
+                   double) {
   using Hull = ConvexHull<S>;
   const S nan = std::numeric_limits<S>::quiet_NaN();
   CHECK(contains(error_of(Hull{}), "vertices.size() = 0"));
@@ -68,7 +69,9 @@ TEST_CASE_TEMPLATE("ConvexHull::validate: refuses what is no closed convex solid
   CHECK(contains(error_after<S>([](Hull& h) { h.face_starts[1] = 2; }), "at least 3 corners"));
   CHECK(contains(error_after<S>([](Hull& h) { h.face_vertices.pop_back(); }), "face_vertices"));
   CHECK(contains(error_after<S>([](Hull& h) { h.face_vertices[4] = 4; }), "existing vertex"));
-  CHECK(contains(error_after<S>([](Hull& h) { h.vertices.push_back({0, 0, 0}); }),
+  CHECK(contains(error_after<S>([](Hull& h) {
+                   h.vertices.push_back({0, 0, 0});
+                 }),
                  "corner of a face"));
   CHECK(contains(error_after<S>([nan](Hull& h) { h.vertices[2].x() = nan; }), "finite"));
   CHECK(contains(error_after<S>([nan](Hull& h) { h.face_normals[2].x() = nan; }), "finite"));

@@ -9,7 +9,8 @@
 
 using namespace bristle;
 
-TEST_CASE_TEMPLATE("box_mesh: is a solid with the box's volume and ordered faces", S, float, double) {
+TEST_CASE_TEMPLATE("box_mesh: is a solid with the box's volume and ordered faces", S, float,
+                   double) {
   const TriangleMesh<S> mesh = box_mesh<S>({1, 2, 3});
   CHECK_NOTHROW(validate_solid(mesh));
   CHECK(signed_volume(mesh) == doctest::Approx(48.0));

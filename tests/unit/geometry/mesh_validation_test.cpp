@@ -108,7 +108,8 @@ TEST_CASE_TEMPLATE("validate_solid: refuses a sheet with two sides and no volume
 TEST_CASE_TEMPLATE("validate_solid: refuses edges with more than two triangles", S, float, double) {
   // Two cubes that touch along one edge only.
   TriangleMesh<S> mesh = cube<S>();
-  for (const auto& t : cube<S>().triangles) mesh.triangles.push_back({t[0] + 8, t[1] + 8, t[2] + 8});
+  for (const auto& t : cube<S>().triangles)
+    mesh.triangles.push_back({t[0] + 8, t[1] + 8, t[2] + 8});
   for (const auto& v : cube<S>().vertices) mesh.vertices.push_back(v + Vec3<S>(2, 2, 0));
   const std::string error = solid_error(weld(mesh));
   CHECK(contains(error, "manifold"));
@@ -126,8 +127,8 @@ TEST_CASE_TEMPLATE("validate_solid: names the degenerate triangle at every scale
   }
 }
 
-TEST_CASE_TEMPLATE("degenerate_triangles: finds triangles whose normal is lost in rounding", S, float,
-                   double) {
+TEST_CASE_TEMPLATE("degenerate_triangles: finds triangles whose normal is lost in rounding", S,
+                   float, double) {
   const std::uint64_t seed = 5;
   CAPTURE(seed);
   Random random(seed);

@@ -103,8 +103,8 @@ TEST_CASE_TEMPLATE("convex_hull: of a cube's corners has six squares with exact 
   }
 }
 
-TEST_CASE_TEMPLATE("convex_hull: leaves out points inside, on faces, on edges and repeated", S, float,
-                   double) {
+TEST_CASE_TEMPLATE("convex_hull: leaves out points inside, on faces, on edges and repeated", S,
+                   float, double) {
   Points<S> points;
   for (int x = 0; x < 5; ++x) {
     for (int y = 0; y < 5; ++y) {
@@ -121,8 +121,8 @@ TEST_CASE_TEMPLATE("convex_hull: leaves out points inside, on faces, on edges an
   CHECK(unit_mass_properties<S>(hull).mass == doctest::Approx(1.0));
 }
 
-TEST_CASE_TEMPLATE("convex_hull: finds the faces of turned cubes and prisms at every scale", S, float,
-                   double) {
+TEST_CASE_TEMPLATE("convex_hull: finds the faces of turned cubes and prisms at every scale", S,
+                   float, double) {
   const std::uint64_t seed = 23;
   CAPTURE(seed);
   Random random(seed);
@@ -136,6 +136,12 @@ TEST_CASE_TEMPLATE("convex_hull: finds the faces of turned cubes and prisms at e
     check_hull(cube, points);
     CHECK(cube.face_count() == 6);
     CHECK(cube.vertices.size() == 8);
+    for (const auto& normal : cube.face_normals) {
+      // Along an axis of the cube, to the rounding of its corners.
+      const Vec3<S> n = X.rotation.conjugate() * normal;
+      CHECK(n.cwiseAbs().maxCoeff() >= S(1) - Tolerance<S>::round_off());
+      CHECK(n.cwiseAbs().sum() <= S(1) + S(4) * Tolerance<S>::round_off());
+    }
 
     const auto segments = static_cast<std::uint32_t>(3 + random.index(60));
     points = prism<S>(segments);
@@ -157,7 +163,8 @@ TEST_CASE_TEMPLATE("convex_hull: keeps every point of a sphere", S, float, doubl
         doctest::Approx(double(unit_mass_properties<S>(mesh).mass)).epsilon(1e-5));
 }
 
-TEST_CASE_TEMPLATE("convex_hull: of random and nearly degenerate clouds is valid", S, float, double) {
+TEST_CASE_TEMPLATE("convex_hull: of random and nearly degenerate clouds is valid", S, float,
+                   double) {
   const std::uint64_t seed = 29;
   CAPTURE(seed);
   Random random(seed);

@@ -169,8 +169,9 @@ TEST_CASE_TEMPLATE("unit_mass_properties: scales with the third and fifth power 
   }
 }
 
-TEST_CASE_TEMPLATE("unit_mass_properties: of a moved and turned mesh follows the parallel-axis theorem",
-                   S, float, double) {
+TEST_CASE_TEMPLATE(
+    "unit_mass_properties: of a moved and turned mesh follows the parallel-axis theorem", S, float,
+    double) {
   const std::uint64_t seed = 3;
   CAPTURE(seed);
   Random random(seed);
@@ -179,10 +180,9 @@ TEST_CASE_TEMPLATE("unit_mass_properties: of a moved and turned mesh follows the
   const TriangleMesh<S> leg = box_mesh<S>({S(0.1), S(0.1), S(0.3)});
   for (const auto& t : leg.triangles) mesh.triangles.push_back({t[0] + 8, t[1] + 8, t[2] + 8});
   for (const auto& v : leg.vertices) mesh.vertices.push_back(v + Vec3<S>(S(0.6), 0, S(0.2)));
-  const MassProperties<S> parts =
-      unit_mass_properties<S>(Box<S>{{S(0.5), S(0.1), S(0.1)}}) +
-      unit_mass_properties<S>(Box<S>{{S(0.1), S(0.1), S(0.3)}})
-          .transformed({Quat<S>::Identity(), {S(0.6), 0, S(0.2)}});
+  const MassProperties<S> parts = unit_mass_properties<S>(Box<S>{{S(0.5), S(0.1), S(0.1)}}) +
+                                  unit_mass_properties<S>(Box<S>{{S(0.1), S(0.1), S(0.3)}})
+                                      .transformed({Quat<S>::Identity(), {S(0.6), 0, S(0.2)}});
   check_equal(unit_mass_properties<S>(mesh), parts, Tolerance<S>::round_off());
 
   for (int i = 0; i < 20; ++i) {

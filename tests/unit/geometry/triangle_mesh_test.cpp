@@ -88,8 +88,8 @@ TEST_CASE_TEMPLATE("weld: keeps the first of equal vertices and takes -0 for 0",
   CHECK(welded.triangles[1] == std::array<std::uint32_t, 3>{0, 1, 3});
 }
 
-TEST_CASE_TEMPLATE("weld: with a tolerance merges what is nearer, at every scale and place", S, float,
-                   double) {
+TEST_CASE_TEMPLATE("weld: with a tolerance merges what is nearer, at every scale and place", S,
+                   float, double) {
   const std::uint64_t seed = 11;
   CAPTURE(seed);
   Random random(seed);

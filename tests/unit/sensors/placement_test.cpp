@@ -44,8 +44,7 @@ bool contains(const std::string& text, const std::string& part) {
 TEST_CASE_TEMPLATE("sensors_from_mesh: puts one sensor on each face, as in Algorithm 2", S, float,
                    double) {
   const TriangleMesh<S> mesh{{{0, 0, 0}, {3, 0, 0}, {0, 3, 0}}, {{0, 1, 2}}};
-  const SensorLayout<S> layout =
-      sensors_from_mesh<S>(mesh, {.depth = S(0.5), .range = S(1.25)});
+  const SensorLayout<S> layout = sensors_from_mesh<S>(mesh, {.depth = S(0.5), .range = S(1.25)});
   layout.validate();
   REQUIRE(layout.size() == 1);
   // Midpoint (1, 1, 0): the mean of the corners, not their sum (3, 3, 0).
@@ -133,11 +132,12 @@ TEST_CASE_TEMPLATE("sensors_from_mesh: on a flat grid all look up, in documented
   }
 }
 
-TEST_CASE_TEMPLATE("sensors_from_mesh: on a sphere all look away from its centre", S, float, double) {
+TEST_CASE_TEMPLATE("sensors_from_mesh: on a sphere all look away from its centre", S, float,
+                   double) {
   const std::uint32_t f = 8;
   const SensorLayout<S> layout =
-      sensors_from_mesh<S>(sphere_mesh(S(0.1), f), {.depth = S(0.02), .range = S(0.05),
-                                                    .vertices = true, .edges = true});
+      sensors_from_mesh<S>(sphere_mesh(S(0.1), f),
+                           {.depth = S(0.02), .range = S(0.05), .vertices = true, .edges = true});
   layout.validate();
   REQUIRE(layout.size() == 20 * f * f + (10 * f * f + 2) + 30 * f * f);
   // The radius through the centroid or vertex of a triangle leans against the normal by less than
@@ -149,7 +149,8 @@ TEST_CASE_TEMPLATE("sensors_from_mesh: on a sphere all look away from its centre
   }
 }
 
-TEST_CASE_TEMPLATE("sensors_from_mesh: takes vertices that repeat along seams once", S, float, double) {
+TEST_CASE_TEMPLATE("sensors_from_mesh: takes vertices that repeat along seams once", S, float,
+                   double) {
   const TriangleMesh<S> whole = box_mesh<S>({1, 1, 1});
   TriangleMesh<S> soup;
   for (const auto& t : whole.triangles) {
@@ -166,9 +167,9 @@ TEST_CASE_TEMPLATE("sensors_from_mesh: takes vertices that repeat along seams on
 
 TEST_CASE_TEMPLATE("sensors_from_mesh: skips and reports what has no normal", S, float, double) {
   // A triangle, one without area, one that repeats a corner, and a sheet with two sides.
-  const TriangleMesh<S> mesh{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {2, 0, 0}, {5, 0, 0}, {6, 0, 0},
-                              {5, 1, 0}},
-                             {{0, 1, 2}, {0, 1, 3}, {1, 1, 2}, {4, 5, 6}, {4, 6, 5}}};
+  const TriangleMesh<S> mesh{
+      {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {2, 0, 0}, {5, 0, 0}, {6, 0, 0}, {5, 1, 0}},
+      {{0, 1, 2}, {0, 1, 3}, {1, 1, 2}, {4, 5, 6}, {4, 6, 5}}};
   PlacementReport report;
   report.degenerate_faces = {99};
   const SensorLayout<S> layout =
@@ -202,7 +203,8 @@ TEST_CASE_TEMPLATE("sensors_from_mesh: moves with the mesh's pose in the body", 
   }
 }
 
-TEST_CASE_TEMPLATE("sensors_from_mesh: gives the same sensors at x0.001 and x1000", S, float, double) {
+TEST_CASE_TEMPLATE("sensors_from_mesh: gives the same sensors at x0.001 and x1000", S, float,
+                   double) {
   const TriangleMesh<S> mesh = sphere_mesh(S(1), 3);
   const PlacementDef<S> def{.depth = S(0.1), .range = S(0.3), .vertices = true, .edges = true};
   const SensorLayout<S> one = sensors_from_mesh(mesh, def);
@@ -221,7 +223,8 @@ TEST_CASE_TEMPLATE("sensors_from_mesh: gives the same sensors at x0.001 and x100
   }
 }
 
-TEST_CASE_TEMPLATE("sensors_from_mesh: refuses a bad definition or mesh by name", S, float, double) {
+TEST_CASE_TEMPLATE("sensors_from_mesh: refuses a bad definition or mesh by name", S, float,
+                   double) {
   const TriangleMesh<S> mesh = box_mesh<S>({1, 1, 1});
   const S nan = std::numeric_limits<S>::quiet_NaN();
   CHECK(contains(error_of<S>(mesh, {.depth = S(-1)}), "PlacementDef::depth"));

@@ -1,0 +1,271 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <bristle/geometry/fcl_backend.hpp>
+#include <bristle/geometry/mesh_shapes.hpp>
+#include <bristle/geometry/quickhull.hpp>
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <backend/reference_shapes.hpp>
+#include <cmath>
+#include <cstddef>
+#include <span>
+#include <string>
+#include <support/random.hpp>
+#include <vector>
+
+using namespace bristle;
+using bristle::test::Random;
+
+namespace {
+
+/// A flat slab whose faces are divided into cells x cells squares of two triangles: top at z = 0.
+template <Scalar S>
+TriangleMesh<S> tiled_slab(S half_width, S thickness, std::uint32_t cells) {
+  const TriangleMesh<S> top = grid_mesh<S>({S(2) * half_width, S(2) * half_width}, {cells, cells});
+  TriangleMesh<S> mesh = top;
+  const auto count = static_cast<std::uint32_t>(top.vertices.size());
+  for (const Vec3<S>& v : top.vertices) mesh.vertices.push_back(v - thickness * Vec3<S>::UnitZ());
+  for (const auto& t : top.triangles) {
+    mesh.triangles.push_back({t[0] + count, t[2] + count, t[1] + count});
+  }
+  // Walls: every edge of the top that no second triangle shares.
+  for (const auto& t : top.triangles) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::uint32_t v = t[k];
+      const std::uint32_t w = t[(k + 1) % 3];
+      const bool is_shared =
+          std::any_of(top.triangles.begin(), top.triangles.end(), [&](const auto& other) {
+            for (std::size_t j = 0; j < 3; ++j) {
+              if (other[j] == w && other[(j + 1) % 3] == v) return true;
+            }
+            return false;
+          });
+      if (is_shared) continue;
+      mesh.triangles.push_back({v, v + count, w + count});
+      mesh.triangles.push_back({v, w + count, w});
+    }
+  }
+  return mesh;
+}
+
+template <Scalar S>
+ContactManifolds<S> contacts(const FclBackend::Collidable<S>& a,
+                             const FclBackend::Collidable<S>& b, const Transform<S>& X, S margin) {
+  ContactManifolds<S> out;
+  CHECK(FclBackend::collide(a, b, X, margin, out) == ContactStatus::ok);
+  return out;
+}
+
+template <Scalar S>
+S deepest_gap(const ContactManifolds<S>& manifolds) {
+  S gap = infinity<S>;
+  for (const auto& m : manifolds) {
+    for (std::size_t i = 0; i < m.size; ++i) gap = std::min(gap, m.points[i].gap);
+  }
+  return gap;
+}
+
+/// A shape of each convex kind, of size 0.2 to 0.5.
+template <Scalar S>
+Shape<S> random_convex(Random& random, std::size_t kind) {
+  const auto size = [&] { return random.uniform(S(0.2), S(0.5)); };
+  switch (kind) {
+    case 0:
+      return Sphere<S>{.radius = size()};
+    case 1:
+      return Box<S>{.half_extents = {size(), size(), size()}};
+    case 2:
+      return Capsule<S>{.radius = size(), .half_length = size()};
+    case 3:
+      return Cylinder<S>{.radius = size(), .half_length = size()};
+    case 4:
+      return Cone<S>{.radius = size(), .half_length = size()};
+    case 5:
+      return Ellipsoid<S>{.radii = {size(), size(), size()}};
+    case 6: {
+      std::vector<Vec3<S>> points;
+      for (int i = 0; i < 12; ++i) points.push_back(random.in_cube(S(0.5)));
+      return convex_hull<S>(std::span<const Vec3<S>>(points));
+    }
+    default:
+      return box_mesh<S>({size(), size(), size()});
+  }
+}
+constexpr std::size_t kind_count = 8;
+
+}  // namespace
+
+TEST_CASE_TEMPLATE("FclBackend: a box rests on a flat mesh with its four corners, in one manifold",
+                   S, float, double) {
+  for (const S scale : {S(0.01), S(1), S(100)}) {
+    const auto slab = FclBackend::make<S>(tiled_slab<S>(scale, S(0.1) * scale, 7));
+    const auto box = FclBackend::make<S>(Box<S>{.half_extents = Vec3<S>::Constant(S(0.3) * scale)});
+    const S gap = S(-0.001) * scale;
+    const Transform<S> X{.rotation = exp_rotation<S>({S(0), S(0), S(0.4)}),
+                         .translation = {S(0.1) * scale, S(0.05) * scale, S(0.3) * scale + gap}};
+    const S tolerance = Tolerance<S>::round_off() * scale;
+    const auto found = contacts(slab, box, X, S(0.01) * scale);
+    REQUIRE(found.size() == 1);
+    CHECK((found[0].normal - Vec3<S>::UnitZ()).norm() < Tolerance<S>::round_off());
+    CHECK(found[0].size >= 4);
+    // All four corners are among the contacts, each as deep as it is.
+    for (const S x : {S(-0.3), S(0.3)}) {
+      for (const S y : {S(-0.3), S(0.3)}) {
+        const Vec3<S> corner = X * Vec3<S>(scale * Vec3<S>(x, y, S(-0.3)));
+        S nearest = infinity<S>;
+        for (std::size_t i = 0; i < found[0].size; ++i) {
+          nearest = std::min(nearest, (found[0].points[i].position - corner).norm());
+        }
+        CHECK(nearest <= std::abs(gap) + tolerance);
+      }
+    }
+    for (std::size_t i = 0; i < found[0].size; ++i) {
+      CHECK(std::abs(found[0].points[i].gap - gap) <= tolerance);
+    }
+    // The other way round: the same points seen from the box, the normal reversed.
+    const auto back = contacts(box, slab, X.inverse(), S(0.01) * scale);
+    REQUIRE(back.size() == 1);
+    CHECK(back[0].size == found[0].size);
+    CHECK((X.rotate(back[0].normal) + Vec3<S>::UnitZ()).norm() < Tolerance<S>::round_off());
+    CHECK((X * back[0].points[0].position - found[0].points[0].position).norm() < tolerance);
+  }
+}
+
+TEST_CASE_TEMPLATE("FclBackend: nothing stumbles over the inner edges of a flat mesh", S, float,
+                   double) {
+  const auto slab = FclBackend::make<S>(tiled_slab<S>(S(1), S(0.1), 9));
+  Random random(3);
+  for (std::size_t kind = 0; kind < kind_count; ++kind) {
+    CAPTURE(kind);
+    for (int i = 0; i < 100; ++i) {
+      CAPTURE(i);
+      const Shape<S> shape = random_convex<S>(random, kind);
+      const auto body = FclBackend::make<S>(shape);
+      // Some attitude, then down until the lowest point is 2 mm deep.
+      Transform<S> X{.rotation = random.rotation<S>(),
+                     .translation = {random.uniform(S(-0.3), S(0.3)),
+                                     random.uniform(S(-0.3), S(0.3)), S(0)}};
+      const auto plane = FclBackend::make<S>(HalfSpace<S>{});
+      X.translation.z() = S(-0.002) - deepest_gap(contacts(plane, body, X, S(10)));
+      const auto found = contacts(slab, body, X, S(0.005));
+      CHECK(found.size() == 1);
+      for (const auto& m : found) {
+        CHECK((m.normal - Vec3<S>::UnitZ()).norm() < S(1e-6));
+        CHECK(m.key == found[0].key);
+      }
+      CHECK(std::abs(deepest_gap(found) + S(0.002)) < S(2) * Tolerance<S>::equal());
+    }
+  }
+}
+
+TEST_CASE_TEMPLATE("FclBackend: a box and its mesh are touched alike", S, float, double) {
+  // Shallow: up to 2 cm deep in boxes of about a metre. Deeper, the triangle-by-triangle view and
+  // the solid's differ by design.
+  Random random(4);
+  for (std::size_t kind = 0; kind < kind_count; ++kind) {
+    CAPTURE(kind);
+    int touching = 0;
+    int different = 0;
+    for (int i = 0; i < 200; ++i) {
+      CAPTURE(i);
+      const Vec3<S> half(random.uniform(S(0.3), S(1)), random.uniform(S(0.3), S(1)),
+                         random.uniform(S(0.3), S(1)));
+      const auto solid = FclBackend::make<S>(Box<S>{half});
+      const auto mesh = FclBackend::make<S>(box_mesh<S>(half));
+      const Shape<S> shape = random_convex<S>(random, kind);
+      const auto other = FclBackend::make<S>(shape);
+      // For the reference a mesh is its hull.
+      auto reference = other;
+      if (const auto* m = std::get_if<TriangleMesh<S>>(&shape)) {
+        reference = FclBackend::make<S>(convex_hull<S>(*m));
+      }
+      // In along a random line until the gap is what is wanted.
+      const Vec3<S> away = random.direction<S>();
+      const Quat<S> attitude = random.rotation<S>();
+      const S wanted = random.uniform(S(-0.02), S(0.01));
+      S near = S(0);
+      S far = S(4);
+      for (int k = 0; k < 40; ++k) {
+        const S middle = S(0.5) * (near + far);
+        const auto at =
+            contacts<S>(solid, reference, {attitude, Vec3<S>(middle * away)}, S(4));
+        (deepest_gap(at) < wanted ? near : far) = middle;
+      }
+      const Transform<S> X{attitude, Vec3<S>(far * away)};
+      const S margin = S(0.015);
+      const auto expected = contacts<S>(solid, reference, X, margin);
+      const auto found = contacts<S>(mesh, other, X, margin);
+      const S gap = deepest_gap(expected);
+      if (gap == infinity<S>) continue;
+      ++touching;
+      CAPTURE(gap);
+      CAPTURE(deepest_gap(found));
+      REQUIRE(!found.empty());
+      // The contact that is deepest for the solid is there, along its normal; nothing is much deeper.
+      S nearest = infinity<S>;
+      for (const auto& m : found) {
+        for (std::size_t k = 0; k < m.size; ++k) {
+          if ((m.normal - expected[0].normal).norm() < S(0.05)) {
+            nearest = std::min(nearest, std::abs(m.points[k].gap - gap));
+          }
+        }
+      }
+      const bool is_deeper = deepest_gap(found) < gap - std::abs(gap) - S(1e-3);
+      if (nearest > S(1e-4) || is_deeper) ++different;
+    }
+    CHECK(touching > 100);
+    // Two meshes that meet corner to corner have contacts of the faces beside the corners as well.
+    CHECK(different <= (kind + 1 == kind_count ? touching / 10 : touching / 100));
+  }
+}
+
+TEST_CASE_TEMPLATE("FclBackend: a ball in the inner corner of a mesh touches both walls", S, float,
+                   double) {
+  // The L of reference_shapes.hpp: foot's top at z = 0.5, mast's side at x = -0.5.
+  const auto mesh = FclBackend::make<S>(test::l_mesh<S>(S(1)));
+  const auto ball = FclBackend::make<S>(Sphere<S>{S(0.2)});
+  const auto found =
+      contacts<S>(mesh, ball, {.translation = {S(-0.301), S(0.1), S(0.698)}}, S(0.01));
+  REQUIRE(found.size() == 2);
+  for (const auto& m : found) {
+    CHECK(m.size == 1);
+    const bool is_floor = m.normal.z() > S(0.5);
+    const Vec3<S> expected = is_floor ? Vec3<S>(Vec3<S>::UnitZ()) : Vec3<S>(Vec3<S>::UnitX());
+    CHECK((m.normal - expected).norm() < Tolerance<S>::round_off());
+    CHECK(std::abs(m.points[0].gap - (is_floor ? S(-0.002) : S(-0.001))) <
+          Tolerance<S>::round_off());
+  }
+}
+
+TEST_CASE_TEMPLATE("FclBackend: a ball whose middle is below a mesh's surface is pushed out", S,
+                   float, double) {
+  const auto slab = FclBackend::make<S>(tiled_slab<S>(S(1), S(0.5), 5));
+  const auto ball = FclBackend::make<S>(Sphere<S>{S(0.1)});
+  const auto found =
+      contacts<S>(slab, ball, {.translation = {S(0.13), S(0.07), S(-0.02)}}, S(0.01));
+  REQUIRE(found.size() == 1);
+  CHECK((found[0].normal - Vec3<S>::UnitZ()).norm() < Tolerance<S>::round_off());
+  CHECK(std::abs(deepest_gap(found) + S(0.12)) < Tolerance<S>::round_off());
+}
+
+TEST_CASE_TEMPLATE("FclBackend: crossed mesh planks touch where they cross", S, float, double) {
+  // No vertex of one is over the other.
+  const auto plank = FclBackend::make<S>(box_mesh<S>({S(1), S(0.1), S(0.05)}));
+  const Transform<S> X{
+      .rotation = exp_rotation<S>({S(0), S(0), S(1.5)}), .translation = {S(0), S(0), S(0.099)}};
+  const auto found = contacts(plank, plank, X, S(0.002));
+  S least_x = S(1);
+  S greatest_x = S(-1);
+  for (const auto& m : found) {
+    CHECK((m.normal - Vec3<S>::UnitZ()).norm() < Tolerance<S>::round_off());
+    for (std::size_t i = 0; i < m.size; ++i) {
+      CHECK(std::abs(m.points[i].gap + S(0.001)) < Tolerance<S>::round_off());
+      CHECK(std::abs(m.points[i].position.y()) < S(0.1001));
+      least_x = std::min(least_x, m.points[i].position.x());
+      greatest_x = std::max(greatest_x, m.points[i].position.x());
+    }
+  }
+  CHECK(least_x < S(-0.09));
+  CHECK(greatest_x > S(0.09));
+}

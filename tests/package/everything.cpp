@@ -1,0 +1,26 @@
+// A ball falls, in float and in double, with every header in both translation units.
+// SPDX-License-Identifier: BSD-3-Clause
+#include <bristle/bristle.hpp>
+
+#include <cmath>
+#include <cstdio>
+
+float fallen_height_in_float(int steps);
+
+int main() {
+  using namespace bristle;
+  constexpr int steps = 100;
+  World<double> world({.gravity = {0, 0, -10}, .time_step = 1e-3});
+  const BodyId ball = world.add_body({.shape = Sphere<double>{.radius = 0.1}});
+  for (int i = 0; i < steps; ++i) world.step();
+
+  // Symplectic Euler after n steps: z = -g dt^2 n (n + 1) / 2.
+  const double expected = -10 * 1e-6 * steps * (steps + 1) / 2;
+  const double height = world.pose(ball).translation.z();
+  const double in_float = static_cast<double>(fallen_height_in_float(steps));
+  std::printf("bristle %d.%d.%d: a ball fell to %.6f m, in float to %.6f m\n",
+              BRISTLE_VERSION_MAJOR, BRISTLE_VERSION_MINOR, BRISTLE_VERSION_PATCH, height,
+              in_float);
+  const bool is_right = std::abs(height - expected) < 1e-12 && std::abs(in_float - expected) < 1e-5;
+  return is_right ? 0 : 1;
+}

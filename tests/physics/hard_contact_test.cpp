@@ -1,0 +1,187 @@
+/// @file
+/// Hard contact without sensors: friction, sliding, bouncing.
+// SPDX-License-Identifier: BSD-3-Clause
+#include "support/momentum.hpp"
+#include "support/worlds.hpp"
+
+#include <doctest/doctest.h>
+
+#include <array>
+#include <cmath>
+#include <numbers>
+
+using namespace bristle;
+
+namespace {
+
+/// A flat box on a half-space.
+template <typename S>
+struct Slider {
+  World<S> world;
+  BodyId box{};
+};
+
+template <typename S>
+Slider<S> make_slider(const Vec3<S>& gravity, S friction, S restitution = S(0), S drop = S(0),
+                      S dt = S(1e-3)) {
+  WorldDef<S> world_def;
+  world_def.gravity = gravity;
+  world_def.time_step = dt;
+  Slider<S> slider{World<S>(world_def), {}};
+  BodyDef<S> plane;
+  plane.motion = Motion::fixed;
+  plane.shape = HalfSpace<S>{};
+  plane.material = {friction, S(0)};
+  slider.world.add_body(plane);
+  BodyDef<S> box;
+  box.mass = S(1);
+  box.shape = Box<S>{{S(0.1), S(0.1), S(0.01)}};
+  box.material = {friction, restitution};
+  box.position = {S(0), S(0), S(0.01) + drop};
+  slider.box = slider.world.add_body(box);
+  return slider;
+}
+
+}  // namespace
+
+TEST_CASE_TEMPLATE("hard_contact: friction sticks below atan mu and slides above", S, float,
+                   double) {
+  const S mu = S(0.5);
+  for (const S factor : {S(0.9), S(1.1)}) {
+    const S angle = std::atan(factor * mu);
+    const S g = S(9.81);
+    auto slider = make_slider<S>({g * std::sin(angle), 0, -g * std::cos(angle)}, mu);
+    for (int i = 0; i < 1000; ++i) slider.world.step();
+    const Body<S>& box = slider.world.body(slider.box);
+    if (factor < S(1)) {
+      CHECK(static_cast<double>(box.twist.linear.norm()) < 1e-6);
+      CHECK(static_cast<double>(std::abs(box.center_pose.translation.x())) < 1e-6);
+    } else {
+      // a = g (sin - mu cos), for 1 s.
+      const double a =
+          static_cast<double>(g * (std::sin(angle) - mu * std::cos(angle)));
+      CHECK(static_cast<double>(box.twist.linear.x()) == doctest::Approx(a).epsilon(1e-3));
+    }
+  }
+}
+
+TEST_CASE("hard_contact: friction is a disk, so it opposes a slide in any direction") {
+  // A pyramid would brake a slide at 30 degrees by up to cos 30 + sin 30 = 1.37 mu g, and turn it.
+  const double mu = 0.4;
+  for (const double degrees : {0.0, 30.0, 45.0, 200.0}) {
+    const double a = degrees * std::numbers::pi / 180;
+    const Vec3<double> direction(std::cos(a), std::sin(a), 0);
+    auto slider = make_slider<double>({0, 0, -9.81}, mu);
+    slider.world.step();
+    slider.world.set_velocity(slider.box, {2 * direction, Vec3<double>::Zero()});
+    for (int i = 0; i < 300; ++i) slider.world.step();
+    const Vec3<double> v = slider.world.body(slider.box).twist.linear;
+    CHECK(v.dot(direction) == doctest::Approx(2 - mu * 9.81 * 0.3).epsilon(1e-3));
+    CHECK((v - v.dot(direction) * direction).norm() < 2e-3);
+  }
+}
+
+TEST_CASE("hard_contact: friction of a pair is the geometric mean, restitution the larger") {
+  const Material<double> pair = combined<double>({0.9, 0.2}, {0.4, 0.7});
+  CHECK(pair.friction == doctest::Approx(0.6));
+  CHECK(pair.restitution == 0.7);
+}
+
+TEST_CASE("hard_contact: a bounce gives back e times the speed") {
+  for (const double e : {0.0, 0.5, 0.8, 1.0}) {
+    auto slider = make_slider<double>({0, 0, -9.81}, 0.5, e, 0.2);
+    double before = 0;
+    double after = 0;
+    for (int i = 0; i < 400; ++i) {
+      before = slider.world.body(slider.box).twist.linear.z();
+      slider.world.step();
+      after = slider.world.body(slider.box).twist.linear.z();
+      if (after > before) break;
+    }
+    REQUIRE(before < -1.9);
+    if (e > 0) {
+      CHECK(after == doctest::Approx(-e * before).epsilon(1e-9));
+    } else {
+      // It arrives: the gap is closed exactly and not passed.
+      for (int i = 0; i < 5; ++i) slider.world.step();
+      CHECK(std::abs(slider.world.pose(slider.box).translation.z() - 0.01) < 1e-9);
+      CHECK(std::abs(slider.world.body(slider.box).twist.linear.z()) < 1e-9);
+    }
+  }
+}
+
+TEST_CASE("hard_contact: slow impacts do not bounce") {
+  auto slider = make_slider<double>({0, 0, -9.81}, 0.5, 0.9, 4e-6);
+  double highest = 0;
+  for (int i = 0; i < 100; ++i) {
+    slider.world.step();
+    highest = std::max(highest, slider.world.body(slider.box).twist.linear.z());
+  }
+  CHECK(highest < 1e-9);
+}
+
+TEST_CASE("hard_contact: an overlap is pushed out without giving speed") {
+  auto slider = make_slider<double>({0, 0, -9.81}, 0.5, 0.0, -0.002);
+  double fastest = 0;
+  for (int i = 0; i < 100; ++i) {
+    slider.world.step();
+    fastest = std::max(fastest, slider.world.body(slider.box).twist.linear.norm());
+  }
+  CHECK(fastest < 1e-8);
+  CHECK(slider.world.pose(slider.box).translation.z() == doctest::Approx(0.01).epsilon(1e-6));
+}
+
+TEST_CASE("hard_contact: a fast body does not tunnel") {
+  auto slider = make_slider<double>({0, 0, -9.81}, 0.5, 0.0, 1.0, 1.0 / 60);
+  slider.world.set_velocity(slider.box, {{0, 0, -500}, {0, 0, 0}});
+  for (int i = 0; i < 60; ++i) slider.world.step();
+  CHECK(slider.world.pose(slider.box).translation.z() == doctest::Approx(0.01).epsilon(1e-6));
+}
+
+TEST_CASE("hard_contact: two bodies that collide keep their momentum, about the origin too") {
+  WorldDef<double> world_def;
+  world_def.gravity.setZero();
+  world_def.time_step = 1e-3;
+  World<double> world(world_def);
+  BodyDef<double> def;
+  def.shape = Box<double>{{0.05, 0.06, 0.07}};
+  def.mass = 1;
+  def.material = {0.6, 0.5};
+  def.position = {1, 2, 3};
+  def.velocity = {1, 0.1, 0};
+  def.angular_velocity = {0.5, 1, -2};
+  std::array<BodyId, 2> bodies{};
+  bodies[0] = world.add_body(def);
+  def.mass = 3;
+  def.position = {1.2, 2.03, 2.98};
+  def.velocity = {-1, 0, 0.1};
+  bodies[1] = world.add_body(def);
+  const auto before = test::momentum_of(world, std::span<const BodyId>(bodies));
+  const double energy = test::energy_of(world, std::span<const BodyId>(bodies));
+  std::uint64_t touched = 0;
+  for (int i = 0; i < 400; ++i) {
+    world.step();
+    touched += world.report().contact_points;
+  }
+  REQUIRE(touched > 0);
+  const auto after = test::momentum_of(world, std::span<const BodyId>(bodies));
+  // Impulses of about 2 N s at arms of 4 m.
+  CHECK((after.force - before.force).norm() < 1e-13);
+  CHECK((after.torque - before.torque).norm() < 1e-12);
+  CHECK(test::energy_of(world, std::span<const BodyId>(bodies)) < energy);
+}
+
+TEST_CASE("hard_contact: filters, groups and connected bodies do not touch") {
+  for (int variant = 0; variant < 4; ++variant) {
+    auto slider = make_slider<double>({0, 0, -9.81}, 0.5, 0.0, 0.001);
+    CollisionFilter filter;
+    if (variant == 1) filter.mask = 2;
+    if (variant == 2) filter.category = 0;
+    if (variant == 3) filter.group = -7;
+    slider.world.set_filter(slider.box, filter);
+    if (variant == 3) slider.world.set_filter(BodyId{0, 0}, filter);
+    for (int i = 0; i < 200; ++i) slider.world.step();
+    const bool falls = slider.world.pose(slider.box).translation.z() < 0;
+    CHECK(falls == (variant != 0));
+  }
+}

@@ -1,0 +1,96 @@
+/// @file
+/// A plate on its bristles is an oscillator: its frequency and its overshoot.
+// SPDX-License-Identifier: BSD-3-Clause
+#include "scenes/plate.hpp"
+#include "support/worlds.hpp"
+
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <numbers>
+
+using namespace bristle;
+using namespace bristle::scenes;
+
+namespace {
+
+constexpr Integration both[] = {Integration::explicit_, Integration::implicit};
+
+/// Undamped plate that does not tilt: mass m on a spring of mu_S m g.
+PlateDef<double> oscillator(Integration integration, double dt) {
+  PlateDef<double> def;
+  def.integration = integration;
+  def.time_step = dt;
+  def.inertia_factor = 1e6;
+  def.parameters.sliding_friction = 0;
+  return def;
+}
+
+/// [Hz] From the first to the last upward crossing of x = 0 within `seconds`, interpolated.
+double measured_frequency(PlateScene<double>& scene, double seconds) {
+  scene.world.set_velocity(scene.plate, {{0.02, 0, 0}, {0, 0, 0}});
+  const long steps = std::lround(seconds / scene.def.time_step);
+  double first = 0;
+  double last = 0;
+  int periods = -1;
+  // Away from the start, where the bristles are not rooted yet.
+  scene.run(0.02);
+  for (long i = 0; i < steps; ++i) {
+    const double before = scene.position().x();
+    scene.world.step();
+    const double after = scene.position().x();
+    if (before < 0 && after >= 0) {
+      last = (static_cast<double>(i) + before / (before - after)) * scene.def.time_step;
+      if (periods < 0) first = last;
+      ++periods;
+    }
+  }
+  return periods / (last - first);
+}
+
+}  // namespace
+
+TEST_CASE("vibration: the tangential frequency is sqrt(mu_S g) / 2 pi, whatever n and m (R2)") {
+  const double closed = std::sqrt(5000 * 9.81) / (2 * std::numbers::pi);
+  CHECK(closed == doctest::Approx(35.2484).epsilon(2e-6));
+  struct Row {
+    double dt;
+    double tolerance;
+  };
+  // The step shifts the phase: symplectic Euler by (omega dt)^2 / 24 = 0.2 % at 1 ms.
+  for (const Row row : {Row{1e-4, 2e-4}, Row{1e-3, 3e-3}}) {
+    for (const Integration integration : both) {
+      auto scene = make_plate<double>(oscillator(integration, row.dt));
+      CHECK(measured_frequency(scene, 2) == doctest::Approx(closed).epsilon(row.tolerance));
+    }
+  }
+  PlateDef<double> other = oscillator(Integration::implicit, 1e-4);
+  other.per_side = 6;
+  other.mass = 1.25;
+  auto scene = make_plate<double>(other);
+  CHECK(measured_frequency(scene, 1) == doctest::Approx(closed).epsilon(2e-4));
+}
+
+TEST_CASE("vibration: a sudden force overshoots to twice its static stretch (R3)") {
+  // An undamped spring k = mu_S m g under F: peak 2 F / k.
+  const double peak = 2 * 5 / (5000 * 0.5 * 9.81);
+  CHECK(peak == doctest::Approx(0.407747e-3).epsilon(1e-6));
+  struct Row {
+    double dt;
+    double tolerance;
+  };
+  for (const Row row : {Row{1e-4, 1e-4}, Row{1e-3, 1e-2}}) {
+    for (const Integration integration : both) {
+      auto scene = make_plate<double>(oscillator(integration, row.dt));
+      // One step, so that the bristles are rooted where the plate stands.
+      scene.world.step();
+      double measured = 0;
+      for (double t = 0; t < 0.03; t += row.dt) {
+        scene.push_at_center({5, 0, 0});
+        scene.world.step();
+        measured = std::max(measured, scene.position().x());
+      }
+      CHECK(measured == doctest::Approx(peak).epsilon(row.tolerance));
+    }
+  }
+}

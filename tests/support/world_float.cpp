@@ -1,0 +1,5 @@
+// One of the worlds of worlds.hpp, with every member compiled.
+// SPDX-License-Identifier: BSD-3-Clause
+#include <bristle/world/world.hpp>
+
+template class bristle::World<float>;

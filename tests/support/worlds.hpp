@@ -1,0 +1,18 @@
+/// @file
+/// The worlds that tests use. They are compiled once, in the files beside this one, and not in every
+/// test: each takes a compiler about 20 s. The groups that simulate get this header by itself, with
+/// the precompiled ones; a unit test of the world includes it.
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <bristle/world/world.hpp>
+
+extern template class bristle::World<float>;
+extern template class bristle::World<double>;
+
+#if defined(BRISTLE_WITH_FCL)
+#include <bristle/geometry/fcl_backend.hpp>
+
+extern template class bristle::World<float, bristle::FclBackend>;
+extern template class bristle::World<double, bristle::FclBackend>;
+#endif
