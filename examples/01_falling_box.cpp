@@ -17,14 +17,14 @@ int main() {
   const BodyId box = world.add_body({.mass = 0.5,
                                      .shape = Box<double>{.half_extents = {0.03, 0.03, 0.03}},
                                      .position = {0, 0, 0.1}});
-  const PatchId skin = world.add_patch(
-      box,
-      sensor_grid<double>({.center = {0, 0, -0.03},
-                           .side_u = {0, 0.06, 0},
-                           .side_v = {0.06, 0, 0},
-                           .count_u = 5,
-                           .count_v = 5}),
-      tuned_for<double>({.friction = 0.8, .creep = 1e-3, .load = 0.5 * 9.81}));
+  const PatchId skin =
+      world.add_patch(box,
+                      sensor_grid<double>({.center = {0, 0, -0.03},
+                                           .side_u = {0, 0.06, 0},
+                                           .side_v = {0.06, 0, 0},
+                                           .count_u = 5,
+                                           .count_v = 5}),
+                      tuned_for<double>({.friction = 0.8, .creep = 1e-3, .load = 0.5 * 9.81}));
 
   std::puts("time [s]  height [mm]  normal force [N]  touching");
   for (int i = 1; i <= 1000; ++i) {

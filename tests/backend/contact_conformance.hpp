@@ -34,6 +34,13 @@ struct TouchingPair {
   std::size_t most = 1;
 };
 
+/// Shortest rotation that turns one unit vector into another; not into its opposite.
+template <Scalar S>
+Quat<S> rotation_between(const Vec3<S>& from, const Vec3<S>& to) {
+  const Vec3<S> axis = from.cross(to);
+  return Quat<S>(S(1) + from.dot(to), axis.x(), axis.y(), axis.z()).normalized();
+}
+
 /// Touching pairs `u` times the size of the first ones.
 template <Scalar S>
 std::vector<TouchingPair<S>> touching_pairs(S u) {
@@ -62,12 +69,10 @@ std::vector<TouchingPair<S>> touching_pairs(S u) {
   const ConvexHull<S> octahedron = convex_hull<S>(std::span<const Vec3<S>>(corners));
   const TriangleMesh<S> l = l_mesh<S>(u);
   // Turns the octahedron's face (-1, -1, -1) down.
-  const Quat<S> on_face =
-      Quat<S>::FromTwoVectors(Vec3<S>(Vec3<S>::Constant(-std::sqrt(S(1) / S(3)))), Vec3<S>(-z));
+  const Quat<S> on_face = rotation_between<S>(Vec3<S>::Constant(-std::sqrt(S(1) / S(3))), -z);
   // Turns the cone's side down: its normal is (height, radius) / length in (x, z).
   const S cone_side = std::hypot(S(0.6), S(0.4));
-  const Quat<S> on_side =
-      Quat<S>::FromTwoVectors(Vec3<S>(Vec3<S>(S(0.6), S(0), S(0.4)) / cone_side), Vec3<S>(-z));
+  const Quat<S> on_side = rotation_between<S>(Vec3<S>(S(0.6), S(0), S(0.4)) / cone_side, -z);
 
   std::vector<TouchingPair<S>> pairs = {
       {"two balls", Sphere<S>{S(0.5) * u}, ball, {upright, S(0.8) * u * oblique}, oblique},
@@ -113,8 +118,7 @@ std::vector<TouchingPair<S>> touching_pairs(S u) {
       {"box on its corner on the floor",
        floor,
        box,
-       {Quat<S>::FromTwoVectors(Vec3<S>(-box.half_extents), Vec3<S>(-z)),
-        z * box.half_extents.norm()},
+       {rotation_between<S>(-box.half_extents.normalized(), -z), z * box.half_extents.norm()},
        z,
        1,
        1},

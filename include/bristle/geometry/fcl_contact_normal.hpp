@@ -139,7 +139,8 @@ inline void measure(FclConvex& convex, const Triangle<double>& s) {
   measure_corners(convex, s.corners);
 }
 
-/// Calls `try_axis` with directions that a face of the shape looks in.
+/// Calls `try_axis` with directions in which the way out of the shape may be shortest: those its
+/// faces look in.
 template <typename ConvexShape, typename Try>
 void for_face_normals(const ConvexShape& shape, const Try& try_axis) {
   if constexpr (std::is_same_v<ConvexShape, Box<double>>) {
@@ -158,6 +159,13 @@ void for_face_normals(const ConvexShape& shape, const Try& try_axis) {
     const Vec3<double> n = support_face(shape, Vec3<double>(Vec3<double>::UnitZ())).normal;
     try_axis(n);
     try_axis(-n);
+    // Past its edges, within its plane: often the shortest way off a plate.
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Vec3<double> edge = shape.corners[(k + 1) % 3] - shape.corners[k];
+      const Vec3<double> across = edge.cross(n).normalized();
+      const bool is_outwards = across.dot(shape.corners[(k + 2) % 3] - shape.corners[k]) <= 0.0;
+      try_axis(is_outwards ? across : Vec3<double>(-across));
+    }
   }
 }
 

@@ -14,75 +14,15 @@
 #include <bristle/geometry/contact_clip.hpp>
 #include <bristle/geometry/fcl_contact_normal.hpp>
 #include <bristle/geometry/fcl_contact_sink.hpp>
+#include <bristle/geometry/fcl_mesh_surface.hpp>
 #include <bristle/geometry/fcl_mesh_tree.hpp>
 
 #include <algorithm>
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
-#include <tuple>
-#include <vector>
 
 namespace bristle {
-
-/// A triangle of a mesh for the contact clip: corners carry the mesh's vertex numbers, so that
-/// neighbours name their common corners and edges alike.
-struct MeshTriangle {
-  Triangle<double> triangle;
-  std::array<std::uint32_t, 3> vertices{};
-};
-
-/// What contacts need to know of a closed mesh besides its triangles: who is whose neighbour.
-class FclMeshSurface {
- public:
-  /// What a direction of contact means to a triangle.
-  enum class Verdict {
-    /// Contact of the triangle's face: its own normal counts.
-    face,
-    /// Contact of an edge or corner: the direction counts.
-    edge,
-    /// A neighbour's business, or nobody's.
-    none
-  };
-
-  /// @pre The mesh is closed (`validate_solid`) and outlives this.
-  explicit FclMeshSurface(const FclMeshTree<double>& tree);
-
-  [[nodiscard]] const FclMeshTree<double>& tree() const { return tree_; }
-  /// [1] Outward unit normal.
-  [[nodiscard]] const Vec3<double>& normal(std::uint32_t triangle) const {
-    return normals_[triangle];
-  }
-  /// [-] Number that all triangles of one flat face share.
-  [[nodiscard]] std::uint32_t patch(std::uint32_t triangle) const { return patches_[triangle]; }
-  [[nodiscard]] MeshTriangle triangle(std::uint32_t triangle) const {
-    return {{tree_.corners(triangle)}, tree_.vertex_numbers(triangle)};
-  }
-
-  /// Who answers for a contact of `triangle` along the unit direction n, out of the mesh.
-  ///
-  /// An edge is touched along n only between the normals of its two faces; beyond, the neighbour is
-  /// nearer (its Voronoi region, Mirtich 1998, "V-Clip"). Flat and hollow edges are not touched at
-  /// all, only the faces beside them: without this a body that slides over a flat mesh stumbles over
-  /// its inner edges.
-  [[nodiscard]] Verdict judge(std::uint32_t triangle, const Vec3<double>& n) const;
-
- private:
-  void find_neighbours();
-  void find_patches();
-  /// [1] Direction in the plane of the neighbour across edge k, away from the neighbour.
-  [[nodiscard]] Vec3<double> away_from_neighbour(std::uint32_t triangle, std::size_t k) const;
-
-  enum class Edge : std::uint8_t { convex, flat, hollow };
-
-  FclMeshTree<double> tree_;
-  std::vector<Vec3<double>> normals_;
-  // Across edge k, from corner k to the next.
-  std::vector<std::array<std::uint32_t, 3>> neighbours_;
-  std::vector<std::array<Edge, 3>> edges_;
-  std::vector<std::uint32_t> patches_;
-};
 
 /// Adds the contacts of a mesh with a convex solid that stands at X_MC in the mesh's frame, with
 /// normals from the mesh to the solid. `shape` is what `convex` was made from.
@@ -105,153 +45,6 @@ void collide_mesh(const FclMeshSurface& mesh, const HalfSpace<double>& plane, do
 
 namespace detail {
 
-[[nodiscard]] inline SupportFeature<double> renamed(SupportFeature<double> feature,
-                                                    const MeshTriangle& t) {
-  for (std::size_t i = 0; i < feature.size; ++i) feature.ids[i] = t.vertices[feature.ids[i]];
-  return feature;
-}
-
-}  // namespace detail
-
-[[nodiscard]] inline Vec3<double> support_point(const MeshTriangle& t, const Vec3<double>& d) {
-  return support_point(t.triangle, d);
-}
-[[nodiscard]] inline SupportFeature<double> support_edge(const MeshTriangle& t,
-                                                         const Vec3<double>& d) {
-  return detail::renamed(support_edge(t.triangle, d), t);
-}
-[[nodiscard]] inline SupportFeature<double> support_face(const MeshTriangle& t,
-                                                         const Vec3<double>& d) {
-  return detail::renamed(support_face(t.triangle, d), t);
-}
-
-namespace detail {
-
-/// [1] Cosine and sine of the angle, 0.01 degrees, within which directions count as equal: what GJK
-/// leaves, and less than any edge of a mesh that is not meant to be flat.
-inline constexpr double same_direction_cosine = 1.0 - 1.5e-8;
-inline constexpr double same_direction_sine = 1.7e-4;
-/// [1] Sine of the angle below which two triangles are one flat face: meshes from files are no flatter
-/// than single precision.
-inline constexpr double flat_sine = static_cast<double>(Tolerance<float>::equal());
-
-}  // namespace detail
-
-inline FclMeshSurface::FclMeshSurface(const FclMeshTree<double>& tree) : tree_(tree) {
-  normals_.reserve(tree_.size());
-  for (std::uint32_t i = 0; i < tree_.size(); ++i) {
-    const auto c = tree_.corners(i);
-    normals_.push_back((c[1] - c[0]).cross(c[2] - c[0]).stableNormalized());
-  }
-  find_neighbours();
-  find_patches();
-}
-
-inline void FclMeshSurface::find_neighbours() {
-  struct HalfEdge {
-    std::uint32_t low, high;
-    std::uint32_t triangle;
-    std::uint32_t k;
-  };
-  std::vector<HalfEdge> half_edges;
-  half_edges.reserve(3 * tree_.size());
-  for (std::uint32_t i = 0; i < tree_.size(); ++i) {
-    const auto v = tree_.vertex_numbers(i);
-    for (std::uint32_t k = 0; k < 3; ++k) {
-      const std::uint32_t w = v[(k + 1) % 3];
-      half_edges.push_back({std::min(v[k], w), std::max(v[k], w), i, k});
-    }
-  }
-  std::sort(half_edges.begin(), half_edges.end(), [](const HalfEdge& a, const HalfEdge& b) {
-    return std::tie(a.low, a.high, a.triangle) < std::tie(b.low, b.high, b.triangle);
-  });
-  neighbours_.resize(tree_.size());
-  edges_.resize(tree_.size());
-  for (std::size_t i = 0; i + 1 < half_edges.size(); i += 2) {
-    const HalfEdge& a = half_edges[i];
-    const HalfEdge& b = half_edges[i + 1];
-    BRISTLE_ASSERT(a.low == b.low && a.high == b.high);
-    neighbours_[a.triangle][a.k] = b.triangle;
-    neighbours_[b.triangle][b.k] = a.triangle;
-    // How far the neighbour's far corner is below the plane tells convex from hollow.
-    const auto corners = tree_.corners(a.triangle);
-    const Vec3<double> far = tree_.corners(b.triangle)[(b.k + 2) % 3] - corners[a.k];
-    Edge kind = normals_[a.triangle].dot(far) < 0.0 ? Edge::convex : Edge::hollow;
-    if (normals_[a.triangle].cross(normals_[b.triangle]).norm() < detail::flat_sine &&
-        normals_[a.triangle].dot(normals_[b.triangle]) > 0.0) {
-      kind = Edge::flat;
-    }
-    edges_[a.triangle][a.k] = kind;
-    edges_[b.triangle][b.k] = kind;
-  }
-}
-
-inline void FclMeshSurface::find_patches() {
-  constexpr std::uint32_t unknown = 0xffffffffu;
-  patches_.assign(tree_.size(), unknown);
-  std::vector<std::uint32_t> open;
-  for (std::uint32_t seed = 0; seed < tree_.size(); ++seed) {
-    if (patches_[seed] != unknown) continue;
-    patches_[seed] = seed;
-    open.assign(1, seed);
-    while (!open.empty()) {
-      const std::uint32_t at = open.back();
-      open.pop_back();
-      for (const std::uint32_t next : neighbours_[at]) {
-        // Compared with the seed, or a finely curved surface would become one patch.
-        if (patches_[next] == unknown &&
-            normals_[next].cross(normals_[seed]).norm() < detail::flat_sine &&
-            normals_[next].dot(normals_[seed]) > 0.0) {
-          patches_[next] = seed;
-          open.push_back(next);
-        }
-      }
-    }
-  }
-}
-
-inline Vec3<double> FclMeshSurface::away_from_neighbour(std::uint32_t triangle,
-                                                        std::size_t k) const {
-  const auto corners = tree_.corners(triangle);
-  const Vec3<double> along = corners[(k + 1) % 3] - corners[k];
-  // The neighbour runs through the edge the other way: its outward side is (-along) x normal.
-  return normals_[neighbours_[triangle][k]].cross(along).normalized();
-}
-
-inline auto FclMeshSurface::judge(std::uint32_t triangle, const Vec3<double>& n) const -> Verdict {
-  const double cosine = n.dot(normals_[triangle]);
-  if (cosine >= detail::same_direction_cosine) return Verdict::face;
-  const auto corners = tree_.corners(triangle);
-  // Edges that lie across n and are farthest along it; where there is none, those of the corner that
-  // is.
-  std::array<double, 3> height;
-  for (std::size_t k = 0; k < 3; ++k) height[k] = n.dot(corners[k] - corners[0]);
-  const std::size_t top = static_cast<std::size_t>(
-      std::max_element(height.begin(), height.end()) - height.begin());
-  std::optional<std::size_t> across;
-  for (const std::size_t k : {top, (top + 2) % 3}) {
-    const Vec3<double> edge = corners[(k + 1) % 3] - corners[k];
-    if (std::abs(edge.dot(n)) <= detail::same_direction_sine * edge.norm()) across = k;
-  }
-  bool is_over_edge = false;
-  for (const std::size_t k : {top, (top + 2) % 3}) {
-    if (across && *across != k) continue;
-    const Vec3<double> along = corners[(k + 1) % 3] - corners[k];
-    const Vec3<double> outwards = along.cross(normals_[triangle]).normalized();
-    if (n.dot(outwards) <= detail::same_direction_sine) continue;
-    if (edges_[triangle][k] != Edge::convex) return Verdict::face;
-    if (n.dot(away_from_neighbour(triangle, k)) <= detail::same_direction_sine) {
-      return Verdict::none;
-    }
-    is_over_edge = true;
-  }
-  if (cosine <= 0.0) return Verdict::none;
-  if (!is_over_edge) return Verdict::face;
-  return Verdict::edge;
-}
-
-namespace detail {
-
 /// The box around a convex solid in another frame.
 [[nodiscard]] inline Aabb<double> bounds_in(const FclConvex& convex, const Transform<double>& X) {
   const Mat3<double> R = X.rotation_matrix();
@@ -271,6 +64,7 @@ struct ConvexOpposite {
   }
   [[nodiscard]] std::uint32_t key() const { return 1; }
   [[nodiscard]] double depth() const { return 0.0; }
+  [[nodiscard]] bool is_facing(const Vec3<double>&) const { return false; }
 };
 
 /// The side of a contact that is a triangle of a mesh B, asked in the frame of A.
@@ -285,6 +79,11 @@ struct MeshOpposite {
   }
   [[nodiscard]] std::uint32_t key() const { return mix(mesh.patch(triangle), 2); }
   [[nodiscard]] double depth() const { return largest_depth; }
+  /// Whether the triangle looks against n, within 25 degrees: tilted more, surfaces that pass through
+  /// each other cut each other, and need no help.
+  [[nodiscard]] bool is_facing(const Vec3<double>& n) const {
+    return X_BA.rotate(n).dot(mesh.normal(triangle)) < -0.9;
+  }
 };
 
 /// The contacts of one convex solid with one mesh, triangle by triangle.
@@ -296,8 +95,8 @@ class MeshConvexContacts {
       : mesh_(mesh), shape_(shape), convex_(convex), X_MC_(X_MC), margin_(margin), sink_(sink) {}
 
   /// @param opposite  Of the other side: `judge(n) -> Verdict`, what a normal means to it, the `key()`
-  ///                  of its face, and for surfaces the `depth()` [m] up to which two of them may
-  ///                  have passed through each other.
+  ///                  of its face, and for surfaces the `depth()` [m] up to which two of them that
+  ///                  are `is_facing(n)` may have passed through each other.
   template <typename Opposite>
   void add_all(const Opposite& opposite) {
     bool is_any = false;
@@ -317,13 +116,21 @@ class MeshConvexContacts {
   bool add(std::uint32_t i, const Opposite& opposite) {
     const MeshTriangle triangle = mesh_.triangle(i);
     const FclConvex plate = fcl_convex(triangle.triangle);
-    const FclContactNormal found =
+    FclContactNormal found =
         fcl_contact_normal(plate, convex_, X_MC_, std::max(margin_, opposite.depth()));
     if (found.nearness != FclNearness::near) return false;
     const Vec3<double>& face_normal = mesh_.normal(i);
-    const bool is_behind = found.normal.dot(face_normal) <= 0.0;
+    bool is_behind = found.normal.dot(face_normal) <= 0.0;
     if (is_behind && opposite.depth() > 0.0) return add_passed(i, opposite);
-    const Verdict verdict = mesh_.judge(i, found.normal);
+    Verdict verdict = mesh_.judge(i, found.normal);
+    if (verdict == Verdict::inner_edge) {
+      found = fcl_contact_normal(fcl_convex(mesh_.face(i)), convex_, X_MC_, margin_);
+      if (found.nearness != FclNearness::near) return false;
+      is_behind = found.normal.dot(face_normal) <= 0.0;
+      verdict = mesh_.judge(i, found.normal);
+      // Still: the face is touched at another of its triangles.
+      if (verdict == Verdict::inner_edge) return false;
+    }
     if (verdict == Verdict::none) {
       if (is_behind) note_fallback(i, triangle.triangle);
       return false;
@@ -351,7 +158,7 @@ class MeshConvexContacts {
   bool add_passed(std::uint32_t i, const Opposite& opposite) {
     const Vec3<double>& n = mesh_.normal(i);
     const double gap = n.dot(deepest_place(n) - mesh_.tree().corners(i)[0]);
-    if (gap < -opposite.depth() || opposite.judge(n) != Verdict::face) return false;
+    if (gap < -opposite.depth() || !opposite.is_facing(n)) return false;
     const ContactManifold<double> manifold = face_manifold(i);
     sink_.add(manifold);
     return manifold.size > 0;

@@ -48,6 +48,9 @@ class FaceJoin {
     adopt_slivers();
     while (dissolve_small_regions()) {
     }
+    // At the tips of needles, hardly thicker than the tolerance, all that can go wrong. The
+    // triangles are right in any case.
+    if (!are_regions_flat()) std::iota(region_.begin(), region_.end(), 0u);
   }
 
   [[nodiscard]] std::vector<HullFace> faces() const;
@@ -88,10 +91,12 @@ class FaceJoin {
   [[nodiscard]] Side turned_back(Side s) const { return side_from(across(s), start_of(s)); }
 
   void measure();
+  [[nodiscard]] double depth_below(std::uint32_t plane, std::uint32_t t) const;
   void grow_regions();
   void grow_region(std::uint32_t seed);
   void adopt_slivers();
   bool dissolve_small_regions();
+  [[nodiscard]] bool are_regions_flat() const;
   [[nodiscard]] std::vector<Side> sides_by_start() const;
   [[nodiscard]] std::size_t count_regions_around(Side first) const;
 
@@ -119,6 +124,17 @@ inline void FaceJoin::measure() {
   }
 }
 
+/// How far the lowest corner of triangle t lies below the plane of another; no corner lies above.
+inline double FaceJoin::depth_below(std::uint32_t plane, std::uint32_t t) const {
+  const Vec3<double> normal = area_vectors_[plane].normalized();
+  const Vec3<double> origin = to_vector(points_[triangles_[plane].corners[0]]);
+  double depth = 0.0;
+  for (const std::uint32_t v : triangles_[t].corners) {
+    depth = std::max(depth, normal.dot(origin - to_vector(points_[v])));
+  }
+  return depth;
+}
+
 inline void FaceJoin::grow_regions() {
   region_.assign(triangles_.size(), none);
   std::vector<std::uint32_t> order(triangles_.size());
@@ -132,19 +148,16 @@ inline void FaceJoin::grow_regions() {
 }
 
 inline void FaceJoin::grow_region(std::uint32_t seed) {
-  const Vec3<double> normal = area_vectors_[seed].normalized();
-  const Vec3<double> origin = to_vector(points_[triangles_[seed].corners[0]]);
-  const auto is_near_plane = [&](std::uint32_t t) {
-    return std::ranges::all_of(triangles_[t].corners, [&](std::uint32_t corner) {
-      return std::abs(normal.dot(to_vector(points_[corner]) - origin)) <= tolerance_;
-    });
-  };
+  const Vec3<double>& normal = area_vectors_[seed];
   std::vector<std::uint32_t> members{seed};
   region_[seed] = seed;
   for (std::size_t i = 0; i < members.size(); ++i) {
     for (const std::uint32_t t : triangles_[members[i]].neighbors) {
       // Thin solids have two faces in one slab, back to back.
-      if (region_[t] != none || normal.dot(area_vectors_[t]) < 0.0 || !is_near_plane(t)) continue;
+      if (region_[t] != none || normal.dot(area_vectors_[t]) < 0.0 ||
+          depth_below(seed, t) > tolerance_) {
+        continue;
+      }
       region_[t] = seed;
       members.push_back(t);
     }
@@ -223,6 +236,14 @@ inline bool FaceJoin::dissolve_small_regions() {
     }
   }
   std::replace(region_.begin(), region_.end(), region, heir);
+  return true;
+}
+
+/// Slivers lie up to three tolerances below the plane of those who adopted them.
+inline bool FaceJoin::are_regions_flat() const {
+  for (std::uint32_t t = 0; t < triangles_.size(); ++t) {
+    if (depth_below(region_[t], t) > 4.0 * tolerance_) return false;
+  }
   return true;
 }
 

@@ -240,7 +240,7 @@ template <Scalar S>
                                       const BodyMotion<S>& A, const BodyMotion<S>& B, S dt,
                                       SensorMemory<S>& memory) {
   const Vec3<S> n = A.pose.rotate(ray.d_A);
-  if (!(distance < ray.length) || m.dot(n) > grazing_cosine<S>) {
+  if (!(distance < ray.length) || !(m.dot(n) <= grazing_cosine<S>)) {
     memory.is_anchored = false;
     return {};
   }

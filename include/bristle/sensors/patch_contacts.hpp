@@ -47,7 +47,7 @@ bool fill_contact(SensorPatch<S>& patch, std::size_t i, const PatchPair<S>& pair
                   const Body<S>& B, PatchContact<S>& c) {
   c.n = pair.pose.R_WA * patch.direction[i];
   const Vec3<S> m = pair.pose.R_WA * patch.hits.normal[i];
-  if (m.dot(c.n) > grazing_cosine<S>) return false;
+  if (!(m.dot(c.n) <= grazing_cosine<S>)) return false;  // False for a normal that is no number, too.
   c.sensor = static_cast<std::uint32_t>(i);
   c.g = depth_gradient(c.n, m);
   c.length = patch.length[i];

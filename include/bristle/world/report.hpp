@@ -40,6 +40,8 @@ struct StepReport {
   S residual = S(0);
   /// [-] Contact queries that the backend failed; those pairs do not touch in this step.
   std::uint64_t backend_failures = 0;
+  /// [-] Islands whose solution was not finite: nothing acts between their bodies in this step.
+  std::uint64_t discarded_islands = 0;
   /// [-] Bodies whose new state was not finite; they stay where they were, at rest.
   std::uint64_t frozen_bodies = 0;
 };

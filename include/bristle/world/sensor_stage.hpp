@@ -83,6 +83,17 @@ class SensorStage {
     block.impulse << sum.force, sum.torque;
   }
 
+  /// Takes back what the sensors of a soft block gave.
+  void discard(State& state, std::uint32_t soft) const {
+    SensorPatch<S>& patch = state.patches.at(owners_[soft].patch);
+    const PatchPair<S>& pair = patch.pairs[owners_[soft].pair];
+    state.constraints.soft[soft].impulse.setZero();
+    for (std::uint32_t k = pair.first; k < pair.first + pair.count; ++k) {
+      patch.contacts[k].normal_impulse = S(0);
+      patch.contacts[k].impulse.setZero();
+    }
+  }
+
   /// Linearises a soft block anew; returns whether that matters.
   bool relinearise(State& state, std::uint32_t soft, int pass, bool is_last_pass) const {
     SensorPatch<S>& patch = state.patches.at(owners_[soft].patch);

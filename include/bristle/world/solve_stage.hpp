@@ -42,7 +42,14 @@ class SolveStage {
 
   /// Finds the velocities at the end of the step, and the position corrections.
   void solve(State& state, const SensorStage<S, Backend>& sensors) {
-    for (SolverBody<S>& body : state.solver_bodies) body.twist = body.free;
+    for (SolverBody<S>& body : state.solver_bodies) {
+      // A force that overflowed must not reach others through the island: the body stops instead.
+      if (!is_finite(body.free)) {
+        body.free = {};
+        ++state.report.frozen_bodies;
+      }
+      body.twist = body.free;
+    }
     state.report.rows = state.constraints.rows.size() + 6 * state.constraints.soft.size();
     if (state.report.rows == 0) return;
     for (const Island& island : islands_.build(state.solver_bodies, state.constraints)) {
@@ -62,10 +69,10 @@ class SolveStage {
       const Transform<S> start = body.center_pose;
       if (body.is_dynamic()) body.twist = state.solver_bodies[i].twist;
       step_pose(body, state.solver_bodies[i].correction, state.def.time_step);
-      const bool is_finite = body.twist.linear.allFinite() && body.twist.angular.allFinite() &&
-                             body.center_pose.translation.allFinite() &&
-                             body.center_pose.rotation.coeffs().allFinite();
-      if (is_finite) continue;
+      if (is_finite(body.twist) && body.center_pose.translation.allFinite() &&
+          body.center_pose.rotation.coeffs().allFinite()) {
+        continue;
+      }
       body.center_pose = start;
       body.twist = {};
       ++state.report.frozen_bodies;
@@ -73,20 +80,33 @@ class SolveStage {
   }
 
  private:
+  [[nodiscard]] static bool is_finite(const Twist<S>& twist) {
+    return twist.linear.allFinite() && twist.angular.allFinite();
+  }
+
   [[nodiscard]] SolveContext<S> context_of(const State& state, const Island& island) const {
+    using std::abs;
     using std::max;
     SolveContext<S> context;
     context.dt = state.def.time_step;
     context.settings = state.def.solver;
+    // What a step changes velocities by: gravity, other forces, and the impulses of the last step.
+    S change = state.def.gravity.norm() * context.dt;
     S speed = S(0);
     for (const std::uint32_t slot : island.bodies) {
-      speed = max(speed, state.solver_bodies[slot].free.linear.norm());
+      const SolverBody<S>& body = state.solver_bodies[slot];
+      change = max(change, (body.free.linear - body.start.linear).norm());
+      speed = max(speed, body.free.linear.norm());
     }
-    // Relative to the speed that gravity gives in a step, but not below what the arithmetic of the
-    // present speed resolves.
+    for (const std::uint32_t i : island.blocks) {
+      const ConstraintBlock<S>& block = state.constraints.blocks[i];
+      const S mobility = max(state.solver_bodies[block.body_a].inverse_mass,
+                             state.solver_bodies[block.body_b].inverse_mass);
+      change = max(change, mobility * abs(state.constraints.rows[block.first].impulse));
+    }
+    // Relative to that, but not below what the arithmetic of the present speed resolves.
     context.velocity_tolerance =
-        max(context.settings.tolerance * state.def.gravity.norm() * context.dt,
-            Tolerance<S>::round_off() * speed);
+        max(context.settings.tolerance * change, Tolerance<S>::round_off() * speed);
     return context;
   }
 
@@ -113,6 +133,11 @@ class SolveStage {
     };
     solve_in_passes(context.settings.max_passes, solve_once, relinearise);
     rebuild_velocities(state, island);
+    for (const std::uint32_t slot : island.bodies) {
+      if (is_finite(state.solver_bodies[slot].twist)) continue;
+      discard(state, sensors, island);
+      return;
+    }
     if (needs_correction(state, island, context)) {
       const int sweeps =
           is_direct ? direct_.correct_positions(island, state.constraints, state.solver_bodies,
@@ -146,6 +171,19 @@ class SolveStage {
       apply_soft(soft, soft.impulse, state.solver_bodies[soft.body_a],
                  state.solver_bodies[soft.body_b]);
     }
+  }
+
+  /// Leaves an island to free motion when its solution is not finite, and remembers nothing of it.
+  void discard(State& state, const SensorStage<S, Backend>& sensors, const Island& island) const {
+    for (const std::uint32_t i : island.blocks) {
+      const ConstraintBlock<S>& block = state.constraints.blocks[i];
+      for (std::uint32_t r = block.first; r < block.first + block.count; ++r) {
+        state.constraints.rows[r].impulse = S(0);
+      }
+    }
+    for (const std::uint32_t soft : island.soft) sensors.discard(state, soft);
+    rebuild_velocities(state, island);
+    ++state.report.discarded_islands;
   }
 
   [[nodiscard]] bool needs_correction(const State& state, const Island& island,

@@ -1,0 +1,131 @@
+/// @file
+/// A warmed-up step allocates nothing. Replaces the program's `operator new` to count.
+// SPDX-License-Identifier: BSD-3-Clause
+#include "scenes/grasp.hpp"
+#include "scenes/medley.hpp"
+#include "scenes/plate.hpp"
+#include "scenes/stack.hpp"
+#include "support/worlds.hpp"
+
+#include <doctest/doctest.h>
+
+#include <cstdlib>
+#include <new>
+
+namespace {
+
+/// Allocations of this thread; a global because `operator new` has no other place.
+thread_local std::size_t allocations = 0;
+
+void* counted(std::size_t size, std::size_t alignment) {
+  ++allocations;
+  // aligned_alloc wants a multiple of the alignment.
+  const std::size_t rounded = (size + alignment - 1) / alignment * alignment;
+  void* memory = std::aligned_alloc(alignment, rounded > 0 ? rounded : alignment);
+  if (memory == nullptr) throw std::bad_alloc();
+  return memory;
+}
+
+}  // namespace
+
+void* operator new(std::size_t size) { return counted(size, alignof(std::max_align_t)); }
+void* operator new[](std::size_t size) { return counted(size, alignof(std::max_align_t)); }
+void* operator new(std::size_t size, std::align_val_t alignment) {
+  return counted(size, static_cast<std::size_t>(alignment));
+}
+void* operator new[](std::size_t size, std::align_val_t alignment) {
+  return counted(size, static_cast<std::size_t>(alignment));
+}
+// Not inlined: the compiler would see `free` meet memory that came from `operator new`.
+[[gnu::noinline]] void operator delete(void* memory) noexcept { std::free(memory); }
+[[gnu::noinline]] void operator delete[](void* memory) noexcept { std::free(memory); }
+[[gnu::noinline]] void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
+[[gnu::noinline]] void operator delete[](void* memory, std::size_t) noexcept { std::free(memory); }
+[[gnu::noinline]] void operator delete(void* memory, std::align_val_t) noexcept {
+  std::free(memory);
+}
+[[gnu::noinline]] void operator delete[](void* memory, std::align_val_t) noexcept {
+  std::free(memory);
+}
+[[gnu::noinline]] void operator delete(void* memory, std::size_t, std::align_val_t) noexcept {
+  std::free(memory);
+}
+[[gnu::noinline]] void operator delete[](void* memory, std::size_t, std::align_val_t) noexcept {
+  std::free(memory);
+}
+
+using namespace bristle;
+using namespace bristle::scenes;
+
+namespace {
+
+/// Allocations in `steps` steps after `warm_up` of them.
+template <typename World>
+std::size_t allocations_of(World& world, int warm_up, int steps) {
+  for (int i = 0; i < warm_up; ++i) world.step();
+  const std::size_t before = allocations;
+  for (int i = 0; i < steps; ++i) world.step();
+  return allocations - before;
+}
+
+}  // namespace
+
+TEST_CASE("no_allocation: the counter counts") {
+  const std::size_t before = allocations;
+  delete new int(1);
+  CHECK(allocations == before + 1);
+}
+
+TEST_CASE_TEMPLATE("no_allocation: plates that hold, slip and slide", S, float, double) {
+  for (const Integration integration :
+       {Integration::explicit_, Integration::implicit, Integration::automatic}) {
+    for (const S angle : {S(0.3), S(1.4)}) {
+      PlateDef<S> def;
+      def.integration = integration;
+      def.incline = angle;
+      def.has_contact = true;
+      auto scene = make_plate<S>(def);
+      CHECK(allocations_of(scene.world, 20, 300) == 0);
+    }
+  }
+}
+
+TEST_CASE_TEMPLATE("no_allocation: a gripper with drives, joints and pads", S, float, double) {
+  for (const S finger_mass : {S(0), S(0.5)}) {
+    GraspDef<S> def;
+    def.finger_mass = finger_mass;
+    auto scene = make_grasp<S>(def);
+    CHECK(allocations_of(scene.world, 20, 300) == 0);
+  }
+}
+
+TEST_CASE("no_allocation: a stack on hard contact, and one that is swept on sensors") {
+  StackDef<double> def;
+  auto hard = make_stack<double>(def);
+  CHECK(allocations_of(hard.world, 60, 300) == 0);
+  def.by = StackBy::sensors;
+  def.solver.max_direct_bodies = 0;
+  auto swept = make_stack<double>(def);
+  CHECK(allocations_of(swept.world, 60, 300) == 0);
+}
+
+TEST_CASE_TEMPLATE("no_allocation: a bit of everything", S, float, double) {
+  // Warm once the plates have come to rest: until then new shapes of islands turn up.
+  auto scene = make_medley<S>();
+  CHECK(allocations_of(scene.world, 500, 300) == 0);
+}
+
+TEST_CASE("no_allocation: queries and readings") {
+  auto scene = make_grasp<double>({});
+  scene.run(0.05);
+  Ray<double> ray;
+  ray.origin = {0, 0, 1};
+  ray.direction = {0, 0, -1};
+  ray.length = 2;
+  double sum = 0;
+  const std::size_t before = allocations;
+  sum += scene.world.reading(scene.pads[0]).total_normal();
+  sum += scene.world.largest_stable_step(scene.pads[0]);
+  CHECK(allocations == before);
+  CHECK(sum > 0);
+}

@@ -1,0 +1,93 @@
+/// @file
+/// What a scene does not need is not done; the report shows it.
+// SPDX-License-Identifier: BSD-3-Clause
+#include "scenes/plate.hpp"
+#include "scenes/stack.hpp"
+#include "support/worlds.hpp"
+
+#include <doctest/doctest.h>
+
+using namespace bristle;
+using namespace bristle::scenes;
+
+TEST_CASE("skipped: a patch with nothing in reach casts no ray") {
+  PlateDef<double> def;
+  def.drop = 1;
+  auto scene = make_plate<double>(def);
+  scene.world.step();
+  const StepReport<double>& report = scene.world.report();
+  CHECK(report.patches == 1);
+  CHECK(report.patches_near == 0);
+  CHECK(report.rays_cast == 0);
+  CHECK(report.sensors_skipped == 16);
+  CHECK(report.sensors_touching == 0);
+  CHECK(report.islands == 0);
+  CHECK(report.factorisations == 0);
+}
+
+TEST_CASE("skipped: a patch in reach casts one ray a sensor and shape") {
+  auto scene = make_plate<double>({});
+  scene.world.step();
+  CHECK(scene.world.report().patches_near == 1);
+  CHECK(scene.world.report().rays_cast == 16);
+  CHECK(scene.world.report().sensors_skipped == 0);
+  CHECK(scene.world.report().sensors_touching == 16);
+  CHECK(scene.world.report().implicit_pairs == 1);
+  CHECK(scene.world.report().direct_islands == 1);
+}
+
+TEST_CASE("skipped: an explicit patch needs no solver") {
+  PlateDef<double> def;
+  def.integration = Integration::explicit_;
+  auto scene = make_plate<double>(def);
+  scene.world.step();
+  CHECK(scene.world.report().explicit_pairs == 1);
+  CHECK(scene.world.report().rows == 0);
+  CHECK(scene.world.report().islands == 0);
+  CHECK(scene.world.report().sweeps == 0);
+}
+
+TEST_CASE("skipped: between bodies that forces do not move there is nothing to solve") {
+  World<double> world;
+  world.add_body({.motion = Motion::fixed, .shape = HalfSpace<double>{}});
+  const BodyId body = world.add_body({.motion = Motion::kinematic, .position = {0, 0, 0.004}});
+  PatchDef<double> def;
+  def.sensors.add(Vec3<double>::Zero(), {0, 0, -1}, 0.01);
+  def.parameters.normal_stiffness = 1;
+  def.integration = Integration::implicit;
+  world.add_patch(body, def);
+  world.step();
+  CHECK(world.report().sensors_touching == 1);
+  CHECK(world.report().implicit_pairs == 0);
+  CHECK(world.report().islands == 0);
+}
+
+TEST_CASE("skipped: bodies at rest on hard contact take one sweep a step") {
+  StackDef<double> def;
+  def.masses = {1};
+  auto scene = make_stack<double>(def);
+  scene.run(2);
+  scene.world.step();
+  CHECK(scene.world.report().contact_points == 4);
+  CHECK(scene.world.report().rows == 12);
+  CHECK(scene.world.report().sweeps <= 2);
+  CHECK(scene.world.report().position_sweeps == 0);
+  CHECK(scene.world.report().direct_islands == 0);
+  CHECK(scene.world.report().backend_failures == 0);
+}
+
+TEST_CASE("skipped: fixed bodies are not tested against each other") {
+  World<double> world;
+  for (int i = 0; i < 5; ++i) {
+    world.add_body({.motion = Motion::fixed, .shape = Box<double>{{1, 1, 1}}});
+  }
+  world.step();
+  CHECK(world.report().pairs_tested == 0);
+  CHECK(world.report().pairs_collided == 0);
+}
+
+TEST_CASE("skipped: an island at rest under implicit sensors is solved once a step") {
+  auto scene = make_plate<double>({});
+  scene.run(2);
+  CHECK(scene.world.report().factorisations == 1);
+}
