@@ -3,6 +3,7 @@
 // At rest the sensors carry the weight, sum F_N = m g = 4.905 N, each pressed in by
 // e = m g / (25 K_N) = 0.3 of its 10 mm (what `tuned_for` aims at). The rays reach 5 mm out of the
 // box, so its underside stays 5 mm - 0.3 * 10 mm = 2 mm above the table.
+//
 // Expected output: 01_falling_box.expected
 // SPDX-License-Identifier: BSD-3-Clause
 #include <bristle/bristle.hpp>

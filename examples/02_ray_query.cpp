@@ -2,8 +2,10 @@
 //
 // A ray o + t d meets a sphere of radius r around c where t = -b - sqrt(b^2 - |o - c|^2 + r^2) with
 // b = d . (o - c), and a plane n . p = h where t = (h - n . o) / (n . d). Where the ray starts
-// inside a solid, t = 0 and the normal is -d; where it meets nothing, t is infinite. Expected
-// output: 02_ray_query.expected SPDX-License-Identifier: BSD-3-Clause
+// inside a solid, t = 0 and the normal is -d; where it meets nothing, t is infinite.
+//
+// Expected output: 02_ray_query.expected
+// SPDX-License-Identifier: BSD-3-Clause
 #include <bristle/bristle.hpp>
 
 #include <array>

@@ -7,6 +7,7 @@
 //
 // The probe goes down 4 mm in 0.1 s, rests, then goes sideways at 9 mm/s. Its bristle stretches by
 // 1 mm, holds mu_S sigma_a = 0.8 N of friction for each N of normal force, lets go and starts anew.
+//
 // Expected output: 03_one_sensor.expected
 // SPDX-License-Identifier: BSD-3-Clause
 #include <bristle/bristle.hpp>

@@ -5,7 +5,9 @@
 // So the box comes to rest where mu_S s = tan 20, and stays: its creep is zero, not small. AMBF
 // multiplies stretches below 0.1 mm by their square in metres, which leaves next to no force there:
 // long bristles hold, but shiver about the edge of that zone; bristles of 0.1 mm do not hold at
-// all, although mu_S sigma_a = 2 would hold on 63 degrees. Expected output: 05_incline.expected
+// all, although mu_S sigma_a = 2 would hold on 63 degrees.
+//
+// Expected output: 05_incline.expected
 // SPDX-License-Identifier: BSD-3-Clause
 #include <bristle/bristle.hpp>
 

@@ -4,8 +4,10 @@
 // (broad phase, solver, joints, sensors) is the same for every backend. Ours knows spheres only:
 // two with radii a and b, whose centres are d apart, touch where d - a - b <= margin, and a ray is
 // left to the library's closed form. A marble of 20 mm rests on a fixed ball of 1 m, and a feeler
-// of one ray, 10 mm long, finds the marble's top 4 mm away: depth 1 - 4 / 10 = 0.6. Expected
-// output: 06_own_backend.expected SPDX-License-Identifier: BSD-3-Clause
+// of one ray, 10 mm long, finds the marble's top 4 mm away: depth 1 - 4 / 10 = 0.6.
+//
+// Expected output: 06_own_backend.expected
+// SPDX-License-Identifier: BSD-3-Clause
 #include <bristle/bristle.hpp>
 
 #include <cstdio>

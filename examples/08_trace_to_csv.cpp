@@ -3,7 +3,9 @@
 // A block of 0.5 kg on 25 sensors is pushed from 0.2 s to 0.7 s with 2 N. Its bristles stretch by
 // s = F / (mu_S N) = 2 N * creep / (friction * m g), which for 1 mm and 0.8 is 0.51 mm; then it
 // comes back to where it was: nothing slipped. Writes push.csv and push.svg to the current folder.
-// Expected output: 08_trace_to_csv.expected SPDX-License-Identifier: BSD-3-Clause
+//
+// Expected output: 08_trace_to_csv.expected
+// SPDX-License-Identifier: BSD-3-Clause
 #include <bristle/bristle.hpp>
 
 #include <cstdio>

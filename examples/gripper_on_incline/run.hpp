@@ -30,7 +30,7 @@ struct Layout {
 template <typename World, typename S>
 class Gripper {
  public:
-  Gripper(const Settings& settings) : settings_(settings), world_(world_def(settings)) {
+  explicit Gripper(const Settings& settings) : settings_(settings), world_(world_def(settings)) {
     using namespace bristle;
     // The hand and the part lean with the incline: G maps their axes to the world's.
     const Vec3<S> tilt(S(0), S(layout_.slope), S(0));
@@ -65,8 +65,9 @@ class Gripper {
 
   Outcome run() {
     const std::clock_t begin = std::clock();
-    drive(S(layout_.grip_force));
+    for (int side : {0, 1}) drive(side, S(layout_.grip_force));
     phase("close", 0.6, [](double) {});
+    stop_first_finger();
     const double before_lift = sag_depth();
     phase("lift", 1.2, [&](double t) { raise(layout_.lift * smooth(t / 1.2)); });
     phase("settle", 1.0, [](double) {});
@@ -133,12 +134,16 @@ class Gripper {
     pads_[side] = world_.add_patch(fingers_[side], pad);
   }
 
-  /// Both fingers close with a force [N], or open with a negative one.
-  void drive(S force) {
+  /// One finger closes with a force [N], or opens with a negative one.
+  void drive(int side, S force) {
     const S speed = force < S(0) ? S(-layout_.closing_speed) : S(layout_.closing_speed);
-    for (const bristle::JointId slide : slides_) {
-      world_.set_drive(slide, {bristle::DriveMode::velocity, speed, std::abs(force)});
-    }
+    world_.set_drive(slides_[side], {bristle::DriveMode::velocity, speed, std::abs(force)});
+  }
+  /// The first finger stays where it is from now on, so that the second squeezes against it: two
+  /// equal forces alone would let hand and part drift along the rails.
+  void stop_first_finger() {
+    world_.set_drive(slides_[0], {bristle::DriveMode::position, world_.reading(slides_[0]).position,
+                                  S(10 * layout_.grip_force)});
   }
 
   static double smooth(double x) { return x <= 0 ? 0 : x >= 1 ? 1 : x * x * (3 - 2 * x); }
@@ -185,7 +190,7 @@ class Gripper {
     outcome_.trace.add_row({time_, 1e3 * double(world_.pose(part_).translation.z()),
                             1e3 * double(world_.pose(palm_).translation.z()), 1e6 * sag_depth(),
                             total_normal(), double(force_on_part().z()), double(slipping()),
-                            double(world_.reading(slides_[0]).drive_force)});
+                            double(world_.reading(slides_[1]).drive_force)});
   }
 
   /// Steps for `duration` [s], calling `before_step(t)` with the time [s] at the end of each step.
@@ -228,13 +233,13 @@ class Gripper {
       const double t = time_ - start;
       const double quick = layout_.grip_force * (1 - 0.75 * smooth(t));
       if (!slides) {
-        drive(S(quick - 0.4 * std::max(0.0, t - 1)));
+        drive(1, S(quick - 0.4 * std::max(0.0, t - 1)));
         slides = 2 * slipping() > outcome_.sensors;
         if (slides) {
           outcome_.slip_load = total_normal();
           depth_at_slip = sag_depth();
           // A little less still, so that it slides on with friction that does not fall, too.
-          drive(S(0.4 * outcome_.slip_load));
+          drive(1, S(0.4 * outcome_.slip_load));
         }
       }
       outcome_.slid = slides ? sag_depth() - depth_at_slip : 0;
@@ -243,7 +248,7 @@ class Gripper {
   }
 
   void catch_again() {
-    drive(S(layout_.grip_force));
+    drive(1, S(layout_.grip_force));
     phase("catch", 0.5, [](double) {});
     const bristle::Vec3<S> place = place_in_hand();
     phase("hold again", 0.5, [](double) {});
@@ -263,7 +268,7 @@ class Gripper {
       raise(top - speed * (t < run_up ? t * t / (2 * run_up) : t - run_up / 2));
       return false;
     });
-    drive(S(-layout_.grip_force));
+    for (int side : {0, 1}) drive(side, S(-layout_.grip_force));
     phase("release", 1, [](double) {});
     const bristle::Vec3<S> normal = lean_ * bristle::Vec3<S>(bristle::Vec3<S>::UnitZ());
     outcome_.final_speed = double(world_.body(part_).twist.linear.norm());

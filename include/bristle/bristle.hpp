@@ -91,7 +91,9 @@
 #include <bristle/geometry/fcl_contact_normal.hpp>
 #include <bristle/geometry/fcl_contact_sink.hpp>
 #include <bristle/geometry/fcl_mesh_contacts.hpp>
+#include <bristle/geometry/fcl_mesh_surface.hpp>
 #include <bristle/geometry/fcl_mesh_tree.hpp>
 #include <bristle/geometry/fcl_rays.hpp>
+#include <bristle/geometry/fcl_scene_rays.hpp>
 #include <bristle/geometry/fcl_shapes.hpp>
 #endif

@@ -40,6 +40,1232 @@
 /// in where the CMake target `bristle::fcl` is linked.
 // SPDX-License-Identifier: BSD-3-Clause
 
+// === bristle/collision/broadphase.hpp
+
+/// @file
+/// Which shapes may touch: a tree of grown boxes, and a list of shapes without bounds beside it.
+// SPDX-License-Identifier: BSD-3-Clause
+
+// === bristle/geometry/aabb_tree.hpp
+
+/// @file
+/// Binary tree of boxes: moving bodies in the broad phase and triangles of a mesh share it.
+// SPDX-License-Identifier: BSD-3-Clause
+
+// === bristle/core/config.hpp
+
+/// @file
+/// Every macro the library reads. Define one before the first include, or on the command line.
+// SPDX-License-Identifier: BSD-3-Clause
+
+/// BRISTLE_ASSERT(condition): checks for errors of the library itself, never for a caller's data
+/// (that is `InvalidArgument`, in every build type). Debug builds abort; release builds skip it.
+#if !defined(BRISTLE_ASSERT)
+#include <cassert>
+#define BRISTLE_ASSERT(condition) assert(condition)
+#endif
+
+/// BRISTLE_WITH_FCL: defined by the CMake target `bristle::fcl`; the umbrella header then includes
+/// the FCL backend too.
+
+/// BRISTLE_FATAL(message): what replaces a throw where exceptions are compiled away
+/// (-fno-exceptions). Must not return.
+#if !defined(BRISTLE_FATAL)
+#include <cstdio>
+#include <cstdlib>
+#define BRISTLE_FATAL(message) (std::fprintf(stderr, "bristle: %s\n", (message)), std::abort())
+#endif
+
+// === bristle/geometry/aabb.hpp
+
+/// @file
+/// Axis-aligned box.
+// SPDX-License-Identifier: BSD-3-Clause
+
+// === bristle/math/transform.hpp
+
+/// @file
+/// Rigid transform: where one frame stands in another.
+// SPDX-License-Identifier: BSD-3-Clause
+
+// === bristle/math/types.hpp
+
+/// @file
+/// Scalar concept and the vector types every other header speaks in.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+#include <cmath>
+#include <concepts>
+#include <limits>
+
+namespace bristle {
+
+/// Opens the library to scalars other than the built-in ones (a dual number, say): specialise it to
+/// true for a type that has std::numeric_limits, arithmetic, and sqrt, abs, isfinite found by ADL.
+template <typename S>
+inline constexpr bool is_scalar = std::floating_point<S>;
+
+/// What a simulation may be computed in: float, double, or a type that `is_scalar` names.
+template <typename S>
+concept Scalar = is_scalar<S>;
+
+template <Scalar S>
+using Vec2 = Eigen::Matrix<S, 2, 1>;
+template <Scalar S>
+using Vec3 = Eigen::Matrix<S, 3, 1>;
+template <Scalar S>
+using Vec6 = Eigen::Matrix<S, 6, 1, Eigen::DontAlign>;
+template <Scalar S>
+using Mat3 = Eigen::Matrix<S, 3, 3>;
+/// Unaligned, so that structs holding one have the same layout under every -march.
+template <Scalar S>
+using Mat6 = Eigen::Matrix<S, 6, 6, Eigen::DontAlign>;
+/// Unit quaternion, unaligned for the same reason.
+template <Scalar S>
+using Quat = Eigen::Quaternion<S, Eigen::DontAlign>;
+
+/// The only source of tolerances in library code. All are relative: multiply by the size of the
+/// things compared, so that a scene and its copy at x0.01 or x100 behave alike.
+template <Scalar S>
+struct Tolerance {
+  /// [1] Error of a handful of arithmetic operations.
+  static constexpr S round_off() { return S(16) * std::numeric_limits<S>::epsilon(); }
+  /// [1] Below it two directions or lengths count as equal: the square root of the precision, where
+  /// a first-order error becomes a second-order one.
+  static constexpr S equal() {
+    return std::numeric_limits<S>::digits > 30 ? S(1.5e-8) : S(3.5e-4);
+  }
+};
+
+/// Larger than any distance; what a ray without a hit reports.
+template <Scalar S>
+inline constexpr S infinity = std::numeric_limits<S>::infinity();
+
+/// Cross-product matrix: skew(a) * b = a x b.
+template <typename Derived>
+[[nodiscard]] Mat3<typename Derived::Scalar> skew(const Eigen::MatrixBase<Derived>& a) {
+  using S = typename Derived::Scalar;
+  Mat3<S> m;
+  m << S(0), -a.z(), a.y(), a.z(), S(0), -a.x(), -a.y(), a.x(), S(0);
+  return m;
+}
+
+}  // namespace bristle
+
+namespace bristle {
+
+/// Pose X_AB of a frame B in a frame A: maps coordinates in B to coordinates in A.
+///
+/// `X_AC = X_AB * X_BC`, `p_AP = X_AB * p_BP`, and names tell when frames do not meet.
+template <Scalar S>
+struct Transform {
+  /// [1] R_AB as a unit quaternion.
+  Quat<S> rotation = Quat<S>::Identity();
+  /// [m] Origin of B in A.
+  Vec3<S> translation = Vec3<S>::Zero();
+
+  /// X_BA, the pose of A in B.
+  [[nodiscard]] Transform inverse() const {
+    const Quat<S> r = rotation.conjugate();
+    return {r, -(r * translation)};
+  }
+
+  /// A free vector (direction, velocity, force) of B, expressed in A.
+  [[nodiscard]] Vec3<S> rotate(const Vec3<S>& v_B) const { return rotation * v_B; }
+
+  /// R_AB as a matrix: cheaper than the quaternion from the second vector on.
+  [[nodiscard]] Mat3<S> rotation_matrix() const { return rotation.toRotationMatrix(); }
+
+  /// The same pose in another scalar.
+  template <Scalar T>
+  [[nodiscard]] Transform<T> cast() const {
+    return {Quat<T>(rotation.template cast<T>()), translation.template cast<T>()};
+  }
+
+  friend Transform operator*(const Transform& X_AB, const Transform& X_BC) {
+    return {X_AB.rotation * X_BC.rotation, X_AB.rotation * X_BC.translation + X_AB.translation};
+  }
+  friend Vec3<S> operator*(const Transform& X_AB, const Vec3<S>& p_B) {
+    return X_AB.rotation * p_B + X_AB.translation;
+  }
+};
+
+/// X_AB from X_WA and X_WB. The two origins are subtracted first, so nothing is lost far from the
+/// world's origin: the error is relative to the distance of the two frames.
+template <Scalar S>
+[[nodiscard]] Transform<S> relative_pose(const Transform<S>& X_WA, const Transform<S>& X_WB) {
+  const Quat<S> R_AW = X_WA.rotation.conjugate();
+  return {R_AW * X_WB.rotation, R_AW * Vec3<S>(X_WB.translation - X_WA.translation)};
+}
+
+}  // namespace bristle
+
+namespace bristle {
+
+/// Axis-aligned box; default-constructed it is empty (lower > upper). Bounds may be infinite.
+template <Scalar S>
+struct Aabb {
+  /// [m] Smallest corner.
+  Vec3<S> lower = Vec3<S>::Constant(infinity<S>);
+  /// [m] Largest corner.
+  Vec3<S> upper = Vec3<S>::Constant(-infinity<S>);
+
+  [[nodiscard]] bool is_empty() const { return (lower.array() > upper.array()).any(); }
+
+  void include(const Vec3<S>& p) {
+    lower = lower.cwiseMin(p);
+    upper = upper.cwiseMax(p);
+  }
+  void include(const Aabb& box) {
+    lower = lower.cwiseMin(box.lower);
+    upper = upper.cwiseMax(box.upper);
+  }
+
+  /// The box grown by `margin` [m] on every side.
+  [[nodiscard]] Aabb inflated(S margin) const {
+    return {lower - Vec3<S>::Constant(margin), upper + Vec3<S>::Constant(margin)};
+  }
+  [[nodiscard]] Vec3<S> center() const { return S(0.5) * (lower + upper); }
+  [[nodiscard]] Vec3<S> half_extents() const { return S(0.5) * (upper - lower); }
+
+  /// Touching counts as overlapping.
+  [[nodiscard]] bool overlaps(const Aabb& other) const {
+    return (lower.array() <= other.upper.array()).all() &&
+           (other.lower.array() <= upper.array()).all();
+  }
+  [[nodiscard]] bool contains(const Aabb& other) const {
+    return (lower.array() <= other.lower.array()).all() &&
+           (other.upper.array() <= upper.array()).all();
+  }
+  [[nodiscard]] bool contains(const Vec3<S>& p) const {
+    return (lower.array() <= p.array()).all() && (p.array() <= upper.array()).all();
+  }
+
+  /// [m^2] Half the surface: the cost measure of tree building (surface-area heuristic).
+  [[nodiscard]] S half_area() const {
+    const Vec3<S> e = upper - lower;
+    return e.x() * e.y() + e.y() * e.z() + e.z() * e.x();
+  }
+};
+
+/// Smallest axis-aligned box in A around a finite box in B.
+template <Scalar S>
+[[nodiscard]] Aabb<S> transformed(const Aabb<S>& box_B, const Transform<S>& X_AB) {
+  const Mat3<S> R = X_AB.rotation_matrix();
+  const Vec3<S> center = R * box_B.center() + X_AB.translation;
+  const Vec3<S> half = R.cwiseAbs() * box_B.half_extents();
+  return {center - half, center + half};
+}
+
+}  // namespace bristle
+
+// === bristle/geometry/aabb_split.hpp
+
+/// @file
+/// How a set of boxes is divided between the two children of a tree node.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <span>
+#include <utility>
+
+namespace bristle::detail {
+
+/// [m] So large that no scene reaches it, and so small that sums of areas of such boxes are finite.
+template <Scalar S>
+inline const S tree_extent_limit = [] {
+  using std::sqrt;
+  return sqrt(std::numeric_limits<S>::max()) / S(65536);
+}();
+
+/// The box cut to a size that can be computed with, so that infinite boxes can be compared.
+template <Scalar S>
+[[nodiscard]] Aabb<S> finite_part(const Aabb<S>& box) {
+  const S limit = tree_extent_limit<S>;
+  return {box.lower.cwiseMax(-limit).cwiseMin(limit), box.upper.cwiseMax(-limit).cwiseMin(limit)};
+}
+
+/// Middle of a box, finite even where the box is not.
+template <Scalar S>
+[[nodiscard]] Vec3<S> finite_center(const Aabb<S>& box) {
+  return finite_part(box).center();
+}
+
+/// Box around the middles of some boxes; the axis of its longest edge is the one to split along.
+template <Scalar S, typename BoxOf>
+[[nodiscard]] Aabb<S> box_of_centers(std::span<const std::uint32_t> leaves, const BoxOf& box_of) {
+  Aabb<S> centers;
+  for (const std::uint32_t leaf : leaves) centers.include(finite_center<S>(box_of(leaf)));
+  return centers;
+}
+
+/// Orders `leaves` along their longest extent, by the boxes that `box_of(leaf)` returns.
+/// @return How many go to the first child: half of them.
+template <Scalar S, typename BoxOf>
+[[nodiscard]] std::size_t split_in_halves(std::span<std::uint32_t> leaves, const BoxOf& box_of) {
+  const Aabb<S> centers = box_of_centers<S>(leaves, box_of);
+  int axis = 0;
+  (centers.upper - centers.lower).maxCoeff(&axis);
+  // A total order, so that the result does not depend on the standard library.
+  std::sort(leaves.begin(), leaves.end(), [&](std::uint32_t a, std::uint32_t b) {
+    const S center_a = finite_center<S>(box_of(a))[axis];
+    const S center_b = finite_center<S>(box_of(b))[axis];
+    return center_a < center_b || (center_a == center_b && a < b);
+  });
+  return leaves.size() / 2;
+}
+
+/// Orders `leaves` so that two groups have least total surface times number, over 16 bins along the
+/// longest extent (Wald 2007, "On fast Construction of SAH-based Bounding Volume Hierarchies").
+/// @return How many go to the first child, at least 1 and less than all of two or more.
+template <Scalar S, typename BoxOf>
+[[nodiscard]] std::size_t split_by_surface(std::span<std::uint32_t> leaves, const BoxOf& box_of) {
+  const Aabb<S> centers = box_of_centers<S>(leaves, box_of);
+  int axis = 0;
+  const S extent = (centers.upper - centers.lower).maxCoeff(&axis);
+  if (!(extent > S(0))) return leaves.size() / 2;
+
+  constexpr int bin_count = 16;
+  struct Bin {
+    Aabb<S> box;
+    std::size_t count = 0;
+
+    void include(const Bin& other) {
+      box.include(other.box);
+      count += other.count;
+    }
+    [[nodiscard]] S cost() const { return count > 0 ? S(count) * box.half_area() : S(0); }
+  };
+  const auto bin_of = [&](std::uint32_t leaf) {
+    const S place = (finite_center<S>(box_of(leaf))[axis] - centers.lower[axis]) / extent;
+    return static_cast<std::size_t>(
+        std::min(bin_count - 1, static_cast<int>(place * S(bin_count))));
+  };
+  std::array<Bin, bin_count> bins;
+  for (const std::uint32_t leaf : leaves)
+    bins[bin_of(leaf)].include({finite_part(box_of(leaf)), 1});
+
+  std::array<S, bin_count> cost_of_rest{};
+  Bin rest;
+  for (std::size_t i = bin_count; i-- > 1;) {
+    rest.include(bins[i]);
+    cost_of_rest[i] = rest.cost();
+  }
+  // The first and the last bin hold the extreme middles: every cut leaves something on both sides.
+  Bin first;
+  std::size_t cut = 1;
+  S least_cost = infinity<S>;
+  for (std::size_t i = 1; i < bin_count; ++i) {
+    first.include(bins[i - 1]);
+    if (first.cost() + cost_of_rest[i] < least_cost) {
+      least_cost = first.cost() + cost_of_rest[i];
+      cut = i;
+    }
+  }
+  std::size_t begin = 0;
+  std::size_t end = leaves.size();
+  while (begin < end) {
+    if (bin_of(leaves[begin]) < cut) {
+      ++begin;
+    } else {
+      std::swap(leaves[begin], leaves[--end]);
+    }
+  }
+  return begin;
+}
+
+}  // namespace bristle::detail
+
+// === bristle/geometry/ray.hpp
+
+/// @file
+/// Rays: one, and batches of many as structures of arrays.
+///
+/// A batch lies in one frame and is asked of one shape at a time; answers accumulate, so that asking
+/// several shapes in turn leaves the nearest hit of each ray.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace bristle {
+
+/// A ray of finite length.
+template <Scalar S>
+struct Ray {
+  /// [m] Start.
+  Vec3<S> origin = Vec3<S>::Zero();
+  /// [1] Unit direction.
+  Vec3<S> direction = Vec3<S>::UnitX();
+  /// [m] Reach from the start; hits farther away do not count. May be infinite.
+  S length = infinity<S>;
+};
+
+/// Nearest hit of one ray.
+template <Scalar S>
+struct RayHit {
+  /// [m] Distance from the ray's start; 0 where the start lies inside the solid.
+  S distance = infinity<S>;
+  /// [1] Unit outward normal of the surface there, against the ray (normal . direction <= 0). Where
+  /// the start lies inside, minus the ray's direction.
+  Vec3<S> normal = Vec3<S>::Zero();
+};
+
+/// Three arrays of coordinates, to be read together.
+template <Scalar S>
+struct Vec3Array {
+  std::vector<S> x, y, z;
+
+  [[nodiscard]] std::size_t size() const { return x.size(); }
+  void resize(std::size_t n) {
+    x.resize(n);
+    y.resize(n);
+    z.resize(n);
+  }
+  [[nodiscard]] Vec3<S> operator[](std::size_t i) const { return {x[i], y[i], z[i]}; }
+  void set(std::size_t i, const Vec3<S>& v) {
+    x[i] = v.x();
+    y[i] = v.y();
+    z[i] = v.z();
+  }
+};
+
+/// Many rays in one frame. The spans have one length and outlive the query.
+template <Scalar S>
+struct RayBatch {
+  /// [m] Starts.
+  std::span<const S> origin_x, origin_y, origin_z;
+  /// [1] Unit directions.
+  std::span<const S> direction_x, direction_y, direction_z;
+  /// [m] Reach of each ray.
+  std::span<const S> length;
+  /// [m] Added to the reach of every ray.
+  S extra_length = S(0);
+
+  [[nodiscard]] std::size_t size() const { return length.size(); }
+  [[nodiscard]] Ray<S> operator[](std::size_t i) const {
+    return {{origin_x[i], origin_y[i], origin_z[i]},
+            {direction_x[i], direction_y[i], direction_z[i]},
+            length[i] + extra_length};
+  }
+};
+
+/// Nearest hits of a batch so far, in the frame of its rays.
+template <Scalar S>
+struct RayHits {
+  /// [m] Distance of the nearest hit so far; infinite where there is none.
+  std::vector<S> distance;
+  /// [1] Outward unit surface normals, valid where the distance is finite.
+  Vec3Array<S> normal;
+  /// [-] Tag of the shape that was hit, as given to the query.
+  std::vector<std::uint32_t> tag;
+
+  /// Forgets all hits and makes room for `n` rays; keeps its memory.
+  void reset(std::size_t n) {
+    distance.assign(n, infinity<S>);
+    normal.resize(n);
+    tag.assign(n, 0xffffffffu);
+  }
+  [[nodiscard]] bool is_hit(std::size_t i) const { return distance[i] < infinity<S>; }
+  /// Records a hit that is nearer than what is known. On equal distance the earlier answer stays, so
+  /// asking shapes in order of their tags breaks ties by tag.
+  void offer(std::size_t i, const RayHit<S>& hit, std::uint32_t hit_tag) {
+    if (hit.distance < distance[i]) {
+      distance[i] = hit.distance;
+      normal.set(i, hit.normal);
+      tag[i] = hit_tag;
+    }
+  }
+};
+
+}  // namespace bristle
+
+// === bristle/geometry/ray_box.hpp
+
+/// @file
+/// Whether and where a ray enters a box: the inner loop of every walk through a tree.
+// SPDX-License-Identifier: BSD-3-Clause
+
+namespace bristle {
+
+/// Entry of a ray into boxes, by the three pairs of planes. Kay and Kajiya 1986; that the exit is
+/// moved outwards so that rounding loses nothing follows Ize 2013, "Robust BVH Ray Traversal".
+template <Scalar S>
+class SlabTest {
+ public:
+  explicit SlabTest(const Ray<S>& ray)
+      : origin_(ray.origin), inverse_(ray.direction.cwiseInverse()) {}
+
+  /// [m] Where the ray enters, >= 0; infinite where it does not by `max_distance`.
+  [[nodiscard]] S enter(const Aabb<S>& box, S max_distance) const {
+    S enter = S(0);
+    S leave = max_distance;
+    for (int i = 0; i < 3; ++i) {
+      const S a = (box.lower[i] - origin_[i]) * inverse_[i];
+      const S b = (box.upper[i] - origin_[i]) * inverse_[i];
+      // A ray within one of the planes gives 0 * infinity = NaN, which loses both comparisons: the
+      // pair of planes then sets no bound, as it should.
+      const S near = inverse_[i] < S(0) ? b : a;
+      const S far = inverse_[i] < S(0) ? a : b;
+      if (near > enter) enter = near;
+      if (far < leave) leave = far;
+    }
+    return enter <= leave * (S(1) + Tolerance<S>::round_off()) ? enter : infinity<S>;
+  }
+
+ private:
+  Vec3<S> origin_;
+  Vec3<S> inverse_;
+};
+
+}  // namespace bristle
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <span>
+#include <utility>
+#include <vector>
+
+namespace bristle {
+
+/// Boxes, each with a number that is its owner's (the payload), found by box or by ray.
+///
+/// Leaves are inserted where they add least surface (the heuristic of Goldsmith and Salmon 1987)
+/// and the path above them is improved by rotations (Kopta et al. 2012; Catto, GDC 2019). The tree
+/// is a function of the sequence of calls alone, and so is the order of visits.
+///
+/// Nodes are pooled: a tree that has once held n leaves does not allocate until it holds more. No
+/// tree is higher than `max_height`: one that would grow beyond is built anew, balanced by count.
+/// So queries run on a stack of fixed size.
+///
+/// Boxes may be infinite, and are found, but one that overlaps everything is a cost to every query
+/// near it: a world keeps its half-spaces in a list beside the tree.
+///
+/// Queries change nothing and may run concurrently; a visitor must not change the tree.
+template <Scalar S>
+class AabbTree {
+ public:
+  /// Names a leaf until it is removed.
+  using NodeId = std::uint32_t;
+  /// Names no node.
+  static constexpr NodeId null = 0xffffffffu;
+  /// [-] Bound on the number of edges from the root to any leaf.
+  static constexpr int max_height = 64;
+
+  /// Adds a leaf. O(log n) on boxes that are spread out.
+  NodeId insert(const Aabb<S>& box, std::uint32_t payload);
+
+  /// Ends a leaf; its id may be given out again.
+  void remove(NodeId leaf);
+
+  /// Moves a leaf, which keeps its id. Where its parent still contains it the boxes above shrink to
+  /// fit; otherwise it is inserted anew.
+  void update(NodeId leaf, const Aabb<S>& box);
+
+  /// Replaces all content by one leaf for each box, its place in `boxes` being its payload and its
+  /// id. Gives better trees than insertion (binned surface-area heuristic, Wald 2007). O(n log n).
+  void build(std::span<const Aabb<S>> boxes);
+
+  /// Removes everything and keeps the memory.
+  void clear();
+
+  /// [-] Number of leaves.
+  [[nodiscard]] std::size_t size() const { return size_; }
+  /// [-] Edges from the root to the deepest leaf; 0 for a tree of at most one.
+  [[nodiscard]] int height() const { return root_ == null ? 0 : nodes_[root_].height; }
+  /// Box of a leaf.
+  [[nodiscard]] const Aabb<S>& box(NodeId leaf) const {
+    BRISTLE_ASSERT(is_live_leaf(leaf));
+    return nodes_[leaf].box;
+  }
+  /// Payload of a leaf.
+  [[nodiscard]] std::uint32_t payload(NodeId leaf) const {
+    BRISTLE_ASSERT(is_live_leaf(leaf));
+    return nodes_[leaf].child[1];
+  }
+  /// Box around all leaves; empty for an empty tree.
+  [[nodiscard]] Aabb<S> root_box() const { return root_ == null ? Aabb<S>{} : nodes_[root_].box; }
+
+  /// Calls `visit(payload) -> bool` for every leaf whose box overlaps or touches `box`, until a
+  /// visit returns false.
+  template <typename Visit>
+  void overlap(const Aabb<S>& box, Visit&& visit) const {
+    find([&](const Aabb<S>& other) { return other.overlaps(box); }, visit);
+  }
+
+  /// Calls `visit(payload) -> bool` for every leaf that `accept(box) -> bool`s together with all
+  /// boxes around it, until a visit returns false.
+  template <typename Accept, typename Visit>
+  void find(Accept&& accept, Visit&& visit) const;
+
+  /// Calls `visit(payload, max_distance) -> new max_distance` for every leaf whose box the ray
+  /// meets before max_distance [m], which starts as the ray's length; nearer boxes come first.
+  ///
+  /// No box that the ray touches is missed: what rounding may hide is visited too, up to
+  /// `Tolerance::round_off` of the distance. A visit that wants no more returns a negative number.
+  template <typename Visit>
+  void walk_ray(const Ray<S>& ray, Visit&& visit) const;
+
+ private:
+  struct Node {
+    Aabb<S> box;
+    NodeId parent = null;                     // Next free node where height < 0.
+    std::array<NodeId, 2> child{null, null};  // A leaf has null and its payload.
+    std::int32_t height = 0;
+
+    [[nodiscard]] bool is_leaf() const { return child[0] == null; }
+  };
+
+  [[nodiscard]] bool is_live_leaf(NodeId id) const {
+    return id < nodes_.size() && nodes_[id].height == 0;
+  }
+  NodeId allocate();
+  void release(NodeId id);
+
+  void attach(NodeId leaf);
+  void detach(NodeId leaf);
+  [[nodiscard]] NodeId best_sibling(const Aabb<S>& box) const;
+  void fit(NodeId id);
+  void fit_upwards(NodeId id);
+  void rotate(NodeId id);
+  void swap_subtrees(NodeId a, NodeId b);
+
+  void rebuild();
+  NodeId build_range(std::span<NodeId> leaves, int depth);
+
+  std::vector<Node> nodes_;
+  std::vector<NodeId> order_;  // Scratch of rebuild(), kept as large as the pool.
+  NodeId root_ = null;
+  NodeId free_ = null;
+  std::size_t size_ = 0;
+};
+
+// Implementation -----------------------------------------------------------------------------------
+
+namespace detail {
+
+/// What a node costs a query: in proportion to its surface.
+template <Scalar S>
+[[nodiscard]] S tree_cost(const Aabb<S>& box) {
+  return finite_part(box).half_area();
+}
+
+template <Scalar S>
+[[nodiscard]] Aabb<S> merged(Aabb<S> a, const Aabb<S>& b) {
+  a.include(b);
+  return a;
+}
+
+}  // namespace detail
+
+template <Scalar S>
+auto AabbTree<S>::insert(const Aabb<S>& box, std::uint32_t payload) -> NodeId {
+  BRISTLE_ASSERT(!box.is_empty());
+  const NodeId leaf = allocate();
+  nodes_[leaf].box = box;
+  nodes_[leaf].child = {null, payload};
+  attach(leaf);
+  ++size_;
+  return leaf;
+}
+
+template <Scalar S>
+void AabbTree<S>::remove(NodeId leaf) {
+  BRISTLE_ASSERT(is_live_leaf(leaf));
+  detach(leaf);
+  release(leaf);
+  --size_;
+}
+
+template <Scalar S>
+void AabbTree<S>::update(NodeId leaf, const Aabb<S>& box) {
+  BRISTLE_ASSERT(is_live_leaf(leaf) && !box.is_empty());
+  const NodeId parent = nodes_[leaf].parent;
+  if (parent == null) {
+    nodes_[leaf].box = box;
+  } else if (nodes_[parent].box.contains(box)) {
+    nodes_[leaf].box = box;
+    fit_upwards(parent);
+  } else {
+    detach(leaf);
+    nodes_[leaf].box = box;
+    attach(leaf);
+  }
+}
+
+template <Scalar S>
+void AabbTree<S>::build(std::span<const Aabb<S>> boxes) {
+  clear();
+  nodes_.reserve(2 * boxes.size());
+  for (const Aabb<S>& box : boxes) {
+    BRISTLE_ASSERT(!box.is_empty());
+    const NodeId leaf = allocate();
+    nodes_[leaf].box = box;
+    nodes_[leaf].child = {null, leaf};
+  }
+  size_ = boxes.size();
+  rebuild();
+}
+
+template <Scalar S>
+void AabbTree<S>::clear() {
+  nodes_.clear();
+  root_ = null;
+  free_ = null;
+  size_ = 0;
+}
+
+template <Scalar S>
+template <typename Accept, typename Visit>
+void AabbTree<S>::find(Accept&& accept, Visit&& visit) const {
+  if (root_ == null) return;
+  std::array<NodeId, max_height + 1> stack;
+  std::size_t count = 0;
+  stack[count++] = root_;
+  while (count > 0) {
+    const Node& node = nodes_[stack[--count]];
+    if (!accept(node.box)) continue;
+    if (node.is_leaf()) {
+      if (!visit(node.child[1])) return;
+    } else {
+      stack[count++] = node.child[1];
+      stack[count++] = node.child[0];
+    }
+  }
+}
+
+template <Scalar S>
+template <typename Visit>
+void AabbTree<S>::walk_ray(const Ray<S>& ray, Visit&& visit) const {
+  if (root_ == null) return;
+  const SlabTest<S> slabs(ray);
+  // A finite reach, so that planes at infinity are out of it.
+  S reach = std::min(ray.length, std::numeric_limits<S>::max() / S(2));
+  struct Entry {
+    NodeId node;
+    S enter;
+  };
+  std::array<Entry, max_height + 1> stack;
+  std::size_t count = 0;
+  stack[count++] = {root_, slabs.enter(nodes_[root_].box, reach)};
+  while (count > 0) {
+    const Entry entry = stack[--count];
+    // The reach may have shrunk since the entry was computed.
+    if (!(entry.enter <= reach * (S(1) + Tolerance<S>::round_off()))) continue;
+    const Node& node = nodes_[entry.node];
+    if (node.is_leaf()) {
+      reach = visit(node.child[1], reach);
+    } else {
+      Entry near{node.child[0], slabs.enter(nodes_[node.child[0]].box, reach)};
+      Entry far{node.child[1], slabs.enter(nodes_[node.child[1]].box, reach)};
+      if (far.enter < near.enter) std::swap(near, far);
+      if (far.enter < infinity<S>) stack[count++] = far;
+      if (near.enter < infinity<S>) stack[count++] = near;
+    }
+  }
+}
+
+template <Scalar S>
+auto AabbTree<S>::allocate() -> NodeId {
+  if (free_ == null) {
+    nodes_.emplace_back();
+    if (order_.capacity() < nodes_.capacity()) order_.reserve(nodes_.capacity());
+    return static_cast<NodeId>(nodes_.size() - 1);
+  }
+  const NodeId id = free_;
+  free_ = nodes_[id].parent;
+  nodes_[id] = Node{};
+  return id;
+}
+
+template <Scalar S>
+void AabbTree<S>::release(NodeId id) {
+  nodes_[id].height = -1;
+  nodes_[id].parent = free_;
+  free_ = id;
+}
+
+/// Hangs a loose leaf into the tree.
+template <Scalar S>
+void AabbTree<S>::attach(NodeId leaf) {
+  if (root_ == null) {
+    nodes_[leaf].parent = null;
+    root_ = leaf;
+    return;
+  }
+  const NodeId sibling = best_sibling(nodes_[leaf].box);
+  const NodeId parent = allocate();
+  const NodeId grandparent = nodes_[sibling].parent;
+  nodes_[parent].parent = grandparent;
+  nodes_[parent].child = {sibling, leaf};
+  if (grandparent == null) {
+    root_ = parent;
+  } else {
+    auto& child = nodes_[grandparent].child;
+    child[child[0] == sibling ? 0 : 1] = parent;
+  }
+  nodes_[sibling].parent = parent;
+  nodes_[leaf].parent = parent;
+  for (NodeId id = parent; id != null; id = nodes_[id].parent) {
+    fit(id);
+    rotate(id);
+  }
+  if (nodes_[root_].height > max_height) rebuild();
+}
+
+/// Takes a leaf out of the tree; its parent goes, its sibling moves up.
+template <Scalar S>
+void AabbTree<S>::detach(NodeId leaf) {
+  const NodeId parent = nodes_[leaf].parent;
+  if (parent == null) {
+    root_ = null;
+    return;
+  }
+  const auto& child = nodes_[parent].child;
+  const NodeId sibling = child[child[0] == leaf ? 1 : 0];
+  const NodeId grandparent = nodes_[parent].parent;
+  nodes_[sibling].parent = grandparent;
+  release(parent);
+  if (grandparent == null) {
+    root_ = sibling;
+  } else {
+    auto& uncle = nodes_[grandparent].child;
+    uncle[uncle[0] == parent ? 0 : 1] = sibling;
+    fit_upwards(grandparent);
+  }
+}
+
+/// The node beside which a new leaf adds least surface, searched down one path: what a sibling
+/// costs is the surface of the common parent plus the growth of all nodes above.
+template <Scalar S>
+auto AabbTree<S>::best_sibling(const Aabb<S>& box) const -> NodeId {
+  using detail::merged;
+  using detail::tree_cost;
+  const S box_cost = tree_cost(box);
+  const Vec3<S> center = detail::finite_part(box).center();
+  NodeId best = root_;
+  NodeId id = root_;
+  S with_box = tree_cost(merged(nodes_[root_].box, box));
+  S best_cost = with_box;
+  S growth_above = S(0);
+  while (!nodes_[id].is_leaf()) {
+    growth_above += with_box - tree_cost(nodes_[id].box);
+    NodeId next = null;
+    S next_bound = infinity<S>;
+    S next_with_box = S(0);
+    S next_distance = infinity<S>;
+    for (const NodeId child : nodes_[id].child) {
+      const Node& node = nodes_[child];
+      const S cost = tree_cost(merged(node.box, box));
+      if (cost + growth_above < best_cost) {
+        best = child;
+        best_cost = cost + growth_above;
+      }
+      if (node.is_leaf()) continue;
+      // Below the child at least the leaf itself is paid for. Boxes that contain the leaf tie, and
+      // then the one around it goes first.
+      const S bound = growth_above + (cost - tree_cost(node.box)) + box_cost;
+      const S distance = (detail::finite_part(node.box).center() - center).squaredNorm();
+      if (bound < next_bound || (bound == next_bound && distance < next_distance)) {
+        next = child;
+        next_bound = bound;
+        next_with_box = cost;
+        next_distance = distance;
+      }
+    }
+    if (next == null || !(next_bound < best_cost)) break;
+    id = next;
+    with_box = next_with_box;
+  }
+  return best;
+}
+
+/// Box and height of an inner node from its children.
+template <Scalar S>
+void AabbTree<S>::fit(NodeId id) {
+  Node& node = nodes_[id];
+  const Node& a = nodes_[node.child[0]];
+  const Node& b = nodes_[node.child[1]];
+  node.box = detail::merged(a.box, b.box);
+  node.height = 1 + std::max(a.height, b.height);
+}
+
+template <Scalar S>
+void AabbTree<S>::fit_upwards(NodeId id) {
+  for (; id != null; id = nodes_[id].parent) fit(id);
+}
+
+/// Exchanges a child with a grandchild from the other side where that makes the child's box
+/// smaller; the node's own box stays.
+template <Scalar S>
+void AabbTree<S>::rotate(NodeId id) {
+  NodeId best_child = null;
+  NodeId best_grandchild = null;
+  S best_gain = S(0);
+  for (std::size_t side = 0; side < 2; ++side) {
+    const NodeId child = nodes_[id].child[side];
+    const NodeId other = nodes_[id].child[1 - side];
+    if (nodes_[other].is_leaf()) continue;
+    const S cost = detail::tree_cost(nodes_[other].box);
+    for (std::size_t i = 0; i < 2; ++i) {
+      const NodeId stays = nodes_[other].child[1 - i];
+      const S gain = cost - detail::tree_cost(detail::merged(nodes_[child].box, nodes_[stays].box));
+      if (gain > best_gain) {
+        best_gain = gain;
+        best_child = child;
+        best_grandchild = nodes_[other].child[i];
+      }
+    }
+  }
+  if (best_child == null) return;
+  const NodeId other = nodes_[best_grandchild].parent;
+  swap_subtrees(best_child, best_grandchild);
+  fit(other);
+  fit(id);
+}
+
+template <Scalar S>
+void AabbTree<S>::swap_subtrees(NodeId a, NodeId b) {
+  const NodeId parent_a = nodes_[a].parent;
+  const NodeId parent_b = nodes_[b].parent;
+  auto& slot_a = nodes_[parent_a].child;
+  auto& slot_b = nodes_[parent_b].child;
+  slot_a[slot_a[0] == a ? 0 : 1] = b;
+  slot_b[slot_b[0] == b ? 0 : 1] = a;
+  nodes_[a].parent = parent_b;
+  nodes_[b].parent = parent_a;
+}
+
+/// Builds all inner nodes anew over the leaves there are.
+template <Scalar S>
+void AabbTree<S>::rebuild() {
+  order_.clear();
+  for (NodeId id = 0; id < nodes_.size(); ++id) {
+    if (nodes_[id].height > 0) release(id);
+    if (nodes_[id].height == 0) order_.push_back(id);
+  }
+  root_ = order_.empty() ? null : build_range(order_, 0);
+  if (root_ != null) nodes_[root_].parent = null;
+}
+
+template <Scalar S>
+auto AabbTree<S>::build_range(std::span<NodeId> leaves, int depth) -> NodeId {
+  if (leaves.size() == 1) return leaves.front();
+  const NodeId id = allocate();
+  const auto box_of = [this](NodeId leaf) -> const Aabb<S>& { return nodes_[leaf].box; };
+  // From half the height on, halves: 2^32 leaves then end at the full height.
+  const std::size_t middle = depth < max_height / 2 ? detail::split_by_surface<S>(leaves, box_of)
+                                                    : detail::split_in_halves<S>(leaves, box_of);
+  const NodeId a = build_range(leaves.first(middle), depth + 1);
+  const NodeId b = build_range(leaves.subspan(middle), depth + 1);
+  nodes_[id].child = {a, b};
+  nodes_[a].parent = id;
+  nodes_[b].parent = id;
+  fit(id);
+  return id;
+}
+
+}  // namespace bristle
+
+#include <algorithm>
+#include <compare>
+#include <cstdint>
+#include <vector>
+
+namespace bristle {
+
+/// Two shapes that may touch, by their tags, a < b.
+struct ShapePair {
+  std::uint32_t a = 0;
+  std::uint32_t b = 0;
+
+  friend constexpr auto operator<=>(const ShapePair&, const ShapePair&) = default;
+  friend constexpr bool operator==(const ShapePair&, const ShapePair&) = default;
+};
+
+/// Boxes of all shapes of a world. Tags are small numbers that the caller gives out and reuses.
+template <Scalar S>
+class BroadPhase {
+ public:
+  /// Adds a shape with its box in the world; an infinite box is kept in a list of its own.
+  void insert(std::uint32_t tag, const Aabb<S>& box) {
+    if (entries_.size() <= tag) entries_.resize(tag + 1);
+    Entry& entry = entries_[tag];
+    entry = Entry{};
+    entry.is_present = true;
+    entry.swept = box;
+    if (is_bounded(box)) {
+      entry.node = tree_.insert(box, tag);
+    } else {
+      unbounded_.insert(std::lower_bound(unbounded_.begin(), unbounded_.end(), tag), tag);
+    }
+  }
+
+  void remove(std::uint32_t tag) {
+    Entry& entry = entries_[tag];
+    if (entry.node != AabbTree<S>::null) {
+      tree_.remove(entry.node);
+    } else {
+      unbounded_.erase(std::lower_bound(unbounded_.begin(), unbounded_.end(), tag));
+    }
+    entry = Entry{};
+  }
+
+  /// Sets the box that a shape may reach during the step. The tree keeps a larger one, so that slow
+  /// shapes do not change it every step.
+  void move(std::uint32_t tag, const Aabb<S>& swept) {
+    Entry& entry = entries_[tag];
+    entry.swept = swept;
+    if (entry.node == AabbTree<S>::null || tree_.box(entry.node).contains(swept)) return;
+    // A tenth of the size: at that speed a shape changes the tree once in the time it takes to move
+    // by a tenth of itself, while the surplus costs few false pairs.
+    tree_.update(entry.node, swept.inflated(S(0.2) * swept.half_extents().maxCoeff()));
+  }
+
+  /// Calls visit(tag) -> bool for every shape whose swept box overlaps `box`, until it returns
+  /// false; unbounded shapes come last, in order of their tags.
+  template <typename Visit>
+  void overlap(const Aabb<S>& box, Visit&& visit) const {
+    bool goes_on = true;
+    tree_.overlap(box, [&](std::uint32_t tag) {
+      if (!entries_[tag].swept.overlaps(box)) return true;
+      goes_on = visit(tag);
+      return goes_on;
+    });
+    for (std::size_t i = 0; goes_on && i < unbounded_.size(); ++i) goes_on = visit(unbounded_[i]);
+  }
+
+  /// Appends to `out` every pair of a shape in `moving` with any other that overlaps it and that
+  /// `accept(tag, other)` lets through, sorted, each once.
+  /// @param[in,out] tested  Number of pairs of overlapping boxes, accepted or not.
+  template <typename Accept>
+  void find_pairs(const std::vector<std::uint32_t>& moving, Accept&& accept,
+                  std::vector<ShapePair>& out, std::uint64_t& tested) const {
+    const std::size_t first = out.size();
+    for (const std::uint32_t tag : moving) {
+      overlap(entries_[tag].swept, [&](std::uint32_t other) {
+        if (other == tag) return true;
+        ++tested;
+        if (accept(tag, other)) out.push_back({std::min(tag, other), std::max(tag, other)});
+        return true;
+      });
+    }
+    std::sort(out.begin() + static_cast<std::ptrdiff_t>(first), out.end());
+    out.erase(std::unique(out.begin() + static_cast<std::ptrdiff_t>(first), out.end()), out.end());
+  }
+
+  /// Calls visit(tag, max_distance) -> new max_distance for shapes that the ray may meet, nearer
+  /// boxes first, unbounded shapes before all.
+  template <typename Visit>
+  void walk_ray(Ray<S> ray, Visit&& visit) const {
+    for (const std::uint32_t tag : unbounded_) ray.length = visit(tag, ray.length);
+    tree_.walk_ray(ray, visit);
+  }
+
+ private:
+  struct Entry {
+    typename AabbTree<S>::NodeId node = AabbTree<S>::null;
+    Aabb<S> swept{};
+    bool is_present = false;
+  };
+
+  [[nodiscard]] static bool is_bounded(const Aabb<S>& box) {
+    return (box.upper.array() < infinity<S>).all() && (box.lower.array() > -infinity<S>).all();
+  }
+
+  AabbTree<S> tree_;
+  std::vector<Entry> entries_;
+  std::vector<std::uint32_t> unbounded_;
+};
+
+}  // namespace bristle
+
+// === bristle/collision/contact_cache.hpp
+
+/// @file
+/// Contacts of this step with the impulses of the last one: persistence of manifolds.
+// SPDX-License-Identifier: BSD-3-Clause
+
+// === bristle/geometry/contact_manifold.hpp
+
+/// @file
+/// Where two shapes touch, as a backend reports it.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace bristle {
+
+/// One point of contact.
+template <Scalar S>
+struct ContactPoint {
+  /// [m] Halfway between the two surfaces, in the frame of shape A.
+  Vec3<S> position = Vec3<S>::Zero();
+  /// [m] Distance of the surfaces along the normal; negative where they overlap.
+  S gap = S(0);
+  /// [-] Which features meet here. The same features give the same number in the next step, which is
+  /// how impulses are carried over.
+  std::uint32_t feature = 0;
+};
+
+/// Points of contact that share one normal.
+template <Scalar S>
+struct ContactManifold {
+  static constexpr std::size_t capacity = 8;
+
+  /// [1] Unit normal from shape A into shape B, in the frame of A.
+  Vec3<S> normal = Vec3<S>::UnitZ();
+  std::array<ContactPoint<S>, capacity> points{};
+  std::size_t size = 0;
+  /// [-] Tells the manifolds of one pair apart (a triangle's number, say); 0 where there is only one.
+  std::uint32_t key = 0;
+
+  void add(const ContactPoint<S>& point) {
+    if (size < capacity) points[size++] = point;
+  }
+};
+
+/// All manifolds of one pair of shapes. Reused from pair to pair, so it stops allocating.
+template <Scalar S>
+using ContactManifolds = std::vector<ContactManifold<S>>;
+
+/// How a contact query ended.
+enum class ContactStatus {
+  /// The manifolds are right; there may be none.
+  ok,
+  /// The backend failed (threw, looped or returned nonsense); the manifolds are empty.
+  failed
+};
+
+}  // namespace bristle
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+namespace bristle {
+
+/// One point of contact between two bodies.
+template <Scalar S>
+struct CachedPoint {
+  /// [m] From each centre of mass to the point, world axes.
+  Vec3<S> arm_a = Vec3<S>::Zero();
+  Vec3<S> arm_b = Vec3<S>::Zero();
+  /// [m] Distance of the surfaces; negative where they overlap.
+  S gap = S(0);
+  /// [-] Features that meet here; see `ContactPoint::feature`.
+  std::uint32_t feature = 0;
+  /// [N s] Impulse along the normal, and along the two tangents of `tangent_basis`.
+  std::array<S, 3> impulse{};
+};
+
+/// Points with one normal between two shapes.
+template <Scalar S>
+struct CachedManifold {
+  ShapePair shapes{};
+  /// [-] Tells manifolds of one pair apart; see `ContactManifold::key`.
+  std::uint32_t key = 0;
+  /// [1] From a to b, world axes.
+  Vec3<S> normal = Vec3<S>::UnitZ();
+  /// [-] Its points are [first, first + count).
+  std::uint32_t first = 0;
+  std::uint32_t count = 0;
+};
+
+/// Two generations of manifolds, sorted by pair. The older one gives its impulses to points of the
+/// younger one with the same pair, key and feature.
+template <Scalar S>
+class ContactCache {
+ public:
+  /// Starts a new generation.
+  void begin_step() {
+    manifolds_.swap(old_manifolds_);
+    points_.swap(old_points_);
+    manifolds_.clear();
+    points_.clear();
+    cursor_ = 0;
+  }
+
+  /// Adds the manifolds of one pair; pairs come in ascending order.
+  ///
+  /// @param X_WS  Pose of shape a: [1] its axes in the world, [m] its origin from a's centre of mass.
+  /// @param p_ab  [m] From a's centre of mass to b's, world axes.
+  void add(ShapePair shapes, const ContactManifolds<S>& found, const Mat3<S>& R_WS,
+           const Vec3<S>& p_as, const Vec3<S>& p_ab) {
+    for (const ContactManifold<S>& m : found) {
+      CachedManifold<S> cached;
+      cached.shapes = shapes;
+      cached.key = m.key;
+      cached.normal = R_WS * m.normal;
+      cached.first = static_cast<std::uint32_t>(points_.size());
+      cached.count = static_cast<std::uint32_t>(m.size);
+      const CachedManifold<S>* old = find_old(shapes, m.key);
+      for (std::size_t i = 0; i < m.size; ++i) {
+        CachedPoint<S> point;
+        point.arm_a = p_as + R_WS * m.points[i].position;
+        point.arm_b = point.arm_a - p_ab;
+        point.gap = m.points[i].gap;
+        point.feature = m.points[i].feature;
+        if (old != nullptr) inherit(*old, point);
+        points_.push_back(point);
+      }
+      manifolds_.push_back(cached);
+    }
+  }
+
+  /// Forgets the contacts of a shape, so that nothing is inherited by the next one with its tag.
+  void forget(std::uint32_t tag) {
+    for (CachedManifold<S>& m : manifolds_) {
+      if (m.shapes.a != tag && m.shapes.b != tag) continue;
+      for (std::uint32_t i = m.first; i < m.first + m.count; ++i) points_[i].impulse = {};
+    }
+  }
+
+  [[nodiscard]] std::vector<CachedManifold<S>>& manifolds() { return manifolds_; }
+  [[nodiscard]] const std::vector<CachedManifold<S>>& manifolds() const { return manifolds_; }
+  [[nodiscard]] std::vector<CachedPoint<S>>& points() { return points_; }
+  [[nodiscard]] const std::vector<CachedPoint<S>>& points() const { return points_; }
+
+ private:
+  [[nodiscard]] const CachedManifold<S>* find_old(ShapePair shapes, std::uint32_t key) {
+    while (cursor_ < old_manifolds_.size() && old_manifolds_[cursor_].shapes < shapes) ++cursor_;
+    for (std::size_t i = cursor_; i < old_manifolds_.size() && old_manifolds_[i].shapes == shapes;
+         ++i) {
+      if (old_manifolds_[i].key == key) return &old_manifolds_[i];
+    }
+    return nullptr;
+  }
+
+  void inherit(const CachedManifold<S>& old, CachedPoint<S>& point) const {
+    for (std::uint32_t i = old.first; i < old.first + old.count; ++i) {
+      if (old_points_[i].feature != point.feature) continue;
+      point.impulse = old_points_[i].impulse;
+      return;
+    }
+  }
+
+  std::vector<CachedManifold<S>> manifolds_, old_manifolds_;
+  std::vector<CachedPoint<S>> points_, old_points_;
+  std::size_t cursor_ = 0;
+};
+
+}  // namespace bristle
+
 // === bristle/collision/filter.hpp
 
 /// @file
@@ -68,30 +1294,6 @@ struct CollisionFilter {
 }
 
 }  // namespace bristle
-
-// === bristle/core/config.hpp
-
-/// @file
-/// Every macro the library reads. Define one before the first include, or on the command line.
-// SPDX-License-Identifier: BSD-3-Clause
-
-/// BRISTLE_ASSERT(condition): checks for errors of the library itself, never for a caller's data
-/// (that is `InvalidArgument`, in every build type). Debug builds abort; release builds skip it.
-#if !defined(BRISTLE_ASSERT)
-#include <cassert>
-#define BRISTLE_ASSERT(condition) assert(condition)
-#endif
-
-/// BRISTLE_WITH_FCL: defined by the CMake target `bristle::fcl`; the umbrella header then includes
-/// the FCL backend too.
-
-/// BRISTLE_FATAL(message): what replaces a throw where exceptions are compiled away
-/// (-fno-exceptions). Must not return.
-#if !defined(BRISTLE_FATAL)
-#include <cstdio>
-#include <cstdlib>
-#define BRISTLE_FATAL(message) (std::fprintf(stderr, "bristle: %s\n", (message)), std::abort())
-#endif
 
 // === bristle/core/error.hpp
 
@@ -385,73 +1587,6 @@ class SlotMap {
 /// Surface constants of hard contact, and how two of them combine.
 // SPDX-License-Identifier: BSD-3-Clause
 
-// === bristle/math/types.hpp
-
-/// @file
-/// Scalar concept and the vector types every other header speaks in.
-// SPDX-License-Identifier: BSD-3-Clause
-
-#include <Eigen/Core>
-#include <Eigen/Geometry>
-
-#include <cmath>
-#include <concepts>
-#include <limits>
-
-namespace bristle {
-
-/// Opens the library to scalars other than the built-in ones (a dual number, say): specialise it to
-/// true for a type that has std::numeric_limits, arithmetic, and sqrt, abs, isfinite found by ADL.
-template <typename S>
-inline constexpr bool is_scalar = std::floating_point<S>;
-
-/// What a simulation may be computed in: float, double, or a type that `is_scalar` names.
-template <typename S>
-concept Scalar = is_scalar<S>;
-
-template <Scalar S>
-using Vec2 = Eigen::Matrix<S, 2, 1>;
-template <Scalar S>
-using Vec3 = Eigen::Matrix<S, 3, 1>;
-template <Scalar S>
-using Vec6 = Eigen::Matrix<S, 6, 1, Eigen::DontAlign>;
-template <Scalar S>
-using Mat3 = Eigen::Matrix<S, 3, 3>;
-/// Unaligned, so that structs holding one have the same layout under every -march.
-template <Scalar S>
-using Mat6 = Eigen::Matrix<S, 6, 6, Eigen::DontAlign>;
-/// Unit quaternion, unaligned for the same reason.
-template <Scalar S>
-using Quat = Eigen::Quaternion<S, Eigen::DontAlign>;
-
-/// The only source of tolerances in library code. All are relative: multiply by the size of the
-/// things compared, so that a scene and its copy at x0.01 or x100 behave alike.
-template <Scalar S>
-struct Tolerance {
-  /// [1] Error of a handful of arithmetic operations.
-  static constexpr S round_off() { return S(16) * std::numeric_limits<S>::epsilon(); }
-  /// [1] Below it two directions or lengths count as equal: the square root of the precision, where
-  /// a first-order error becomes a second-order one.
-  static constexpr S equal() {
-    return std::numeric_limits<S>::digits > 30 ? S(1.5e-8) : S(3.5e-4);
-  }
-};
-
-/// Larger than any distance; what a ray without a hit reports.
-template <Scalar S>
-inline constexpr S infinity = std::numeric_limits<S>::infinity();
-
-/// Cross-product matrix: skew(a) * b = a x b.
-template <typename Derived>
-[[nodiscard]] Mat3<typename Derived::Scalar> skew(const Eigen::MatrixBase<Derived>& a) {
-  using S = typename Derived::Scalar;
-  Mat3<S> m;
-  m << S(0), -a.z(), a.y(), a.z(), S(0), -a.x(), -a.y(), a.x(), S(0);
-  return m;
-}
-
-}  // namespace bristle
-
 namespace bristle {
 
 /// Surface of a shape as hard contact sees it. Sensors have their own friction.
@@ -495,125 +1630,6 @@ void validate(const Material<S>& m) {
 /// Convex solid with polygons as faces. Quickhull (geometry/quickhull.hpp) makes one from points.
 // SPDX-License-Identifier: BSD-3-Clause
 
-// === bristle/geometry/aabb.hpp
-
-/// @file
-/// Axis-aligned box.
-// SPDX-License-Identifier: BSD-3-Clause
-
-// === bristle/math/transform.hpp
-
-/// @file
-/// Rigid transform: where one frame stands in another.
-// SPDX-License-Identifier: BSD-3-Clause
-
-namespace bristle {
-
-/// Pose X_AB of a frame B in a frame A: maps coordinates in B to coordinates in A.
-///
-/// `X_AC = X_AB * X_BC`, `p_AP = X_AB * p_BP`, and names tell when frames do not meet.
-template <Scalar S>
-struct Transform {
-  /// [1] R_AB as a unit quaternion.
-  Quat<S> rotation = Quat<S>::Identity();
-  /// [m] Origin of B in A.
-  Vec3<S> translation = Vec3<S>::Zero();
-
-  /// X_BA, the pose of A in B.
-  [[nodiscard]] Transform inverse() const {
-    const Quat<S> r = rotation.conjugate();
-    return {r, -(r * translation)};
-  }
-
-  /// A free vector (direction, velocity, force) of B, expressed in A.
-  [[nodiscard]] Vec3<S> rotate(const Vec3<S>& v_B) const { return rotation * v_B; }
-
-  /// R_AB as a matrix: cheaper than the quaternion from the second vector on.
-  [[nodiscard]] Mat3<S> rotation_matrix() const { return rotation.toRotationMatrix(); }
-
-  /// The same pose in another scalar.
-  template <Scalar T>
-  [[nodiscard]] Transform<T> cast() const {
-    return {Quat<T>(rotation.template cast<T>()), translation.template cast<T>()};
-  }
-
-  friend Transform operator*(const Transform& X_AB, const Transform& X_BC) {
-    return {X_AB.rotation * X_BC.rotation, X_AB.rotation * X_BC.translation + X_AB.translation};
-  }
-  friend Vec3<S> operator*(const Transform& X_AB, const Vec3<S>& p_B) {
-    return X_AB.rotation * p_B + X_AB.translation;
-  }
-};
-
-/// X_AB from X_WA and X_WB. The two origins are subtracted first, so nothing is lost far from the
-/// world's origin: the error is relative to the distance of the two frames.
-template <Scalar S>
-[[nodiscard]] Transform<S> relative_pose(const Transform<S>& X_WA, const Transform<S>& X_WB) {
-  const Quat<S> R_AW = X_WA.rotation.conjugate();
-  return {R_AW * X_WB.rotation, R_AW * Vec3<S>(X_WB.translation - X_WA.translation)};
-}
-
-}  // namespace bristle
-
-namespace bristle {
-
-/// Axis-aligned box; default-constructed it is empty (lower > upper). Bounds may be infinite.
-template <Scalar S>
-struct Aabb {
-  /// [m] Smallest corner.
-  Vec3<S> lower = Vec3<S>::Constant(infinity<S>);
-  /// [m] Largest corner.
-  Vec3<S> upper = Vec3<S>::Constant(-infinity<S>);
-
-  [[nodiscard]] bool is_empty() const { return (lower.array() > upper.array()).any(); }
-
-  void include(const Vec3<S>& p) {
-    lower = lower.cwiseMin(p);
-    upper = upper.cwiseMax(p);
-  }
-  void include(const Aabb& box) {
-    lower = lower.cwiseMin(box.lower);
-    upper = upper.cwiseMax(box.upper);
-  }
-
-  /// The box grown by `margin` [m] on every side.
-  [[nodiscard]] Aabb inflated(S margin) const {
-    return {lower - Vec3<S>::Constant(margin), upper + Vec3<S>::Constant(margin)};
-  }
-  [[nodiscard]] Vec3<S> center() const { return S(0.5) * (lower + upper); }
-  [[nodiscard]] Vec3<S> half_extents() const { return S(0.5) * (upper - lower); }
-
-  /// Touching counts as overlapping.
-  [[nodiscard]] bool overlaps(const Aabb& other) const {
-    return (lower.array() <= other.upper.array()).all() &&
-           (other.lower.array() <= upper.array()).all();
-  }
-  [[nodiscard]] bool contains(const Aabb& other) const {
-    return (lower.array() <= other.lower.array()).all() &&
-           (other.upper.array() <= upper.array()).all();
-  }
-  [[nodiscard]] bool contains(const Vec3<S>& p) const {
-    return (lower.array() <= p.array()).all() && (p.array() <= upper.array()).all();
-  }
-
-  /// [m^2] Half the surface: the cost measure of tree building (surface-area heuristic).
-  [[nodiscard]] S half_area() const {
-    const Vec3<S> e = upper - lower;
-    return e.x() * e.y() + e.y() * e.z() + e.z() * e.x();
-  }
-};
-
-/// Smallest axis-aligned box in A around a finite box in B.
-template <Scalar S>
-[[nodiscard]] Aabb<S> transformed(const Aabb<S>& box_B, const Transform<S>& X_AB) {
-  const Mat3<S> R = X_AB.rotation_matrix();
-  const Vec3<S> center = R * box_B.center() + X_AB.translation;
-  const Vec3<S> half = R.cwiseAbs() * box_B.half_extents();
-  return {center - half, center + half};
-}
-
-}  // namespace bristle
-
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
@@ -630,8 +1646,7 @@ template <Scalar S>
 struct ConvexHull {
   /// [m] Corners; every one is on the hull.
   std::vector<Vec3<S>> vertices;
-  /// [-] Vertex numbers of all faces, one face after the other, each counter-clockwise from
-  /// outside.
+  /// [-] Vertex numbers of one face after the other, each counter-clockwise seen from outside.
   std::vector<std::uint32_t> face_vertices;
   /// [-] Where face f starts in `face_vertices`; one entry more than there are faces.
   std::vector<std::uint32_t> face_starts;
@@ -742,10 +1757,11 @@ void ConvexHull<S>::validate_planes() const {
   using std::abs;
   Aabb<S> box;
   for (const Vec3<S>& v : vertices) box.include(v);
-  // Coordinates far from the origin are rounded to a multiple of their own size.
+  // Faces joined from nearly coplanar triangles have corners a few resolutions below their plane;
+  // coordinates far from the origin are rounded to a multiple of their own size.
   const S size = (box.upper - box.lower).norm();
   const S reach = box.lower.cwiseAbs().cwiseMax(box.upper.cwiseAbs()).maxCoeff();
-  const S slack = Tolerance<S>::equal() * size + Tolerance<S>::round_off() * reach;
+  const S slack = S(2) * Tolerance<S>::equal() * size + Tolerance<S>::round_off() * reach;
 
   for (std::size_t f = 0; f < face_count(); ++f) {
     if (abs(face_normals[f].squaredNorm() - S(1)) > Tolerance<S>::equal()) {
@@ -1152,7 +2168,11 @@ void validate_solid(const TriangleMesh<S>& mesh) {
 
 }  // namespace bristle
 
+#include <concepts>
 #include <cstddef>
+#include <memory>
+#include <type_traits>
+#include <utility>
 #include <variant>
 
 namespace bristle {
@@ -1246,6 +2266,26 @@ template <Scalar S>
                                                    "HalfSpace", "ConvexHull", "TriangleMesh"};
   return names[static_cast<std::size_t>(kind)];
 }
+
+/// A shape or none. Copies share the data, so that definitions with large meshes are cheap to pass
+/// around.
+template <Scalar S>
+class OptionalShape {
+ public:
+  /// None.
+  OptionalShape() = default;
+  /// Any shape, or anything a shape can be made from.
+  template <typename T>
+    requires std::constructible_from<Shape<S>, T&&> &&
+             (!std::same_as<std::remove_cvref_t<T>, OptionalShape>)
+  OptionalShape(T&& shape) : shape_(std::make_shared<const Shape<S>>(std::forward<T>(shape))) {}
+
+  [[nodiscard]] explicit operator bool() const noexcept { return shape_ != nullptr; }
+  [[nodiscard]] const Shape<S>& operator*() const noexcept { return *shape_; }
+
+ private:
+  std::shared_ptr<const Shape<S>> shape_;
+};
 
 /// @throws InvalidArgument naming the field when a size is not finite and > 0, a half-space normal
 ///         is not unit length, or a hull or mesh is not a valid solid.
@@ -1440,7 +2480,7 @@ struct BodyDef {
   std::optional<Mat3<S>> inertia = std::nullopt;
   /// [-] Shape, its frame equal to the body frame; unset: the body touches nothing until
   /// `World::add_shape` gives it a shape, and `mass` and `inertia` must be set if it is dynamic.
-  std::optional<Shape<S>> shape = std::nullopt;
+  OptionalShape<S> shape{};
   /// [1] Surface of the shape.
   Material<S> material{};
   /// [-] Who may touch and sense it.
@@ -1834,16 +2874,10 @@ void solve_block(const ConstraintBlock<S>& block, const BlockResponse<S>& K, con
 
 }  // namespace bristle
 
-// === bristle/dynamics/direct_solver.hpp
+// === bristle/dynamics/contact_rows.hpp
 
 /// @file
-/// The solver of small stiff islands: grips, mechanisms, anything with sensors or joints.
-///
-/// Soft blocks are linear in the velocities, so they go into the island's mass matrix,
-/// (M + sum G^T A6 G) v = M v_free - sum G^T p6, which stays symmetric positive definite for any
-/// step, stiffness and mass ratio and is factored once. Joints are eliminated exactly by their Schur
-/// complement. What remains, contacts and bounded rows, is a dense problem of few rows that is swept
-/// until it stands still. Nothing is approximate but that last residual.
+/// From points of contact to rows: normal and two tangents each.
 // SPDX-License-Identifier: BSD-3-Clause
 
 // === bristle/dynamics/solver_types.hpp
@@ -2046,6 +3080,124 @@ void apply_soft(const SoftBlock<S>& block, const Vec6<S>& p, SolverBody<S>& a, S
 }
 
 }  // namespace bristle
+
+// === bristle/math/rotation.hpp
+
+/// @file
+/// Rotations: the exponential map, the step of a quaternion, and bases from one direction.
+// SPDX-License-Identifier: BSD-3-Clause
+
+namespace bristle {
+
+/// Quaternion of the rotation vector phi [rad]: turn by |phi| about phi. Exact for every |phi|, 0
+/// included.
+template <Scalar S>
+[[nodiscard]] Quat<S> exp_rotation(const Vec3<S>& phi) {
+  using std::cos;
+  using std::sin;
+  using std::sqrt;
+  const S angle2 = phi.squaredNorm();
+  // Below this, sin(a/2)/a = 1/2 - a^2/48 to the last bit (the next term is a^4/3840).
+  if (angle2 < Tolerance<S>::equal()) {
+    const S k = S(0.5) - angle2 / S(48);
+    return Quat<S>(S(1) - angle2 / S(8), k * phi.x(), k * phi.y(), k * phi.z()).normalized();
+  }
+  const S angle = sqrt(angle2);
+  const S k = sin(angle / S(2)) / angle;
+  return Quat<S>(cos(angle / S(2)), k * phi.x(), k * phi.y(), k * phi.z());
+}
+
+/// Rotation vector [rad] of a unit quaternion, of length <= pi: the inverse of `exp_rotation`.
+template <Scalar S>
+[[nodiscard]] Vec3<S> log_rotation(const Quat<S>& q) {
+  using std::atan2;
+  const S sign = q.w() < S(0) ? S(-1) : S(1);
+  const Vec3<S> v = sign * q.vec();
+  const S sine = v.norm();
+  if (sine * sine < Tolerance<S>::round_off()) return S(2) * v;
+  return (S(2) * atan2(sine, sign * q.w()) / sine) * v;
+}
+
+/// Attitude after turning for `dt` with the constant world-frame angular velocity `w_W` [rad/s].
+template <Scalar S>
+[[nodiscard]] Quat<S> step_rotation(const Quat<S>& q, const Vec3<S>& w_W, S dt) {
+  return (exp_rotation<S>(dt * w_W) * q).normalized();
+}
+
+/// Two unit vectors that complete the unit vector n to a right-handed orthonormal basis
+/// (t1, t2, n).
+///
+/// Continuous except at n = -z (Duff et al. 2017, "Building an Orthonormal Basis, Revisited").
+template <Scalar S>
+void tangent_basis(const Vec3<S>& n, Vec3<S>& t1, Vec3<S>& t2) {
+  const S sign = n.z() < S(0) ? S(-1) : S(1);
+  const S a = S(-1) / (sign + n.z());
+  const S b = n.x() * n.y() * a;
+  t1 = Vec3<S>(S(1) + sign * n.x() * n.x() * a, sign * b, -sign * n.x());
+  t2 = Vec3<S>(b, sign + n.y() * n.y() * a, -n.y());
+}
+
+}  // namespace bristle
+
+namespace bristle {
+
+/// Adds one block for every point of a manifold, warm with the impulses it has.
+///
+/// Surfaces may approach by their gap within the step and no more (a speculative contact), so
+/// nothing tunnels and nothing stops short. With restitution e a point that would be hit in this
+/// step aims at -e times its approach speed, unless that is below `restitution_speed` [m/s].
+template <Scalar S>
+void add_contact_rows(const CachedManifold<S>& manifold, const std::vector<CachedPoint<S>>& points,
+                      const Material<S>& material, std::uint32_t slot_a, std::uint32_t slot_b,
+                      const SolverBody<S>& a, const SolverBody<S>& b, S restitution_speed, S dt,
+                      Constraints<S>& out) {
+  Vec3<S> t1, t2;
+  tangent_basis<S>(manifold.normal, t1, t2);
+  const Vec3<S> directions[3] = {manifold.normal, t1, t2};
+  for (std::uint32_t i = manifold.first; i < manifold.first + manifold.count; ++i) {
+    const CachedPoint<S>& point = points[i];
+    ConstraintBlock<S> block;
+    block.body_a = slot_a;
+    block.body_b = slot_b;
+    block.first = static_cast<std::uint32_t>(out.rows.size());
+    block.count = 3;
+    block.kind = BlockKind::contact;
+    block.friction = material.friction;
+    out.blocks.push_back(block);
+    for (std::size_t k = 0; k < 3; ++k) {
+      ConstraintRow<S> row;
+      row.direction = directions[k];
+      row.angular_a = point.arm_a.cross(directions[k]);
+      row.angular_b = point.arm_b.cross(directions[k]);
+      row.impulse = point.impulse[k];
+      out.rows.push_back(row);
+    }
+    ConstraintRow<S>& normal = out.rows[block.first];
+    normal.error = point.gap;
+    normal.target = point.gap > S(0) ? -point.gap / dt : S(0);
+    if (material.restitution > S(0)) {
+      const S approach = normal.velocity(a.start, b.start);
+      const bool hits = point.gap + dt * normal.velocity(a.free, b.free) < S(0);
+      if (hits && approach < -restitution_speed) {
+        normal.target = std::max(normal.target, -material.restitution * approach);
+      }
+    }
+  }
+}
+
+}  // namespace bristle
+
+// === bristle/dynamics/direct_solver.hpp
+
+/// @file
+/// The solver of small stiff islands: grips, mechanisms, anything with sensors or joints.
+///
+/// Soft blocks are linear in the velocities, so they go into the island's mass matrix,
+/// (M + sum G^T A6 G) v = M v_free - sum G^T p6, which stays symmetric positive definite for any
+/// step, stiffness and mass ratio and is factored once. Joints are eliminated exactly by their Schur
+/// complement. What remains, contacts and bounded rows, is a dense problem of few rows that is swept
+/// until it stands still. Nothing is approximate but that last residual.
+// SPDX-License-Identifier: BSD-3-Clause
 
 #include <algorithm>
 #include <vector>
@@ -2505,64 +3657,6 @@ int DirectSolver<S>::correct_positions(const Island& island, Constraints<S>& con
 /// Moser-Veselov algorithm for the full dynamics of a rigid body"), fourth order in the step.
 // SPDX-License-Identifier: BSD-3-Clause
 
-// === bristle/math/rotation.hpp
-
-/// @file
-/// Rotations: the exponential map, the step of a quaternion, and bases from one direction.
-// SPDX-License-Identifier: BSD-3-Clause
-
-namespace bristle {
-
-/// Quaternion of the rotation vector phi [rad]: turn by |phi| about phi. Exact for every |phi|, 0
-/// included.
-template <Scalar S>
-[[nodiscard]] Quat<S> exp_rotation(const Vec3<S>& phi) {
-  using std::cos;
-  using std::sin;
-  using std::sqrt;
-  const S angle2 = phi.squaredNorm();
-  // Below this, sin(a/2)/a = 1/2 - a^2/48 to the last bit (the next term is a^4/3840).
-  if (angle2 < Tolerance<S>::equal()) {
-    const S k = S(0.5) - angle2 / S(48);
-    return Quat<S>(S(1) - angle2 / S(8), k * phi.x(), k * phi.y(), k * phi.z()).normalized();
-  }
-  const S angle = sqrt(angle2);
-  const S k = sin(angle / S(2)) / angle;
-  return Quat<S>(cos(angle / S(2)), k * phi.x(), k * phi.y(), k * phi.z());
-}
-
-/// Rotation vector [rad] of a unit quaternion, of length <= pi: the inverse of `exp_rotation`.
-template <Scalar S>
-[[nodiscard]] Vec3<S> log_rotation(const Quat<S>& q) {
-  using std::atan2;
-  const S sign = q.w() < S(0) ? S(-1) : S(1);
-  const Vec3<S> v = sign * q.vec();
-  const S sine = v.norm();
-  if (sine * sine < Tolerance<S>::round_off()) return S(2) * v;
-  return (S(2) * atan2(sine, sign * q.w()) / sine) * v;
-}
-
-/// Attitude after turning for `dt` with the constant world-frame angular velocity `w_W` [rad/s].
-template <Scalar S>
-[[nodiscard]] Quat<S> step_rotation(const Quat<S>& q, const Vec3<S>& w_W, S dt) {
-  return (exp_rotation<S>(dt * w_W) * q).normalized();
-}
-
-/// Two unit vectors that complete the unit vector n to a right-handed orthonormal basis
-/// (t1, t2, n).
-///
-/// Continuous except at n = -z (Duff et al. 2017, "Building an Orthonormal Basis, Revisited").
-template <Scalar S>
-void tangent_basis(const Vec3<S>& n, Vec3<S>& t1, Vec3<S>& t2) {
-  const S sign = n.z() < S(0) ? S(-1) : S(1);
-  const S a = S(-1) / (sign + n.z());
-  const S b = n.x() * n.y() * a;
-  t1 = Vec3<S>(S(1) + sign * n.x() * n.x() * a, sign * b, -sign * n.x());
-  t2 = Vec3<S>(b, sign + n.y() * n.y() * a, -n.y());
-}
-
-}  // namespace bristle
-
 namespace bristle {
 
 /// Velocities of a body after the forces known at the start of the step: gravity and what the caller
@@ -2659,6 +3753,118 @@ void step_pose(Body<S>& body, const Twist<S>& correction, S dt) {
     X.rotation = step_rotation(X.rotation, correction.angular, dt);
   }
 }
+
+}  // namespace bristle
+
+// === bristle/dynamics/islands.hpp
+
+/// @file
+/// Islands: moving bodies that act on each other, directly or through others.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <cstdint>
+#include <vector>
+
+namespace bristle {
+
+/// Splits bodies and constraints into islands. Bodies that forces do not move belong to none, and do
+/// not connect what touches them.
+///
+/// Islands come in the order of their lowest body slot, and bodies and constraints within each in
+/// ascending order: the same input gives the same islands.
+template <Scalar S>
+class IslandBuilder {
+ public:
+  /// Finds the islands; they stay valid until the next call.
+  const std::vector<Island>& build(std::span<const SolverBody<S>> bodies,
+                                   const Constraints<S>& constraints) {
+    const std::size_t count = bodies.size();
+    parent_.resize(count);
+    for (std::uint32_t i = 0; i < count; ++i) parent_[i] = i;
+    const auto connect = [&](std::uint32_t a, std::uint32_t b) {
+      if (bodies[a].is_moving() && bodies[b].is_moving()) join(a, b);
+    };
+    for (const ConstraintBlock<S>& c : constraints.blocks) connect(c.body_a, c.body_b);
+    for (const SoftBlock<S>& s : constraints.soft) connect(s.body_a, s.body_b);
+
+    // The root of an island is its lowest slot, so ascending slots meet islands in order.
+    number_.assign(count, none);
+    std::uint32_t islands = 0;
+    for (std::uint32_t i = 0; i < count; ++i) {
+      if (!bodies[i].is_moving()) continue;
+      const std::uint32_t root = find(i);
+      if (number_[root] == none) number_[root] = islands++;
+      number_[i] = number_[root];
+    }
+    const auto island_of = [&](std::uint32_t a, std::uint32_t b) {
+      return bodies[a].is_moving() ? number_[a] : bodies[b].is_moving() ? number_[b] : none;
+    };
+    distribute(islands, count, bodies_, [&](std::size_t i) { return number_[i]; });
+    distribute(islands, constraints.blocks.size(), blocks_, [&](std::size_t i) {
+      return island_of(constraints.blocks[i].body_a, constraints.blocks[i].body_b);
+    });
+    distribute(islands, constraints.soft.size(), soft_, [&](std::size_t i) {
+      return island_of(constraints.soft[i].body_a, constraints.soft[i].body_b);
+    });
+    islands_.resize(islands);
+    for (std::uint32_t i = 0; i < islands; ++i) {
+      islands_[i] = {bodies_.part(i), blocks_.part(i), soft_.part(i)};
+    }
+    return islands_;
+  }
+
+ private:
+  static constexpr std::uint32_t none = 0xffffffffu;
+
+  /// Members of all islands, one island after the other.
+  struct Members {
+    std::vector<std::uint32_t> items;
+    std::vector<std::uint32_t> starts;
+
+    [[nodiscard]] std::span<const std::uint32_t> part(std::uint32_t i) const {
+      return std::span(items).subspan(starts[i], starts[i + 1] - starts[i]);
+    }
+  };
+
+  std::uint32_t find(std::uint32_t i) {
+    while (parent_[i] != i) {
+      parent_[i] = parent_[parent_[i]];
+      i = parent_[i];
+    }
+    return i;
+  }
+
+  void join(std::uint32_t a, std::uint32_t b) {
+    const std::uint32_t root_a = find(a);
+    const std::uint32_t root_b = find(b);
+    if (root_a < root_b) {
+      parent_[root_b] = root_a;
+    } else {
+      parent_[root_a] = root_b;
+    }
+  }
+
+  /// Counting sort of items by island; items of no island are left out.
+  template <typename IslandOf>
+  void distribute(std::uint32_t islands, std::size_t count, Members& out, IslandOf&& island_of) {
+    out.starts.assign(islands + 1, 0);
+    for (std::size_t i = 0; i < count; ++i) {
+      const std::uint32_t island = island_of(i);
+      if (island != none) ++out.starts[island + 1];
+    }
+    for (std::uint32_t i = 0; i < islands; ++i) out.starts[i + 1] += out.starts[i];
+    out.items.resize(out.starts[islands]);
+    next_.assign(out.starts.begin(), out.starts.end());
+    for (std::size_t i = 0; i < count; ++i) {
+      const std::uint32_t island = island_of(i);
+      if (island != none) out.items[next_[island]++] = static_cast<std::uint32_t>(i);
+    }
+  }
+
+  std::vector<std::uint32_t> parent_, number_, next_;
+  Members bodies_, blocks_, soft_;
+  std::vector<Island> islands_;
+};
 
 }  // namespace bristle
 
@@ -3131,115 +4337,516 @@ class SequentialSolver {
 
 }  // namespace bristle
 
-// === bristle/geometry/aabb_tree.hpp
+// === bristle/geometry/analytic_backend.hpp
 
 /// @file
-/// Binary tree of boxes: moving bodies in the broad phase and triangles of a mesh share it.
+/// The shape backend that needs nothing but Eigen.
 // SPDX-License-Identifier: BSD-3-Clause
 
-// === bristle/geometry/ray.hpp
+// === bristle/geometry/analytic_contacts.hpp
 
 /// @file
-/// Rays: one, and batches of many as structures of arrays.
+/// Contacts in closed form, one overload of `collide_shapes(a, b, X_AB, margin, out)` for each pair
+/// of shapes that has one. Each appends to `out` the manifold of A and B, in A's frame, if they
+/// overlap or come within `margin` [m]; B stands at X_AB in A. Two boxes: box_box.hpp.
 ///
-/// A batch lies in one frame and is asked of one shape at a time; answers accumulate, so that asking
-/// several shapes in turn leaves the nearest hit of each ray.
+/// Shapes whose centres, axes or the like coincide have no contact normal of their own; each
+/// overload says which it takes. Nothing is thrown.
 // SPDX-License-Identifier: BSD-3-Clause
 
+// === bristle/geometry/contact_clip.hpp
+
+/// @file
+/// Full contact manifold of two convex shapes from nothing but their contact normal.
+///
+/// Along the normal n the two surfaces are height fields over the plane across n. The faces that
+/// meet, or the edges or points, are projected into that plane and intersected there; the contacts
+/// are the corners of the intersection, and the gap of each is the difference of heights. This is
+/// the clipping of incident against reference face (Gregorius, "Robust contact creation for physics
+/// simulations", GDC 2015) in a form that treats both shapes alike.
+// SPDX-License-Identifier: BSD-3-Clause
+
+// === bristle/geometry/support.hpp
+
+/// @file
+/// What of a convex shape is farthest in a direction: the point, the edge, the face.
+///
+/// All in the shape's own frame. Directions are unit vectors. Every function is O(1) but for hulls,
+/// where it is O(corners of all faces).
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <algorithm>
+#include <array>
 #include <cstddef>
 #include <cstdint>
+#include <numbers>
 #include <span>
-#include <vector>
 
 namespace bristle {
 
-/// A ray of finite length.
+/// Piece of a convex surface: a point, an edge of two points or a convex polygon.
 template <Scalar S>
-struct Ray {
-  /// [m] Start.
-  Vec3<S> origin = Vec3<S>::Zero();
-  /// [1] Unit direction.
-  Vec3<S> direction = Vec3<S>::UnitX();
-  /// [m] Reach from the start; hits farther away do not count. May be infinite.
-  S length = infinity<S>;
-};
+struct SupportFeature {
+  static constexpr std::size_t capacity = 16;
 
-/// Nearest hit of one ray.
-template <Scalar S>
-struct RayHit {
-  /// [m] Distance from the ray's start; 0 where the start lies inside the solid.
-  S distance = infinity<S>;
-  /// [1] Unit outward normal of the surface there, against the ray (normal . direction <= 0). Where
-  /// the start lies inside, minus the ray's direction.
+  /// [m] Corners; those of a polygon counter-clockwise seen from outside.
+  std::array<Vec3<S>, capacity> points{};
+  /// [-] Names of the corners within the shape, the same whatever direction was asked for.
+  std::array<std::uint32_t, capacity> ids{};
+  std::size_t size = 0;
+  /// [1] Outward normal of a polygon's plane.
   Vec3<S> normal = Vec3<S>::Zero();
-};
+  /// [1] How far a polygon is turned towards the direction: normal . direction. 0 for edges and
+  /// points.
+  S cosine = S(0);
+  /// Whether the corners are samples of a curve.
+  bool is_round = false;
 
-/// Three arrays of coordinates, to be read together.
-template <Scalar S>
-struct Vec3Array {
-  std::vector<S> x, y, z;
-
-  [[nodiscard]] std::size_t size() const { return x.size(); }
-  void resize(std::size_t n) {
-    x.resize(n);
-    y.resize(n);
-    z.resize(n);
+  [[nodiscard]] bool is_polygon() const { return size >= 3; }
+  void add(const Vec3<S>& point, std::uint32_t id) {
+    BRISTLE_ASSERT(size < capacity);
+    points[size] = point;
+    ids[size++] = id;
   }
-  [[nodiscard]] Vec3<S> operator[](std::size_t i) const { return {x[i], y[i], z[i]}; }
-  void set(std::size_t i, const Vec3<S>& v) {
-    x[i] = v.x();
-    y[i] = v.y();
-    z[i] = v.z();
-  }
-};
-
-/// Many rays in one frame. The spans have one length and outlive the query.
-template <Scalar S>
-struct RayBatch {
-  /// [m] Starts.
-  std::span<const S> origin_x, origin_y, origin_z;
-  /// [1] Unit directions.
-  std::span<const S> direction_x, direction_y, direction_z;
-  /// [m] Reach of each ray.
-  std::span<const S> length;
-  /// [m] Added to the reach of every ray.
-  S extra_length = S(0);
-
-  [[nodiscard]] std::size_t size() const { return length.size(); }
-  [[nodiscard]] Ray<S> operator[](std::size_t i) const {
-    return {{origin_x[i], origin_y[i], origin_z[i]},
-            {direction_x[i], direction_y[i], direction_z[i]},
-            length[i] + extra_length};
+  /// The same feature seen from frame A, where its own frame has the pose `X_AB`.
+  [[nodiscard]] SupportFeature transformed(const Transform<S>& X_AB) const {
+    SupportFeature result = *this;
+    const Mat3<S> R = X_AB.rotation_matrix();
+    for (std::size_t i = 0; i < size; ++i) result.points[i] = R * points[i] + X_AB.translation;
+    result.normal = R * normal;
+    return result;
   }
 };
 
-/// Nearest hits of a batch so far, in the frame of its rays.
+/// Three corners in space as a two-sided plate: what one triangle of a mesh is to a contact.
 template <Scalar S>
-struct RayHits {
-  /// [m] Distance of the nearest hit so far; infinite where there is none.
-  std::vector<S> distance;
-  /// [1] Outward unit surface normals, valid where the distance is finite.
-  Vec3Array<S> normal;
-  /// [-] Tag of the shape that was hit, as given to the query.
-  std::vector<std::uint32_t> tag;
+struct Triangle {
+  /// [m] Corners.
+  std::array<Vec3<S>, 3> corners{Vec3<S>::Zero(), Vec3<S>::Zero(), Vec3<S>::Zero()};
+};
 
-  /// Forgets all hits and makes room for `n` rays; keeps its memory.
-  void reset(std::size_t n) {
-    distance.assign(n, infinity<S>);
-    normal.resize(n);
-    tag.assign(n, 0xffffffffu);
+/// [1] Sine of the angle within which an edge counts as lying across a direction, and two edges as
+/// parallel: 3 degrees, what normals of iterative methods need, and small against any edge's sway.
+template <Scalar S>
+inline constexpr S edge_tolerance = S(0.05);
+
+// For each shape:
+// - support_point: the farthest point along the direction. Where several are, one of them.
+// - support_edge: the edge through that point if it lies across the direction within
+//   `edge_tolerance`, else the point. For a cylinder or cone a line of its side is an edge.
+// - support_face: the face at that point that is turned most towards the direction; its
+//   `SupportFeature::cosine` says how much. Disks are sampled at fixed places and at their farthest
+//   point. Capsules have lines for faces, balls points.
+
+template <Scalar S>
+[[nodiscard]] Vec3<S> support_point(const Sphere<S>& sphere, const Vec3<S>& direction) {
+  return sphere.radius * direction;
+}
+template <Scalar S>
+[[nodiscard]] Vec3<S> support_point(const Box<S>& box, const Vec3<S>& direction) {
+  const Vec3<S>& h = box.half_extents;
+  return (direction.array() < S(0)).select(-h, h);
+}
+template <Scalar S>
+[[nodiscard]] Vec3<S> support_point(const Capsule<S>& capsule, const Vec3<S>& direction) {
+  const S end = direction.z() < S(0) ? -capsule.half_length : capsule.half_length;
+  return Vec3<S>(S(0), S(0), end) + capsule.radius * direction;
+}
+template <Scalar S>
+[[nodiscard]] Vec3<S> support_point(const Cylinder<S>& cylinder, const Vec3<S>& direction);
+template <Scalar S>
+[[nodiscard]] Vec3<S> support_point(const Cone<S>& cone, const Vec3<S>& direction);
+template <Scalar S>
+[[nodiscard]] Vec3<S> support_point(const Ellipsoid<S>& ellipsoid, const Vec3<S>& direction) {
+  const Vec3<S> stretched = ellipsoid.radii.cwiseProduct(direction);
+  return ellipsoid.radii.cwiseProduct(stretched) / stretched.norm();
+}
+template <Scalar S>
+[[nodiscard]] Vec3<S> support_point(const ConvexHull<S>& hull, const Vec3<S>& direction);
+template <Scalar S>
+[[nodiscard]] Vec3<S> support_point(const Triangle<S>& triangle, const Vec3<S>& direction);
+
+template <Scalar S>
+[[nodiscard]] SupportFeature<S> support_edge(const Sphere<S>& sphere, const Vec3<S>& direction);
+template <Scalar S>
+[[nodiscard]] SupportFeature<S> support_edge(const Box<S>& box, const Vec3<S>& direction);
+template <Scalar S>
+[[nodiscard]] SupportFeature<S> support_edge(const Capsule<S>& capsule, const Vec3<S>& direction);
+template <Scalar S>
+[[nodiscard]] SupportFeature<S> support_edge(const Cylinder<S>& cylinder, const Vec3<S>& direction);
+template <Scalar S>
+[[nodiscard]] SupportFeature<S> support_edge(const Cone<S>& cone, const Vec3<S>& direction);
+template <Scalar S>
+[[nodiscard]] SupportFeature<S> support_edge(const Ellipsoid<S>& ellipsoid,
+                                             const Vec3<S>& direction);
+template <Scalar S>
+[[nodiscard]] SupportFeature<S> support_edge(const ConvexHull<S>& hull, const Vec3<S>& direction);
+template <Scalar S>
+[[nodiscard]] SupportFeature<S> support_edge(const Triangle<S>& triangle, const Vec3<S>& direction);
+
+template <Scalar S>
+[[nodiscard]] SupportFeature<S> support_face(const Sphere<S>& sphere, const Vec3<S>& direction) {
+  return support_edge(sphere, direction);
+}
+template <Scalar S>
+[[nodiscard]] SupportFeature<S> support_face(const Box<S>& box, const Vec3<S>& direction);
+template <Scalar S>
+[[nodiscard]] SupportFeature<S> support_face(const Capsule<S>& capsule, const Vec3<S>& direction);
+template <Scalar S>
+[[nodiscard]] SupportFeature<S> support_face(const Cylinder<S>& cylinder, const Vec3<S>& direction);
+template <Scalar S>
+[[nodiscard]] SupportFeature<S> support_face(const Cone<S>& cone, const Vec3<S>& direction);
+template <Scalar S>
+[[nodiscard]] SupportFeature<S> support_face(const Ellipsoid<S>& ellipsoid,
+                                             const Vec3<S>& direction) {
+  return support_edge(ellipsoid, direction);
+}
+template <Scalar S>
+[[nodiscard]] SupportFeature<S> support_face(const ConvexHull<S>& hull, const Vec3<S>& direction);
+template <Scalar S>
+[[nodiscard]] SupportFeature<S> support_face(const Triangle<S>& triangle, const Vec3<S>& direction);
+
+// Implementation -----------------------------------------------------------------------------------
+
+namespace detail {
+
+/// Names of what bodies of revolution have; samples of a rim are numbered from 0.
+enum : std::uint32_t { rim_farthest = 64, apex_id = 65 };
+
+/// [-] Samples of a rim at fixed angles: the inscribed polygon keeps 97 % of the radius.
+inline constexpr std::uint32_t rim_samples = 12;
+
+template <Scalar S>
+[[nodiscard]] SupportFeature<S> point_feature(const Vec3<S>& point, std::uint32_t id) {
+  SupportFeature<S> feature;
+  feature.add(point, id);
+  return feature;
+}
+
+/// Where the direction points seen along z; x where it points nowhere.
+template <Scalar S>
+[[nodiscard]] Vec2<S> radial(const Vec3<S>& direction) {
+  const Vec2<S> planar = direction.template head<2>();
+  const S length = planar.norm();
+  return length > S(0) ? Vec2<S>(planar / length) : Vec2<S>(Vec2<S>::UnitX());
+}
+
+template <Scalar S>
+[[nodiscard]] Vec3<S> rim_point(S radius, S z, const Vec2<S>& towards) {
+  return {radius * towards.x(), radius * towards.y(), z};
+}
+
+/// A disk at height z that faces up or down.
+template <Scalar S>
+[[nodiscard]] SupportFeature<S> disk_feature(S radius, S z, bool is_up, const Vec3<S>& direction) {
+  using std::atan2;
+  using std::cos;
+  using std::sin;
+  SupportFeature<S> disk;
+  disk.is_round = true;
+  disk.normal = Vec3<S>(S(0), S(0), is_up ? S(1) : S(-1));
+  disk.cosine = disk.normal.dot(direction);
+  constexpr S step = S(2) * S(std::numbers::pi) / S(rim_samples);
+  const Vec2<S> farthest = radial(direction);
+  S angle = S(2) * S(std::numbers::pi);  // Beyond the last sample: not to be inserted.
+  if (direction.template head<2>().norm() > Tolerance<S>::equal()) {
+    angle = atan2(farthest.y(), farthest.x());
+    if (angle < S(0)) angle += S(2) * S(std::numbers::pi);
   }
-  [[nodiscard]] bool is_hit(std::size_t i) const { return distance[i] < infinity<S>; }
-  /// Records a hit that is nearer than what is known. On equal distance the earlier answer stays, so
-  /// asking shapes in order of their tags breaks ties by tag.
-  void offer(std::size_t i, const RayHit<S>& hit, std::uint32_t hit_tag) {
-    if (hit.distance < distance[i]) {
-      distance[i] = hit.distance;
-      normal.set(i, hit.normal);
-      tag[i] = hit_tag;
+  const std::uint32_t offset = is_up ? 0 : 2 * rim_samples;
+  bool is_inserted = angle >= S(2) * S(std::numbers::pi);
+  for (std::uint32_t i = 0; i < rim_samples; ++i) {
+    const S at = step * S(i);
+    if (!is_inserted && angle <= at) {
+      disk.add(rim_point(radius, z, farthest), offset + rim_farthest);
+      is_inserted = true;
+    }
+    disk.add({radius * cos(at), radius * sin(at), z}, offset + i);
+  }
+  if (!is_inserted) disk.add(rim_point(radius, z, farthest), offset + rim_farthest);
+  if (!is_up) {
+    std::reverse(disk.points.begin(), disk.points.begin() + static_cast<std::ptrdiff_t>(disk.size));
+    std::reverse(disk.ids.begin(), disk.ids.begin() + static_cast<std::ptrdiff_t>(disk.size));
+  }
+  return disk;
+}
+
+/// The corner of `corners` that is farthest along the direction; the first of equals.
+template <Scalar S>
+[[nodiscard]] std::uint32_t farthest_corner(std::span<const Vec3<S>> corners,
+                                            const Vec3<S>& direction) {
+  std::uint32_t best = 0;
+  S farthest = corners[0].dot(direction);
+  for (std::uint32_t i = 1; i < corners.size(); ++i) {
+    const S along = corners[i].dot(direction);
+    if (along > farthest) {
+      farthest = along;
+      best = i;
     }
   }
-};
+  return best;
+}
+
+/// [1] How far an edge is from lying across the direction: the sine of the angle, >= 0.
+template <Scalar S>
+[[nodiscard]] S edge_slope(const Vec3<S>& edge, const Vec3<S>& direction) {
+  using std::abs;
+  return abs(edge.dot(direction)) / edge.norm();
+}
+
+}  // namespace detail
+
+template <Scalar S>
+Vec3<S> support_point(const Cylinder<S>& cylinder, const Vec3<S>& direction) {
+  return detail::rim_point(cylinder.radius,
+                           direction.z() < S(0) ? -cylinder.half_length : cylinder.half_length,
+                           detail::radial(direction));
+}
+
+template <Scalar S>
+Vec3<S> support_point(const Cone<S>& cone, const Vec3<S>& direction) {
+  const Vec3<S> rim = detail::rim_point(cone.radius, -cone.half_length, detail::radial(direction));
+  const Vec3<S> apex(S(0), S(0), cone.half_length);
+  return apex.dot(direction) >= rim.dot(direction) ? apex : rim;
+}
+
+template <Scalar S>
+Vec3<S> support_point(const ConvexHull<S>& hull, const Vec3<S>& direction) {
+  return hull.vertices[detail::farthest_corner<S>(hull.vertices, direction)];
+}
+
+template <Scalar S>
+Vec3<S> support_point(const Triangle<S>& triangle, const Vec3<S>& direction) {
+  return triangle.corners[detail::farthest_corner<S>(triangle.corners, direction)];
+}
+
+template <Scalar S>
+SupportFeature<S> support_edge(const Sphere<S>& sphere, const Vec3<S>& direction) {
+  return detail::point_feature<S>(support_point(sphere, direction), 0);
+}
+
+template <Scalar S>
+SupportFeature<S> support_edge(const Ellipsoid<S>& ellipsoid, const Vec3<S>& direction) {
+  return detail::point_feature<S>(support_point(ellipsoid, direction), 0);
+}
+
+// Corners of a box are numbered by the signs of their coordinates: bit i is set where coordinate i
+// is positive.
+template <Scalar S>
+SupportFeature<S> support_edge(const Box<S>& box, const Vec3<S>& direction) {
+  int across = 0;
+  const S slope = direction.cwiseAbs().minCoeff(&across);
+  Vec3<S> corner = support_point(box, direction);
+  std::uint32_t id = 0;
+  for (int i = 0; i < 3; ++i) id |= corner[i] > S(0) ? 1u << i : 0u;
+  SupportFeature<S> feature;
+  if (slope > edge_tolerance<S>) {
+    feature.add(corner, id);
+    return feature;
+  }
+  corner[across] = -box.half_extents[across];
+  feature.add(corner, id & ~(1u << across));
+  corner[across] = box.half_extents[across];
+  feature.add(corner, id | 1u << across);
+  return feature;
+}
+
+template <Scalar S>
+SupportFeature<S> support_face(const Box<S>& box, const Vec3<S>& direction) {
+  int axis = 0;
+  SupportFeature<S> face;
+  face.cosine = direction.cwiseAbs().maxCoeff(&axis);
+  const bool is_up = !(direction[axis] < S(0));
+  face.normal[axis] = is_up ? S(1) : S(-1);
+  const int u = (axis + 1) % 3;
+  const int v = (axis + 2) % 3;
+  for (std::uint32_t i = 0; i < 4; ++i) {
+    // Counter-clockwise in (u, v) seen from +axis, the other way round from -axis.
+    const std::uint32_t k = is_up ? i : 3 - i;
+    const bool u_up = k == 1 || k == 2;
+    const bool v_up = k >= 2;
+    Vec3<S> corner;
+    corner[axis] = face.normal[axis] * box.half_extents[axis];
+    corner[u] = u_up ? box.half_extents[u] : -box.half_extents[u];
+    corner[v] = v_up ? box.half_extents[v] : -box.half_extents[v];
+    face.add(corner, (is_up ? 1u << axis : 0u) | (u_up ? 1u << u : 0u) | (v_up ? 1u << v : 0u));
+  }
+  return face;
+}
+
+template <Scalar S>
+SupportFeature<S> support_edge(const Capsule<S>& capsule, const Vec3<S>& direction) {
+  using std::abs;
+  const Vec3<S> out = capsule.radius * direction;
+  const Vec3<S> end(S(0), S(0), capsule.half_length);
+  SupportFeature<S> feature;
+  const bool is_across = abs(direction.z()) <= edge_tolerance<S>;
+  if (is_across || direction.z() < S(0)) feature.add(out - end, 0);
+  if (is_across || !(direction.z() < S(0))) feature.add(out + end, 1);
+  return feature;
+}
+
+// Both ends, however the capsule stands, until one hides the other.
+template <Scalar S>
+SupportFeature<S> support_face(const Capsule<S>& capsule, const Vec3<S>& direction) {
+  using std::abs;
+  if (S(1) - abs(direction.z()) <= edge_tolerance<S>) return support_edge(capsule, direction);
+  const Vec3<S> out = capsule.radius * direction;
+  const Vec3<S> end(S(0), S(0), capsule.half_length);
+  SupportFeature<S> feature;
+  feature.add(out - end, 0);
+  feature.add(out + end, 1);
+  return feature;
+}
+
+template <Scalar S>
+SupportFeature<S> support_edge(const Cylinder<S>& cylinder, const Vec3<S>& direction) {
+  using std::abs;
+  const Vec2<S> towards = detail::radial(direction);
+  const bool is_across = abs(direction.z()) <= edge_tolerance<S>;
+  SupportFeature<S> feature;
+  feature.is_round = !is_across;
+  if (is_across || direction.z() < S(0)) {
+    feature.add(detail::rim_point(cylinder.radius, -cylinder.half_length, towards), 0);
+  }
+  if (is_across || !(direction.z() < S(0))) {
+    feature.add(detail::rim_point(cylinder.radius, cylinder.half_length, towards), 1);
+  }
+  return feature;
+}
+
+template <Scalar S>
+SupportFeature<S> support_face(const Cylinder<S>& cylinder, const Vec3<S>& direction) {
+  using std::abs;
+  const bool is_up = !(direction.z() < S(0));
+  if (abs(direction.z()) >= direction.template head<2>().norm()) {
+    return detail::disk_feature(
+        cylinder.radius, is_up ? cylinder.half_length : -cylinder.half_length, is_up, direction);
+  }
+  const Vec2<S> towards = detail::radial(direction);
+  SupportFeature<S> side;
+  side.add(detail::rim_point(cylinder.radius, -cylinder.half_length, towards), 0);
+  side.add(detail::rim_point(cylinder.radius, cylinder.half_length, towards), 1);
+  return side;
+}
+
+template <Scalar S>
+SupportFeature<S> support_edge(const Cone<S>& cone, const Vec3<S>& direction) {
+  const Vec3<S> rim = detail::rim_point(cone.radius, -cone.half_length, detail::radial(direction));
+  const Vec3<S> apex(S(0), S(0), cone.half_length);
+  const bool is_across = detail::edge_slope<S>(apex - rim, direction) <= edge_tolerance<S>;
+  const bool is_apex = apex.dot(direction) >= rim.dot(direction);
+  SupportFeature<S> feature;
+  feature.is_round = !is_across && !is_apex;
+  if (is_across || !is_apex) feature.add(rim, detail::rim_farthest);
+  if (is_across || is_apex) feature.add(apex, detail::apex_id);
+  return feature;
+}
+
+template <Scalar S>
+SupportFeature<S> support_face(const Cone<S>& cone, const Vec3<S>& direction) {
+  const S height = S(2) * cone.half_length;
+  const Vec2<S> side_normal = Vec2<S>(height, cone.radius).normalized();
+  const S side_cosine =
+      side_normal.dot(Vec2<S>(direction.template head<2>().norm(), direction.z()));
+  if (-direction.z() >= side_cosine) {
+    return detail::disk_feature(cone.radius, -cone.half_length, false, direction);
+  }
+  SupportFeature<S> side;
+  side.add(detail::rim_point(cone.radius, -cone.half_length, detail::radial(direction)),
+           detail::rim_farthest);
+  side.add({S(0), S(0), cone.half_length}, detail::apex_id);
+  return side;
+}
+
+template <Scalar S>
+SupportFeature<S> support_edge(const ConvexHull<S>& hull, const Vec3<S>& direction) {
+  const std::uint32_t corner = detail::farthest_corner<S>(hull.vertices, direction);
+  std::uint32_t other = corner;
+  S least_slope = edge_tolerance<S>;
+  for (std::size_t f = 0; f < hull.face_count(); ++f) {
+    const auto face = hull.face(f);
+    for (std::size_t i = 0; i < face.size(); ++i) {
+      // The edge that leaves the corner; the face on its other side has the one that arrives.
+      if (face[i] != corner) continue;
+      const std::uint32_t next = face[(i + 1) % face.size()];
+      const S slope = detail::edge_slope<S>(hull.vertices[next] - hull.vertices[corner], direction);
+      if (slope <= least_slope) {
+        least_slope = slope;
+        other = next;
+      }
+    }
+  }
+  SupportFeature<S> feature;
+  feature.add(hull.vertices[corner], corner);
+  if (other != corner) feature.add(hull.vertices[other], other);
+  return feature;
+}
+
+template <Scalar S>
+SupportFeature<S> support_face(const ConvexHull<S>& hull, const Vec3<S>& direction) {
+  // A face that has the farthest corner, or what is deepest could be missed.
+  const std::uint32_t corner = detail::farthest_corner<S>(hull.vertices, direction);
+  SupportFeature<S> feature;
+  std::size_t best = 0;
+  std::size_t corner_place = 0;
+  feature.cosine = -infinity<S>;
+  for (std::size_t f = 0; f < hull.face_count(); ++f) {
+    const S cosine = hull.face_normals[f].dot(direction);
+    if (!(cosine > feature.cosine)) continue;
+    const auto face = hull.face(f);
+    for (std::size_t i = 0; i < face.size(); ++i) {
+      if (face[i] != corner) continue;
+      best = f;
+      corner_place = i;
+      feature.cosine = cosine;
+    }
+  }
+  feature.normal = hull.face_normals[best];
+  // Of a face with many corners, evenly spread ones, the farthest among them.
+  const auto face = hull.face(best);
+  const std::size_t count = std::min(face.size(), SupportFeature<S>::capacity);
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::uint32_t v = face[(corner_place + i * face.size() / count) % face.size()];
+    feature.add(hull.vertices[v], v);
+  }
+  return feature;
+}
+
+template <Scalar S>
+SupportFeature<S> support_edge(const Triangle<S>& triangle, const Vec3<S>& direction) {
+  const std::uint32_t corner = detail::farthest_corner<S>(triangle.corners, direction);
+  std::uint32_t other = corner;
+  S least_slope = edge_tolerance<S>;
+  for (const std::uint32_t next : {(corner + 1) % 3, (corner + 2) % 3}) {
+    const S slope =
+        detail::edge_slope<S>(triangle.corners[next] - triangle.corners[corner], direction);
+    if (slope <= least_slope) {
+      least_slope = slope;
+      other = next;
+    }
+  }
+  SupportFeature<S> feature;
+  feature.add(triangle.corners[corner], corner);
+  if (other != corner) feature.add(triangle.corners[other], other);
+  return feature;
+}
+
+template <Scalar S>
+SupportFeature<S> support_face(const Triangle<S>& triangle, const Vec3<S>& direction) {
+  SupportFeature<S> face;
+  face.normal = (triangle.corners[1] - triangle.corners[0])
+                    .cross(triangle.corners[2] - triangle.corners[0])
+                    .stableNormalized();
+  const bool is_front = face.normal.dot(direction) >= S(0);
+  if (!is_front) face.normal = -face.normal;
+  face.cosine = face.normal.dot(direction);
+  for (std::uint32_t i = 0; i < 3; ++i) {
+    const std::uint32_t k = is_front ? i : 2 - i;
+    face.add(triangle.corners[k], k);
+  }
+  return face;
+}
 
 }  // namespace bristle
 
@@ -3247,610 +4854,1120 @@ struct RayHits {
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <limits>
+#include <span>
+
+namespace bristle {
+
+/// The manifold of two convex shapes that meet along a given normal: all corners of the common
+/// patch with a gap of at most `margin` [m], thinned to the capacity of a manifold (to four where a
+/// rounded face takes part). Without points where every gap is larger.
+///
+/// Shapes are those of support.hpp. There is at least one contact wherever the shapes' extents
+/// along the normal come within the margin: a normal that is a little off loses no contact.
+///
+/// @param X_AB    Pose of B in A.
+/// @param normal  [1] Unit normal from A into B, in A. From whatever found it: the deeper or nearer
+///                direction it is, the better the manifold.
+template <Scalar S, typename ShapeA, typename ShapeB>
+[[nodiscard]] ContactManifold<S> contact_manifold(const ShapeA& a, const ShapeB& b,
+                                                  const Transform<S>& X_AB, const Vec3<S>& normal,
+                                                  S margin);
+
+/// The same, appended to `out` with a key, unless it has no points.
+///
+/// @return Whether a manifold was appended.
+template <Scalar S, typename ShapeA, typename ShapeB>
+bool build_manifold(const ShapeA& a, const ShapeB& b, const Transform<S>& X_AB,
+                    const Vec3<S>& normal, S margin, ContactManifolds<S>& out,
+                    std::uint32_t key = 0);
+
+// Implementation -----------------------------------------------------------------------------------
+
+namespace detail {
+
+/// [1] A face turned towards the normal by more than this takes part in a contact by itself: within
+/// 3 degrees.
+template <Scalar S>
+inline constexpr S aligned_cosine = S(0.9986);
+/// [1] A face turned less than this is seen too much from its side to be met by an aligned one.
+template <Scalar S>
+inline constexpr S facing_cosine = S(0.2);
+
+/// Mixes two numbers into one (the finaliser of MurmurHash3 over a weighted sum). Names of features
+/// are made of it; the chance that two in one manifold agree is 1e-8.
+[[nodiscard]] constexpr std::uint32_t mix(std::uint32_t a, std::uint32_t b) {
+  std::uint32_t h = a * 0x9e3779b9u + b + 0x7f4a7c15u;
+  h = (h ^ (h >> 16)) * 0x85ebca6bu;
+  h = (h ^ (h >> 13)) * 0xc2b2ae35u;
+  return h ^ (h >> 16);
+}
+[[nodiscard]] constexpr std::uint32_t mix_unordered(std::uint32_t a, std::uint32_t b) {
+  return mix(std::min(a, b), std::max(a, b));
+}
+
+/// A feature over the plane across the normal: coordinates in the plane, and height along n.
+template <Scalar S>
+class HeightField {
+ public:
+  static constexpr std::size_t capacity = SupportFeature<S>::capacity;
+
+  /// @param t1, t2, n  Orthonormal basis.
+  /// @param side       Distinguishes the names of A's features from those of B.
+  HeightField(const SupportFeature<S>& feature, const Vec3<S>& t1, const Vec3<S>& t2,
+              const Vec3<S>& n, std::uint32_t side)
+      : size_(feature.size) {
+    for (std::size_t i = 0; i < size_; ++i) {
+      place_[i] = {t1.dot(feature.points[i]), t2.dot(feature.points[i])};
+      height_[i] = n.dot(feature.points[i]);
+      name_[i] = mix(side, feature.ids[i]);
+      extent_ = std::max(extent_, feature.points[i].cwiseAbs().maxCoeff());
+    }
+    // Both faces are gone through counter-clockwise seen from +n: that of B is seen from behind.
+    if (is_polygon() && feature.normal.dot(n) < S(0)) {
+      const auto count = static_cast<std::ptrdiff_t>(size_);
+      std::reverse(place_.begin(), place_.begin() + count);
+      std::reverse(height_.begin(), height_.begin() + count);
+      std::reverse(name_.begin(), name_.begin() + count);
+    }
+    if (is_polygon()) {
+      slope_ = -Vec2<S>(t1.dot(feature.normal), t2.dot(feature.normal)) / n.dot(feature.normal);
+    } else if (size_ == 2) {
+      const Vec2<S> along = place_[1] - place_[0];
+      slope_ = along * ((height_[1] - height_[0]) / along.squaredNorm());
+    }
+  }
+
+  [[nodiscard]] std::size_t size() const { return size_; }
+  [[nodiscard]] bool is_polygon() const { return size_ >= 3; }
+  [[nodiscard]] const Vec2<S>& place(std::size_t i) const { return place_[i]; }
+  [[nodiscard]] std::uint32_t name(std::size_t i) const { return name_[i]; }
+  [[nodiscard]] std::size_t next(std::size_t i) const { return i + 1 < size_ ? i + 1 : 0; }
+  /// Name of the edge from corner i to the next, the same from both sides.
+  [[nodiscard]] std::uint32_t edge_name(std::size_t i) const {
+    return mix_unordered(name_[i], name_[next(i)]);
+  }
+  /// [m] Largest coordinate: what rounding is relative to.
+  [[nodiscard]] S extent() const { return extent_; }
+
+  /// [m] Height above a place, never beyond the corners' own.
+  [[nodiscard]] S height(const Vec2<S>& place) const {
+    const auto first = height_.begin();
+    const auto last = first + static_cast<std::ptrdiff_t>(size_);
+    const S h = height_[0] + slope_.dot(place - place_[0]);
+    return std::clamp(h, *std::min_element(first, last), *std::max_element(first, last));
+  }
+
+ private:
+  std::array<Vec2<S>, capacity> place_;
+  std::array<S, capacity> height_;
+  std::array<std::uint32_t, capacity> name_;
+  std::size_t size_;
+  Vec2<S> slope_ = Vec2<S>::Zero();
+  S extent_ = S(0);
+};
+
+/// Corner of an intersection. `edge` names the edge that leaves it.
+template <Scalar S>
+struct ClipCorner {
+  Vec2<S> place;
+  std::uint32_t name = 0;
+  std::uint32_t edge = 0;
+};
+
+/// A convex polygon, open path of two corners, or single corner that is cut down.
+template <Scalar S>
+class ClipPolygon {
+ public:
+  // Each cut adds at most one corner.
+  static constexpr std::size_t capacity = 2 * HeightField<S>::capacity;
+
+  explicit ClipPolygon(const HeightField<S>& field) : size_(field.size()) {
+    for (std::size_t i = 0; i < size_; ++i) {
+      corners_[i] = {field.place(i), field.name(i), field.edge_name(i)};
+    }
+  }
+
+  [[nodiscard]] std::span<const ClipCorner<S>> corners() const { return {corners_.data(), size_}; }
+
+  /// Keeps what lies to the left of the line through a and b, and everything within `tolerance` [m]
+  /// of it. Sutherland and Hodgman 1974.
+  void cut(const Vec2<S>& a, const Vec2<S>& b, std::uint32_t edge, S tolerance) {
+    const Vec2<S> along = (b - a).normalized();
+    std::array<S, capacity> side;
+    for (std::size_t i = 0; i < size_; ++i) {
+      const Vec2<S> r = corners_[i].place - a;
+      side[i] = along.x() * r.y() - along.y() * r.x();
+    }
+    std::array<ClipCorner<S>, capacity> kept;
+    std::size_t count = 0;
+    const auto keep = [&](const ClipCorner<S>& corner) {
+      if (count < capacity) kept[count++] = corner;
+    };
+    for (std::size_t i = 0; i < size_; ++i) {
+      const std::size_t j = i + 1 < size_ ? i + 1 : 0;
+      const bool is_in = side[i] >= -tolerance;
+      if (is_in) keep(corners_[i]);
+      // A path of two corners has no edge back.
+      if (size_ < 3 && j == 0) break;
+      if (is_in == (side[j] >= -tolerance)) continue;
+      const S t = std::clamp(side[i] / (side[i] - side[j]), S(0), S(1));
+      const Vec2<S> crossing = corners_[i].place + t * (corners_[j].place - corners_[i].place);
+      keep({crossing, mix_unordered(corners_[i].edge, edge), is_in ? edge : corners_[i].edge});
+    }
+    corners_ = kept;
+    size_ = count;
+  }
+
+  void cut_by(const HeightField<S>& polygon, S tolerance) {
+    for (std::size_t i = 0; i < polygon.size() && size_ > 0; ++i) {
+      cut(polygon.place(i), polygon.place(polygon.next(i)), polygon.edge_name(i), tolerance);
+    }
+  }
+
+ private:
+  std::array<ClipCorner<S>, capacity> corners_;
+  std::size_t size_;
+};
+
+/// A contact before thinning.
+template <Scalar S>
+struct ClipContact {
+  Vec2<S> place;
+  S gap;
+  S height;
+  std::uint32_t name;
+};
+
+/// Contacts of one manifold before thinning, without doubles.
+template <Scalar S>
+class ClipContacts {
+ public:
+  static constexpr std::size_t capacity = ClipPolygon<S>::capacity;
+
+  /// @param margin  [m] Contacts with a larger gap are dropped.
+  /// @param extent  [m] Size of the coordinates: contacts closer than `Tolerance::equal` of it are
+  ///                one.
+  ClipContacts(S margin, S extent)
+      : margin_(margin),
+        nearest_(Tolerance<S>::equal() * extent),
+        round_off_(Tolerance<S>::round_off() * extent) {}
+
+  void add(const Vec2<S>& place, S height_a, S height_b, std::uint32_t name) {
+    const S gap = height_b - height_a;
+    if (!(gap <= margin_) || size_ == capacity) return;
+    ClipContact<S> contact{place, gap, S(0.5) * (height_a + height_b), name};
+    for (std::size_t i = 0; i < size_; ++i) {
+      if ((contacts_[i].place - place).squaredNorm() > nearest_ * nearest_) continue;
+      // One contact at the greater depth, under the name that was there.
+      contact.name = contacts_[i].name;
+      if (gap < contacts_[i].gap) contacts_[i] = contact;
+      return;
+    }
+    contacts_[size_++] = contact;
+  }
+
+  [[nodiscard]] std::size_t size() const { return size_; }
+  [[nodiscard]] const ClipContact<S>& operator[](std::size_t i) const { return contacts_[i]; }
+
+  /// Keeps `count` of them, in their order: the deepest, and ever the one farthest from those kept.
+  void thin(std::size_t count) {
+    if (size_ <= count) return;
+    std::array<bool, capacity> is_kept{};
+    std::array<S, capacity> clearance;
+    clearance.fill(infinity<S>);
+    // Nearly equal depths take the first, so that resting contacts do not take turns.
+    const std::size_t first = deepest(nearest_);
+    std::size_t next = first;
+    for (std::size_t kept = 1;; ++kept) {
+      is_kept[next] = true;
+      if (kept == count) break;
+      S farthest = S(-1);
+      const Vec2<S> last = contacts_[next].place;
+      for (std::size_t i = 0; i < size_; ++i) {
+        clearance[i] = std::min(clearance[i], (contacts_[i].place - last).norm());
+        if (!is_kept[i] && clearance[i] > farthest + nearest_) {
+          farthest = clearance[i];
+          next = i;
+        }
+      }
+    }
+    // The one that is deepest after all takes the place of the one beside it.
+    const std::size_t best = deepest(round_off_);
+    if (!is_kept[best]) {
+      std::size_t beside = first;
+      for (std::size_t i = 0; i < size_; ++i) {
+        if (is_kept[i] && distance2(i, best) < distance2(beside, best)) beside = i;
+      }
+      is_kept[beside] = false;
+      is_kept[best] = true;
+    }
+    std::size_t place = 0;
+    for (std::size_t i = 0; i < size_; ++i) {
+      if (is_kept[i]) contacts_[place++] = contacts_[i];
+    }
+    size_ = place;
+  }
+
+ private:
+  /// The deepest, or the first within `tolerance` [m] of what comes after it.
+  [[nodiscard]] std::size_t deepest(S tolerance) const {
+    std::size_t best = 0;
+    for (std::size_t i = 1; i < size_; ++i) {
+      if (contacts_[i].gap < contacts_[best].gap - tolerance) best = i;
+    }
+    return best;
+  }
+  [[nodiscard]] S distance2(std::size_t i, std::size_t j) const {
+    return (contacts_[i].place - contacts_[j].place).squaredNorm();
+  }
+
+  S margin_;
+  S nearest_;
+  S round_off_;
+  std::array<ClipContact<S>, capacity> contacts_;
+  std::size_t size_ = 0;
+};
+
+/// Where two edges come closest in the plane, within both.
+template <Scalar S>
+[[nodiscard]] Vec2<S> edge_crossing(const HeightField<S>& a, const HeightField<S>& b) {
+  const Vec2<S> u = a.place(1) - a.place(0);
+  const Vec2<S> v = b.place(1) - b.place(0);
+  const Vec2<S> r = b.place(0) - a.place(0);
+  const S cross = u.x() * v.y() - u.y() * v.x();
+  const S s = std::clamp((r.x() * v.y() - r.y() * v.x()) / cross, S(0), S(1));
+  const S t = std::clamp((r.x() * u.y() - r.y() * u.x()) / cross, S(0), S(1));
+  return S(0.5) * (a.place(0) + s * u + b.place(0) + t * v);
+}
+
+/// Whether two edges run so much alike that they touch along a line.
+template <Scalar S>
+[[nodiscard]] bool are_parallel(const HeightField<S>& a, const HeightField<S>& b) {
+  using std::abs;
+  const Vec2<S> u = (a.place(1) - a.place(0)).normalized();
+  const Vec2<S> v = (b.place(1) - b.place(0)).normalized();
+  return abs(u.x() * v.y() - u.y() * v.x()) <= edge_tolerance<S>;
+}
+
+/// Cuts an edge at the ends of another along which it runs.
+template <Scalar S>
+void cut_along(ClipPolygon<S>& edge, const HeightField<S>& other, S tolerance) {
+  const Vec2<S> along = other.place(1) - other.place(0);
+  const Vec2<S> left(-along.y(), along.x());
+  edge.cut(other.place(0), other.place(0) - left, other.name(0), tolerance);
+  edge.cut(other.place(1), other.place(1) + left, other.name(1), tolerance);
+}
+
+/// Intersects two features over the plane.
+template <Scalar S>
+void intersect(const HeightField<S>& a, const HeightField<S>& b, S tolerance,
+               ClipContacts<S>& contacts) {
+  const auto add = [&](const Vec2<S>& place, std::uint32_t name) {
+    contacts.add(place, a.height(place), b.height(place), name);
+  };
+  if (a.size() == 1 || b.size() == 1) {
+    const bool is_of_a = a.size() == 1;
+    const std::uint32_t name = a.size() == b.size() ? mix(a.name(0), b.name(0))
+                               : is_of_a            ? a.name(0)
+                                                    : b.name(0);
+    // Of two points that a rough normal leaves side by side, the middle.
+    add(a.size() == b.size() ? Vec2<S>(S(0.5) * (a.place(0) + b.place(0)))
+                             : (is_of_a ? a : b).place(0),
+        name);
+    return;
+  }
+  if (a.size() == 2 && b.size() == 2 && !are_parallel(a, b)) {
+    add(edge_crossing(a, b), mix(a.edge_name(0), b.edge_name(0)));
+    return;
+  }
+  // What is cut is the lower-dimensional one.
+  ClipPolygon<S> common(a.size() == 2 ? a : b);
+  if (a.size() == 2 && b.size() == 2) {
+    cut_along(common, b, tolerance);
+  } else {
+    common.cut_by(a.size() == 2 ? b : a, tolerance);
+  }
+  for (const ClipCorner<S>& corner : common.corners()) add(corner.place, corner.name);
+}
+
+/// The manifold of two features in one frame; empty where they do not meet across the normal.
+template <Scalar S>
+[[nodiscard]] ContactManifold<S> clip_features(const SupportFeature<S>& a,
+                                               const SupportFeature<S>& b, const Vec3<S>& normal,
+                                               S margin) {
+  Vec3<S> t1;
+  Vec3<S> t2;
+  tangent_basis(normal, t1, t2);
+  const HeightField<S> field_a(a, t1, t2, normal, 1);
+  const HeightField<S> field_b(b, t1, t2, normal, 2);
+  const S extent = std::max(field_a.extent(), field_b.extent());
+  ClipContacts<S> contacts(margin, extent);
+  intersect(field_a, field_b, Tolerance<S>::round_off() * extent, contacts);
+  contacts.thin(a.is_round || b.is_round ? 4 : ContactManifold<S>::capacity);
+
+  ContactManifold<S> manifold;
+  manifold.normal = normal;
+  for (std::size_t i = 0; i < contacts.size(); ++i) {
+    const ClipContact<S>& c = contacts[i];
+    manifold.add({c.place.x() * t1 + c.place.y() * t2 + c.height * normal, c.gap, c.name});
+  }
+  return manifold;
+}
+
+/// The features of two shapes that meet along a normal, both in A.
+template <Scalar S>
+struct FeaturePair {
+  SupportFeature<S> a;
+  SupportFeature<S> b;
+};
+
+/// Faces where at least one is aligned with the normal, and meets a face or whatever else faces it;
+/// otherwise edges and points.
+template <Scalar S, typename ShapeA, typename ShapeB>
+[[nodiscard]] FeaturePair<S> feature_pair(const ShapeA& a, const ShapeB& b,
+                                          const Transform<S>& X_AB, const Vec3<S>& normal) {
+  const Vec3<S> towards_a = X_AB.rotation.conjugate() * Vec3<S>(-normal);
+  SupportFeature<S> face_a = support_face(a, normal);
+  SupportFeature<S> face_b = support_face(b, towards_a);
+  const bool is_aligned = face_a.cosine >= aligned_cosine<S> || face_b.cosine >= aligned_cosine<S>;
+  const S least = is_aligned ? facing_cosine<S> : S(2);
+  if (face_a.is_polygon() && face_a.cosine < least) face_a = support_edge(a, normal);
+  if (face_b.is_polygon() && face_b.cosine < least) face_b = support_edge(b, towards_a);
+  return {face_a, face_b.transformed(X_AB)};
+}
+
+/// Contact of the two farthest points, wherever they are across the normal.
+template <Scalar S, typename ShapeA, typename ShapeB>
+[[nodiscard]] ContactPoint<S> extreme_contact(const ShapeA& a, const ShapeB& b,
+                                              const Transform<S>& X_AB, const Vec3<S>& normal) {
+  const Vec3<S> on_a = support_point(a, normal);
+  const Vec3<S> on_b =
+      X_AB * support_point(b, Vec3<S>(X_AB.rotation.conjugate() * Vec3<S>(-normal)));
+  return {S(0.5) * (on_a + on_b), normal.dot(on_b - on_a), 0};
+}
+
+}  // namespace detail
+
+template <Scalar S, typename ShapeA, typename ShapeB>
+ContactManifold<S> contact_manifold(const ShapeA& a, const ShapeB& b, const Transform<S>& X_AB,
+                                    const Vec3<S>& normal, S margin) {
+  const auto features = detail::feature_pair(a, b, X_AB, normal);
+  ContactManifold<S> manifold = detail::clip_features(features.a, features.b, normal, margin);
+  if (manifold.size == 0) {
+    const ContactPoint<S> extreme = detail::extreme_contact(a, b, X_AB, normal);
+    if (extreme.gap <= margin) manifold.add(extreme);
+  }
+  return manifold;
+}
+
+template <Scalar S, typename ShapeA, typename ShapeB>
+bool build_manifold(const ShapeA& a, const ShapeB& b, const Transform<S>& X_AB,
+                    const Vec3<S>& normal, S margin, ContactManifolds<S>& out, std::uint32_t key) {
+  const ContactManifold<S> manifold = contact_manifold(a, b, X_AB, normal, margin);
+  if (manifold.size == 0) return false;
+  out.push_back(manifold);
+  out.back().key = key;
+  return true;
+}
+
+}  // namespace bristle
+
+// === bristle/geometry/mesh_tree.hpp
+
+/// @file
+/// A solid triangle mesh with a tree over its triangles, ready for rays.
+// SPDX-License-Identifier: BSD-3-Clause
+
+// === bristle/geometry/mesh_rays.hpp
+
+/// @file
+/// Rays against solid meshes, whatever tree stands over their triangles.
+// SPDX-License-Identifier: BSD-3-Clause
+
+// === bristle/geometry/ray_triangle.hpp
+
+/// @file
+/// Watertight, two-sided test of a ray against triangles.
+///
+/// After Woop, Benthin, Wald 2013, "Watertight Ray/Triangle Intersection": space is sheared so that
+/// the ray runs along one axis, and the signs of three 2x2 determinants say whether it passes
+/// inside. Two triangles with a common edge compute the same determinant with opposite sign, so no
+/// ray slips through between them. For that the sign must be right whatever the compiler fuses:
+/// where it is in doubt it is computed again by Kahan's method, whose sign is exact (Jeannerod,
+/// Louvet, Muller 2013, "Further analysis of Kahan's algorithm for the accurate computation of 2x2
+/// determinants").
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <algorithm>
+#include <cmath>
+#include <concepts>
+#include <utility>
+
+namespace bristle {
+
+/// Where a ray's line passes a triangle.
+template <Scalar S>
+struct TriangleCrossing {
+  /// [m] Distance from the ray's start; infinite where it does not pass, negative behind the start.
+  S distance = infinity<S>;
+  /// [m] Bound of the rounding error of `distance`: large where the ray runs nearly in the plane.
+  S uncertainty = S(0);
+  /// Whether the ray sees the side from which the corners run counter-clockwise.
+  bool is_front = false;
+};
+
+/// A ray prepared for many triangles.
+template <Scalar S>
+class TriangleTest {
+ public:
+  /// @param ray  Its length is not looked at.
+  explicit TriangleTest(const Ray<S>& ray) : origin_(ray.origin) {
+    ray.direction.cwiseAbs().maxCoeff(&kz_);
+    kx_ = (kz_ + 1) % 3;
+    ky_ = (kx_ + 1) % 3;
+    // Along a negative axis the other two change places, so that no triangle turns its back.
+    if (ray.direction[kz_] < S(0)) std::swap(kx_, ky_);
+    shear_ = {ray.direction[kx_] / ray.direction[kz_], ray.direction[ky_] / ray.direction[kz_],
+              S(1) / ray.direction[kz_]};
+  }
+
+  /// Edges and corners belong to the triangle; a triangle seen edge-on has no crossing.
+  [[nodiscard]] TriangleCrossing<S> operator()(const Vec3<S>& a, const Vec3<S>& b,
+                                               const Vec3<S>& c) const {
+    const Vec3<S> pa = sheared(a);
+    const Vec3<S> pb = sheared(b);
+    const Vec3<S> pc = sheared(c);
+    const S u = determinant(pc.x(), pc.y(), pb.x(), pb.y());
+    const S v = determinant(pa.x(), pa.y(), pc.x(), pc.y());
+    const S w = determinant(pb.x(), pb.y(), pa.x(), pa.y());
+    if ((u < S(0) || v < S(0) || w < S(0)) && (u > S(0) || v > S(0) || w > S(0))) return {};
+    const S sum = u + v + w;
+    if (!(sum != S(0))) return {};
+    const S distance = (u * pa.z() + v * pb.z() + w * pc.z()) / sum;
+    return {distance, uncertainty(pa, pb, pc, sum), sum > S(0)};
+  }
+
+ private:
+  /// A corner relative to the ray: x and y across it, z along it.
+  [[nodiscard]] Vec3<S> sheared(const Vec3<S>& corner) const {
+    const Vec3<S> p = corner - origin_;
+    return {p[kx_] - shear_.x() * p[kz_], p[ky_] - shear_.y() * p[kz_], shear_.z() * p[kz_]};
+  }
+
+  /// px qy - py qx, with the right sign: exactly minus itself when p and q change places.
+  [[nodiscard]] static S determinant(S px, S py, S qx, S qy) {
+    using std::abs;
+    const S left = px * qy;
+    const S right = py * qx;
+    const S difference = left - right;
+    if constexpr (std::floating_point<S>) {
+      if (abs(difference) <= Tolerance<S>::round_off() * (abs(left) + abs(right))) {
+        const S error = std::fma(-py, qx, right);
+        return std::fma(px, qy, -right) + error;
+      }
+    }
+    return difference;
+  }
+
+  /// What rounding of the corners (their size along the ray) and of the determinants (their size
+  /// across it) does to the weighted mean of the corners' distances.
+  [[nodiscard]] static S uncertainty(const Vec3<S>& a, const Vec3<S>& b, const Vec3<S>& c, S sum) {
+    using std::abs;
+    const S across = a.template head<2>().cwiseAbs().maxCoeff() +
+                     b.template head<2>().cwiseAbs().maxCoeff() +
+                     c.template head<2>().cwiseAbs().maxCoeff();
+    const S nearest = std::min({a.z(), b.z(), c.z()});
+    const S farthest = std::max({a.z(), b.z(), c.z()});
+    const S along = std::max(abs(nearest), abs(farthest));
+    return Tolerance<S>::round_off() *
+           (along + (across + along) * across * (farthest - nearest) / abs(sum));
+  }
+
+  Vec3<S> origin_;
+  Vec3<S> shear_;
+  int kx_ = 0;
+  int ky_ = 0;
+  int kz_ = 0;
+};
+
+}  // namespace bristle
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <concepts>
+#include <cstddef>
+#include <cstdint>
+#include <numbers>
+#include <optional>
+
+namespace bristle {
+
+/// The boundary of a solid as triangles that a ray can be walked through: `corners(i)` run
+/// counter-clockwise seen from outside, and `walk_ray` is that of `AabbTree`, with the triangle's
+/// number as payload.
+template <typename M, typename S>
+concept SolidMesh = Scalar<S> && requires(const M& mesh, std::uint32_t i, const Ray<S>& ray,
+                                          S (*visit)(std::uint32_t, S)) {
+  { mesh.size() } -> std::convertible_to<std::size_t>;
+  { mesh.corners(i) } -> std::same_as<std::array<Vec3<S>, 3>>;
+  { mesh.root_box() } -> std::same_as<Aabb<S>>;
+  mesh.walk_ray(ray, visit);
+};
+
+/// Nearest hit of a solid mesh, under the rules of ray_shapes.hpp; watertight.
+///
+/// Whether a ray starts inside is told by the first crossing of its line, as far as that may be:
+/// seen from its front the start is outside, from its back inside. Where a front and a back cannot
+/// be told apart (a ray that grazes an edge or a corner, where both are at one distance) the
+/// question is put to `is_inside_mesh`.
+template <Scalar S, SolidMesh<S> Mesh>
+[[nodiscard]] RayHit<S> ray_cast_mesh(const Mesh& mesh, const Ray<S>& ray);
+
+/// Whether a point is in the solid. Its surface is, to round-off.
+template <Scalar S, SolidMesh<S> Mesh>
+[[nodiscard]] bool is_inside_mesh(const Mesh& mesh, const Vec3<S>& point);
+
+// Implementation -----------------------------------------------------------------------------------
+
+namespace detail {
+
+/// What the crossings of a ray in front of its start say.
+template <Scalar S>
+struct MeshCrossings {
+  /// [m] Nearest crossing and its triangle.
+  S distance = infinity<S>;
+  std::uint32_t triangle = 0;
+  /// [m] Bounds of the nearest crossing of each kind.
+  S front_low = infinity<S>;
+  S front_high = infinity<S>;
+  S back_low = infinity<S>;
+  S back_high = infinity<S>;
+  /// Whether the surface passes through the start, as well as can be told.
+  bool is_start_on_surface = false;
+
+  /// Whether the start is inside; nothing where front and back are too close to tell.
+  [[nodiscard]] std::optional<bool> is_start_inside() const {
+    if (!(distance < infinity<S>) || front_high < back_low) return false;
+    if (back_high < front_low) return true;
+    return std::nullopt;
+  }
+};
+
+/// Collects the crossings up to ray.length.
+template <Scalar S, SolidMesh<S> Mesh>
+[[nodiscard]] MeshCrossings<S> mesh_crossings(const Mesh& mesh, const Ray<S>& ray) {
+  // [1] A crossing closer to the start than this much of the triangle's distance is at the start.
+  constexpr S at_start = S(64) * Tolerance<S>::round_off();
+  MeshCrossings<S> found;
+  const TriangleTest<S> test(ray);
+  mesh.walk_ray(ray, [&](std::uint32_t triangle, S reach) {
+    const auto [a, b, c] = mesh.corners(triangle);
+    const TriangleCrossing<S> crossing = test(a, b, c);
+    if (!(crossing.distance < infinity<S>)) return reach;
+    using std::abs;
+    if (abs(crossing.distance) <= crossing.uncertainty &&
+        crossing.uncertainty <= at_start * (a - ray.origin).norm()) {
+      found.is_start_on_surface = true;
+    }
+    if (!(crossing.distance >= S(0))) return reach;
+    // Of equals the lowest number, whatever the order of visits.
+    if (crossing.distance < found.distance ||
+        (crossing.distance == found.distance && triangle < found.triangle)) {
+      found.distance = crossing.distance;
+      found.triangle = triangle;
+    }
+    S& low = crossing.is_front ? found.front_low : found.back_low;
+    S& high = crossing.is_front ? found.front_high : found.back_high;
+    low = std::min(low, crossing.distance - crossing.uncertainty);
+    high = std::min(high, crossing.distance + crossing.uncertainty);
+    return std::min({reach, found.front_high, found.back_high});
+  });
+  return found;
+}
+
+/// How often the surface winds around a point, 1 inside and 0 outside: the sum of the solid angles
+/// of all triangles over 4 pi (van Oosterom and Strackee 1983). O(triangles), and cannot be
+/// undecided.
+template <Scalar S, SolidMesh<S> Mesh>
+[[nodiscard]] S winding_number(const Mesh& mesh, const Vec3<S>& point) {
+  using std::atan2;
+  S half_angles = S(0);
+  for (std::uint32_t i = 0; i < mesh.size(); ++i) {
+    const auto corners = mesh.corners(i);
+    const Vec3<S> a = corners[0] - point;
+    const Vec3<S> b = corners[1] - point;
+    const Vec3<S> c = corners[2] - point;
+    const S la = a.norm();
+    const S lb = b.norm();
+    const S lc = c.norm();
+    half_angles +=
+        atan2(a.dot(b.cross(c)), la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb);
+  }
+  return half_angles / (S(2) * S(std::numbers::pi));
+}
+
+}  // namespace detail
+
+// Rays towards the middles of a few triangles, spread over the mesh; each surely has a crossing,
+// and hardly any of them meets an edge.
+template <Scalar S, SolidMesh<S> Mesh>
+bool is_inside_mesh(const Mesh& mesh, const Vec3<S>& point) {
+  if (!mesh.root_box().contains(point)) return false;
+  const std::size_t count = mesh.size();
+  const std::size_t tries = std::min<std::size_t>(count, 8);
+  for (std::size_t i = 0; i < tries; ++i) {
+    const auto [a, b, c] = mesh.corners(static_cast<std::uint32_t>(i * count / tries));
+    const Vec3<S> towards = (a + b + c) / S(3) - point;
+    const S distance = towards.norm();
+    if (!(distance > S(0))) return true;
+    const auto found = detail::mesh_crossings(mesh, Ray<S>{point, towards / distance});
+    if (found.is_start_on_surface) return true;
+    const std::optional<bool> is_inside = found.is_start_inside();
+    if (is_inside.has_value() && found.distance < infinity<S>) return *is_inside;
+  }
+  return detail::winding_number(mesh, point) >= S(0.5);
+}
+
+template <Scalar S, SolidMesh<S> Mesh>
+RayHit<S> ray_cast_mesh(const Mesh& mesh, const Ray<S>& ray) {
+  // Only a start within the box can be inside, and needs more of its line than its length.
+  const bool is_in_box = mesh.root_box().contains(ray.origin);
+  const Ray<S> line{ray.origin, ray.direction, is_in_box ? infinity<S> : ray.length};
+  const auto found = detail::mesh_crossings(mesh, line);
+  if (is_in_box) {
+    const std::optional<bool> is_inside = found.is_start_inside();
+    if (is_inside.has_value() ? *is_inside : is_inside_mesh(mesh, ray.origin)) {
+      return {S(0), -ray.direction};
+    }
+  }
+  if (!(found.distance <= ray.length && found.distance < infinity<S>)) return {};
+  const auto [a, b, c] = mesh.corners(found.triangle);
+  const Vec3<S> normal = (b - a).cross(c - a).stableNormalized();
+  return {found.distance, normal.dot(ray.direction) > S(0) ? Vec3<S>(-normal) : normal};
+}
+
+}  // namespace bristle
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
 #include <span>
 #include <utility>
 #include <vector>
 
 namespace bristle {
 
-/// Boxes, each with a number that is its owner's (the payload), found by box or by ray.
-///
-/// Leaves are inserted where they add least surface (the heuristic of Goldsmith and Salmon 1987) and
-/// the path above them is improved by rotations (Kopta et al. 2012; Catto, GDC 2019). The tree is a
-/// function of the sequence of calls alone, and so is the order of visits.
-///
-/// Nodes are pooled: a tree that has once held n leaves does not allocate until it holds more. No
-/// tree is higher than `max_height`: one that would grow beyond is built anew, balanced by count. So
-/// queries run on a stack of fixed size.
-///
-/// Boxes may be infinite, and are found, but one that overlaps everything is a cost to every query
-/// near it: a world keeps its half-spaces in a list beside the tree.
-///
-/// Queries change nothing and may run concurrently; a visitor must not change the tree.
+/// Immutable solid: the surface of a closed mesh and all that is inside.
 template <Scalar S>
-class AabbTree {
+class MeshTree {
  public:
-  /// Names a leaf until it is removed.
-  using NodeId = std::uint32_t;
-  /// Names no node.
-  static constexpr NodeId null = 0xffffffffu;
-  /// [-] Bound on the number of edges from the root to any leaf.
-  static constexpr int max_height = 64;
+  /// @param mesh  A solid that `validate_solid` accepts; not checked again.
+  explicit MeshTree(TriangleMesh<S> mesh);
 
-  /// Adds a leaf. O(log n) on boxes that are spread out.
-  NodeId insert(const Aabb<S>& box, std::uint32_t payload);
-
-  /// Ends a leaf; its id may be given out again.
-  void remove(NodeId leaf);
-
-  /// Moves a leaf, which keeps its id. Where its parent still contains it the boxes above shrink to
-  /// fit; otherwise it is inserted anew.
-  void update(NodeId leaf, const Aabb<S>& box);
-
-  /// Replaces all content by one leaf for each box, its place in `boxes` being its payload and its
-  /// id. Gives better trees than insertion (binned surface-area heuristic, Wald 2007). O(n log n).
-  void build(std::span<const Aabb<S>> boxes);
-
-  /// Removes everything and keeps the memory.
-  void clear();
-
-  /// [-] Number of leaves.
-  [[nodiscard]] std::size_t size() const { return size_; }
-  /// [-] Edges from the root to the deepest leaf; 0 for a tree of at most one.
-  [[nodiscard]] int height() const { return root_ == null ? 0 : nodes_[root_].height; }
-  /// Box of a leaf.
-  [[nodiscard]] const Aabb<S>& box(NodeId leaf) const {
-    BRISTLE_ASSERT(is_live_leaf(leaf));
-    return nodes_[leaf].box;
+  [[nodiscard]] const TriangleMesh<S>& mesh() const { return mesh_; }
+  /// Over the triangles; payloads are their numbers.
+  [[nodiscard]] const AabbTree<S>& tree() const { return tree_; }
+  /// [-] Number of triangles.
+  [[nodiscard]] std::size_t size() const { return mesh_.triangles.size(); }
+  /// [m] The corners of a triangle.
+  [[nodiscard]] std::array<Vec3<S>, 3> corners(std::uint32_t triangle) const {
+    const auto& t = mesh_.triangles[triangle];
+    return {mesh_.vertices[t[0]], mesh_.vertices[t[1]], mesh_.vertices[t[2]]};
   }
-  /// Payload of a leaf.
-  [[nodiscard]] std::uint32_t payload(NodeId leaf) const {
-    BRISTLE_ASSERT(is_live_leaf(leaf));
-    return nodes_[leaf].child[1];
+
+  /// [m] Box around all triangles.
+  [[nodiscard]] Aabb<S> root_box() const { return tree_.root_box(); }
+  /// As `AabbTree::walk_ray`.
+  template <typename Visit>
+  void walk_ray(const Ray<S>& ray, Visit&& visit) const {
+    tree_.walk_ray(ray, visit);
   }
-  /// Box around all leaves; empty for an empty tree.
-  [[nodiscard]] Aabb<S> root_box() const { return root_ == null ? Aabb<S>{} : nodes_[root_].box; }
 
-  /// Calls `visit(payload) -> bool` for every leaf whose box overlaps or touches `box`, until a
-  /// visit returns false.
-  template <typename Visit>
-  void overlap(const Aabb<S>& box, Visit&& visit) const;
-
-  /// Calls `visit(payload, max_distance) -> new max_distance` for every leaf whose box the ray meets
-  /// before max_distance [m], which starts as the ray's length; nearer boxes come first.
-  ///
-  /// No box that the ray touches is missed: what rounding may hide is visited too, up to
-  /// `Tolerance::round_off` of the distance. A visit that wants no more returns a negative number.
-  template <typename Visit>
-  void walk_ray(const Ray<S>& ray, Visit&& visit) const;
+  /// Whether a point is in the solid. Its surface is, to round-off.
+  [[nodiscard]] bool contains(const Vec3<S>& point) const { return is_inside_mesh(*this, point); }
 
  private:
-  struct Node {
-    Aabb<S> box;
-    NodeId parent = null;  // Next free node where height < 0.
-    std::array<NodeId, 2> child{null, null};  // A leaf has null and its payload.
-    std::int32_t height = 0;
-
-    [[nodiscard]] bool is_leaf() const { return child[0] == null; }
-  };
-
-  [[nodiscard]] bool is_live_leaf(NodeId id) const {
-    return id < nodes_.size() && nodes_[id].height == 0;
-  }
-  NodeId allocate();
-  void release(NodeId id);
-
-  void attach(NodeId leaf);
-  void detach(NodeId leaf);
-  [[nodiscard]] NodeId best_sibling(const Aabb<S>& box) const;
-  void fit(NodeId id);
-  void fit_upwards(NodeId id);
-  void rotate(NodeId id);
-  void swap_subtrees(NodeId a, NodeId b);
-
-  void rebuild();
-  NodeId build_range(std::span<NodeId> leaves, int depth);
-  [[nodiscard]] std::size_t split(std::span<NodeId> leaves, int depth) const;
-
-  std::vector<Node> nodes_;
-  std::vector<NodeId> order_;  // Scratch of rebuild(), kept as large as the pool.
-  NodeId root_ = null;
-  NodeId free_ = null;
-  std::size_t size_ = 0;
+  TriangleMesh<S> mesh_;
+  AabbTree<S> tree_;
 };
+
+/// Nearest hit, as `ray_cast_mesh` finds it.
+template <Scalar S>
+[[nodiscard]] RayHit<S> ray_cast(const MeshTree<S>& mesh, const Ray<S>& ray);
+
+// Implementation -----------------------------------------------------------------------------------
+
+template <Scalar S>
+MeshTree<S>::MeshTree(TriangleMesh<S> mesh) : mesh_(std::move(mesh)) {
+  std::vector<Aabb<S>> boxes(mesh_.triangles.size());
+  for (std::size_t t = 0; t < boxes.size(); ++t) {
+    for (const std::uint32_t v : mesh_.triangles[t]) boxes[t].include(mesh_.vertices[v]);
+  }
+  tree_.build(boxes);
+}
+
+template <Scalar S>
+RayHit<S> ray_cast(const MeshTree<S>& mesh, const Ray<S>& ray) {
+  return ray_cast_mesh(mesh, ray);
+}
+
+}  // namespace bristle
+
+#include <algorithm>
+#include <array>
+#include <concepts>
+#include <cstddef>
+#include <cstdint>
+
+namespace bristle {
+
+/// Normal +z for concentric balls.
+template <Scalar S>
+void collide_shapes(const Sphere<S>& a, const Sphere<S>& b, const Transform<S>& X_AB, S margin,
+                    ContactManifolds<S>& out);
+/// Normal +x for a ball centred on the axis.
+template <Scalar S>
+void collide_shapes(const Capsule<S>& a, const Sphere<S>& b, const Transform<S>& X_AB, S margin,
+                    ContactManifolds<S>& out);
+/// A centre inside leaves through the nearest face; of equally near ones the first axis, upwards.
+template <Scalar S>
+void collide_shapes(const Box<S>& a, const Sphere<S>& b, const Transform<S>& X_AB, S margin,
+                    ContactManifolds<S>& out);
+/// Axes that meet are parted across both of them; two points where the sides lie along each other.
+template <Scalar S>
+void collide_shapes(const Capsule<S>& a, const Capsule<S>& b, const Transform<S>& X_AB, S margin,
+                    ContactManifolds<S>& out);
+
+/// A shape that has a face to stand on.
+template <typename T, typename S>
+concept SupportedShape = Scalar<S> && requires(const T& shape, const Vec3<S>& direction) {
+  { support_face(shape, direction) } -> std::same_as<SupportFeature<S>>;
+};
+
+/// Any convex shape: the corners of the face that is turned to the plane.
+template <Scalar S, SupportedShape<S> Convex>
+void collide_shapes(const HalfSpace<S>& a, const Convex& b, const Transform<S>& X_AB, S margin,
+                    ContactManifolds<S>& out);
+/// A mesh: of all corners within the margin the deepest, and those that are farthest apart.
+template <Scalar S>
+void collide_shapes(const HalfSpace<S>& a, const MeshTree<S>& b, const Transform<S>& X_AB, S margin,
+                    ContactManifolds<S>& out);
 
 // Implementation -----------------------------------------------------------------------------------
 
 namespace detail {
 
-/// [m] So large that no scene reaches it, and so small that sums of areas of such boxes are finite.
+/// Contact of two balls of the given radii around two points.
+/// @param fallback  [1] Normal for balls with one centre.
 template <Scalar S>
-inline const S tree_extent_limit = [] {
-  using std::sqrt;
-  return sqrt(std::numeric_limits<S>::max()) / S(65536);
-}();
-
-/// The box cut to a size that can be computed with, so that infinite boxes can be compared.
-template <Scalar S>
-[[nodiscard]] Aabb<S> finite_part(const Aabb<S>& box) {
-  const S limit = tree_extent_limit<S>;
-  return {box.lower.cwiseMax(-limit).cwiseMin(limit), box.upper.cwiseMax(-limit).cwiseMin(limit)};
+void collide_balls(const Vec3<S>& center_a, S radius_a, const Vec3<S>& center_b, S radius_b,
+                   const Vec3<S>& fallback, S margin, ContactManifolds<S>& out) {
+  const Vec3<S> between = center_b - center_a;
+  const S distance = between.norm();
+  const S gap = distance - radius_a - radius_b;
+  if (!(gap <= margin)) return;
+  ContactManifold<S> manifold;
+  manifold.normal = distance > S(0) ? Vec3<S>(between.stableNormalized()) : fallback;
+  manifold.add({center_a + (radius_a + S(0.5) * gap) * manifold.normal, gap, 0});
+  out.push_back(manifold);
 }
 
-/// What a node costs a query: in proportion to its surface.
+/// Where the segments of two capsules come closest: heights on the axes of A and of B.
+/// @param center, axis  Of B, in A.
 template <Scalar S>
-[[nodiscard]] S tree_cost(const Aabb<S>& box) {
-  return finite_part(box).half_area();
+[[nodiscard]] std::array<S, 2> closest_heights(const Capsule<S>& a, const Capsule<S>& b,
+                                               const Vec3<S>& center, const Vec3<S>& axis) {
+  // Seen along A's axis the closest point of B's line is the foot of a perpendicular. For parallel
+  // axes every point is; the middle then serves as well as any.
+  const auto across = axis.template head<2>();
+  const S sine2 = across.squaredNorm();
+  S on_b = sine2 > S(0) ? -center.template head<2>().dot(across) / sine2 : S(0);
+  on_b = std::clamp(on_b, -b.half_length, b.half_length);
+  const S on_a = std::clamp(center.z() + on_b * axis.z(), -a.half_length, a.half_length);
+  // Where A's end was in the way the closest point of B is another.
+  on_b = std::clamp(axis.dot(Vec3<S>(S(0), S(0), on_a) - center), -b.half_length, b.half_length);
+  return {on_a, on_b};
 }
 
+/// Contacts of points with the plane of a half-space, thinned as in `build_manifold`.
 template <Scalar S>
-[[nodiscard]] Aabb<S> merged(Aabb<S> a, const Aabb<S>& b) {
-  a.include(b);
-  return a;
-}
-
-/// Entry of a ray into boxes, by the three pairs of planes. Kay and Kajiya 1986; that the exit is
-/// moved outwards so that rounding loses nothing follows Ize 2013, "Robust BVH Ray Traversal".
-template <Scalar S>
-class SlabTest {
+class PlaneContacts {
  public:
-  explicit SlabTest(const Ray<S>& ray)
-      : origin_(ray.origin), inverse_(ray.direction.cwiseInverse()) {}
+  PlaneContacts(const HalfSpace<S>& plane, S margin, S extent)
+      : plane_(plane), contacts_(margin, extent) {
+    tangent_basis(plane.normal, t1_, t2_);
+  }
 
-  /// [m] Where the ray enters, >= 0; infinite where it does not by `max_distance`.
-  [[nodiscard]] S enter(const Aabb<S>& box, S max_distance) const {
-    S enter = S(0);
-    S leave = max_distance;
-    for (int i = 0; i < 3; ++i) {
-      const S a = (box.lower[i] - origin_[i]) * inverse_[i];
-      const S b = (box.upper[i] - origin_[i]) * inverse_[i];
-      // A ray within one of the planes gives 0 * infinity = NaN, which loses both comparisons: the
-      // pair of planes then sets no bound, as it should.
-      const S near = inverse_[i] < S(0) ? b : a;
-      const S far = inverse_[i] < S(0) ? a : b;
-      if (near > enter) enter = near;
-      if (far < leave) leave = far;
+  void add(const Vec3<S>& point, std::uint32_t name) {
+    contacts_.add({t1_.dot(point), t2_.dot(point)}, plane_.offset, plane_.normal.dot(point), name);
+  }
+
+  void append_to(ContactManifolds<S>& out, std::size_t limit) {
+    if (contacts_.size() == 0) return;
+    contacts_.thin(limit);
+    ContactManifold<S> manifold;
+    manifold.normal = plane_.normal;
+    for (std::size_t i = 0; i < contacts_.size(); ++i) {
+      const ClipContact<S>& c = contacts_[i];
+      manifold.add(
+          {c.place.x() * t1_ + c.place.y() * t2_ + c.height * plane_.normal, c.gap, c.name});
     }
-    return enter <= leave * (S(1) + Tolerance<S>::round_off()) ? enter : infinity<S>;
+    out.push_back(manifold);
   }
 
  private:
-  Vec3<S> origin_;
-  Vec3<S> inverse_;
+  HalfSpace<S> plane_;
+  Vec3<S> t1_;
+  Vec3<S> t2_;
+  ClipContacts<S> contacts_;
 };
 
 }  // namespace detail
 
 template <Scalar S>
-auto AabbTree<S>::insert(const Aabb<S>& box, std::uint32_t payload) -> NodeId {
-  BRISTLE_ASSERT(!box.is_empty());
-  const NodeId leaf = allocate();
-  nodes_[leaf].box = box;
-  nodes_[leaf].child = {null, payload};
-  attach(leaf);
-  ++size_;
-  return leaf;
+void collide_shapes(const Sphere<S>& a, const Sphere<S>& b, const Transform<S>& X_AB, S margin,
+                    ContactManifolds<S>& out) {
+  detail::collide_balls<S>(Vec3<S>::Zero(), a.radius, X_AB.translation, b.radius, Vec3<S>::UnitZ(),
+                           margin, out);
 }
 
 template <Scalar S>
-void AabbTree<S>::remove(NodeId leaf) {
-  BRISTLE_ASSERT(is_live_leaf(leaf));
-  detach(leaf);
-  release(leaf);
-  --size_;
+void collide_shapes(const Capsule<S>& a, const Sphere<S>& b, const Transform<S>& X_AB, S margin,
+                    ContactManifolds<S>& out) {
+  const S height = std::clamp(X_AB.translation.z(), -a.half_length, a.half_length);
+  detail::collide_balls<S>({S(0), S(0), height}, a.radius, X_AB.translation, b.radius,
+                           Vec3<S>::UnitX(), margin, out);
 }
 
 template <Scalar S>
-void AabbTree<S>::update(NodeId leaf, const Aabb<S>& box) {
-  BRISTLE_ASSERT(is_live_leaf(leaf) && !box.is_empty());
-  const NodeId parent = nodes_[leaf].parent;
-  if (parent == null) {
-    nodes_[leaf].box = box;
-  } else if (nodes_[parent].box.contains(box)) {
-    nodes_[leaf].box = box;
-    fit_upwards(parent);
-  } else {
-    detach(leaf);
-    nodes_[leaf].box = box;
-    attach(leaf);
-  }
-}
-
-template <Scalar S>
-void AabbTree<S>::build(std::span<const Aabb<S>> boxes) {
-  clear();
-  nodes_.reserve(2 * boxes.size());
-  for (const Aabb<S>& box : boxes) {
-    BRISTLE_ASSERT(!box.is_empty());
-    const NodeId leaf = allocate();
-    nodes_[leaf].box = box;
-    nodes_[leaf].child = {null, leaf};
-  }
-  size_ = boxes.size();
-  rebuild();
-}
-
-template <Scalar S>
-void AabbTree<S>::clear() {
-  nodes_.clear();
-  root_ = null;
-  free_ = null;
-  size_ = 0;
-}
-
-template <Scalar S>
-template <typename Visit>
-void AabbTree<S>::overlap(const Aabb<S>& box, Visit&& visit) const {
-  if (root_ == null) return;
-  std::array<NodeId, max_height + 1> stack;
-  std::size_t count = 0;
-  stack[count++] = root_;
-  while (count > 0) {
-    const Node& node = nodes_[stack[--count]];
-    if (!node.box.overlaps(box)) continue;
-    if (node.is_leaf()) {
-      if (!visit(node.child[1])) return;
-    } else {
-      stack[count++] = node.child[1];
-      stack[count++] = node.child[0];
-    }
-  }
-}
-
-template <Scalar S>
-template <typename Visit>
-void AabbTree<S>::walk_ray(const Ray<S>& ray, Visit&& visit) const {
-  if (root_ == null) return;
-  const detail::SlabTest<S> slabs(ray);
-  // A finite reach, so that planes at infinity are out of it.
-  S reach = std::min(ray.length, std::numeric_limits<S>::max() / S(2));
-  struct Entry {
-    NodeId node;
-    S enter;
-  };
-  std::array<Entry, max_height + 1> stack;
-  std::size_t count = 0;
-  stack[count++] = {root_, slabs.enter(nodes_[root_].box, reach)};
-  while (count > 0) {
-    const Entry entry = stack[--count];
-    // The reach may have shrunk since the entry was computed.
-    if (!(entry.enter <= reach * (S(1) + Tolerance<S>::round_off()))) continue;
-    const Node& node = nodes_[entry.node];
-    if (node.is_leaf()) {
-      reach = visit(node.child[1], reach);
-    } else {
-      Entry near{node.child[0], slabs.enter(nodes_[node.child[0]].box, reach)};
-      Entry far{node.child[1], slabs.enter(nodes_[node.child[1]].box, reach)};
-      if (far.enter < near.enter) std::swap(near, far);
-      if (far.enter < infinity<S>) stack[count++] = far;
-      if (near.enter < infinity<S>) stack[count++] = near;
-    }
-  }
-}
-
-template <Scalar S>
-auto AabbTree<S>::allocate() -> NodeId {
-  if (free_ == null) {
-    nodes_.emplace_back();
-    if (order_.capacity() < nodes_.capacity()) order_.reserve(nodes_.capacity());
-    return static_cast<NodeId>(nodes_.size() - 1);
-  }
-  const NodeId id = free_;
-  free_ = nodes_[id].parent;
-  nodes_[id] = Node{};
-  return id;
-}
-
-template <Scalar S>
-void AabbTree<S>::release(NodeId id) {
-  nodes_[id].height = -1;
-  nodes_[id].parent = free_;
-  free_ = id;
-}
-
-/// Hangs a loose leaf into the tree.
-template <Scalar S>
-void AabbTree<S>::attach(NodeId leaf) {
-  if (root_ == null) {
-    nodes_[leaf].parent = null;
-    root_ = leaf;
+void collide_shapes(const Box<S>& a, const Sphere<S>& b, const Transform<S>& X_AB, S margin,
+                    ContactManifolds<S>& out) {
+  const Vec3<S>& center = X_AB.translation;
+  const Vec3<S> nearest = center.cwiseMax(-a.half_extents).cwiseMin(a.half_extents);
+  if (nearest != center) {
+    detail::collide_balls<S>(nearest, S(0), center, b.radius, Vec3<S>::UnitZ(), margin, out);
     return;
   }
-  const NodeId sibling = best_sibling(nodes_[leaf].box);
-  const NodeId parent = allocate();
-  const NodeId grandparent = nodes_[sibling].parent;
-  nodes_[parent].parent = grandparent;
-  nodes_[parent].child = {sibling, leaf};
-  if (grandparent == null) {
-    root_ = parent;
-  } else {
-    auto& child = nodes_[grandparent].child;
-    child[child[0] == sibling ? 0 : 1] = parent;
-  }
-  nodes_[sibling].parent = parent;
-  nodes_[leaf].parent = parent;
-  for (NodeId id = parent; id != null; id = nodes_[id].parent) {
-    fit(id);
-    rotate(id);
-  }
-  if (nodes_[root_].height > max_height) rebuild();
-}
-
-/// Takes a leaf out of the tree; its parent goes, its sibling moves up.
-template <Scalar S>
-void AabbTree<S>::detach(NodeId leaf) {
-  const NodeId parent = nodes_[leaf].parent;
-  if (parent == null) {
-    root_ = null;
-    return;
-  }
-  const auto& child = nodes_[parent].child;
-  const NodeId sibling = child[child[0] == leaf ? 1 : 0];
-  const NodeId grandparent = nodes_[parent].parent;
-  nodes_[sibling].parent = grandparent;
-  release(parent);
-  if (grandparent == null) {
-    root_ = sibling;
-  } else {
-    auto& uncle = nodes_[grandparent].child;
-    uncle[uncle[0] == parent ? 0 : 1] = sibling;
-    fit_upwards(grandparent);
-  }
-}
-
-/// The node beside which a new leaf adds least surface, searched down one path: what a sibling costs
-/// is the surface of the common parent plus the growth of all nodes above.
-template <Scalar S>
-auto AabbTree<S>::best_sibling(const Aabb<S>& box) const -> NodeId {
-  using detail::merged;
-  using detail::tree_cost;
-  const S box_cost = tree_cost(box);
-  const Vec3<S> center = detail::finite_part(box).center();
-  NodeId best = root_;
-  NodeId id = root_;
-  S with_box = tree_cost(merged(nodes_[root_].box, box));
-  S best_cost = with_box;
-  S growth_above = S(0);
-  while (!nodes_[id].is_leaf()) {
-    growth_above += with_box - tree_cost(nodes_[id].box);
-    NodeId next = null;
-    S next_bound = infinity<S>;
-    S next_with_box = S(0);
-    S next_distance = infinity<S>;
-    for (const NodeId child : nodes_[id].child) {
-      const Node& node = nodes_[child];
-      const S cost = tree_cost(merged(node.box, box));
-      if (cost + growth_above < best_cost) {
-        best = child;
-        best_cost = cost + growth_above;
-      }
-      if (node.is_leaf()) continue;
-      // Below the child at least the leaf itself is paid for. Boxes that contain the leaf tie, and
-      // then the one around it goes first.
-      const S bound = growth_above + (cost - tree_cost(node.box)) + box_cost;
-      const S distance = (detail::finite_part(node.box).center() - center).squaredNorm();
-      if (bound < next_bound || (bound == next_bound && distance < next_distance)) {
-        next = child;
-        next_bound = bound;
-        next_with_box = cost;
-        next_distance = distance;
-      }
-    }
-    if (next == null || !(next_bound < best_cost)) break;
-    id = next;
-    with_box = next_with_box;
-  }
-  return best;
-}
-
-/// Box and height of an inner node from its children.
-template <Scalar S>
-void AabbTree<S>::fit(NodeId id) {
-  Node& node = nodes_[id];
-  const Node& a = nodes_[node.child[0]];
-  const Node& b = nodes_[node.child[1]];
-  node.box = detail::merged(a.box, b.box);
-  node.height = 1 + std::max(a.height, b.height);
-}
-
-template <Scalar S>
-void AabbTree<S>::fit_upwards(NodeId id) {
-  for (; id != null; id = nodes_[id].parent) fit(id);
-}
-
-/// Exchanges a child with a grandchild from the other side where that makes the child's box smaller;
-/// the node's own box stays.
-template <Scalar S>
-void AabbTree<S>::rotate(NodeId id) {
-  NodeId best_child = null;
-  NodeId best_grandchild = null;
-  S best_gain = S(0);
-  for (std::size_t side = 0; side < 2; ++side) {
-    const NodeId child = nodes_[id].child[side];
-    const NodeId other = nodes_[id].child[1 - side];
-    if (nodes_[other].is_leaf()) continue;
-    const S cost = detail::tree_cost(nodes_[other].box);
-    for (std::size_t i = 0; i < 2; ++i) {
-      const NodeId stays = nodes_[other].child[1 - i];
-      const S gain =
-          cost - detail::tree_cost(detail::merged(nodes_[child].box, nodes_[stays].box));
-      if (gain > best_gain) {
-        best_gain = gain;
-        best_child = child;
-        best_grandchild = nodes_[other].child[i];
-      }
-    }
-  }
-  if (best_child == null) return;
-  const NodeId other = nodes_[best_grandchild].parent;
-  swap_subtrees(best_child, best_grandchild);
-  fit(other);
-  fit(id);
-}
-
-template <Scalar S>
-void AabbTree<S>::swap_subtrees(NodeId a, NodeId b) {
-  const NodeId parent_a = nodes_[a].parent;
-  const NodeId parent_b = nodes_[b].parent;
-  auto& slot_a = nodes_[parent_a].child;
-  auto& slot_b = nodes_[parent_b].child;
-  slot_a[slot_a[0] == a ? 0 : 1] = b;
-  slot_b[slot_b[0] == b ? 0 : 1] = a;
-  nodes_[a].parent = parent_b;
-  nodes_[b].parent = parent_a;
-}
-
-/// Builds all inner nodes anew over the leaves there are.
-template <Scalar S>
-void AabbTree<S>::rebuild() {
-  order_.clear();
-  for (NodeId id = 0; id < nodes_.size(); ++id) {
-    if (nodes_[id].height > 0) release(id);
-    if (nodes_[id].height == 0) order_.push_back(id);
-  }
-  root_ = order_.empty() ? null : build_range(order_, 0);
-  if (root_ != null) nodes_[root_].parent = null;
-}
-
-template <Scalar S>
-auto AabbTree<S>::build_range(std::span<NodeId> leaves, int depth) -> NodeId {
-  if (leaves.size() == 1) return leaves.front();
-  const NodeId id = allocate();
-  const std::size_t middle = split(leaves, depth);
-  const NodeId a = build_range(leaves.first(middle), depth + 1);
-  const NodeId b = build_range(leaves.subspan(middle), depth + 1);
-  nodes_[id].child = {a, b};
-  nodes_[a].parent = id;
-  nodes_[b].parent = id;
-  fit(id);
-  return id;
-}
-
-/// Orders the leaves so that the first ones, whose number is returned, go to one child.
-template <Scalar S>
-std::size_t AabbTree<S>::split(std::span<NodeId> leaves, int depth) const {
-  const auto center = [&](NodeId id) { return detail::finite_part(nodes_[id].box).center(); };
-  Aabb<S> centers;
-  for (const NodeId id : leaves) centers.include(center(id));
   int axis = 0;
-  const Vec3<S> extent = centers.upper - centers.lower;
-  extent.maxCoeff(&axis);
+  const S depth = (a.half_extents - center.cwiseAbs()).minCoeff(&axis);
+  ContactManifold<S> manifold;
+  manifold.normal = (center[axis] < S(0) ? S(-1) : S(1)) * Vec3<S>::Unit(axis);
+  const S gap = -depth - b.radius;
+  // Halfway between the box's face and the far side of the ball.
+  manifold.add({center - (b.radius + S(0.5) * gap) * manifold.normal, gap, 0});
+  out.push_back(manifold);
+}
 
-  // From half the height on, halves: 2^32 leaves then end at the full height.
-  if (depth >= max_height / 2) {
-    std::sort(leaves.begin(), leaves.end(), [&](NodeId a, NodeId b) {
-      const S ca = center(a)[axis];
-      const S cb = center(b)[axis];
-      return ca < cb || (ca == cb && a < b);
+template <Scalar S>
+void collide_shapes(const Capsule<S>& a, const Capsule<S>& b, const Transform<S>& X_AB, S margin,
+                    ContactManifolds<S>& out) {
+  using std::abs;
+  const Vec3<S>& center = X_AB.translation;
+  const Vec3<S> axis = X_AB.rotate(Vec3<S>::UnitZ());
+  const auto [on_a, on_b] = detail::closest_heights(a, b, center, axis);
+  const Vec3<S> point_a(S(0), S(0), on_a);
+  const Vec3<S> point_b = center + on_b * axis;
+  const Vec2<S> across = axis.template head<2>();
+  const S sine = across.norm();
+
+  Vec3<S> fallback = Vec3<S>::UnitX();
+  if (sine > S(0)) fallback = Vec3<S>(-across.y(), across.x(), S(0)) / sine;
+  const Vec3<S> between = point_b - point_a;
+  const S distance = between.norm();
+  const Vec3<S> normal = distance > S(0) ? Vec3<S>(between.stableNormalized()) : fallback;
+  const bool is_lengthwise = sine <= edge_tolerance<S> && abs(normal.z()) <= edge_tolerance<S> &&
+                             abs(normal.dot(axis)) <= edge_tolerance<S>;
+  if (is_lengthwise && distance - a.radius - b.radius <= margin) {
+    const auto features = detail::feature_pair(a, b, X_AB, normal);
+    const auto manifold = detail::clip_features(features.a, features.b, normal, margin);
+    if (manifold.size > 0) {
+      out.push_back(manifold);
+      return;
+    }
+  }
+  detail::collide_balls<S>(point_a, a.radius, point_b, b.radius, fallback, margin, out);
+}
+
+template <Scalar S, SupportedShape<S> Convex>
+void collide_shapes(const HalfSpace<S>& a, const Convex& b, const Transform<S>& X_AB, S margin,
+                    ContactManifolds<S>& out) {
+  const Vec3<S> down_B = X_AB.rotation.conjugate() * Vec3<S>(-a.normal);
+  // Most pairs end here: the lowest point is out of reach.
+  if (a.normal.dot(X_AB * support_point(b, down_B)) - a.offset > margin) return;
+  const SupportFeature<S> face = support_face(b, down_B).transformed(X_AB);
+  S extent = S(0);
+  for (std::size_t i = 0; i < face.size; ++i) {
+    extent = std::max(extent, (face.points[i] - face.points[0]).norm());
+  }
+  detail::PlaneContacts<S> contacts(a, margin, extent);
+  for (std::size_t i = 0; i < face.size; ++i) contacts.add(face.points[i], face.ids[i]);
+  contacts.append_to(out, face.is_round ? 4 : ContactManifold<S>::capacity);
+}
+
+template <Scalar S>
+void collide_shapes(const HalfSpace<S>& a, const MeshTree<S>& b, const Transform<S>& X_AB, S margin,
+                    ContactManifolds<S>& out) {
+  const Vec3<S> up_B = X_AB.rotation.conjugate() * a.normal;
+  const S offset_B = a.offset - a.normal.dot(X_AB.translation);
+  const auto for_low_corners = [&](const auto& use) {
+    b.tree().find(
+        [&](const Aabb<S>& box) {
+          return up_B.dot(box.center()) - up_B.cwiseAbs().dot(box.half_extents()) - offset_B <=
+                 margin + Tolerance<S>::round_off() * box.half_extents().maxCoeff();
+        },
+        [&](std::uint32_t triangle) {
+          for (const std::uint32_t v : b.mesh().triangles[triangle]) {
+            const S gap = up_B.dot(b.mesh().vertices[v]) - offset_B;
+            if (gap <= margin) use(v, gap);
+          }
+          return true;
+        });
+  };
+  // One descent for each contact, and nothing to store: the deepest corner, then ever the one that
+  // is farthest from those there are.
+  const Aabb<S> bounds = b.tree().root_box();
+  const S extent = bounds.half_extents().norm();
+  std::array<std::uint32_t, ContactManifold<S>::capacity> chosen{};
+  std::size_t count = 0;
+  S deepest = infinity<S>;
+  for_low_corners([&](std::uint32_t v, S gap) {
+    if (gap < deepest - Tolerance<S>::round_off() * extent) {
+      deepest = gap;
+      chosen[0] = v;
+      count = 1;
+    }
+  });
+  if (count == 0) return;
+  while (count < chosen.size()) {
+    S farthest = Tolerance<S>::equal() * extent;
+    std::uint32_t next = chosen[0];
+    for_low_corners([&](std::uint32_t v, S) {
+      S clearance = infinity<S>;
+      for (std::size_t i = 0; i < count; ++i) {
+        const Vec3<S> apart = b.mesh().vertices[v] - b.mesh().vertices[chosen[i]];
+        clearance = std::min(clearance, (apart - up_B.dot(apart) * up_B).norm());
+      }
+      if (clearance > farthest) {
+        farthest = clearance;
+        next = v;
+      }
     });
-    return leaves.size() / 2;
+    if (next == chosen[0]) break;
+    chosen[count++] = next;
   }
-  if (!(extent[axis] > S(0))) return leaves.size() / 2;
-
-  constexpr int bin_count = 16;
-  struct Bin {
-    Aabb<S> box;
-    std::size_t count = 0;
-  };
-  const auto bin_of = [&](NodeId id) {
-    const S place = (center(id)[axis] - centers.lower[axis]) / extent[axis];
-    return static_cast<std::size_t>(std::min(bin_count - 1, static_cast<int>(place * S(bin_count))));
-  };
-  std::array<Bin, bin_count> bins;
-  for (const NodeId id : leaves) {
-    Bin& bin = bins[bin_of(id)];
-    bin.box.include(detail::finite_part(nodes_[id].box));
-    ++bin.count;
+  detail::PlaneContacts<S> contacts(a, margin, extent);
+  for (std::size_t i = 0; i < count; ++i) {
+    contacts.add(X_AB * b.mesh().vertices[chosen[i]], chosen[i]);
   }
-  std::array<S, bin_count> cost_right{};
-  Bin right;
-  for (std::size_t i = bin_count; i-- > 1;) {
-    right.box.include(bins[i].box);
-    right.count += bins[i].count;
-    cost_right[i] = right.count > 0 ? S(right.count) * right.box.half_area() : S(0);
-  }
-  Bin left;
-  std::size_t best = 1;
-  S best_cost = infinity<S>;
-  for (std::size_t i = 1; i < bin_count; ++i) {
-    left.box.include(bins[i - 1].box);
-    left.count += bins[i - 1].count;
-    if (left.count == 0 || left.count == leaves.size()) continue;
-    const S cost = S(left.count) * left.box.half_area() + cost_right[i];
-    if (cost < best_cost) {
-      best_cost = cost;
-      best = i;
-    }
-  }
-  // Two ends that close in on each other: the order does not depend on the standard library.
-  std::size_t first = 0;
-  std::size_t last = leaves.size();
-  while (first < last) {
-    if (bin_of(leaves[first]) < best) {
-      ++first;
-    } else {
-      std::swap(leaves[first], leaves[--last]);
-    }
-  }
-  return first;
+  contacts.append_to(out, ContactManifold<S>::capacity);
 }
 
 }  // namespace bristle
 
-// === bristle/geometry/contact_manifold.hpp
+// === bristle/geometry/box_box.hpp
 
 /// @file
-/// Where two shapes touch, as a backend reports it.
+/// Contact of two boxes by the separating axis test.
 // SPDX-License-Identifier: BSD-3-Clause
 
-#include <array>
-#include <cstddef>
-#include <cstdint>
-#include <vector>
+#include <algorithm>
 
 namespace bristle {
 
-/// One point of contact.
+/// Appends the manifold of two boxes, B standing at X_AB in A, if they overlap or come within
+/// `margin` [m].
+///
+/// The normal is that of least overlap among the 15 axes (3 + 3 face normals, 9 pairs of edges;
+/// Gottschalk, Lin, Manocha 1996). Where boxes are apart it is the axis that separates them most,
+/// and the gaps are distances along it; boxes that pass each other cornerwise, without facing along
+/// it, have no contact. Faces are preferred to edges, and faces of A to those of B, until the other
+/// is better by a twentieth: so resting boxes keep their normal.
 template <Scalar S>
-struct ContactPoint {
-  /// [m] Halfway between the two surfaces, in the frame of shape A.
-  Vec3<S> position = Vec3<S>::Zero();
-  /// [m] Distance of the surfaces along the normal; negative where they overlap.
-  S gap = S(0);
-  /// [-] Which features meet here. The same features give the same number in the next step, which is
-  /// how impulses are carried over.
-  std::uint32_t feature = 0;
-};
+void collide_shapes(const Box<S>& a, const Box<S>& b, const Transform<S>& X_AB, S margin,
+                    ContactManifolds<S>& out);
 
-/// Points of contact that share one normal.
+// Implementation -----------------------------------------------------------------------------------
+
+namespace detail {
+
+/// Best separating axis so far: the one with the largest distance between the shapes along it.
 template <Scalar S>
-struct ContactManifold {
-  static constexpr std::size_t capacity = 8;
-
-  /// [1] Unit normal from shape A into shape B, in the frame of A.
+struct SeparatingAxis {
+  /// [m] Distance along the axis; negative where the shapes overlap along every axis.
+  S gap = -infinity<S>;
+  /// [1] Unit, from A to B.
   Vec3<S> normal = Vec3<S>::UnitZ();
-  std::array<ContactPoint<S>, capacity> points{};
-  std::size_t size = 0;
-  /// [-] Tells the manifolds of one pair apart (a triangle's number, say); 0 where there is only one.
-  std::uint32_t key = 0;
 
-  void add(const ContactPoint<S>& point) {
-    if (size < capacity) points[size++] = point;
+  /// Takes another axis if it is clearly better.
+  /// @param least_gain  [m] What counts as no difference.
+  void offer(S other_gap, const Vec3<S>& other_normal, S least_gain) {
+    using std::abs;
+    if (gap == -infinity<S> || other_gap > gap + S(0.05) * abs(gap) + least_gain) {
+      gap = other_gap;
+      normal = other_normal;
+    }
+  }
+  /// Takes another axis if it is better at all.
+  void offer(S other_gap, const Vec3<S>& other_normal) {
+    if (other_gap > gap) {
+      gap = other_gap;
+      normal = other_normal;
+    }
   }
 };
 
-/// All manifolds of one pair of shapes. Reused from pair to pair, so it stops allocating.
-template <Scalar S>
-using ContactManifolds = std::vector<ContactManifold<S>>;
+}  // namespace detail
 
-/// How a contact query ended.
-enum class ContactStatus {
-  /// The manifolds are right; there may be none.
-  ok,
-  /// The backend failed (threw, looped or returned nonsense); the manifolds are empty.
-  failed
-};
+template <Scalar S>
+void collide_shapes(const Box<S>& a, const Box<S>& b, const Transform<S>& X_AB, S margin,
+                    ContactManifolds<S>& out) {
+  using std::abs;
+  using std::sqrt;
+  const Mat3<S> R = X_AB.rotation_matrix();
+  const Mat3<S> absolute = R.cwiseAbs();
+  const Vec3<S>& p = X_AB.translation;
+  const Vec3<S> p_B = R.transpose() * p;
+  const Vec3<S> gaps_a = p.cwiseAbs() - a.half_extents - absolute * b.half_extents;
+  const Vec3<S> gaps_b = p_B.cwiseAbs() - b.half_extents - absolute.transpose() * a.half_extents;
+  if (gaps_a.maxCoeff() > margin || gaps_b.maxCoeff() > margin) return;
+
+  detail::SeparatingAxis<S> face_a;
+  detail::SeparatingAxis<S> face_b;
+  detail::SeparatingAxis<S> edges;
+  for (int i = 0; i < 3; ++i) {
+    face_a.offer(gaps_a[i], (p[i] < S(0) ? S(-1) : S(1)) * Vec3<S>::Unit(i));
+    face_b.offer(gaps_b[i], (p_B[i] < S(0) ? S(-1) : S(1)) * R.col(i));
+  }
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) {
+      const Vec3<S> cross = Vec3<S>::Unit(i).cross(R.col(j));
+      const S sine = cross.norm();
+      // Parallel edges span a face, which has been looked at.
+      if (sine <= Tolerance<S>::equal()) continue;
+      const Vec3<S> axis = cross / sine;
+      const S reach = a.half_extents.dot(axis.cwiseAbs()) +
+                      b.half_extents.dot((R.transpose() * axis).cwiseAbs());
+      const S distance = p.dot(axis);
+      edges.offer(abs(distance) - reach, distance < S(0) ? Vec3<S>(-axis) : axis);
+    }
+  }
+  if (edges.gap > margin) return;
+
+  const S least_gain =
+      Tolerance<S>::equal() * (a.half_extents.maxCoeff() + b.half_extents.maxCoeff());
+  detail::SeparatingAxis<S> best = face_a;
+  best.offer(face_b.gap, face_b.normal, least_gain);
+  best.offer(edges.gap, edges.normal, least_gain);
+
+  if (best.gap <= S(0)) {
+    build_manifold(a, b, X_AB, best.normal, margin, out);
+    return;
+  }
+  const auto features = detail::feature_pair(a, b, X_AB, best.normal);
+  const auto manifold = detail::clip_features(features.a, features.b, best.normal, margin);
+  if (manifold.size > 0) out.push_back(manifold);
+}
 
 }  // namespace bristle
 
@@ -3859,14 +5976,14 @@ enum class ContactStatus {
 /// @file
 /// Where a ray meets a shape, in closed form and in the shape's own frame.
 ///
-/// `ray_cast(shape, ray)` returns the nearest hit, or a `RayHit` of infinite distance. All overloads
-/// share these rules:
+/// `ray_cast(shape, ray)` returns the nearest hit, or a `RayHit` of infinite distance. All
+/// overloads share these rules:
 /// - Solids are closed: a ray that starts inside or on the surface is hit at distance 0 with the
 ///   normal -direction, whichever way it goes, and a ray that only touches is hit.
 /// - A hit counts up to and including `ray.length`, which may be infinite.
 /// - Directions are unit vectors. Distances are right to a few ulp of the distance from the ray's
-///   start to the far side of the shape. Closer to a tangent or to a surface than that, hit and miss
-///   are both right; a start within round-off of the surface is never lost on its way in.
+///   start to the far side of the shape. Closer to a tangent or to a surface than that, hit and
+///   miss are both right; a start within round-off of the surface is never lost on its way in.
 /// - Nothing is thrown or allocated, and no length is absolute.
 // SPDX-License-Identifier: BSD-3-Clause
 
@@ -4090,8 +6207,7 @@ RayHit<S> ray_cast(const Cylinder<S>& cylinder, const Ray<S>& ray) {
     return detail::hit_within<S>(ray, chord.enter, side * Vec3<S>::UnitZ());
   }
   const Vec3<S> point = near.origin + tube.enter * ray.direction;
-  return detail::hit_within<S>(ray, chord.enter,
-                               Vec3<S>(point.x(), point.y(), S(0)).normalized());
+  return detail::hit_within<S>(ray, chord.enter, Vec3<S>(point.x(), point.y(), S(0)).normalized());
 }
 
 // The cone is the set x^2 + y^2 <= (k w)^2 with 0 <= w <= height, where w = half_length - z is the
@@ -4260,6 +6376,8 @@ concept ShapeBackend =
 /// Bounds and mass properties of every shape, in the shape's own frame.
 // SPDX-License-Identifier: BSD-3-Clause
 
+#include <cstddef>
+#include <cstdint>
 #include <numbers>
 #include <span>
 #include <variant>
@@ -4439,17 +6557,1098 @@ MassProperties<S> unit_mass_properties(const Shape<S>& shape) {
 
 }  // namespace bristle
 
-// === bristle/sensors/ambf_law.hpp
+#include <algorithm>
+#include <array>
+#include <concepts>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <type_traits>
+#include <utility>
+#include <variant>
+
+namespace bristle {
+
+/// A shape as `AnalyticBackend` keeps it: checked, measured, and with a tree if it is a mesh.
+template <Scalar S>
+struct AnalyticShape {
+  /// The alternatives of `Shape` in the same order.
+  std::variant<Sphere<S>, Box<S>, Capsule<S>, Cylinder<S>, Cone<S>, Ellipsoid<S>, HalfSpace<S>,
+               ConvexHull<S>, MeshTree<S>>
+      shape;
+  /// [m] In the shape's own frame.
+  Aabb<S> bounds;
+  /// [kg] and so on, at unit density.
+  MassProperties<S> mass_properties;
+};
+
+/// Rays in closed form against every shape, and contacts of the pairs for which
+/// analytic_contacts.hpp has a formula. Satisfies `ShapeBackend`, which says what each function
+/// does.
+struct AnalyticBackend {
+  template <Scalar S>
+  using Collidable = std::shared_ptr<const AnalyticShape<S>>;
+
+  template <Scalar S>
+  [[nodiscard]] static Collidable<S> make(const Shape<S>& shape);
+
+  template <Scalar S>
+  [[nodiscard]] static ShapeKind kind(const std::shared_ptr<const AnalyticShape<S>>& c) {
+    return static_cast<ShapeKind>(c->shape.index());
+  }
+  template <Scalar S>
+  [[nodiscard]] static Aabb<S> bounds(const std::shared_ptr<const AnalyticShape<S>>& c) {
+    return c->bounds;
+  }
+  template <Scalar S>
+  [[nodiscard]] static MassProperties<S> mass_properties(
+      const std::shared_ptr<const AnalyticShape<S>>& c) {
+    return c->mass_properties;
+  }
+
+  /// Today: sphere, box, capsule and half-space among each other, but for capsule with box; and
+  /// every shape with a half-space. Two half-spaces never collide.
+  [[nodiscard]] static constexpr bool can_collide(ShapeKind a, ShapeKind b);
+
+  template <Scalar S>
+  static ContactStatus collide(const std::shared_ptr<const AnalyticShape<S>>& a,
+                               const std::shared_ptr<const AnalyticShape<S>>& b,
+                               const Transform<S>& X_AB, S margin,
+                               ContactManifolds<S>& out) noexcept;
+
+  template <Scalar S>
+  static void cast_rays(const std::shared_ptr<const AnalyticShape<S>>& c, const Transform<S>& X_RC,
+                        const RayBatch<S>& rays, std::uint32_t tag, RayHits<S>& hits) noexcept;
+};
+
+// Implementation -----------------------------------------------------------------------------------
+
+namespace detail {
+
+/// Whether there is a formula for A and B in this order.
+template <typename A, typename B, typename S>
+concept AnalyticPair = requires(const A& a, const B& b, const Transform<S>& X, S margin,
+                                ContactManifolds<S>& out) {
+  collide_shapes(a, b, X, margin, out);
+};
+
+/// Which kinds `AnalyticBackend` can collide, read off the overloads there are.
+template <Scalar S>
+struct AnalyticPairs {
+  using Variant = decltype(AnalyticShape<S>::shape);
+  template <std::size_t I>
+  using Alternative = std::variant_alternative_t<I, Variant>;
+
+  template <std::size_t I, std::size_t... J>
+  [[nodiscard]] static constexpr std::array<bool, sizeof...(J)> row(std::index_sequence<J...>) {
+    return {(AnalyticPair<Alternative<I>, Alternative<J>, S> ||
+             AnalyticPair<Alternative<J>, Alternative<I>, S>)...};
+  }
+  template <std::size_t... I>
+  [[nodiscard]] static constexpr auto table(std::index_sequence<I...> all) {
+    return std::array{row<I>(all)...};
+  }
+};
+
+/// Manifolds of (B, A) in B turned into those of (A, B) in A.
+template <Scalar S>
+void swap_sides(std::span<ContactManifold<S>> manifolds, const Transform<S>& X_AB) {
+  const Mat3<S> R = X_AB.rotation_matrix();
+  for (ContactManifold<S>& m : manifolds) {
+    m.normal = -(R * m.normal);
+    for (std::size_t i = 0; i < m.size; ++i) {
+      m.points[i].position = R * m.points[i].position + X_AB.translation;
+    }
+  }
+}
+
+}  // namespace detail
+
+template <Scalar S>
+auto AnalyticBackend::make(const Shape<S>& shape) -> Collidable<S> {
+  validate(shape);
+  using Prepared = decltype(AnalyticShape<S>::shape);
+  Prepared prepared = std::visit(
+      [](const auto& s) {
+        if constexpr (std::same_as<std::remove_cvref_t<decltype(s)>, TriangleMesh<S>>) {
+          return Prepared(MeshTree<S>(s));
+        } else {
+          return Prepared(s);
+        }
+      },
+      shape);
+  return std::make_shared<const AnalyticShape<S>>(
+      AnalyticShape<S>{std::move(prepared), local_bounds(shape), unit_mass_properties(shape)});
+}
+
+constexpr bool AnalyticBackend::can_collide(ShapeKind a, ShapeKind b) {
+  constexpr auto table =
+      detail::AnalyticPairs<double>::table(std::make_index_sequence<shape_kind_count>{});
+  return table[static_cast<std::size_t>(a)][static_cast<std::size_t>(b)];
+}
+
+template <Scalar S>
+ContactStatus AnalyticBackend::collide(const std::shared_ptr<const AnalyticShape<S>>& a,
+                                       const std::shared_ptr<const AnalyticShape<S>>& b,
+                                       const Transform<S>& X_AB, S margin,
+                                       ContactManifolds<S>& out) noexcept {
+  return std::visit(
+      [&](const auto& shape_a, const auto& shape_b) {
+        using A = std::remove_cvref_t<decltype(shape_a)>;
+        using B = std::remove_cvref_t<decltype(shape_b)>;
+        if constexpr (detail::AnalyticPair<A, B, S>) {
+          collide_shapes(shape_a, shape_b, X_AB, margin, out);
+          return ContactStatus::ok;
+        } else if constexpr (detail::AnalyticPair<B, A, S>) {
+          const std::size_t before = out.size();
+          collide_shapes(shape_b, shape_a, X_AB.inverse(), margin, out);
+          detail::swap_sides<S>(std::span(out).subspan(before), X_AB);
+          return ContactStatus::ok;
+        } else {
+          return ContactStatus::failed;
+        }
+      },
+      a->shape, b->shape);
+}
+
+template <Scalar S>
+void AnalyticBackend::cast_rays(const std::shared_ptr<const AnalyticShape<S>>& c,
+                                const Transform<S>& X_RC, const RayBatch<S>& rays,
+                                std::uint32_t tag, RayHits<S>& hits) noexcept {
+  const Mat3<S> R_RC = X_RC.rotation_matrix();
+  const Mat3<S> R_CR = R_RC.transpose();
+  // One dispatch for the whole batch.
+  std::visit(
+      [&](const auto& shape) {
+        for (std::size_t i = 0; i < rays.size(); ++i) {
+          const S best = hits.distance[i];
+          if (!(best > S(0))) continue;
+          const Ray<S> ray = rays[i];
+          const Ray<S> ray_C{R_CR * (ray.origin - X_RC.translation), R_CR * ray.direction,
+                             std::min(ray.length, best)};
+          const RayHit<S> hit = ray_cast(shape, ray_C);
+          if (hit.distance < best) hits.offer(i, {hit.distance, R_RC * hit.normal}, tag);
+        }
+      },
+      c->shape);
+}
+
+static_assert(ShapeBackend<AnalyticBackend, float> && ShapeBackend<AnalyticBackend, double>);
+
+}  // namespace bristle
+
+// === bristle/geometry/grid_hull.hpp
 
 /// @file
-/// The law as the paper's own simulator (AMBF) computes it, for comparison with the paper's law.
+/// Convex hull of points on an integer grid, in exact arithmetic: the core of `convex_hull`.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <utility>
+#include <vector>
+
+namespace bristle::detail {
+
+/// A point on the integer grid that a hull is computed on, coordinates within +-2^29.
+using GridPoint = std::array<std::int64_t, 3>;
+
+[[nodiscard]] inline Vec3<double> to_vector(const GridPoint& p) {
+  return {static_cast<double>(p[0]), static_cast<double>(p[1]), static_cast<double>(p[2])};
+}
+
+/// 1 where d lies above the plane of a, b, c, on the side from which they run counter-clockwise; 0
+/// where it lies on it, -1 below.
 ///
-/// From the behaviour of its source, 2019 to 2024: the normal damping K_D multiplies a difference
-/// that is always zero; stretches and sliding speeds below 1e-4 (in SI units) enter as their cubes;
-/// a bristle beyond sigma_a gives no friction in that step and is rooted anew in the next, again
-/// without friction; sliding is projected on the touched surface, not on the sensor's plane, and
-/// grows with the normal force. Not modelled: its additional spring-rate term (0.1 N/m by default,
-/// absent from the paper), and the one-step lag of its ray origins.
+/// Exact for coordinates within +-2^29: differences need 31 bits, their 2x2 determinants 62. The
+/// last product would need 94, so the determinants are split at bit 30.
+[[nodiscard]] inline int side_of_plane(const GridPoint& a, const GridPoint& b, const GridPoint& c,
+                                       const GridPoint& d) {
+  GridPoint u, v, w;
+  for (std::size_t k = 0; k < 3; ++k) {
+    u[k] = b[k] - a[k];
+    v[k] = c[k] - a[k];
+    w[k] = d[k] - a[k];
+  }
+  constexpr std::int64_t low_bits = (std::int64_t(1) << 30) - 1;
+  std::int64_t high = 0;
+  std::int64_t low = 0;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const std::size_t i = (k + 1) % 3;
+    const std::size_t j = (k + 2) % 3;
+    const std::int64_t minor = u[i] * v[j] - u[j] * v[i];
+    high += w[k] * (minor >> 30);
+    low += w[k] * (minor & low_bits);
+  }
+  high += low >> 30;
+  low &= low_bits;
+  if (high != 0) return high < 0 ? -1 : 1;
+  return low != 0 ? 1 : 0;
+}
+
+/// One triangle of the growing hull.
+struct HullTriangle {
+  /// Corners, counter-clockwise from outside.
+  std::array<std::uint32_t, 3> corners{};
+  /// Number of the triangle across the edge from corner k to corner k + 1.
+  std::array<std::uint32_t, 3> neighbors{};
+  /// Points that lie above it and above no triangle tested before it.
+  std::vector<std::uint32_t> outside;
+  bool is_alive = true;
+};
+
+/// Quickhull (Barber, Dobkin and Huhdanpaa 1996) on grid points, down to triangles.
+class TriangleHull {
+ public:
+  /// @param simplex  Four points of the set that do not lie on a plane.
+  TriangleHull(std::span<const GridPoint> points, std::array<std::uint32_t, 4> simplex)
+      : points_(points) {
+    make_simplex(simplex);
+    std::vector<std::uint32_t> all(points.size());
+    for (std::uint32_t i = 0; i < all.size(); ++i) all[i] = i;
+    assign(all, 0);
+    // Triangles are only ever appended, so that one pass meets them all.
+    for (std::uint32_t t = 0; t < triangles_.size(); ++t) {
+      if (triangles_[t].is_alive && !triangles_[t].outside.empty()) {
+        add_point(farthest_outside(t), t);
+      }
+    }
+    keep_living();
+  }
+
+  /// Closed surface; coplanar triangles are frequent, degenerate ones impossible.
+  [[nodiscard]] const std::vector<HullTriangle>& triangles() const { return triangles_; }
+
+ private:
+  [[nodiscard]] bool is_above(std::uint32_t point, const HullTriangle& t) const {
+    return side_of_plane(points_[t.corners[0]], points_[t.corners[1]], points_[t.corners[2]],
+                         points_[point]) > 0;
+  }
+
+  void make_simplex(std::array<std::uint32_t, 4> s) {
+    if (side_of_plane(points_[s[0]], points_[s[1]], points_[s[2]], points_[s[3]]) > 0) {
+      std::swap(s[1], s[2]);
+    }
+    triangles_.resize(4);
+    triangles_[0].corners = {s[0], s[1], s[2]};
+    triangles_[0].neighbors = {1, 2, 3};
+    for (std::uint32_t k = 0; k < 3; ++k) {
+      triangles_[k + 1].corners = {s[(k + 1) % 3], s[k], s[3]};
+      triangles_[k + 1].neighbors = {0, (k + 2) % 3 + 1, (k + 1) % 3 + 1};
+    }
+  }
+
+  /// Gives each point to the first triangle from `first` on that it lies above; points that lie
+  /// above none are inside and forgotten.
+  void assign(const std::vector<std::uint32_t>& candidates, std::size_t first) {
+    for (const std::uint32_t p : candidates) {
+      for (std::size_t t = first; t < triangles_.size(); ++t) {
+        if (is_above(p, triangles_[t])) {
+          triangles_[t].outside.push_back(p);
+          break;
+        }
+      }
+    }
+  }
+
+  /// Any point above would do; the farthest makes most others inside. So rounding is harmless here.
+  [[nodiscard]] std::uint32_t farthest_outside(std::uint32_t t) const {
+    const HullTriangle& triangle = triangles_[t];
+    const Vec3<double> origin = to_vector(points_[triangle.corners[0]]);
+    const Vec3<double> normal = (to_vector(points_[triangle.corners[1]]) - origin)
+                                    .cross(to_vector(points_[triangle.corners[2]]) - origin);
+    std::uint32_t best = triangle.outside.front();
+    double best_height = -infinity<double>;
+    for (const std::uint32_t p : triangle.outside) {
+      const double height = normal.dot(to_vector(points_[p]) - origin);
+      if (height > best_height) {
+        best_height = height;
+        best = p;
+      }
+    }
+    return best;
+  }
+
+  /// An edge between a triangle that the new point sees and one that it does not.
+  struct HorizonEdge {
+    std::uint32_t from, to, beyond;
+  };
+
+  /// Replaces the triangles that see the point by a fan from the horizon to it.
+  void add_point(std::uint32_t point, std::uint32_t seed) {
+    std::vector<HorizonEdge> horizon;
+    std::vector<std::uint32_t> orphans;
+    std::vector<std::uint32_t> visible{seed};
+    triangles_[seed].is_alive = false;
+    for (std::size_t i = 0; i < visible.size(); ++i) {
+      HullTriangle& t = triangles_[visible[i]];
+      orphans.insert(orphans.end(), t.outside.begin(), t.outside.end());
+      t.outside = {};
+      for (std::size_t k = 0; k < 3; ++k) {
+        const std::uint32_t beyond = t.neighbors[k];
+        if (!triangles_[beyond].is_alive) continue;
+        if (is_above(point, triangles_[beyond])) {
+          triangles_[beyond].is_alive = false;
+          visible.push_back(beyond);
+        }
+      }
+    }
+    for (const std::uint32_t v : visible) {
+      for (std::size_t k = 0; k < 3; ++k) {
+        const std::uint32_t beyond = triangles_[v].neighbors[k];
+        if (triangles_[beyond].is_alive) {
+          horizon.push_back({triangles_[v].corners[k], triangles_[v].corners[(k + 1) % 3], beyond});
+        }
+      }
+    }
+    const auto first = static_cast<std::uint32_t>(triangles_.size());
+    add_fan(point, horizon);
+    assign(orphans, first);
+  }
+
+  /// The horizon is one closed loop, in any order.
+  void add_fan(std::uint32_t point, std::vector<HorizonEdge>& horizon) {
+    const auto by_start = [](const HorizonEdge& a, const HorizonEdge& b) {
+      return a.from < b.from;
+    };
+    std::sort(horizon.begin(), horizon.end(), by_start);
+    const auto first = static_cast<std::uint32_t>(triangles_.size());
+    const auto starting_at = [&](std::uint32_t vertex) {
+      const auto edge =
+          std::lower_bound(horizon.begin(), horizon.end(), HorizonEdge{vertex, 0, 0}, by_start);
+      BRISTLE_ASSERT(edge != horizon.end() && edge->from == vertex);
+      return first + static_cast<std::uint32_t>(edge - horizon.begin());
+    };
+    triangles_.resize(triangles_.size() + horizon.size());
+    for (std::uint32_t i = 0; i < horizon.size(); ++i) {
+      const HorizonEdge& edge = horizon[i];
+      const std::uint32_t next = starting_at(edge.to);
+      triangles_[first + i].corners = {edge.from, edge.to, point};
+      triangles_[first + i].neighbors[0] = edge.beyond;
+      triangles_[first + i].neighbors[1] = next;
+      triangles_[next].neighbors[2] = first + i;
+      HullTriangle& beyond = triangles_[edge.beyond];
+      for (std::size_t k = 0; k < 3; ++k) {
+        if (beyond.corners[k] == edge.to) beyond.neighbors[k] = first + i;
+      }
+    }
+  }
+
+  void keep_living() {
+    std::vector<std::uint32_t> renumber(triangles_.size());
+    std::uint32_t count = 0;
+    for (std::size_t t = 0; t < triangles_.size(); ++t) {
+      if (triangles_[t].is_alive) renumber[t] = count++;
+    }
+    std::erase_if(triangles_, [](const HullTriangle& t) { return !t.is_alive; });
+    for (HullTriangle& t : triangles_) {
+      for (std::uint32_t& n : t.neighbors) n = renumber[n];
+    }
+  }
+
+  std::span<const GridPoint> points_;
+  std::vector<HullTriangle> triangles_;
+};
+
+}  // namespace bristle::detail
+
+// === bristle/geometry/hull_faces.hpp
+
+/// @file
+/// Joins the coplanar triangles of a convex hull to polygons: the second half of `convex_hull`.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <numeric>
+#include <span>
+#include <utility>
+#include <vector>
+
+namespace bristle::detail {
+
+/// A polygon of a hull.
+struct HullFace {
+  /// Corners, counter-clockwise from outside.
+  std::vector<std::uint32_t> corners;
+  /// Third corners of the triangles across its border. A plane through the face that has them below
+  /// has, since the hull is convex, everything below.
+  std::vector<std::uint32_t> ring;
+  /// Outward unit normal of the largest triangle it was joined from, on the grid. No point of the
+  /// hull lies above that plane.
+  Vec3<double> normal = Vec3<double>::UnitZ();
+};
+
+/// Joins the triangles of a closed convex surface to faces.
+///
+/// A region grows from the largest triangle that has none over all neighbours whose corners lie
+/// near its plane. Slivers, whose own plane means nothing, go to whom they share their longest edge
+/// with. A region with fewer than three corners is no polygon and goes to its longest neighbour. A
+/// vertex is a corner where at least three regions meet; since that does not depend on the side one
+/// looks from, faces on both sides of an edge agree on its ends.
+class FaceJoin {
+ public:
+  /// @param tolerance  [grid steps] How far the corners of a face may lie off its plane.
+  FaceJoin(std::span<const GridPoint> points, std::span<const HullTriangle> triangles,
+           double tolerance)
+      : points_(points), triangles_(triangles), tolerance_(tolerance) {
+    measure();
+    grow_regions();
+    adopt_slivers();
+    while (dissolve_small_regions()) {
+    }
+    // At the tips of needles, hardly thicker than the tolerance, all that can go wrong. The
+    // triangles are right in any case.
+    if (!are_regions_flat()) std::iota(region_.begin(), region_.end(), 0u);
+  }
+
+  [[nodiscard]] std::vector<HullFace> faces() const;
+
+ private:
+  static constexpr std::uint32_t none = 0xffffffffu;
+
+  /// One side of a triangle: from corner `edge` to the next.
+  struct Side {
+    std::uint32_t triangle;
+    std::size_t edge;
+
+    friend bool operator==(const Side&, const Side&) = default;
+  };
+
+  [[nodiscard]] std::uint32_t start_of(Side s) const {
+    return triangles_[s.triangle].corners[s.edge];
+  }
+  [[nodiscard]] std::uint32_t across(Side s) const {
+    return triangles_[s.triangle].neighbors[s.edge];
+  }
+  [[nodiscard]] bool is_border(Side s) const { return region_[s.triangle] != region_[across(s)]; }
+  [[nodiscard]] double length_of(Side s) const {
+    const std::uint32_t end = triangles_[s.triangle].corners[(s.edge + 1) % 3];
+    return (to_vector(points_[end]) - to_vector(points_[start_of(s)])).norm();
+  }
+  /// The side of a triangle that starts at a vertex of it.
+  [[nodiscard]] Side side_from(std::uint32_t triangle, std::uint32_t vertex) const {
+    const auto& corners = triangles_[triangle].corners;
+    const auto corner = std::find(corners.begin(), corners.end(), vertex);
+    return {triangle, static_cast<std::size_t>(corner - corners.begin())};
+  }
+  /// The next side, counter-clockwise around the vertex where both start.
+  [[nodiscard]] Side turned(Side s) const {
+    return side_from(across({s.triangle, (s.edge + 2) % 3}), start_of(s));
+  }
+  /// Likewise clockwise.
+  [[nodiscard]] Side turned_back(Side s) const { return side_from(across(s), start_of(s)); }
+
+  void measure();
+  [[nodiscard]] double depth_below(std::uint32_t plane, std::uint32_t t) const;
+  void grow_regions();
+  void grow_region(std::uint32_t seed);
+  void adopt_slivers();
+  bool dissolve_small_regions();
+  [[nodiscard]] bool are_regions_flat() const;
+  [[nodiscard]] std::vector<Side> sides_by_start() const;
+  [[nodiscard]] std::size_t count_regions_around(Side first) const;
+
+  std::span<const GridPoint> points_;
+  std::span<const HullTriangle> triangles_;
+  double tolerance_;
+  std::vector<Vec3<double>> area_vectors_;
+  std::vector<std::size_t> longest_edge_;
+  std::vector<bool> is_sliver_;
+  /// Number of the triangle that each one's region grew from.
+  std::vector<std::uint32_t> region_;
+};
+
+inline void FaceJoin::measure() {
+  for (std::uint32_t t = 0; t < triangles_.size(); ++t) {
+    const auto& c = triangles_[t].corners;
+    const Vec3<double> a = to_vector(points_[c[0]]);
+    area_vectors_.push_back((to_vector(points_[c[1]]) - a).cross(to_vector(points_[c[2]]) - a));
+    std::size_t longest = 0;
+    for (std::size_t k = 1; k < 3; ++k) {
+      if (length_of({t, k}) > length_of({t, longest})) longest = k;
+    }
+    longest_edge_.push_back(longest);
+    is_sliver_.push_back(area_vectors_[t].norm() <= 2.0 * tolerance_ * length_of({t, longest}));
+  }
+}
+
+/// How far the lowest corner of triangle t lies below the plane of another; no corner lies above.
+inline double FaceJoin::depth_below(std::uint32_t plane, std::uint32_t t) const {
+  const Vec3<double> normal = area_vectors_[plane].normalized();
+  const Vec3<double> origin = to_vector(points_[triangles_[plane].corners[0]]);
+  double depth = 0.0;
+  for (const std::uint32_t v : triangles_[t].corners) {
+    depth = std::max(depth, normal.dot(origin - to_vector(points_[v])));
+  }
+  return depth;
+}
+
+inline void FaceJoin::grow_regions() {
+  region_.assign(triangles_.size(), none);
+  std::vector<std::uint32_t> order(triangles_.size());
+  std::iota(order.begin(), order.end(), 0u);
+  std::stable_sort(order.begin(), order.end(), [this](std::uint32_t a, std::uint32_t b) {
+    return area_vectors_[a].squaredNorm() > area_vectors_[b].squaredNorm();
+  });
+  for (const std::uint32_t seed : order) {
+    if (region_[seed] == none && !is_sliver_[seed]) grow_region(seed);
+  }
+}
+
+inline void FaceJoin::grow_region(std::uint32_t seed) {
+  const Vec3<double>& normal = area_vectors_[seed];
+  std::vector<std::uint32_t> members{seed};
+  region_[seed] = seed;
+  for (std::size_t i = 0; i < members.size(); ++i) {
+    for (const std::uint32_t t : triangles_[members[i]].neighbors) {
+      // Thin solids have two faces in one slab, back to back.
+      if (region_[t] != none || normal.dot(area_vectors_[t]) < 0.0 ||
+          depth_below(seed, t) > tolerance_) {
+        continue;
+      }
+      region_[t] = seed;
+      members.push_back(t);
+    }
+  }
+}
+
+inline void FaceJoin::adopt_slivers() {
+  std::vector<std::uint32_t> orphans;
+  for (std::uint32_t t = 0; t < triangles_.size(); ++t) {
+    if (region_[t] == none) orphans.push_back(t);
+  }
+  while (!orphans.empty()) {
+    const std::size_t count = orphans.size();
+    std::erase_if(orphans, [this](std::uint32_t t) {
+      region_[t] = region_[across({t, longest_edge_[t]})];
+      return region_[t] != none;
+    });
+    if (orphans.size() < count) continue;
+    // What remains are slivers in a ring around their longest edges; any neighbour will do.
+    std::erase_if(orphans, [this](std::uint32_t t) {
+      for (const std::uint32_t n : triangles_[t].neighbors) {
+        if (region_[t] == none) region_[t] = region_[n];
+      }
+      return region_[t] != none;
+    });
+    BRISTLE_ASSERT(orphans.size() < count);
+  }
+}
+
+/// One side that starts at each vertex; `triangle` is none where the vertex is not on the hull.
+inline std::vector<FaceJoin::Side> FaceJoin::sides_by_start() const {
+  std::vector<Side> sides(points_.size(), Side{none, 0});
+  for (std::uint32_t t = 0; t < triangles_.size(); ++t) {
+    for (std::size_t k = 0; k < 3; ++k) sides[triangles_[t].corners[k]] = {t, k};
+  }
+  return sides;
+}
+
+inline std::size_t FaceJoin::count_regions_around(Side first) const {
+  std::size_t count = 0;
+  Side side = first;
+  do {
+    if (is_border(side)) ++count;
+    side = turned(side);
+  } while (!(side == first));
+  return count;
+}
+
+inline bool FaceJoin::dissolve_small_regions() {
+  std::vector<std::size_t> corner_count(triangles_.size(), 0);
+  for (const Side first : sides_by_start()) {
+    if (first.triangle == none || count_regions_around(first) < 3) continue;
+    Side side = first;
+    do {
+      if (is_border(side)) ++corner_count[region_[side.triangle]];
+      side = turned(side);
+    } while (!(side == first));
+  }
+  std::map<std::pair<std::uint32_t, std::uint32_t>, double> border_lengths;
+  for (std::uint32_t t = 0; t < triangles_.size(); ++t) {
+    if (corner_count[region_[t]] >= 3) continue;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Side side{t, k};
+      if (is_border(side)) border_lengths[{region_[t], region_[across(side)]}] += length_of(side);
+    }
+  }
+  if (border_lengths.empty()) return false;
+  // One region at a time: its end changes the corners of its neighbours.
+  const std::uint32_t region = border_lengths.begin()->first.first;
+  std::uint32_t heir = none;
+  double longest = 0.0;
+  for (const auto& [border, length] : border_lengths) {
+    if (border.first == region && length > longest) {
+      longest = length;
+      heir = border.second;
+    }
+  }
+  std::replace(region_.begin(), region_.end(), region, heir);
+  return true;
+}
+
+/// Slivers lie up to three tolerances below the plane of those who adopted them.
+inline bool FaceJoin::are_regions_flat() const {
+  for (std::uint32_t t = 0; t < triangles_.size(); ++t) {
+    if (depth_below(region_[t], t) > 4.0 * tolerance_) return false;
+  }
+  return true;
+}
+
+inline std::vector<HullFace> FaceJoin::faces() const {
+  std::vector<bool> is_corner(points_.size(), false);
+  for (const Side side : sides_by_start()) {
+    if (side.triangle == none) continue;
+    is_corner[start_of(side)] = count_regions_around(side) >= 3;
+  }
+  std::vector<HullFace> faces;
+  std::vector<bool> is_done(triangles_.size(), false);
+  for (std::uint32_t t = 0; t < triangles_.size(); ++t) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Side first{t, k};
+      if (is_done[region_[t]] || !is_border(first)) continue;
+      is_done[region_[t]] = true;
+      HullFace face{{}, {}, area_vectors_[region_[t]].normalized()};
+      Side side = first;
+      do {
+        if (is_corner[start_of(side)]) face.corners.push_back(start_of(side));
+        face.ring.push_back(start_of({across(side), (turned_back(side).edge + 1) % 3}));
+        // On to the border side of this region that starts where this one ends.
+        side = {side.triangle, (side.edge + 1) % 3};
+        while (!is_border(side)) side = turned_back(side);
+      } while (!(side == first));
+      faces.push_back(std::move(face));
+    }
+  }
+  return faces;
+}
+
+}  // namespace bristle::detail
+
+// === bristle/geometry/mesh_shapes.hpp
+
+/// @file
+/// Meshes of simple shapes, for examples, tests and comparison with the exact shapes.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <numbers>
+
+namespace bristle {
+
+/// Cuboid around the origin: 8 vertices, 12 triangles; two for each of the faces -x, +x, -y, +y,
+/// -z, +z in this order.
+///
+/// @param half_extents  [m] Half of each edge, > 0.
+template <Scalar S>
+[[nodiscard]] TriangleMesh<S> box_mesh(const Vec3<S>& half_extents);
+
+/// Geodesic sphere around the origin: an icosahedron whose edges are divided into `frequency`
+/// parts, 10 f^2 + 2 vertices on the sphere and 20 f^2 nearly equal triangles.
+///
+/// @param radius  [m] > 0; the triangles lie inside the sphere.
+template <Scalar S>
+[[nodiscard]] TriangleMesh<S> sphere_mesh(S radius, std::uint32_t frequency);
+
+/// Cylinder about z with vertices on its rims and the centres of its ends; 4 triangles a segment.
+///
+/// @param segments  [-] Around the axis, >= 3.
+template <Scalar S>
+[[nodiscard]] TriangleMesh<S> cylinder_mesh(const Cylinder<S>& cylinder, std::uint32_t segments);
+
+/// Flat open rectangle around the origin in the plane z = 0, facing +z: a pad for sensors.
+///
+/// @param size   [m] Whole sides along x and y, > 0.
+/// @param cells  [-] Along x and y, >= 1 each; a cell is two triangles, cells along x follow one
+///               another.
+template <Scalar S>
+[[nodiscard]] TriangleMesh<S> grid_mesh(const Vec2<S>& size,
+                                        const std::array<std::uint32_t, 2>& cells);
+
+// Implementation -----------------------------------------------------------------------------------
+
+template <Scalar S>
+TriangleMesh<S> box_mesh(const Vec3<S>& half_extents) {
+  validate<S>(Shape<S>(Box<S>{half_extents}));
+  TriangleMesh<S> mesh;
+  // Bit k of a vertex's number tells the side along axis k.
+  for (unsigned v = 0; v < 8; ++v) {
+    const Vec3<S> sign(v & 1u ? S(1) : S(-1), v & 2u ? S(1) : S(-1), v & 4u ? S(1) : S(-1));
+    mesh.vertices.push_back(sign.cwiseProduct(half_extents));
+  }
+  for (std::uint32_t axis = 0; axis < 3; ++axis) {
+    const std::uint32_t u = 1u << (axis + 1) % 3;
+    const std::uint32_t v = 1u << (axis + 2) % 3;
+    const std::uint32_t high = 1u << axis;
+    mesh.triangles.push_back({0, v, u + v});
+    mesh.triangles.push_back({0, u + v, u});
+    mesh.triangles.push_back({high, high + u, high + u + v});
+    mesh.triangles.push_back({high, high + u + v, high + v});
+  }
+  return mesh;
+}
+
+template <Scalar S>
+TriangleMesh<S> sphere_mesh(S radius, std::uint32_t frequency) {
+  detail::require_positive("sphere_mesh: radius", radius);
+  detail::require(frequency >= 1, "sphere_mesh: frequency", frequency, "must be >= 1");
+  // Corners of an icosahedron: the cyclic permutations of (0, +-1, +-golden ratio).
+  const S g = S(std::numbers::phi);
+  const std::array<Vec3<S>, 12> corners{Vec3<S>(-1, g, 0),  Vec3<S>(1, g, 0),   Vec3<S>(-1, -g, 0),
+                                        Vec3<S>(1, -g, 0),  Vec3<S>(0, -1, g),  Vec3<S>(0, 1, g),
+                                        Vec3<S>(0, -1, -g), Vec3<S>(0, 1, -g),  Vec3<S>(g, 0, -1),
+                                        Vec3<S>(g, 0, 1),   Vec3<S>(-g, 0, -1), Vec3<S>(-g, 0, 1)};
+  constexpr std::uint8_t faces[20][3] = {
+      {0, 11, 5},  {0, 5, 1},  {0, 1, 7},  {0, 7, 10}, {0, 10, 11}, {1, 5, 9}, {5, 11, 4},
+      {11, 10, 2}, {10, 7, 6}, {7, 1, 8},  {3, 9, 4},  {3, 4, 2},   {3, 2, 6}, {3, 6, 8},
+      {3, 8, 9},   {4, 9, 5},  {2, 4, 11}, {6, 2, 10}, {8, 6, 7},   {9, 8, 1}};
+
+  TriangleMesh<S> mesh;
+  for (const auto& face : faces) {
+    const auto first = static_cast<std::uint32_t>(mesh.vertices.size());
+    // Row i holds the i + 1 points that are i steps away from the first corner.
+    const auto number = [first](std::uint32_t i, std::uint32_t j) {
+      return first + i * (i + 1) / 2 + j;
+    };
+    for (std::uint32_t i = 0; i <= frequency; ++i) {
+      for (std::uint32_t j = 0; j <= i; ++j) {
+        const Vec3<S> p = S(frequency - i) * corners[face[0]] + S(i - j) * corners[face[1]] +
+                          S(j) * corners[face[2]];
+        mesh.vertices.push_back(radius * p.normalized());
+        if (i == 0) continue;
+        if (j < i) mesh.triangles.push_back({number(i - 1, j), number(i, j), number(i, j + 1)});
+        if (j > 0 && j < i) {
+          mesh.triangles.push_back({number(i - 1, j - 1), number(i, j), number(i - 1, j)});
+        }
+      }
+    }
+  }
+  // Faces repeat the points of their common edges, with other rounding.
+  return weld(mesh, S(16) * Tolerance<S>::round_off());
+}
+
+template <Scalar S>
+TriangleMesh<S> cylinder_mesh(const Cylinder<S>& cylinder, std::uint32_t segments) {
+  using std::cos;
+  using std::sin;
+  validate<S>(Shape<S>(cylinder));
+  detail::require(segments >= 3, "cylinder_mesh: segments", segments, "must be >= 3");
+  const S h = cylinder.half_length;
+  TriangleMesh<S> mesh;
+  mesh.vertices = {{S(0), S(0), -h}, {S(0), S(0), h}};
+  for (std::uint32_t i = 0; i < segments; ++i) {
+    const S angle = S(2) * S(std::numbers::pi) * S(i) / S(segments);
+    const S x = cylinder.radius * cos(angle);
+    const S y = cylinder.radius * sin(angle);
+    mesh.vertices.push_back({x, y, -h});
+    mesh.vertices.push_back({x, y, h});
+  }
+  for (std::uint32_t i = 0; i < segments; ++i) {
+    const std::uint32_t low = 2 + 2 * i;
+    const std::uint32_t next = 2 + 2 * ((i + 1) % segments);
+    mesh.triangles.push_back({0, next, low});
+    mesh.triangles.push_back({1, low + 1, next + 1});
+    mesh.triangles.push_back({low, next, next + 1});
+    mesh.triangles.push_back({low, next + 1, low + 1});
+  }
+  return mesh;
+}
+
+template <Scalar S>
+TriangleMesh<S> grid_mesh(const Vec2<S>& size, const std::array<std::uint32_t, 2>& cells) {
+  detail::require_positive("grid_mesh: size[0]", size.x());
+  detail::require_positive("grid_mesh: size[1]", size.y());
+  detail::require(cells[0] >= 1, "grid_mesh: cells[0]", cells[0], "must be >= 1");
+  detail::require(cells[1] >= 1, "grid_mesh: cells[1]", cells[1], "must be >= 1");
+  TriangleMesh<S> mesh;
+  for (std::uint32_t j = 0; j <= cells[1]; ++j) {
+    for (std::uint32_t i = 0; i <= cells[0]; ++i) {
+      mesh.vertices.push_back({(S(i) / S(cells[0]) - S(0.5)) * size.x(),
+                               (S(j) / S(cells[1]) - S(0.5)) * size.y(), S(0)});
+    }
+  }
+  const std::uint32_t row = cells[0] + 1;
+  for (std::uint32_t j = 0; j < cells[1]; ++j) {
+    for (std::uint32_t i = 0; i < cells[0]; ++i) {
+      const std::uint32_t v = j * row + i;
+      mesh.triangles.push_back({v, v + 1, v + row + 1});
+      mesh.triangles.push_back({v, v + row + 1, v + row});
+    }
+  }
+  return mesh;
+}
+
+}  // namespace bristle
+
+// === bristle/geometry/quickhull.hpp
+
+/// @file
+/// Convex hull of a set of points, with polygons as faces.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace bristle {
+
+/// Smallest convex solid around a set of points, with coplanar triangles joined to polygons.
+///
+/// Points may repeat, and any number of them may lie on one plane or line; those that are no
+/// corners are left out. What is closer than `hull_resolution` times the size of the set counts as
+/// equal. Vertices keep the order of the points; each face starts at its lowest vertex, faces are
+/// sorted by their vertices, so that the result does not depend on how it was found.
+///
+/// @throws InvalidArgument when a point is not finite, or the points do not span a volume: fewer
+///         than 4, all on a plane, a line or a point.
+/// @note O(n log n) for points spread evenly; a cloud of 10 000 takes some hundredths of a second.
+template <Scalar S>
+[[nodiscard]] ConvexHull<S> convex_hull(std::span<const Vec3<S>> points);
+
+/// Hull of all vertices of a mesh that its triangles use.
+template <Scalar S>
+[[nodiscard]] ConvexHull<S> convex_hull(const TriangleMesh<S>& mesh);
+
+/// [1] Distance, as a fraction of the longest side of the box around them, below which points count
+/// as equal, coplanar or collinear when a hull is made.
+template <Scalar S>
+[[nodiscard]] constexpr S hull_resolution() {
+  return std::max(Tolerance<S>::round_off(), S(8.0 / (1 << 30)));
+}
+
+// Implementation -----------------------------------------------------------------------------------
+//
+// Rounding makes quickhull fail where points are nearly coplanar: it then sees one side of a face
+// as visible and contradicts itself at the next. So the points are put on an integer grid of 2^30
+// steps across the set, where every sidedness test is exact and the algorithm of the textbook is
+// right for every input. The grid's noise remains: a plane of many points becomes many triangles
+// that differ in the last bits. A second pass joins what is coplanar within the resolution, and a
+// vertex that is left with fewer than three faces around it disappears, from both sides of its edge
+// alike.
+
+namespace detail {
+
+/// The points of a hull, each of them once, and where they stand on the grid.
+template <Scalar S>
+struct GriddedPoints {
+  std::vector<Vec3<S>> points;
+  std::vector<GridPoint> grid;
+  /// [m] Distance below which points count as equal.
+  S resolution = S(0);
+  /// [grid steps] The same distance.
+  double tolerance = 0.0;
+};
+
+[[noreturn]] inline void raise_no_volume(const std::string& what) {
+  raise(InvalidArgument("convex_hull: points", what, "must span a volume"));
+}
+
+template <Scalar S>
+[[nodiscard]] GriddedPoints<S> put_on_grid(std::span<const Vec3<S>> points) {
+  Aabb<S> box;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    require_all_finite("convex_hull: points[" + std::to_string(i) + "]", points[i]);
+    box.include(points[i]);
+  }
+  if (points.size() < 4) raise_no_volume(std::to_string(points.size()) + " points");
+  const S extent = (box.upper - box.lower).maxCoeff();
+  if (!(extent > S(0))) raise_no_volume("all equal");
+  require_finite("convex_hull: extent of the points", extent);
+
+  // Far from the origin, the rounding of the coordinates themselves is what blurs the points.
+  const S reach = std::max(box.lower.cwiseAbs().maxCoeff(), box.upper.cwiseAbs().maxCoeff());
+  GriddedPoints<S> result;
+  result.resolution = std::max(hull_resolution<S>() * extent, Tolerance<S>::round_off() * reach);
+  for (const std::uint32_t i : merge_points(points, result.resolution).unique) {
+    result.points.push_back(points[i]);
+  }
+  const double scale = static_cast<double>(1 << 30) / static_cast<double>(extent);
+  result.tolerance = scale * static_cast<double>(result.resolution);
+  for (const Vec3<S>& p : result.points) {
+    GridPoint& g = result.grid.emplace_back();
+    for (int k = 0; k < 3; ++k) {
+      const S from_center = p[k] - box.center()[k];
+      g[static_cast<std::size_t>(k)] = std::llround(scale * static_cast<double>(from_center));
+    }
+  }
+  return result;
+}
+
+/// Four points that are far from lying on a plane.
+[[nodiscard]] inline std::array<std::uint32_t, 4> find_simplex(std::span<const GridPoint> points,
+                                                               double tolerance) {
+  const auto farthest = [&](auto&& distance, const char* what) {
+    std::uint32_t best = 0;
+    double best_distance = tolerance;
+    for (std::uint32_t i = 0; i < points.size(); ++i) {
+      const double d = distance(to_vector(points[i]));
+      if (d > best_distance) {
+        best_distance = d;
+        best = i;
+      }
+    }
+    if (!(best_distance > tolerance)) raise_no_volume(what);
+    return best;
+  };
+  std::array<std::uint32_t, 4> s{};
+  const Vec3<double> any = to_vector(points[0]);
+  s[0] = farthest([&](const Vec3<double>& p) { return (p - any).norm(); }, "all equal");
+  const Vec3<double> a = to_vector(points[s[0]]);
+  s[1] = farthest([&](const Vec3<double>& p) { return (p - a).norm(); }, "all equal");
+  const Vec3<double> along = (to_vector(points[s[1]]) - a).normalized();
+  s[2] =
+      farthest([&](const Vec3<double>& p) { return along.cross(p - a).norm(); }, "all on a line");
+  const Vec3<double> normal = along.cross(to_vector(points[s[2]]) - a).normalized();
+  // Any thinner, and both sides might lie in the slab of one face.
+  tolerance *= 4.0;
+  s[3] = farthest([&](const Vec3<double>& p) { return std::abs(normal.dot(p - a)); },
+                  "all on a plane");
+  return s;
+}
+
+/// Outward unit normal of a face: from the points themselves, to their full precision, or from the
+/// grid where the face is so small or thin that rounding would tilt it out of its corners or into
+/// the hull.
+template <Scalar S>
+[[nodiscard]] Vec3<S> face_normal(const GriddedPoints<S>& gridded, const HullFace& face) {
+  const std::vector<Vec3<S>>& points = gridded.points;
+  const Vec3<S>& origin = points[face.corners[0]];
+  Vec3<S> sum = Vec3<S>::Zero();
+  for (std::size_t i = 2; i < face.corners.size(); ++i) {
+    sum += (points[face.corners[i - 1]] - origin).cross(points[face.corners[i]] - origin);
+  }
+  const Vec3<S> normal = sum.stableNormalized();
+  const auto height = [&](std::uint32_t v) { return normal.dot(points[v] - origin); };
+  S lowest = S(0);
+  S highest = S(0);
+  for (const std::uint32_t v : face.corners) {
+    lowest = std::min(lowest, height(v));
+    highest = std::max(highest, height(v));
+  }
+  const bool is_supporting =
+      std::ranges::all_of(face.ring, [&](std::uint32_t v) { return height(v) <= lowest; });
+  const bool is_flat = highest - lowest <= gridded.resolution;
+  return is_supporting && is_flat ? normal : Vec3<S>(face.normal.cast<S>());
+}
+
+}  // namespace detail
+
+template <Scalar S>
+ConvexHull<S> convex_hull(std::span<const Vec3<S>> points) {
+  const detail::GriddedPoints<S> gridded = detail::put_on_grid(points);
+  const detail::TriangleHull triangles(gridded.grid,
+                                       detail::find_simplex(gridded.grid, gridded.tolerance));
+  std::vector<detail::HullFace> faces =
+      detail::FaceJoin(gridded.grid, triangles.triangles(), gridded.tolerance).faces();
+  for (detail::HullFace& face : faces) {
+    const auto lowest = std::min_element(face.corners.begin(), face.corners.end());
+    std::rotate(face.corners.begin(), lowest, face.corners.end());
+  }
+  std::sort(faces.begin(), faces.end(),
+            [](const auto& a, const auto& b) { return a.corners < b.corners; });
+
+  ConvexHull<S> hull;
+  constexpr std::uint32_t unused = 0xffffffffu;
+  std::vector<std::uint32_t> renumber(gridded.points.size(), unused);
+  for (const detail::HullFace& face : faces) {
+    for (const std::uint32_t v : face.corners) renumber[v] = 0;
+  }
+  for (std::size_t v = 0; v < renumber.size(); ++v) {
+    if (renumber[v] == unused) continue;
+    renumber[v] = static_cast<std::uint32_t>(hull.vertices.size());
+    hull.vertices.push_back(gridded.points[v]);
+  }
+  hull.face_starts.push_back(0);
+  for (const detail::HullFace& face : faces) {
+    for (const std::uint32_t v : face.corners) hull.face_vertices.push_back(renumber[v]);
+    hull.face_starts.push_back(static_cast<std::uint32_t>(hull.face_vertices.size()));
+    hull.face_normals.push_back(detail::face_normal(gridded, face));
+    S offset = -infinity<S>;
+    for (const std::uint32_t v : face.corners) {
+      offset = std::max(offset, hull.face_normals.back().dot(gridded.points[v]));
+    }
+    hull.face_offsets.push_back(offset);
+  }
+  return hull;
+}
+
+template <Scalar S>
+ConvexHull<S> convex_hull(const TriangleMesh<S>& mesh) {
+  std::vector<Vec3<S>> points;
+  for (const auto& t : mesh.triangles) {
+    for (const std::uint32_t v : t) points.push_back(mesh.vertices[v]);
+  }
+  return convex_hull<S>(std::span<const Vec3<S>>(points));
+}
+
+}  // namespace bristle
+
+// === bristle/hosts/sensor_host.hpp
+
+/// @file
+/// Patches of sensors in somebody else's engine.
+///
+/// The engine keeps its bodies, its contacts and its solver; it answers rays and takes wrenches. A
+/// `HostPatch` senses, solves the patch implicitly against the free motion of the bodies it touches,
+/// and hands out forces that are stable at any stiffness with a plain "add force" interface.
+// SPDX-License-Identifier: BSD-3-Clause
+
+// === bristle/sensors/passes.hpp
+
+/// @file
+/// The loop around a solve whose sensors change state within the step.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <algorithm>
+
+namespace bristle {
+
+/// Solves, and solves anew while sensors find themselves in another state than they were linearised
+/// for (stuck to slipping, touching to free, another normal force), at most `max_passes` times.
+///
+/// @param solve        solve(): fills the soft blocks, finds velocities, evaluates impulses.
+/// @param relinearise  bool relinearise(pass, is_last_pass): moves the linearisation to the solution
+///                     and says whether that matters. Impulses evaluated before stay valid.
+/// @return Number of solves.
+template <typename Solve, typename Relinearise>
+int solve_in_passes(int max_passes, Solve&& solve, Relinearise&& relinearise) {
+  const int passes = std::max(1, max_passes);
+  for (int pass = 1; pass < passes; ++pass) {
+    solve();
+    if (!relinearise(pass, pass + 1 == passes)) return pass;
+  }
+  solve();
+  return passes;
+}
+
+}  // namespace bristle
+
+// === bristle/sensors/patch_contacts.hpp
+
+/// @file
+/// From hits to contacts: sorts the hits of a patch by touched body and advances its bristles.
+// SPDX-License-Identifier: BSD-3-Clause
+
+// === bristle/sensors/patch.hpp
+
+/// @file
+/// A patch: many resistive sensors on one body, as structures of arrays, with what they remember.
 // SPDX-License-Identifier: BSD-3-Clause
 
 // === bristle/sensors/law.hpp
@@ -4791,7 +7990,7 @@ template <Scalar S>
                                       const BodyMotion<S>& A, const BodyMotion<S>& B, S dt,
                                       SensorMemory<S>& memory) {
   const Vec3<S> n = A.pose.rotate(ray.d_A);
-  if (!(distance < ray.length) || m.dot(n) > grazing_cosine<S>) {
+  if (!(distance < ray.length) || !(m.dot(n) <= grazing_cosine<S>)) {
     memory.is_anchored = false;
     return {};
   }
@@ -4809,60 +8008,6 @@ template <Scalar S>
 }
 
 }  // namespace bristle
-
-namespace bristle {
-
-/// [m] and [m/s] Below it AMBF multiplies by a vector that it has not normalised.
-template <Scalar S>
-inline constexpr S ambf_dead_zone = S(1e-4);
-
-/// What AMBF makes of a tangential vector: itself above the dead zone, |a|^2 a within it.
-template <Scalar S>
-[[nodiscard]] Vec3<S> ambf_projected(const Vec3<S>& a) {
-  const S size2 = a.squaredNorm();
-  return size2 > ambf_dead_zone<S> * ambf_dead_zone<S> ? a : Vec3<S>(size2 * a);
-}
-
-/// Force of one sensor on B under AMBF's law, and the bristle's next state.
-///
-/// @param m  [1] Outward unit normal of B at the hit.
-/// @param[in,out] is_rooted  Whether the bristle is rooted; cleared when it lets go.
-/// @param[out] did_slip      Whether it let go in this step.
-template <Scalar S>
-[[nodiscard]] SensorForce<S> ambf_sensor_force(const SensorParameters<S>& p,
-                                               FrictionScaling scaling, const SensorContact<S>& c,
-                                               const Vec3<S>& m, const PairPose<S>& pair,
-                                               const Vec3<S>& r_A, Anchor<S>& anchor,
-                                               bool& is_rooted, bool& did_slip) {
-  SensorForce<S> f;
-  did_slip = false;
-  f.normal = p.normal_stiffness * c.depth;
-  f.normal_vector = f.normal * c.n;
-  const S weight = scaling == FrictionScaling::normal_force ? f.normal : S(1);
-  if (is_rooted) {
-    const Vec3<S> stretch = ambf_projected<S>(anchor_stretch(anchor, pair, c.n));
-    const S size2 = stretch.squaredNorm();
-    if (size2 > S(0) && size2 <= p.breakaway_distance * p.breakaway_distance) {
-      f.shear = (p.static_friction * weight) * stretch;
-    } else {
-      is_rooted = false;
-      did_slip = size2 > S(0);
-    }
-  } else {
-    anchor = rooted<S>(pair, r_A, Vec3<S>::Zero());
-    is_rooted = true;
-  }
-  f.shear += (p.sliding_friction * weight) * ambf_projected<S>(tangential(c.v, m));
-  return f;
-}
-
-}  // namespace bristle
-
-// === bristle/sensors/patch.hpp
-
-/// @file
-/// A patch: many resistive sensors on one body, as structures of arrays, with what they remember.
-// SPDX-License-Identifier: BSD-3-Clause
 
 // === bristle/sensors/reading.hpp
 
@@ -5198,7 +8343,7 @@ struct SensorPatch {
 /// @throws InvalidArgument naming the field.
 template <Scalar S>
 [[nodiscard]] SensorPatch<S> make_patch(PatchDef<S> def, BodyId body, const Vec3<S>& center_B) {
-  validate(def.sensors);
+  def.sensors.validate();
   const std::size_t n = def.sensors.size();
   detail::require(n > 0, "PatchDef::sensors.size()", S(0), "must be > 0");
   validate(def.parameters);
@@ -5230,6 +8375,207 @@ template <Scalar S>
   def.sensors = {};  // The arrays above replace it.
   patch.def = std::move(def);
   return patch;
+}
+
+}  // namespace bristle
+
+namespace bristle {
+
+/// A body that a ray met.
+template <Scalar S>
+struct TouchedBody {
+  const Body<S>* body = nullptr;
+  BodyId id{};
+};
+
+/// Makes a patch read and remember nothing. Costs nothing when it does so already.
+template <Scalar S>
+void clear_patch(SensorPatch<S>& patch);
+
+/// Fills `contacts` and `pairs` from `hits`; a sensor without a hit lets go of what it held. For the
+/// paper's law the bristles are advanced too.
+///
+/// @param A        The patch's own body.
+/// @param find     Callable: TouchedBody<S> find(tag), the body that owns the shape with that tag.
+template <Scalar S, typename FindBody>
+void collect_contacts(SensorPatch<S>& patch, const Body<S>& A, FindBody&& find);
+
+// Implementation -----------------------------------------------------------------------------------
+
+template <Scalar S>
+void clear_patch(SensorPatch<S>& patch) {
+  for (const std::uint32_t i : patch.felt) patch.readings.clear(i);
+  for (const PatchContact<S>& c : patch.contacts) patch.release(c.sensor);
+  patch.felt.clear();
+  patch.contacts.clear();
+  patch.pairs.clear();
+  patch.readings.wrench = {};
+  patch.readings.shear_W.setZero();
+}
+
+namespace detail {
+
+/// One contact from sensor i's hit on the body of `pair`; false when the touch is grazing.
+template <Scalar S>
+bool fill_contact(SensorPatch<S>& patch, std::size_t i, const PatchPair<S>& pair, const Body<S>& A,
+                  const Body<S>& B, PatchContact<S>& c) {
+  c.n = pair.pose.R_WA * patch.direction[i];
+  const Vec3<S> m = pair.pose.R_WA * patch.hits.normal[i];
+  if (!(m.dot(c.n) <= grazing_cosine<S>)) return false;  // False for a normal that is no number, too.
+  c.sensor = static_cast<std::uint32_t>(i);
+  c.g = depth_gradient(c.n, m);
+  c.length = patch.length[i];
+  c.depth = sensor_depth(patch.hits.distance[i], c.length);
+  c.is_touching = c.depth > S(0);
+  c.rho = pair.pose.R_WA * (patch.start[i] + patch.hits.distance[i] * patch.direction[i]);
+  c.start_velocity = A.twist.at(c.rho) - B.twist.at(c.rho - pair.pose.p_AB_W);
+  c.stretch.setZero();
+  c.is_pushing = c.is_slipping = c.is_damping_slip = false;
+  c.last_slip.setZero();
+  c.normal_impulse = S(0);
+  c.impulse.setZero();
+  return true;
+}
+
+/// Advances the bristle of a contact; a surface the ray does not reach yet lets go of it.
+template <Scalar S>
+void advance_bristle(SensorPatch<S>& patch, const PatchPair<S>& pair, BodyId id_b,
+                     PatchContact<S>& c) {
+  if (!c.is_touching) {
+    patch.release(c.sensor);
+    return;
+  }
+  Anchor<S> anchor{patch.root_a[c.sensor], patch.root_b[c.sensor]};
+  c.stretch = advance_anchor(anchor, patch.rooted_in[c.sensor] == id_b, pair.pose, c.n, c.rho,
+                             patch.parameters(c.sensor).breakaway_distance,
+                             patch.def.options.reset, c.is_slipping);
+  patch.root_a.set(c.sensor, anchor.q_A);
+  patch.root_b.set(c.sensor, anchor.q_B);
+  patch.rooted_in[c.sensor] = id_b;
+}
+
+}  // namespace detail
+
+template <Scalar S, typename FindBody>
+void collect_contacts(SensorPatch<S>& patch, const Body<S>& A, FindBody&& find) {
+  patch.contacts.clear();
+  patch.pairs.clear();
+  const std::size_t n = patch.size();
+  // Which bodies were met at all; nearly always one or two, so a linear search serves.
+  for (std::size_t i = 0; i < n; ++i) {
+    if (!patch.hits.is_hit(i)) {
+      patch.release(i);
+      continue;
+    }
+    const std::uint32_t slot = find(patch.hits.tag[i]).id.index;
+    bool is_known = false;
+    for (const PatchPair<S>& pair : patch.pairs) is_known = is_known || pair.body_b == slot;
+    if (!is_known) patch.pairs.emplace_back().body_b = slot;
+  }
+  const Mat3<S> R_WA = A.center_pose.rotation_matrix();
+  for (PatchPair<S>& pair : patch.pairs) {
+    pair.first = static_cast<std::uint32_t>(patch.contacts.size());
+    bool is_posed = false;
+    const Body<S>* B = nullptr;
+    Vec3<S> sum = Vec3<S>::Zero();
+    for (std::size_t i = 0; i < n; ++i) {
+      if (!patch.hits.is_hit(i)) continue;
+      const TouchedBody<S> touched = find(patch.hits.tag[i]);
+      if (touched.id.index != pair.body_b) continue;
+      if (!is_posed) {
+        B = touched.body;
+        pair.pose = {R_WA, B->center_pose.rotation_matrix(),
+                     B->center_pose.translation - A.center_pose.translation};
+        is_posed = true;
+      }
+      PatchContact<S> contact;
+      if (!detail::fill_contact(patch, i, pair, A, *B, contact)) {
+        patch.release(i);
+        continue;
+      }
+      if (patch.def.options.law == Law::paper) {
+        detail::advance_bristle(patch, pair, touched.id, contact);
+      }
+      sum += contact.rho;
+      patch.contacts.push_back(contact);
+    }
+    pair.count = static_cast<std::uint32_t>(patch.contacts.size()) - pair.first;
+    if (pair.count == 0) continue;
+    // Moments are taken about the middle of the contacts, where they are smallest.
+    pair.arm_a = sum / S(pair.count);
+    pair.arm_b = pair.arm_a - pair.pose.p_AB_W;
+    pair.start_motion = A.twist.shifted(pair.arm_a) - B->twist.shifted(pair.arm_b);
+    for (std::uint32_t k = 0; k < pair.count; ++k) {
+      patch.contacts[pair.first + k].rho -= pair.arm_a;
+    }
+  }
+}
+
+}  // namespace bristle
+
+// === bristle/sensors/patch_explicit.hpp
+
+/// @file
+/// The explicit patch, the choice between explicit and implicit, and what a patch finally reads.
+// SPDX-License-Identifier: BSD-3-Clause
+
+// === bristle/sensors/ambf_law.hpp
+
+/// @file
+/// The law as the paper's own simulator (AMBF) computes it, for comparison with the paper's law.
+///
+/// From the behaviour of its source, 2019 to 2024: the normal damping K_D multiplies a difference
+/// that is always zero; stretches and sliding speeds below 1e-4 (in SI units) enter as their cubes;
+/// a bristle beyond sigma_a gives no friction in that step and is rooted anew in the next, again
+/// without friction; sliding is projected on the touched surface, not on the sensor's plane, and
+/// grows with the normal force. Not modelled: its additional spring-rate term (0.1 N/m by default,
+/// absent from the paper), and the one-step lag of its ray origins.
+// SPDX-License-Identifier: BSD-3-Clause
+
+namespace bristle {
+
+/// [m] and [m/s] Below it AMBF multiplies by a vector that it has not normalised.
+template <Scalar S>
+inline constexpr S ambf_dead_zone = S(1e-4);
+
+/// What AMBF makes of a tangential vector: itself above the dead zone, |a|^2 a within it.
+template <Scalar S>
+[[nodiscard]] Vec3<S> ambf_projected(const Vec3<S>& a) {
+  const S size2 = a.squaredNorm();
+  return size2 > ambf_dead_zone<S> * ambf_dead_zone<S> ? a : Vec3<S>(size2 * a);
+}
+
+/// Force of one sensor on B under AMBF's law, and the bristle's next state.
+///
+/// @param m  [1] Outward unit normal of B at the hit.
+/// @param[in,out] is_rooted  Whether the bristle is rooted; cleared when it lets go.
+/// @param[out] did_slip      Whether it let go in this step.
+template <Scalar S>
+[[nodiscard]] SensorForce<S> ambf_sensor_force(const SensorParameters<S>& p,
+                                               FrictionScaling scaling, const SensorContact<S>& c,
+                                               const Vec3<S>& m, const PairPose<S>& pair,
+                                               const Vec3<S>& r_A, Anchor<S>& anchor,
+                                               bool& is_rooted, bool& did_slip) {
+  SensorForce<S> f;
+  did_slip = false;
+  f.normal = p.normal_stiffness * c.depth;
+  f.normal_vector = f.normal * c.n;
+  const S weight = scaling == FrictionScaling::normal_force ? f.normal : S(1);
+  if (is_rooted) {
+    const Vec3<S> stretch = ambf_projected<S>(anchor_stretch(anchor, pair, c.n));
+    const S size2 = stretch.squaredNorm();
+    if (size2 > S(0) && size2 <= p.breakaway_distance * p.breakaway_distance) {
+      f.shear = (p.static_friction * weight) * stretch;
+    } else {
+      is_rooted = false;
+      did_slip = size2 > S(0);
+    }
+  } else {
+    anchor = rooted<S>(pair, r_A, Vec3<S>::Zero());
+    is_rooted = true;
+  }
+  f.shear += (p.sliding_friction * weight) * ambf_projected<S>(tangential(c.v, m));
+  return f;
 }
 
 }  // namespace bristle
@@ -5355,6 +8701,7 @@ template <Scalar S>
                                      const Vec3<S>& v, S dt) {
   using std::max;
   using std::min;
+  using std::sqrt;
   const S k_t = bristle_stiffness(p, options.scaling, c.force, c.depth);
   const Vec3<S> mean =
       mean_slip_stretch(pair, c, v, p.breakaway_distance, options.reset, dt);
@@ -5374,7 +8721,7 @@ template <Scalar S>
   } else {
     // Newton: friction does not grow with the speed, but turns with its direction.
     c.a_along = viscous;
-    c.along = v / std::sqrt(speed2);
+    c.along = v / sqrt(speed2);
   }
   return sum;
 }
@@ -5519,13 +8866,12 @@ Wrench<S> evaluate_impulses(SensorPatch<S>& patch, const PatchPair<S>& pair,
     PatchContact<S>& c = patch.contacts[k];
     const Vec3<S> v = detail::contact_velocity(motion, c.rho);
     c.impulse = detail::model_impulse(c, v);
-    S normal = c.impulse.dot(c.n);
-    if (normal < S(0)) {
+    c.normal_impulse = c.is_pushing ? c.impulse.dot(c.n) : S(0);
+    if (c.normal_impulse < S(0)) {
       // The passes ran out before this sensor was seen to part: it must not pull.
-      c.impulse = Vec3<S>::Zero();
-      normal = S(0);
+      c.impulse = tangential(c.impulse, c.n);
+      c.normal_impulse = S(0);
     }
-    c.normal_impulse = normal;
     sum += Wrench<S>::at(c.rho, c.impulse);
   }
   return sum;
@@ -5533,142 +8879,1833 @@ Wrench<S> evaluate_impulses(SensorPatch<S>& patch, const PatchPair<S>& pair,
 
 }  // namespace bristle
 
-// === bristle/sensors/patch_contacts.hpp
-
-/// @file
-/// From hits to contacts: sorts the hits of a patch by touched body and advances its bristles.
-// SPDX-License-Identifier: BSD-3-Clause
-
 namespace bristle {
 
-/// A body that a ray met.
-template <Scalar S>
-struct TouchedBody {
-  const Body<S>* body = nullptr;
-  BodyId id{};
-};
-
-/// Makes a patch read and remember nothing. Costs nothing when it does so already.
-template <Scalar S>
-void clear_patch(SensorPatch<S>& patch);
-
-/// Fills `contacts` and `pairs` from `hits`; a sensor without a hit lets go of what it held. For the
-/// paper's law the bristles are advanced too.
+/// Measures a pair before the step: sets Lambda and the weights of the implicit scheme.
 ///
-/// @param A        The patch's own body.
-/// @param find     Callable: TouchedBody<S> find(tag), the body that owns the shape with that tag.
-template <Scalar S, typename FindBody>
-void collect_contacts(SensorPatch<S>& patch, const Body<S>& A, FindBody&& find);
+/// Lambda = w max(sum (dt^2 k_t + 2 dt mu_V), sum (dt^2 K_N + 2 dt K_D) / L) over the sensors that
+/// touch or can reach the body within the step; symplectic Euler is stable below 4 for one mode
+/// (docs/sensors.md), so 0.5 leaves room for lever arms. Zero where nothing can move.
+template <Scalar S>
+void measure_pair(const SensorPatch<S>& patch, PatchPair<S>& pair, const SolverBody<S>& a,
+                  const SolverBody<S>& b, S dt);
+
+/// Evaluates every contact of a pair at the start of the step, under the law of the patch.
+/// @return [N s, N m s] The sum of the impulses on B about c.
+template <Scalar S>
+Wrench<S> explicit_impulses(SensorPatch<S>& patch, const PatchPair<S>& pair, BodyId id_b, S dt);
+
+/// Turns the impulses of all contacts into readings.
+/// @param R_AW     [1] World axes in A: rotation from the world into the patch's body.
+/// @param origin   [m] A's centre of mass in the world.
+/// @param find_id  Callable: BodyId find_id(slot).
+template <Scalar S, typename FindId>
+void fill_readings(SensorPatch<S>& patch, const Mat3<S>& R_AW, const Vec3<S>& origin, S dt,
+                   FindId&& find_id);
 
 // Implementation -----------------------------------------------------------------------------------
 
 template <Scalar S>
-void clear_patch(SensorPatch<S>& patch) {
-  for (const std::uint32_t i : patch.felt) patch.readings.clear(i);
-  for (const PatchContact<S>& c : patch.contacts) patch.release(c.sensor);
-  patch.felt.clear();
-  patch.contacts.clear();
-  patch.pairs.clear();
-  patch.readings.wrench = {};
-  patch.readings.shear_W.setZero();
+void measure_pair(const SensorPatch<S>& patch, PatchPair<S>& pair, const SolverBody<S>& a,
+                  const SolverBody<S>& b, S dt) {
+  using std::max;
+  S bristle_sum = S(0);
+  S viscous_sum = S(0);
+  S normal_sum = S(0);
+  for (std::uint32_t k = pair.first; k < pair.first + pair.count; ++k) {
+    const PatchContact<S>& c = patch.contacts[k];
+    const SensorParameters<S>& p = patch.parameters(c.sensor);
+    normal_sum += (dt * dt * p.normal_stiffness + S(2) * dt * p.normal_damping) / c.length;
+    if (!c.is_touching) continue;
+    const S force = normal_force(p, c.depth, c.g.dot(c.start_velocity) / c.length);
+    bristle_sum += bristle_stiffness(p, patch.def.options.scaling, force, c.depth);
+    viscous_sum += p.sliding_friction;
+  }
+  const S w = (mobility(a.inverse_mass, a.inverse_inertia, pair.arm_a) +
+               mobility(b.inverse_mass, b.inverse_inertia, pair.arm_b))
+                  .template topLeftCorner<3, 3>()
+                  .trace() /
+              S(3);
+  pair.lambda =
+      w * max(dt * dt * bristle_sum + S(2) * dt * viscous_sum, normal_sum);
+  set_scheme(pair, bristle_sum, viscous_sum, w, dt);
 }
+
+template <Scalar S>
+Wrench<S> explicit_impulses(SensorPatch<S>& patch, const PatchPair<S>& pair, BodyId id_b, S dt) {
+  Wrench<S> sum;
+  const LawOptions& options = patch.def.options;
+  for (std::uint32_t k = pair.first; k < pair.first + pair.count; ++k) {
+    PatchContact<S>& c = patch.contacts[k];
+    c.normal_impulse = S(0);
+    c.impulse.setZero();
+    if (!c.is_touching) continue;
+    const SensorParameters<S>& p = patch.parameters(c.sensor);
+    const SensorContact<S> contact{c.depth, c.length, c.n, c.g, c.start_velocity};
+    SensorForce<S> force;
+    if (options.law == Law::ambf) {
+      Anchor<S> anchor{patch.root_a[c.sensor], patch.root_b[c.sensor]};
+      bool is_rooted = patch.rooted_in[c.sensor] == id_b;
+      const Vec3<S> m = c.g.normalized() * S(-1);
+      force = ambf_sensor_force(p, options.scaling, contact, m, pair.pose,
+                                Vec3<S>(c.rho + pair.arm_a), anchor, is_rooted, c.is_slipping);
+      patch.root_a.set(c.sensor, anchor.q_A);
+      patch.root_b.set(c.sensor, anchor.q_B);
+      patch.rooted_in[c.sensor] = is_rooted ? id_b : BodyId{};
+    } else {
+      force = sensor_force(p, options, contact, c.stretch, dt);
+    }
+    c.normal_impulse = dt * force.normal;
+    c.impulse = dt * force.total();
+    sum += Wrench<S>::at(c.rho, c.impulse);
+  }
+  return sum;
+}
+
+template <Scalar S, typename FindId>
+void fill_readings(SensorPatch<S>& patch, const Mat3<S>& R_AW, const Vec3<S>& origin, S dt,
+                   FindId&& find_id) {
+  ReadingStore<S>& out = patch.readings;
+  for (const std::uint32_t i : patch.felt) out.clear(i);
+  patch.felt.clear();
+  out.wrench = {};
+  out.shear_W.setZero();
+  for (const PatchPair<S>& pair : patch.pairs) {
+    const BodyId id = find_id(pair.body_b);
+    for (std::uint32_t k = pair.first; k < pair.first + pair.count; ++k) {
+      const PatchContact<S>& c = patch.contacts[k];
+      if (!c.is_touching && !(c.normal_impulse > S(0))) continue;
+      const std::size_t i = c.sensor;
+      const Vec3<S> arm = c.rho + pair.arm_a;
+      const Vec3<S> force = c.impulse / -dt;
+      const Vec3<S> shear = tangential(force, c.n);
+      out.depth[i] = c.is_touching ? c.depth : S(0);
+      out.normal_force[i] = c.normal_impulse / dt;
+      Vec3<S> t1, t2;
+      tangent_basis<S>(patch.direction[i], t1, t2);
+      const Vec3<S> shear_A = R_AW * shear;
+      out.shear_1[i] = t1.dot(shear_A);
+      out.shear_2[i] = t2.dot(shear_A);
+      out.point.set(i, origin + arm);
+      out.body[i] = id;
+      out.state[i] = c.is_slipping ? SensorState::slipping : SensorState::stuck;
+      out.wrench += Wrench<S>::at(arm, force);
+      out.shear_W += shear;
+      patch.felt.push_back(c.sensor);
+    }
+  }
+}
+
+}  // namespace bristle
+
+#include <concepts>
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+namespace bristle {
+
+/// A body of the host, about its centre of mass, world axes.
+template <Scalar S>
+struct HostBody {
+  /// [m] Axes and centre of mass; [m/s, rad/s] velocities.
+  BodyMotion<S> motion{};
+  /// [1/kg], [1/(kg m^2)] Zero for bodies that forces do not move.
+  S inverse_mass = S(0);
+  Mat3<S> inverse_inertia_W = Mat3<S>::Zero();
+  /// [m/s^2] What the host will add by itself in the next step: gravity and applied forces, over the
+  /// mass. The patch solves for the velocity at the end of the step, so what is left out here is
+  /// taken for motion: a force f left out presses a stiff patch deeper by about f dt times its damping.
+  Vec3<S> acceleration = Vec3<S>::Zero();
+};
+
+/// What a patch asks of an engine. Bodies are numbers the engine chooses, below 2^32 - 1.
+///
+/// - `host.body(i)` is the present state of a body.
+/// - `host.cast_rays(i, rays, hits)` offers to `hits` the nearest hit of each ray, with the number
+///   of the body that was hit as tag. The rays start from the centre of mass of body i, along its
+///   axes; body i itself is not to be hit. A ray that starts inside a body hits it at distance 0.
+/// - `host.apply_wrench(i, wrench)` adds a wrench [N, N m] about the centre of mass of body i that
+///   acts during the host's next step.
+template <typename H, typename S>
+concept SensorHost =
+    Scalar<S> && requires(H& host, const H& view, std::uint32_t body, const RayBatch<S>& rays,
+                          RayHits<S>& hits, const Wrench<S>& wrench) {
+      { view.body(body) } -> std::same_as<HostBody<S>>;
+      view.cast_rays(body, rays, hits);
+      host.apply_wrench(body, wrench);
+    };
+
+/// A patch on a body of a host.
+///
+/// Several patches on one body do not see each other's implicit part: with stiff grips from two
+/// sides step the world of this library instead, or shorten the step.
+template <Scalar S>
+class HostPatch {
+ public:
+  /// @param body  The host's number of the patch's body.
+  /// @param def   `excluded` and `sees` are not used: the host's rays decide what is met.
+  /// @throws InvalidArgument naming the field.
+  HostPatch(std::uint32_t body, PatchDef<S> def)
+      : patch_(make_patch(std::move(def), BodyId{body, 0}, Vec3<S>(Vec3<S>::Zero()))),
+        body_(body) {}
+
+  /// Senses, and applies to the host's bodies the mean force of the next `dt` [s], which must be the
+  /// host's next step. Never throws if the host does not; allocates only until warm.
+  template <typename Host>
+    requires SensorHost<Host, S>
+  void step(Host& host, S dt) {
+    sense(host, dt);
+    if (patch_.contacts.empty()) {
+      clear_patch(patch_);
+      return;
+    }
+    choose_integration(dt);
+    solve(dt);
+    const Transform<S>& X = bodies_.front().body.center_pose;
+    fill_readings<S>(patch_, X.rotation_matrix().transpose(), X.translation, dt,
+                     [](std::uint32_t number) { return BodyId{number, 0}; });
+    apply(host, dt);
+  }
+
+  /// What the sensors felt in the last step; `body` holds the host's numbers as indices.
+  [[nodiscard]] PatchReading<S> reading() const { return patch_.readings.view(); }
+
+ private:
+  struct Entry {
+    std::uint32_t number = 0;
+    Body<S> body{};
+  };
+
+  /// Local slot of a body of the host; 0 is the patch's own.
+  template <typename Host>
+  std::uint32_t slot_of(const Host& host, std::uint32_t number, S dt) {
+    for (std::uint32_t i = 0; i < bodies_.size(); ++i) {
+      if (bodies_[i].number == number) return i;
+    }
+    const HostBody<S> state = host.body(number);
+    Entry entry;
+    entry.number = number;
+    entry.body.center_pose = state.motion.pose;
+    entry.body.twist = state.motion.twist;
+    bodies_.push_back(entry);
+    SolverBody<S> solver;
+    solver.start = solver.free = state.motion.twist;
+    if (state.inverse_mass > S(0)) {
+      solver.inverse_mass = state.inverse_mass;
+      solver.mass = S(1) / state.inverse_mass;
+      solver.inverse_inertia = state.inverse_inertia_W;
+      solver.inertia = state.inverse_inertia_W.inverse();
+      solver.free.linear += dt * state.acceleration;
+    }
+    solver.twist = solver.free;
+    solver_bodies_.push_back(solver);
+    return static_cast<std::uint32_t>(bodies_.size() - 1);
+  }
+
+  template <typename Host>
+  void sense(const Host& host, S dt) {
+    bodies_.clear();
+    solver_bodies_.clear();
+    slot_of(host, body_, dt);
+    patch_.hits.reset(patch_.size());
+    host.cast_rays(body_, patch_.rays(S(0)), patch_.hits);
+    for (std::size_t i = 0; i < patch_.size(); ++i) {
+      if (patch_.hits.is_hit(i)) slot_of(host, patch_.hits.tag[i], dt);
+    }
+    collect_contacts(patch_, bodies_.front().body, [&](std::uint32_t number) {
+      return TouchedBody<S>{&bodies_[slot_of(host, number, dt)].body, BodyId{number, 0}};
+    });
+  }
+
+  [[nodiscard]] std::uint32_t known_slot(std::uint32_t number) const {
+    std::uint32_t i = 0;
+    while (bodies_[i].number != number) ++i;
+    return i;
+  }
+
+  void choose_integration(S dt) {
+    S lambda = S(0);
+    for (PatchPair<S>& pair : patch_.pairs) {
+      if (pair.count == 0) continue;
+      measure_pair(patch_, pair, solver_bodies_.front(), solver_bodies_[known_slot(pair.body_b)],
+                   dt);
+      lambda += pair.lambda;
+    }
+    const PatchDef<S>& def = patch_.def;
+    for (PatchPair<S>& pair : patch_.pairs) {
+      const bool can_be_implicit =
+          def.options.law == Law::paper && def.integration != Integration::explicit_ &&
+          (solver_bodies_.front().is_moving() ||
+           solver_bodies_[known_slot(pair.body_b)].is_moving());
+      pair.is_implicit = can_be_implicit && (def.integration == Integration::implicit ||
+                                             lambda > def.explicit_below);
+    }
+  }
+
+  void solve(S dt) {
+    constraints_.clear();
+    impulses_.assign(patch_.pairs.size(), Wrench<S>{});
+    soft_numbers_.clear();
+    for (std::size_t k = 0; k < patch_.pairs.size(); ++k) {
+      PatchPair<S>& pair = patch_.pairs[k];
+      if (pair.count == 0) continue;
+      if (!pair.is_implicit) {
+        impulses_[k] = explicit_impulses(patch_, pair, BodyId{pair.body_b, 0}, dt);
+        continue;
+      }
+      start_linearisation(patch_, pair, dt);
+      pair.soft = static_cast<std::uint32_t>(constraints_.soft.size());
+      SoftBlock<S> block;
+      block.body_b = known_slot(pair.body_b);
+      block.arm_a = pair.arm_a;
+      block.arm_b = pair.arm_b;
+      constraints_.soft.push_back(block);
+      soft_numbers_.push_back(pair.soft);
+    }
+    if (soft_numbers_.empty()) return;
+    moving_.clear();
+    for (std::uint32_t i = 0; i < solver_bodies_.size(); ++i) {
+      if (solver_bodies_[i].is_moving()) moving_.push_back(i);
+    }
+    SolveContext<S> context;
+    context.dt = dt;
+    const Island island{moving_, {}, soft_numbers_};
+    solve_in_passes(
+        context.settings.max_passes, [&] { solve_once(island, context); },
+        [&](int pass, bool is_last_pass) {
+          bool has_changed = false;
+          for (PatchPair<S>& pair : patch_.pairs) {
+            if (!pair.is_implicit || pair.count == 0) continue;
+            has_changed = update_linearisation(patch_, pair, constraints_.soft[pair.soft].motion,
+                                               dt, pass, is_last_pass) ||
+                          has_changed;
+          }
+          return has_changed;
+        });
+  }
+
+  void solve_once(const Island& island, const SolveContext<S>& context) {
+    for (const PatchPair<S>& pair : patch_.pairs) {
+      if (pair.is_implicit && pair.count > 0) {
+        fill_block(patch_, pair, constraints_.soft[pair.soft]);
+      }
+    }
+    SolveReport<S> report;
+    // False only for a host that hands out something not finite; then nothing pushes.
+    const bool is_solved = solver_.solve(island, constraints_, solver_bodies_, context, report);
+    for (std::size_t k = 0; k < patch_.pairs.size(); ++k) {
+      const PatchPair<S>& pair = patch_.pairs[k];
+      if (!pair.is_implicit || pair.count == 0) continue;
+      impulses_[k] = is_solved
+                         ? evaluate_impulses(patch_, pair, constraints_.soft[pair.soft].motion)
+                         : Wrench<S>{};
+    }
+  }
+
+  template <typename Host>
+  void apply(Host& host, S dt) const {
+    for (std::size_t k = 0; k < patch_.pairs.size(); ++k) {
+      const PatchPair<S>& pair = patch_.pairs[k];
+      if (pair.count == 0) continue;
+      const Wrench<S> on_b = (S(1) / dt) * impulses_[k];
+      host.apply_wrench(body_, -on_b.shifted(-pair.arm_a));
+      host.apply_wrench(pair.body_b, on_b.shifted(-pair.arm_b));
+    }
+  }
+
+  SensorPatch<S> patch_;
+  std::uint32_t body_;
+  std::vector<Entry> bodies_;
+  std::vector<SolverBody<S>> solver_bodies_;
+  std::vector<std::uint32_t> moving_;
+  std::vector<std::uint32_t> soft_numbers_;
+  std::vector<Wrench<S>> impulses_;
+  Constraints<S> constraints_;
+  DirectSolver<S> solver_;
+};
+
+}  // namespace bristle
+
+// === bristle/io/file.hpp
+
+/// @file
+/// Whole files in and out, with errors that say what went wrong.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <filesystem>
+#include <fstream>
+#include <ios>
+#include <string>
+#include <string_view>
+#include <system_error>
+
+namespace bristle {
+
+/// All bytes of a file.
+///
+/// @throws IoError when there is no such file, it is a directory, or it cannot be read.
+[[nodiscard]] inline std::string read_file(const std::filesystem::path& path) {
+  std::error_code error;
+  const std::filesystem::file_status status = std::filesystem::status(path, error);
+  if (!std::filesystem::exists(status)) {
+    detail::raise(IoError(path.string(), 0, "no such file"));
+  }
+  if (!std::filesystem::is_regular_file(status)) {
+    detail::raise(IoError(path.string(), 0, "not a regular file"));
+  }
+  const std::uintmax_t size = std::filesystem::file_size(path, error);
+  std::ifstream stream(path, std::ios::binary);
+  if (error || !stream) detail::raise(IoError(path.string(), 0, "cannot be opened for reading"));
+  std::string bytes(static_cast<std::size_t>(size), '\0');
+  stream.read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+  if (stream.gcount() != static_cast<std::streamsize>(bytes.size())) {
+    detail::raise(IoError(path.string(), 0, "cannot be read to its end"));
+  }
+  return bytes;
+}
+
+/// Writes a file, replacing one that exists.
+///
+/// @throws IoError when it cannot be written in full.
+inline void write_file(const std::filesystem::path& path, std::string_view bytes) {
+  std::ofstream stream(path, std::ios::binary | std::ios::trunc);
+  if (!stream) detail::raise(IoError(path.string(), 0, "cannot be opened for writing"));
+  stream.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+  stream.close();
+  if (!stream) detail::raise(IoError(path.string(), 0, "cannot be written to its end"));
+}
+
+}  // namespace bristle
+
+// === bristle/io/mesh_file.hpp
+
+/// @file
+/// Mesh files of any known kind, told apart by their names.
+// SPDX-License-Identifier: BSD-3-Clause
+
+// === bristle/io/obj.hpp
+
+/// @file
+/// Wavefront OBJ files: their vertices and faces.
+// SPDX-License-Identifier: BSD-3-Clause
+
+// === bristle/io/text_scanner.hpp
+
+/// @file
+/// Words and numbers of a line-oriented text file, with the line they stand on.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <charconv>
+#include <cmath>
+#include <cstddef>
+#include <string>
+#include <string_view>
+#include <system_error>
+
+namespace bristle::detail {
+
+/// Letters A-Z as a-z, whatever the locale.
+[[nodiscard]] inline std::string to_lower(std::string_view text) {
+  std::string lower(text);
+  for (char& c : lower) {
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+  }
+  return lower;
+}
+
+/// Goes through a text word by word. A backslash at the end of a line joins it with the next.
+/// Numbers are read the same way under every locale.
+class TextScanner {
+ public:
+  /// @param file  Name for error messages.
+  TextScanner(std::string_view text, std::string_view file) : text_(text), file_(file) {}
+
+  /// 1-based line of the word read last.
+  [[nodiscard]] std::size_t line() const { return word_line_; }
+
+  /// The next word on whatever line; empty at the end of the text.
+  [[nodiscard]] std::string_view word() {
+    while (skip_space() || skip_line_break()) {
+    }
+    return take_word();
+  }
+
+  /// The next word on the current line; empty at its end.
+  [[nodiscard]] std::string_view word_on_line() {
+    while (skip_space()) {
+    }
+    return take_word();
+  }
+
+  /// Goes to the end of the current line, whatever joins it to the next.
+  void skip_line() {
+    while (position_ < text_.size() && text_[position_] != '\n') ++position_;
+  }
+
+  /// A word as a finite number of the scalar asked for.
+  template <Scalar S>
+  [[nodiscard]] S number(std::string_view word) const {
+    using std::isfinite;
+    double value = 0.0;
+    // from_chars knows no leading plus; "+-1" stays an error.
+    const std::string_view digits =
+        word.size() > 1 && word[0] == '+' && word[1] != '-' ? word.substr(1) : word;
+    const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
+    const bool is_read = error == std::errc{} && end == digits.data() + digits.size();
+    if (!is_read || !isfinite(S(value))) {
+      fail(word.empty() ? "number missing" : quoted(word) + " is not a finite number");
+    }
+    return S(value);
+  }
+
+  [[noreturn]] void fail(const std::string& what) const {
+    raise(IoError(std::string(file_), word_line_, what));
+  }
+
+  /// A word as it may stand in a message: in quotes, short, and without control characters.
+  [[nodiscard]] static std::string quoted(std::string_view word) {
+    std::string text("'");
+    for (const char c : word.substr(0, 40)) text += c < ' ' || c > '~' ? '?' : c;
+    return text += "'";
+  }
+
+ private:
+  [[nodiscard]] bool is_at(char c) const {
+    return position_ < text_.size() && text_[position_] == c;
+  }
+  [[nodiscard]] bool is_at_space() const {
+    return is_at(' ') || is_at('\t') || is_at('\r') || is_at('\v') || is_at('\f');
+  }
+  /// Length of a backslash and the line break behind it, which join two lines; 0 if there is none.
+  [[nodiscard]] std::size_t joint_size() const {
+    if (!is_at('\\')) return 0;
+    const std::string_view rest = text_.substr(position_ + 1, 2);
+    if (rest.starts_with('\n')) return 2;
+    return rest == "\r\n" ? 3 : 0;
+  }
+
+  /// Whether there was something to skip.
+  bool skip_space() {
+    const std::size_t joint = joint_size();
+    if (joint > 0) {
+      position_ += joint;
+      ++line_;
+      return true;
+    }
+    if (!is_at_space()) return false;
+    ++position_;
+    return true;
+  }
+  bool skip_line_break() {
+    if (!is_at('\n')) return false;
+    ++position_;
+    ++line_;
+    return true;
+  }
+
+  [[nodiscard]] std::string_view take_word() {
+    const std::size_t start = position_;
+    while (position_ < text_.size() && !is_at_space() && !is_at('\n') && joint_size() == 0) {
+      ++position_;
+    }
+    word_line_ = line_;
+    return text_.substr(start, position_ - start);
+  }
+
+  std::string_view text_;
+  std::string_view file_;
+  std::size_t position_ = 0;
+  std::size_t line_ = 1;
+  std::size_t word_line_ = 1;
+};
+
+}  // namespace bristle::detail
+
+#include <charconv>
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <system_error>
+#include <utility>
+#include <vector>
+
+namespace bristle {
+
+/// Mesh from the text of an OBJ file.
+///
+/// Reads `v` and `f`, the latter with numbers of texture coordinates and normals or without,
+/// counted from the start or (negative) from the end; everything else is ignored. Faces with more
+/// than three corners become a fan around their first, which suits convex ones. Vertices keep their
+/// numbers; files that repeat them along seams need `weld`. Coordinates are taken as metres.
+///
+/// @param name  Of the file, for error messages.
+/// @throws IoError that names the line with a coordinate that is not a finite number, or a face
+/// with
+///         fewer than three corners or a vertex that is not defined above it; or when there is no
+///         face at all.
+template <Scalar S>
+[[nodiscard]] TriangleMesh<S> read_obj(std::string_view text, std::string_view name = "OBJ");
+
+/// Text of an OBJ file; its numbers read back as the same bits.
+///
+/// @throws InvalidArgument when the mesh is no valid surface.
+template <Scalar S>
+[[nodiscard]] std::string write_obj(const TriangleMesh<S>& mesh);
+
+/// `write_obj` to a file.
+/// @throws IoError when it cannot be written.
+template <Scalar S>
+void save_obj(const std::filesystem::path& path, const TriangleMesh<S>& mesh) {
+  write_file(path, write_obj(mesh));
+}
+
+// Implementation -----------------------------------------------------------------------------------
 
 namespace detail {
 
-/// One contact from sensor i's hit on the body of `pair`; false when the touch is grazing.
 template <Scalar S>
-bool fill_contact(SensorPatch<S>& patch, std::size_t i, const PatchPair<S>& pair, const Body<S>& A,
-                  const Body<S>& B, PatchContact<S>& c) {
-  c.n = pair.pose.R_WA * patch.direction[i];
-  const Vec3<S> m = pair.pose.R_WA * patch.hits.normal[i];
-  if (m.dot(c.n) > grazing_cosine<S>) return false;
-  c.sensor = static_cast<std::uint32_t>(i);
-  c.g = depth_gradient(c.n, m);
-  c.length = patch.length[i];
-  c.depth = sensor_depth(patch.hits.distance[i], c.length);
-  c.is_touching = c.depth > S(0);
-  c.rho = pair.pose.R_WA * (patch.start[i] + patch.hits.distance[i] * patch.direction[i]);
-  c.start_velocity = A.twist.at(c.rho) - B.twist.at(c.rho - pair.pose.p_AB_W);
-  c.stretch.setZero();
-  c.is_pushing = c.is_slipping = c.is_damping_slip = false;
-  c.last_slip.setZero();
-  c.normal_impulse = S(0);
-  c.impulse.setZero();
-  return true;
+class ObjReader {
+ public:
+  ObjReader(std::string_view text, std::string_view name) : scanner_(text, name) {}
+
+  [[nodiscard]] TriangleMesh<S> read() {
+    for (std::string_view word = scanner_.word(); !word.empty(); word = scanner_.word()) {
+      if (word == "v") read_vertex();
+      if (word == "f") read_face();
+      scanner_.skip_line();
+    }
+    if (mesh_.triangles.empty()) scanner_.fail("no faces");
+    return std::move(mesh_);
+  }
+
+ private:
+  /// The next word of the statement; empty at its end, be it the line's or a comment.
+  [[nodiscard]] std::string_view word() {
+    const std::string_view word = scanner_.word_on_line();
+    return word.starts_with('#') ? std::string_view() : word;
+  }
+
+  void read_vertex() {
+    Vec3<S> p;
+    for (int k = 0; k < 3; ++k) p[k] = scanner_.template number<S>(word());
+    mesh_.vertices.push_back(p);
+  }
+
+  void read_face() {
+    corners_.clear();
+    for (std::string_view w = word(); !w.empty(); w = word()) corners_.push_back(vertex_number(w));
+    if (corners_.size() < 3) {
+      scanner_.fail("face with " + std::to_string(corners_.size()) + " corners");
+    }
+    for (std::size_t i = 2; i < corners_.size(); ++i) {
+      mesh_.triangles.push_back({corners_[0], corners_[i - 1], corners_[i]});
+    }
+  }
+
+  /// v, v/vt, v//vn or v/vt/vn, of which only v matters.
+  [[nodiscard]] std::uint32_t vertex_number(std::string_view word) const {
+    std::string_view rest = word;
+    const long long number = take_integer(rest, word);
+    for (int part = 0; part < 2 && rest.starts_with('/'); ++part) {
+      rest.remove_prefix(1);
+      if (!rest.empty() && !rest.starts_with('/')) (void)take_integer(rest, word);
+    }
+    if (!rest.empty()) fail_reference(word, "is not of the form v/vt/vn");
+
+    const auto count = static_cast<long long>(mesh_.vertices.size());
+    if (number == 0) fail_reference(word, "names vertex 0, but they count from 1");
+    if (number > count || number < -count) {
+      fail_reference(word, "names a vertex that is not among the " + std::to_string(count) +
+                               " defined so far");
+    }
+    return static_cast<std::uint32_t>(number > 0 ? number - 1 : count + number);
+  }
+
+  [[nodiscard]] long long take_integer(std::string_view& rest, std::string_view word) const {
+    long long value = 0;
+    const auto [end, error] = std::from_chars(rest.data(), rest.data() + rest.size(), value);
+    if (error != std::errc{}) fail_reference(word, "is not of the form v/vt/vn");
+    rest.remove_prefix(static_cast<std::size_t>(end - rest.data()));
+    return value;
+  }
+
+  [[noreturn]] void fail_reference(std::string_view word, const std::string& what) const {
+    scanner_.fail("corner " + TextScanner::quoted(word) + " " + what);
+  }
+
+  TextScanner scanner_;
+  TriangleMesh<S> mesh_;
+  std::vector<std::uint32_t> corners_;
+};
+
+}  // namespace detail
+
+template <Scalar S>
+TriangleMesh<S> read_obj(std::string_view text, std::string_view name) {
+  if (text.empty()) detail::raise(IoError(std::string(name), 0, "file is empty"));
+  return detail::ObjReader<S>(text, name).read();
 }
 
-/// Advances the bristle of a contact; a surface the ray does not reach yet lets go of it.
 template <Scalar S>
-void advance_bristle(SensorPatch<S>& patch, const PatchPair<S>& pair, BodyId id_b,
-                     PatchContact<S>& c) {
-  if (!c.is_touching) {
-    patch.release(c.sensor);
-    return;
+std::string write_obj(const TriangleMesh<S>& mesh) {
+  validate_surface(mesh);
+  std::string text = "# OBJ of bristle\n";
+  for (const Vec3<S>& v : mesh.vertices) {
+    text += 'v';
+    for (int k = 0; k < 3; ++k) {
+      char digits[64];
+      const auto result = std::to_chars(digits, digits + sizeof digits, v[k]);
+      text += ' ';
+      text.append(digits, result.ptr);
+    }
+    text += '\n';
   }
-  Anchor<S> anchor{patch.root_a[c.sensor], patch.root_b[c.sensor]};
-  c.stretch = advance_anchor(anchor, patch.rooted_in[c.sensor] == id_b, pair.pose, c.n, c.rho,
-                             patch.parameters(c.sensor).breakaway_distance,
-                             patch.def.options.reset, c.is_slipping);
-  patch.root_a.set(c.sensor, anchor.q_A);
-  patch.root_b.set(c.sensor, anchor.q_B);
-  patch.rooted_in[c.sensor] = id_b;
+  for (const auto& t : mesh.triangles) {
+    text += 'f';
+    for (const std::uint32_t v : t) text += ' ' + std::to_string(std::uint64_t{v} + 1);
+    text += '\n';
+  }
+  return text;
+}
+
+}  // namespace bristle
+
+// === bristle/io/stl.hpp
+
+/// @file
+/// STL files, binary and ASCII.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <utility>
+
+namespace bristle {
+
+/// Mesh from the bytes of an STL file, binary or ASCII, with equal corners welded.
+///
+/// The normals in the file are ignored; the order of the corners says what is outside. Triangles
+/// keep their order, degenerate ones too. Coordinates are taken as metres.
+///
+/// @param name  Of the file, for error messages.
+/// @throws IoError that names the line (ASCII) or byte (binary) where the file is cut short, holds
+///         something else than it should or a coordinate that is not finite, or when it has no
+///         triangle.
+template <Scalar S>
+[[nodiscard]] TriangleMesh<S> read_stl(std::string_view bytes, std::string_view name = "STL");
+
+/// Bytes of a binary STL file. Its coordinates are single precision.
+///
+/// @throws InvalidArgument when the mesh is no valid surface or does not fit single precision.
+template <Scalar S>
+[[nodiscard]] std::string write_stl(const TriangleMesh<S>& mesh);
+
+/// `write_stl` to a file.
+/// @throws IoError when it cannot be written.
+template <Scalar S>
+void save_stl(const std::filesystem::path& path, const TriangleMesh<S>& mesh) {
+  write_file(path, write_stl(mesh));
+}
+
+// Implementation -----------------------------------------------------------------------------------
+
+namespace detail {
+
+/// Layout of binary STL: an 80-byte comment, a count, and for each triangle 12 floats (normal and
+/// corners) and 2 unused bytes; all numbers little-endian.
+inline constexpr std::size_t stl_header_size = 84;
+inline constexpr std::size_t stl_triangle_size = 50;
+
+[[nodiscard]] inline std::uint32_t get_u32(std::string_view bytes, std::size_t at) {
+  std::uint32_t value = 0;
+  for (std::size_t i = 0; i < 4; ++i) {
+    value |= std::uint32_t{static_cast<unsigned char>(bytes[at + i])} << (8 * i);
+  }
+  return value;
+}
+
+inline void put_u32(std::string& bytes, std::uint32_t value) {
+  for (unsigned i = 0; i < 4; ++i) bytes.push_back(static_cast<char>(value >> (8 * i) & 0xffu));
+}
+
+template <Scalar S>
+void append_corner(TriangleMesh<S>& mesh, const Vec3<S>& corner) {
+  const auto number = static_cast<std::uint32_t>(mesh.vertices.size());
+  if (number % 3 == 0) mesh.triangles.emplace_back();
+  mesh.triangles.back()[number % 3] = number;
+  mesh.vertices.push_back(corner);
+}
+
+/// The caller has checked that the size of the file fits its count.
+template <Scalar S>
+[[nodiscard]] TriangleMesh<S> read_binary_stl(std::string_view bytes, std::string_view name) {
+  TriangleMesh<S> mesh;
+  const std::uint32_t count = get_u32(bytes, 80);
+  mesh.vertices.reserve(3 * std::size_t{count});
+  mesh.triangles.reserve(count);
+  for (std::size_t t = 0; t < count; ++t) {
+    for (std::size_t corner = 0; corner < 3; ++corner) {
+      Vec3<S> p;
+      for (std::size_t k = 0; k < 3; ++k) {
+        const std::size_t at = stl_header_size + stl_triangle_size * t + 12 * (corner + 1) + 4 * k;
+        const float value = std::bit_cast<float>(get_u32(bytes, at));
+        if (!std::isfinite(value)) {
+          raise(IoError(std::string(name), 0,
+                        "byte " + std::to_string(at) + ": coordinate of triangle " +
+                            std::to_string(t) + " is not finite"));
+        }
+        p[static_cast<int>(k)] = S(value);
+      }
+      append_corner(mesh, p);
+    }
+  }
+  return mesh;
+}
+
+/// solid name { facet normal x y z outer loop { vertex x y z } endloop endfacet } endsolid name,
+/// once or several times; keywords in any case, line breaks anywhere but before a name's end.
+template <Scalar S>
+class AsciiStlReader {
+ public:
+  AsciiStlReader(std::string_view text, std::string_view name) : scanner_(text, name) {}
+
+  [[nodiscard]] TriangleMesh<S> read() {
+    for (std::string_view word = scanner_.word(); !word.empty(); word = scanner_.word()) {
+      require_word(word, "solid");
+      scanner_.skip_line();
+      read_solid();
+      scanner_.skip_line();
+    }
+    return std::move(mesh_);
+  }
+
+ private:
+  void read_solid() {
+    for (;;) {
+      const std::string_view word = scanner_.word();
+      if (is_word(word, "endsolid")) return;
+      require_word(word, "facet");
+      require_word(scanner_.word(), "normal");
+      for (int k = 0; k < 3; ++k) {
+        if (scanner_.word().empty()) scanner_.fail("file ends within a normal");
+      }
+      require_word(scanner_.word(), "outer");
+      require_word(scanner_.word(), "loop");
+      for (int corner = 0; corner < 3; ++corner) {
+        require_word(scanner_.word(), "vertex");
+        Vec3<S> p;
+        for (int k = 0; k < 3; ++k) p[k] = scanner_.template number<S>(scanner_.word());
+        append_corner(mesh_, p);
+      }
+      require_word(scanner_.word(), "endloop");
+      require_word(scanner_.word(), "endfacet");
+    }
+  }
+
+  [[nodiscard]] static bool is_word(std::string_view word, std::string_view keyword) {
+    return to_lower(word) == keyword;
+  }
+  void require_word(std::string_view word, std::string_view keyword) const {
+    if (is_word(word, keyword)) return;
+    scanner_.fail(TextScanner::quoted(keyword) + " expected, " +
+                  (word.empty() ? "but the file ends" : "not " + TextScanner::quoted(word)));
+  }
+
+  TextScanner scanner_;
+  TriangleMesh<S> mesh_;
+};
+
+}  // namespace detail
+
+template <Scalar S>
+TriangleMesh<S> read_stl(std::string_view bytes, std::string_view name) {
+  const auto fail = [&](const std::string& what) {
+    detail::raise(IoError(std::string(name), 0, what));
+  };
+  if (bytes.empty()) fail("file is empty");
+  // Binary files may begin with "solid" as well, so the size decides: for the count that four
+  // letters make, a text would have to be longer than 25 GB.
+  const bool has_header = bytes.size() >= detail::stl_header_size;
+  const std::uint64_t count = has_header ? detail::get_u32(bytes, 80) : 0;
+  const std::uint64_t size = detail::stl_header_size + detail::stl_triangle_size * count;
+
+  TriangleMesh<S> mesh;
+  if (has_header && bytes.size() == size) {
+    mesh = detail::read_binary_stl<S>(bytes, name);
+  } else if (detail::to_lower(detail::TextScanner(bytes, name).word()) == "solid") {
+    mesh = detail::AsciiStlReader<S>(bytes, name).read();
+  } else if (!has_header) {
+    fail("byte " + std::to_string(bytes.size()) + ": file ends within the header of 84 bytes");
+  } else {
+    fail("byte 80: the header announces " + std::to_string(count) + " triangles, which take " +
+         std::to_string(size) + " bytes, but the file has " + std::to_string(bytes.size()));
+  }
+  if (mesh.triangles.empty()) fail("no triangles");
+  return weld(mesh);
+}
+
+template <Scalar S>
+std::string write_stl(const TriangleMesh<S>& mesh) {
+  validate_surface(mesh);
+  std::string bytes = "STL of bristle";
+  bytes.resize(80, ' ');
+  detail::put_u32(bytes, static_cast<std::uint32_t>(mesh.triangles.size()));
+  const auto put_vector = [&bytes](const Vec3<S>& v) {
+    for (int k = 0; k < 3; ++k) {
+      const float value = static_cast<float>(v[k]);
+      detail::require(std::isfinite(value), "write_stl: coordinate", v[k],
+                      "must fit single precision");
+      detail::put_u32(bytes, std::bit_cast<std::uint32_t>(value));
+    }
+  };
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    put_vector(triangle_normal(mesh, t));
+    for (const std::uint32_t v : mesh.triangles[t]) put_vector(mesh.vertices[v]);
+    bytes.append(2, '\0');
+  }
+  return bytes;
+}
+
+}  // namespace bristle
+
+#include <filesystem>
+#include <string>
+
+namespace bristle {
+
+/// Mesh from an .stl or .obj file (in whatever case), as `read_stl` and `read_obj` describe. It may
+/// be open, inverted or degenerate; what it is used for checks that.
+///
+/// @throws IoError when the file cannot be read or understood, or has another extension.
+template <Scalar S>
+[[nodiscard]] TriangleMesh<S> load_mesh(const std::filesystem::path& path) {
+  const std::string extension = detail::to_lower(path.extension().string());
+  if (extension == ".stl") return read_stl<S>(read_file(path), path.string());
+  if (extension == ".obj") return read_obj<S>(read_file(path), path.string());
+  detail::raise(IoError(path.string(), 0, "unknown kind of mesh file (known: .stl, .obj)"));
+}
+
+}  // namespace bristle
+
+// === bristle/io/plot_axis.hpp
+
+/// @file
+/// One axis of a plot: its range, where its ticks sit and what stands beside them.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace bristle {
+
+namespace detail {
+
+inline constexpr double smallest_plotted = 1e-150;
+inline constexpr double largest_plotted = 1e150;
+
+}  // namespace detail
+
+/// A mark on an axis; the minor ones of a logarithmic axis have no label.
+struct PlotTick {
+  double value = 0;
+  std::string label;
+};
+
+/// Range and ticks of one axis.
+///
+/// Grow it over the data with `include`, then `finish` it. On a logarithmic axis only positive
+/// values count.
+class PlotAxis {
+ public:
+  explicit PlotAxis(bool is_logarithmic = false) : is_logarithmic_(is_logarithmic) {}
+
+  /// Whether a value has a place on the axis: finite, and > 0 on a logarithmic one; not so near the
+  /// ends of what a double holds that steps between ticks would leave its range.
+  [[nodiscard]] bool shows(double value) const {
+    return std::abs(value) < detail::largest_plotted &&
+           (!is_logarithmic_ || value > detail::smallest_plotted);
+  }
+
+  /// Widens the range to a value; those without a place are ignored.
+  void include(double value) {
+    if (!shows(value)) return;
+    low_ = std::min(low_, value);
+    high_ = std::max(high_, value);
+  }
+
+  /// How a range becomes an axis.
+  struct Fit {
+    /// [1] Part of the range that is added at both ends.
+    double margin = 0;
+    /// [-] Number of labels that fit; about as many or fewer are set.
+    double room = 6;
+    /// [-] Ends of the range; unset: those of the data with the margin.
+    std::optional<double> low{};
+    std::optional<double> high{};
+  };
+
+  /// Settles the range and the ticks. A range of no extent gets one.
+  void finish(const Fit& fit);
+
+  [[nodiscard]] double low() const { return low_; }
+  [[nodiscard]] double high() const { return high_; }
+  [[nodiscard]] const std::vector<PlotTick>& ticks() const { return ticks_; }
+  /// Name of the axis, followed by the power of ten that the tick labels leave out if they do.
+  [[nodiscard]] std::string caption(const std::string& name) const;
+
+  /// [1] Place of a value along the axis: 0 at its low end, 1 at its high end.
+  [[nodiscard]] double place(double value) const {
+    return (scaled(value) - scaled(low_)) / (scaled(high_) - scaled(low_));
+  }
+
+ private:
+  [[nodiscard]] double scaled(double value) const {
+    return is_logarithmic_ ? std::log10(value) : value;
+  }
+  void set_range(const Fit& fit);
+  void set_linear_ticks(double room);
+  void set_logarithmic_ticks(double room);
+
+  bool is_logarithmic_;
+  double low_ = std::numeric_limits<double>::infinity();
+  double high_ = -std::numeric_limits<double>::infinity();
+  int exponent_ = 0;  // of ten, a multiple of three; 0 for most data
+  std::vector<PlotTick> ticks_;
+};
+
+// Implementation -----------------------------------------------------------------------------------
+
+namespace detail {
+
+/// 10^exponent in Unicode superscripts.
+[[nodiscard]] inline std::string power_of_ten(int exponent) {
+  static constexpr const char* digits[] = {"\u2070", "\u00b9", "\u00b2", "\u00b3", "\u2074",
+                                           "\u2075", "\u2076", "\u2077", "\u2078", "\u2079"};
+  std::string text = "10";
+  for (const char c : std::to_string(exponent)) text += c == '-' ? "\u207b" : digits[c - '0'];
+  return text;
+}
+
+/// A number with a fixed count of decimals and a real minus sign.
+[[nodiscard]] inline std::string fixed_text(double value, int decimals) {
+  char buffer[64];
+  const auto result =
+      std::to_chars(buffer, buffer + sizeof buffer, value, std::chars_format::fixed, decimals);
+  const std::string_view text(buffer, static_cast<std::size_t>(result.ptr - buffer));
+  return text.starts_with('-') ? "\u2212" + std::string(text.substr(1)) : std::string(text);
 }
 
 }  // namespace detail
 
-template <Scalar S, typename FindBody>
-void collect_contacts(SensorPatch<S>& patch, const Body<S>& A, FindBody&& find) {
-  patch.contacts.clear();
-  patch.pairs.clear();
-  const std::size_t n = patch.size();
-  // Which bodies were met at all; nearly always one or two, so a linear search serves.
-  for (std::size_t i = 0; i < n; ++i) {
-    if (!patch.hits.is_hit(i)) {
-      patch.release(i);
-      continue;
-    }
-    const std::uint32_t slot = find(patch.hits.tag[i]).id.index;
-    bool is_known = false;
-    for (const PatchPair<S>& pair : patch.pairs) is_known = is_known || pair.body_b == slot;
-    if (!is_known) patch.pairs.emplace_back().body_b = slot;
+inline std::string PlotAxis::caption(const std::string& name) const {
+  return exponent_ == 0 ? name : name + " \u00d7 " + detail::power_of_ten(exponent_);
+}
+
+inline void PlotAxis::finish(const Fit& fit) {
+  set_range(fit);
+  ticks_.clear();
+  const double room = std::max(fit.room, 1.0);
+  if (is_logarithmic_) {
+    set_logarithmic_ticks(room);
+  } else {
+    set_linear_ticks(room);
   }
-  const Mat3<S> R_WA = A.center_pose.rotation_matrix();
-  for (PatchPair<S>& pair : patch.pairs) {
-    pair.first = static_cast<std::uint32_t>(patch.contacts.size());
-    bool is_posed = false;
-    const Body<S>* B = nullptr;
-    Vec3<S> sum = Vec3<S>::Zero();
-    for (std::size_t i = 0; i < n; ++i) {
-      if (!patch.hits.is_hit(i)) continue;
-      const TouchedBody<S> touched = find(patch.hits.tag[i]);
-      if (touched.id.index != pair.body_b) continue;
-      if (!is_posed) {
-        B = touched.body;
-        pair.pose = {R_WA, B->center_pose.rotation_matrix(),
-                     B->center_pose.translation - A.center_pose.translation};
-        is_posed = true;
-      }
-      PatchContact<S> contact;
-      if (!detail::fill_contact(patch, i, pair, A, *B, contact)) {
-        patch.release(i);
-        continue;
-      }
-      if (patch.def.options.law == Law::paper) {
-        detail::advance_bristle(patch, pair, touched.id, contact);
-      }
-      sum += contact.rho;
-      patch.contacts.push_back(contact);
-    }
-    pair.count = static_cast<std::uint32_t>(patch.contacts.size()) - pair.first;
-    if (pair.count == 0) continue;
-    // Moments are taken about the middle of the contacts, where they are smallest.
-    pair.arm_a = sum / S(pair.count);
-    pair.arm_b = pair.arm_a - pair.pose.p_AB_W;
-    pair.start_motion = A.twist.shifted(pair.arm_a) - B->twist.shifted(pair.arm_b);
-    for (std::uint32_t k = 0; k < pair.count; ++k) {
-      patch.contacts[pair.first + k].rho -= pair.arm_a;
+}
+
+inline void PlotAxis::set_range(const Fit& fit) {
+  if (low_ > high_) {  // no data
+    low_ = is_logarithmic_ ? 1 : 0;
+    high_ = is_logarithmic_ ? 10 : 1;
+  }
+  if (is_logarithmic_) {
+    // At least one decade, so that there are labels to read values from.
+    const double spread = std::log10(high_ / low_);
+    const double factor = std::pow(10, std::max(fit.margin * spread, 0.5 * (1 - spread)));
+    low_ = fit.low.value_or(low_ / factor);
+    high_ = fit.high.value_or(high_ * factor);
+    if (!(low_ < high_)) (fit.low ? high_ : low_) = fit.low ? 10 * low_ : high_ / 10;
+  } else {
+    const double extra = fit.margin * (high_ - low_);
+    low_ = fit.low.value_or(low_ - extra);
+    high_ = fit.high.value_or(high_ + extra);
+    // A constant shows as a line in the middle, whatever round-off is on it.
+    const double size = std::max(std::abs(low_), std::abs(high_));
+    if (!(high_ - low_ > std::max(1e-12 * size, detail::smallest_plotted))) {
+      const double half = size > detail::smallest_plotted ? 0.5 * size : 0.5;
+      if (!fit.low) low_ = high_ - half;
+      if (!fit.high || fit.low) high_ = low_ + 2 * half;
     }
   }
+}
+
+inline void PlotAxis::set_linear_ticks(double room) {
+  // The smallest of 1, 2, 2.5 and 5 times a power of ten that leaves room for the labels.
+  const double least = (high_ - low_) / room;
+  const double decade = std::pow(10, std::floor(std::log10(least)));
+  double step = 10 * decade;
+  for (const double multiple : {5.0, 2.5, 2.0, 1.0}) {
+    if (multiple * decade >= least) step = multiple * decade;
+  }
+  const double size = std::max(std::abs(low_), std::abs(high_));
+  const int magnitude = static_cast<int>(std::floor(std::log10(size)));
+  exponent_ =
+      magnitude >= 5 || magnitude < -3 ? 3 * static_cast<int>(std::floor(magnitude / 3.0)) : 0;
+  const double unit = std::pow(10, exponent_);
+  int decimals = 0;
+  for (double rest = step / unit; decimals < 9; ++decimals, rest *= 10) {
+    if (std::abs(rest - std::round(rest)) < 1e-6 * rest) break;
+  }
+  const double slack = 1e-9 * (high_ - low_);
+  const double first = std::ceil((low_ - slack) / step);
+  for (double k = first; k * step <= high_ + slack; k += 1) {
+    const double value = k == 0 ? 0.0 : k * step;  // no minus zero
+    ticks_.push_back({value, detail::fixed_text(value / unit, decimals)});
+  }
+}
+
+inline void PlotAxis::set_logarithmic_ticks(double room) {
+  const double spread = std::log10(high_ / low_);
+  const int stride = std::max(1, static_cast<int>(std::ceil(spread / room)));
+  const int last = static_cast<int>(std::floor(std::log10(high_)));
+  for (int decade = static_cast<int>(std::floor(std::log10(low_))); decade <= last; ++decade) {
+    for (int digit = 1; digit <= 9; ++digit) {
+      const double value = digit * std::pow(10, decade);
+      if (value < low_ || value > high_) continue;
+      // Less than two decades hold too few powers of ten to read a value from.
+      const bool has_label =
+          digit == 1 ? decade % stride == 0 : spread < 2 && (digit == 2 || digit == 5);
+      const std::string factor = digit == 1 ? "" : std::to_string(digit) + "\u00b7";
+      if (digit > 1 && stride > 1) continue;
+      ticks_.push_back({value, has_label ? factor + detail::power_of_ten(decade) : ""});
+    }
+  }
+}
+
+}  // namespace bristle
+
+// === bristle/io/svg_plot.hpp
+
+/// @file
+/// Line plots as SVG: stacked panels over one x axis, good enough for a paper.
+// SPDX-License-Identifier: BSD-3-Clause
+
+// === bristle/io/svg_writer.hpp
+
+/// @file
+/// The few elements of SVG that a plot is drawn with.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <cstddef>
+#include <initializer_list>
+#include <iterator>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+namespace bristle::detail {
+
+/// Appends text with the five characters escaped that mean something in XML; control characters,
+/// which XML cannot hold, become spaces.
+inline void append_escaped(std::string& xml, std::string_view text) {
+  for (const char c : text) {
+    switch (c) {
+      case '&':
+        xml += "&amp;";
+        break;
+      case '<':
+        xml += "&lt;";
+        break;
+      case '>':
+        xml += "&gt;";
+        break;
+      case '"':
+        xml += "&quot;";
+        break;
+      case '\'':
+        xml += "&apos;";
+        break;
+      default:
+        xml += static_cast<unsigned char>(c) < 0x20 ? ' ' : c;
+    }
+  }
+}
+
+/// Width of 12 px sans-serif text, estimated: fonts are the viewer's.
+[[nodiscard]] inline double text_width(std::string_view text) {
+  const auto count = std::count_if(text.begin(), text.end(), [](char c) {
+    return (static_cast<unsigned char>(c) & 0xc0) != 0x80;  // bytes that begin a character of UTF-8
+  });
+  return 6.4 * static_cast<double>(count);
+}
+
+/// How a curve is told from others.
+struct CurveLook {
+  /// Okabe and Ito (2008): told apart with all common kinds of colour vision.
+  std::string_view colour;
+  /// Lengths of strokes and gaps [px], which tell curves apart without any colour.
+  std::string_view dashes;
+};
+
+/// Look of the i-th curve of a frame; repeats after seven.
+[[nodiscard]] inline CurveLook look_of_curve(std::size_t i) {
+  static constexpr CurveLook looks[] = {
+      {"#0072b2", ""},     {"#d55e00", "7 3"},         {"#009e73", "2 2.5"}, {"#cc79a7", "9 3 2 3"},
+      {"#e69f00", "12 4"}, {"#56b4e9", "4 2 1 2 1 2"}, {"#333333", "1 3"}};
+  return looks[i % std::size(looks)];
+}
+
+/// Collects SVG elements. Lengths are CSS pixels, y points down.
+class SvgWriter {
+ public:
+  /// Everything until `close_frame` is clipped to a rectangle and relative to its upper left
+  /// corner.
+  void open_frame(double x, double y, double width, double height) {
+    tag("svg");
+    attributes({{"x", x}, {"y", y}, {"width", width}, {"height", height}});
+    body_ += ">\n";
+    frame_ = {x, y, width, height};
+  }
+  /// Draws the border too.
+  void close_frame() {
+    body_ += "</svg>\n";
+    tag("rect");
+    attributes(
+        {{"x", frame_.x}, {"y", frame_.y}, {"width", frame_.width}, {"height", frame_.height}});
+    end("class=\"axis\"");
+  }
+
+  void line(double x1, double y1, double x2, double y2, std::string_view style) {
+    tag("line");
+    attributes({{"x1", x1}, {"y1", y1}, {"x2", x2}, {"y2", y2}});
+    end(style);
+  }
+
+  void rectangle(double x, double y, double width, double height, std::string_view fill) {
+    tag("rect");
+    attributes({{"x", x}, {"y", y}, {"width", width}, {"height", height}});
+    attribute("fill", fill);
+    end("");
+  }
+
+  void dot(double x, double y, std::string_view fill) {
+    tag("circle");
+    attributes({{"cx", x}, {"cy", y}, {"r", 2.6}});
+    attribute("fill", fill);
+    end("");
+  }
+
+  /// Nothing where there is no text.
+  void text(double x, double y, std::string_view content, std::string_view style) {
+    if (content.empty()) return;
+    tag("text");
+    attributes({{"x", x}, {"y", y}});
+    write_content(content, style);
+  }
+
+  /// Text that reads upwards, centred on a point.
+  void upright_text(double x, double y, std::string_view content) {
+    if (content.empty()) return;
+    tag("text");
+    body_ += " transform=\"translate(";
+    number(x);
+    body_ += ' ';
+    number(y);
+    body_ += ") rotate(-90)\"";
+    write_content(content, "text-anchor=\"middle\"");
+  }
+
+  /// A curve through points from left to right; of many points in one half pixel's column only the
+  /// first, the lowest, the highest and the last are kept, which looks the same.
+  void polyline(const std::vector<std::pair<double, double>>& points, const CurveLook& look);
+
+  /// The whole file.
+  [[nodiscard]] std::string document(double width, double height, std::string_view title);
+
+ private:
+  struct Frame {
+    double x, y, width, height;
+  };
+  struct Attribute {
+    std::string_view name;
+    double value;
+  };
+
+  void tag(std::string_view name) { (body_ += '<') += name; }
+  void attribute(std::string_view name, std::string_view value) {
+    ((((body_ += ' ') += name) += "=\"") += value) += '"';
+  }
+  void attributes(std::initializer_list<Attribute> list) {
+    for (const Attribute& a : list) {
+      ((body_ += ' ') += a.name) += "=\"";
+      number(a.value);
+      body_ += '"';
+    }
+  }
+  void end(std::string_view style) {
+    if (!style.empty()) (body_ += ' ') += style;
+    body_ += "/>\n";
+  }
+  void write_content(std::string_view content, std::string_view style) {
+    if (!style.empty()) (body_ += ' ') += style;
+    body_ += '>';
+    append_escaped(body_, content);
+    body_ += "</text>\n";
+  }
+  /// Two decimals, without trailing zeros.
+  void number(double value);
+
+  std::string body_;
+  Frame frame_{};
+};
+
+// Implementation -----------------------------------------------------------------------------------
+
+inline void SvgWriter::number(double value) {
+  // Far outside every frame one place is as good as another.
+  const double near = std::clamp(value, -1e6, 1e6);
+  char buffer[32];
+  const auto result =
+      std::to_chars(buffer, buffer + sizeof buffer, near, std::chars_format::fixed, 2);
+  std::string_view text(buffer, static_cast<std::size_t>(result.ptr - buffer));
+  while (text.ends_with('0')) text.remove_suffix(1);
+  if (text.ends_with('.')) text.remove_suffix(1);
+  body_ += text == "-0" ? "0" : text;
+}
+
+inline void SvgWriter::polyline(const std::vector<std::pair<double, double>>& points,
+                                const CurveLook& look) {
+  if (points.size() < 2) return;
+  tag("polyline");
+  attribute("stroke", look.colour);
+  if (!look.dashes.empty()) attribute("stroke-dasharray", look.dashes);
+  body_ += " class=\"curve\" points=\"";
+  const auto put = [&](std::size_t i) {
+    number(points[i].first);
+    body_ += ',';
+    number(points[i].second);
+    body_ += ' ';
+  };
+  for (std::size_t begin = 0; begin < points.size();) {
+    const auto column = [&](std::size_t i) { return std::floor(2 * points[i].first); };
+    std::size_t low = begin, high = begin, last = begin;
+    for (; last + 1 < points.size() && column(last + 1) == column(begin); ++last) {
+      if (points[last + 1].second < points[low].second) low = last + 1;
+      if (points[last + 1].second > points[high].second) high = last + 1;
+    }
+    std::size_t keep[] = {begin, std::min(low, high), std::max(low, high), last};
+    for (std::size_t k = 0; k < 4; ++k) {
+      if (k == 0 || keep[k] != keep[k - 1]) put(keep[k]);
+    }
+    begin = last + 1;
+  }
+  body_.pop_back();
+  body_ += "\"/>\n";
+}
+
+inline std::string SvgWriter::document(double width, double height, std::string_view title) {
+  const std::string content = std::exchange(body_, {});
+  body_ = R"(<svg xmlns="http://www.w3.org/2000/svg" role="img")";
+  attributes({{"width", width}, {"height", height}});
+  body_ += " viewBox=\"0 0 ";
+  number(width);
+  body_ += ' ';
+  number(height);
+  body_ += "\">\n";
+  if (!title.empty()) {
+    body_ += "<title>";
+    append_escaped(body_, title);
+    body_ += "</title>\n";
+  }
+  body_ += R"(<style>
+text { font: 12px Helvetica, Arial, "Liberation Sans", "DejaVu Sans", sans-serif; fill: #222 }
+.title { font-size: 14px; font-weight: bold }
+.note { font-size: 11px; fill: #444 }
+.halo { stroke: #fff; stroke-width: 3px; stroke-linejoin: round; paint-order: stroke }
+.axis { fill: none; stroke: #444; stroke-width: 1 }
+.grid { stroke: #ddd; stroke-width: 0.8 }
+.reference { stroke: #555; stroke-width: 1; stroke-dasharray: 5 3 }
+.curve { fill: none; stroke-width: 1.6; stroke-linejoin: round }
+</style>
+<rect width="100%" height="100%" fill="#fff"/>
+)";
+  return std::exchange(body_, {}) + content + "</svg>\n";
+}
+
+}  // namespace bristle::detail
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <filesystem>
+#include <iterator>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace bristle {
+
+/// One curve. A point with a coordinate that is not finite, or not positive on a logarithmic axis,
+/// is a gap in it.
+struct PlotSeries {
+  /// [-] What the legend calls it; empty for no entry.
+  std::string name;
+  /// [-] Coordinates of its points, as many of one as of the other.
+  std::vector<double> x;
+  std::vector<double> y;
+  /// [-] A dot on every point; for few points.
+  bool has_dots = false;
+};
+
+/// A horizontal line to compare with: a predicted value, a limit.
+struct PlotReference {
+  /// [-] Where it is. Finite, and > 0 on a logarithmic axis.
+  double y = 0;
+  /// [-] What stands on it.
+  std::string caption;
+};
+
+/// A stretch of the x axis that is shaded in all panels and named on top: "lift", "hold", "slip".
+struct PlotPhase {
+  /// [-] Where it begins and ends. Finite, begin <= end.
+  double begin = 0;
+  double end = 0;
+  /// [-] What it is called.
+  std::string caption;
+};
+
+/// One frame of curves with a y axis of its own.
+struct PlotPanel {
+  /// [-] What the y axis shows, with its unit: "creep [m]".
+  std::string y_label;
+  /// [-] Its curves; colours and strokes follow their order.
+  std::vector<PlotSeries> series;
+  /// [-] Lines to compare with.
+  std::vector<PlotReference> references{};
+  /// [-] Whether y is logarithmic.
+  bool is_logarithmic = false;
+  /// [-] Range of y; unset: that of the curves and references, with a margin.
+  std::optional<double> y_low{};
+  std::optional<double> y_high{};
+};
+
+/// A figure.
+///
+///     SvgPlot plot{.title = "Free fall", .x_label = "time [s]"};
+///     plot.panels.push_back({.y_label = "height [m]", .series = {{"centre", t, z}}});
+///     plot.write_svg("fall.svg");
+struct SvgPlot {
+  /// [-] What stands above the figure; empty for nothing.
+  std::string title{};
+  /// [-] What the x axis shows, with its unit.
+  std::string x_label{};
+  /// [-] Panels from top to bottom, at least one.
+  std::vector<PlotPanel> panels{};
+  /// [-] Shaded stretches of the x axis.
+  std::vector<PlotPhase> phases{};
+  /// [-] Whether x is logarithmic.
+  bool is_logarithmic = false;
+  /// [-] Width of the figure and height of each panel's frame, in CSS pixels (96 an inch), > 0.
+  double width = 680;
+  double panel_height = 180;
+
+  /// Text of the SVG file. The same data give the same bytes, in every locale.
+  /// @throws InvalidArgument naming the panel or the field that breaks a rule.
+  [[nodiscard]] std::string svg() const;
+
+  /// `svg` to a file, replacing one that exists.
+  /// @throws IoError when it cannot be written in full.
+  void write_svg(const std::filesystem::path& path) const { write_file(path, svg()); }
+};
+
+// Implementation -----------------------------------------------------------------------------------
+
+namespace detail {
+
+/// @throws InvalidArgument naming what no figure can be drawn of.
+inline void validate_plot(const SvgPlot& plot) {
+  require_positive("SvgPlot::width", plot.width);
+  require_positive("SvgPlot::panel_height", plot.panel_height);
+  require(!plot.panels.empty(), "SvgPlot::panels: size", 0, "must be > 0");
+  for (const PlotPhase& phase : plot.phases) {
+    require(PlotAxis(plot.is_logarithmic).shows(phase.begin), "PlotPhase::begin", phase.begin,
+            "must have a place on the x axis");
+    require(std::isfinite(phase.end) && phase.end >= phase.begin, "PlotPhase::end", phase.end,
+            "must be finite and >= begin");
+  }
+  for (const PlotPanel& panel : plot.panels) {
+    const PlotAxis y(panel.is_logarithmic);
+    for (const PlotSeries& series : panel.series) {
+      require(series.x.size() == series.y.size(), "PlotSeries \"" + series.name + "\": size of y",
+              series.y.size(), "must be the size of x, " + std::to_string(series.x.size()));
+    }
+    for (const PlotReference& reference : panel.references) {
+      require(y.shows(reference.y), "PlotReference::y", reference.y,
+              "must have a place on the y axis");
+    }
+    for (const std::optional<double>& end : {panel.y_low, panel.y_high}) {
+      require(!end || y.shows(*end), "PlotPanel: end of the y range", end.value_or(0),
+              "must have a place on the y axis");
+    }
+    if (panel.y_low && panel.y_high) {
+      require(*panel.y_low < *panel.y_high, "PlotPanel::y_high", *panel.y_high, "must be > y_low");
+    }
+  }
+}
+
+/// Draws one figure, top to bottom.
+class PlotPainter {
+ public:
+  explicit PlotPainter(const SvgPlot& plot) : plot_(plot), x_axis_(plot.is_logarithmic) {}
+
+  [[nodiscard]] std::string paint() {
+    settle_axes();
+    if (!plot_.title.empty()) {
+      svg_.text(left_, 24, plot_.title, "class=\"title\"");
+      top_ = 34;
+    }
+    for (std::size_t i = 0; i < plot_.panels.size(); ++i) paint_panel(i);
+    svg_.text(left_ + 0.5 * width_, top_ + 36, x_axis_.caption(plot_.x_label),
+              "text-anchor=\"middle\"");
+    return svg_.document(plot_.width, top_ + 46, plot_.title);
+  }
+
+ private:
+  [[nodiscard]] double x_of(double value) const { return width_ * x_axis_.place(value); }
+
+  void settle_axes() {
+    for (const PlotPanel& panel : plot_.panels) {
+      PlotAxis y(panel.is_logarithmic);
+      for (const PlotSeries& series : panel.series) {
+        for (std::size_t i = 0; i < series.x.size(); ++i) {
+          if (!x_axis_.shows(series.x[i]) || !y.shows(series.y[i])) continue;
+          x_axis_.include(series.x[i]);
+          y.include(series.y[i]);
+        }
+      }
+      for (const PlotReference& reference : panel.references) y.include(reference.y);
+      y.finish({0.06, plot_.panel_height / 32, panel.y_low, panel.y_high});
+      y_axes_.push_back(y);
+    }
+    for (const PlotPhase& phase : plot_.phases) {
+      x_axis_.include(phase.begin);
+      x_axis_.include(phase.end);
+    }
+    double widest = 0;
+    for (const PlotAxis& y : y_axes_) {
+      for (const PlotTick& tick : y.ticks()) widest = std::max(widest, text_width(tick.label));
+    }
+    left_ = std::ceil(widest) + 40;
+    width_ = std::max(plot_.width - left_ - 18, 1.0);
+    x_axis_.finish({plot_.is_logarithmic ? 0.03 : 0.0, width_ / 64});
+  }
+
+  void paint_panel(std::size_t index) {
+    const PlotPanel& panel = plot_.panels[index];
+    const PlotAxis& y = y_axes_[index];
+    paint_legend(panel);
+    if (index == 0) paint_captions();
+    top_ += 6;
+    svg_.open_frame(left_, top_, width_, plot_.panel_height);
+    for (std::size_t i = 0; i < plot_.phases.size(); ++i) {
+      const double begin = x_of(plot_.phases[i].begin);
+      // Neighbours differ in shade, so that their border shows.
+      svg_.rectangle(begin, 0, x_of(plot_.phases[i].end) - begin, plot_.panel_height,
+                     i % 2 == 0 ? "#f5f5f5" : "#eaeaea");
+    }
+    const auto y_of = [&](double value) { return plot_.panel_height * (1 - y.place(value)); };
+    for (const PlotTick& tick : y.ticks()) {
+      if (!tick.label.empty())
+        svg_.line(0, y_of(tick.value), width_, y_of(tick.value), "class=\"grid\"");
+    }
+    for (const PlotReference& r : panel.references) {
+      svg_.line(0, y_of(r.y), width_, y_of(r.y), "class=\"reference\"");
+    }
+    for (std::size_t i = 0; i < panel.series.size(); ++i) paint_series(panel.series[i], i, y, y_of);
+    for (const PlotReference& r : panel.references) {
+      // On the line where there is room above it, else under it.
+      const double at = y_of(r.y);
+      svg_.text(width_ - 5, at > 16 ? at - 4 : at + 13, r.caption,
+                "class=\"note halo\" text-anchor=\"end\"");
+    }
+    svg_.close_frame();
+    paint_axes(panel, y, index + 1 == plot_.panels.size());
+    top_ += plot_.panel_height;
+  }
+
+  template <typename YOf>
+  void paint_series(const PlotSeries& series, std::size_t number, const PlotAxis& y,
+                    const YOf& y_of) {
+    const CurveLook look = look_of_curve(number);
+    std::vector<std::pair<double, double>> run;
+    for (std::size_t i = 0; i <= series.x.size(); ++i) {
+      if (i < series.x.size() && x_axis_.shows(series.x[i]) && y.shows(series.y[i])) {
+        run.emplace_back(x_of(series.x[i]), y_of(series.y[i]));
+        if (series.has_dots) svg_.dot(run.back().first, run.back().second, look.colour);
+      } else {
+        svg_.polyline(run, look);
+        run.clear();
+      }
+    }
+  }
+
+  void paint_legend(const PlotPanel& panel) {
+    double x = left_;
+    bool is_open = false;
+    for (std::size_t i = 0; i < panel.series.size(); ++i) {
+      const std::string& name = panel.series[i].name;
+      if (name.empty()) continue;
+      const double length = 30 + text_width(name) + 18;
+      if (!is_open || x + length > plot_.width) {
+        x = left_;
+        top_ += 18;
+        is_open = true;
+      }
+      const CurveLook look = look_of_curve(i);
+      svg_.polyline({{x, top_ - 4}, {x + 24, top_ - 4}}, look);
+      if (panel.series[i].has_dots) svg_.dot(x + 12, top_ - 4, look.colour);
+      svg_.text(x + 30, top_, name, "");
+      x += length;
+    }
+    if (!is_open) top_ += 6;
+  }
+
+  /// Names of the phases above the first panel; in further rows where one would hide another.
+  void paint_captions() {
+    std::vector<double> row_ends;
+    for (const PlotPhase& phase : plot_.phases) {
+      const double half = 0.5 * text_width(phase.caption) * 11 / 12;
+      double middle = left_ + 0.5 * (x_of(phase.begin) + x_of(phase.end));
+      middle = std::clamp(middle, std::min(left_ + half, plot_.width - 4 - half),
+                          plot_.width - 4 - half);
+      std::size_t row = 0;
+      while (row < row_ends.size() && row_ends[row] + 6 > middle - half) ++row;
+      if (row == row_ends.size()) row_ends.push_back(0);
+      row_ends[row] = middle + half;
+      svg_.text(middle, top_ + 15 + 13 * static_cast<double>(row), phase.caption,
+                "class=\"note\" text-anchor=\"middle\"");
+    }
+    top_ += row_ends.empty() ? 0 : 5 + 13 * static_cast<double>(row_ends.size());
+  }
+
+  void paint_axes(const PlotPanel& panel, const PlotAxis& y, bool is_last) {
+    const double bottom = top_ + plot_.panel_height;
+    for (const PlotTick& tick : y.ticks()) {
+      const double at = bottom - plot_.panel_height * y.place(tick.value);
+      const double length = tick.label.empty() ? 3 : 5;
+      svg_.line(left_ - length, at, left_, at, "class=\"axis\"");
+      svg_.text(left_ - 8, at + 4, tick.label, "text-anchor=\"end\"");
+    }
+    for (const PlotTick& tick : x_axis_.ticks()) {
+      const double at = left_ + x_of(tick.value);
+      svg_.line(at, bottom, at, bottom + (tick.label.empty() ? 3 : 5), "class=\"axis\"");
+      if (is_last) svg_.text(at, bottom + 18, tick.label, "text-anchor=\"middle\"");
+    }
+    svg_.upright_text(14, top_ + 0.5 * plot_.panel_height, y.caption(panel.y_label));
+  }
+
+  const SvgPlot& plot_;
+  PlotAxis x_axis_;
+  std::vector<PlotAxis> y_axes_;
+  SvgWriter svg_;
+  /// [-] Left edge and width of all frames; how far down the figure is painted.
+  double left_ = 0;
+  double width_ = 0;
+  double top_ = 6;
+};
+
+}  // namespace detail
+
+inline std::string SvgPlot::svg() const {
+  detail::validate_plot(*this);
+  return detail::PlotPainter(*this).paint();
+}
+
+}  // namespace bristle
+
+// === bristle/io/trace.hpp
+
+/// @file
+/// Numbers recorded over time: named channels with units, written as CSV.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <charconv>
+#include <cmath>
+#include <cstddef>
+#include <filesystem>
+#include <initializer_list>
+#include <span>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+namespace bristle {
+
+/// One column of a trace.
+struct TraceChannel {
+  /// [-] What it is; unique in the trace.
+  std::string name;
+  /// [-] Its unit; empty for none.
+  std::string unit;
+
+  /// How plots and tables call it: "height [m]", or the name alone where there is no unit.
+  [[nodiscard]] std::string label() const { return unit.empty() ? name : name + " [" + unit + "]"; }
+};
+
+/// A table that grows by rows and is read by columns.
+///
+///     Trace trace{{"time", "s"}, {"height", "m"}};
+///     trace.add_row({t, z});
+///     trace.write_csv("fall.csv");
+///     const auto heights = trace.column("height");
+///
+/// Values are kept as double, whatever the simulation computes in. A value that is not finite is
+/// kept too, and written as `nan`, `inf` or `-inf`: a gap in a record is part of the record.
+class Trace {
+ public:
+  /// @throws InvalidArgument when there is no channel, or one has no name or that of another.
+  Trace(std::initializer_list<TraceChannel> channels)
+      : Trace(std::vector<TraceChannel>(channels)) {}
+  explicit Trace(std::vector<TraceChannel> channels);
+
+  /// Appends one value per channel, in the order of the channels.
+  /// @throws InvalidArgument when there are more or fewer values than channels.
+  void add_row(std::span<const double> values);
+  void add_row(std::initializer_list<double> values) {
+    add_row(std::span<const double>(values.begin(), values.size()));
+  }
+
+  /// Makes room for rows, so that adding them does not allocate.
+  void reserve(std::size_t rows) {
+    for (std::vector<double>& column : columns_) column.reserve(rows);
+  }
+
+  [[nodiscard]] const std::vector<TraceChannel>& channels() const noexcept { return channels_; }
+  /// [-] Number of rows.
+  [[nodiscard]] std::size_t size() const noexcept { return columns_.front().size(); }
+
+  /// All values of a channel, oldest first; valid until the next row is added.
+  /// @throws InvalidArgument when no channel has the name.
+  [[nodiscard]] const std::vector<double>& column(std::string_view name) const;
+
+  /// The table as comma-separated values (RFC 4180, lines ending in \n): first the labels of the
+  /// channels, then the rows.
+  ///
+  /// @param digits  [-] Significant digits, 1 to 17. 9 tell any two floats apart, 17 any two
+  /// doubles.
+  /// @note A dot is the decimal point in every locale.
+  /// @throws InvalidArgument when the digits are out of range.
+  [[nodiscard]] std::string csv(int digits = 9) const;
+
+  /// `csv` to a file, replacing one that exists.
+  /// @throws IoError when it cannot be written in full.
+  void write_csv(const std::filesystem::path& path, int digits = 9) const {
+    write_file(path, csv(digits));
+  }
+
+ private:
+  std::vector<TraceChannel> channels_;
+  std::vector<std::vector<double>> columns_;
+};
+
+// Implementation -----------------------------------------------------------------------------------
+
+namespace detail {
+
+/// Appends a number as "%.*g" would in the C locale; a NaN without its sign.
+inline void append_general(std::string& text, double value, int digits) {
+  if (std::isnan(value)) {
+    text += "nan";
+    return;
+  }
+  char buffer[32];
+  const auto result =
+      std::to_chars(buffer, buffer + sizeof buffer, value, std::chars_format::general, digits);
+  text.append(buffer, result.ptr);
+}
+
+/// Appends a field of a CSV file, in quotes where it needs them.
+inline void append_csv_field(std::string& text, std::string_view field) {
+  if (field.find_first_of(",\"\r\n") == std::string_view::npos) {
+    text += field;
+    return;
+  }
+  text += '"';
+  for (const char c : field) {
+    if (c == '"') text += '"';
+    text += c;
+  }
+  text += '"';
+}
+
+}  // namespace detail
+
+inline Trace::Trace(std::vector<TraceChannel> channels)
+    : channels_(std::move(channels)), columns_(channels_.size()) {
+  detail::require(!channels_.empty(), "Trace: number of channels", 0, "must be > 0");
+  for (std::size_t i = 0; i < channels_.size(); ++i) {
+    const auto fail = [&](const char* rule) {
+      detail::raise(InvalidArgument("TraceChannel[" + std::to_string(i) + "]::name",
+                                    '"' + channels_[i].name + '"', rule));
+    };
+    if (channels_[i].name.empty()) fail("must not be empty");
+    for (std::size_t k = 0; k < i; ++k) {
+      if (channels_[k].name == channels_[i].name) fail("must be unique in the trace");
+    }
+  }
+}
+
+inline void Trace::add_row(std::span<const double> values) {
+  detail::require(values.size() == columns_.size(), "Trace::add_row: number of values",
+                  values.size(),
+                  "must be the number of channels, " + std::to_string(columns_.size()));
+  for (std::size_t i = 0; i < values.size(); ++i) columns_[i].push_back(values[i]);
+}
+
+inline const std::vector<double>& Trace::column(std::string_view name) const {
+  for (std::size_t i = 0; i < channels_.size(); ++i) {
+    if (channels_[i].name == name) return columns_[i];
+  }
+  detail::raise(InvalidArgument("Trace::column: name", '"' + std::string(name) + '"',
+                                "must be that of a channel"));
+}
+
+inline std::string Trace::csv(int digits) const {
+  detail::require(digits >= 1 && digits <= 17, "Trace::csv: digits", digits, "must be in [1, 17]");
+  std::string text;
+  for (std::size_t i = 0; i < channels_.size(); ++i) {
+    if (i > 0) text += ',';
+    detail::append_csv_field(text, channels_[i].label());
+  }
+  text += '\n';
+  for (std::size_t row = 0; row < size(); ++row) {
+    for (std::size_t i = 0; i < columns_.size(); ++i) {
+      if (i > 0) text += ',';
+      detail::append_general(text, columns_[i][row], digits);
+    }
+    text += '\n';
+  }
+  return text;
 }
 
 }  // namespace bristle
@@ -5748,8 +10785,9 @@ struct SensorGridDef {
   Vec3<S> side_u = Vec3<S>::UnitX();
   /// [m] The other whole side; must not be parallel to side_u.
   Vec3<S> side_v = Vec3<S>::UnitY();
-  /// [-] Number of sensors along each side, >= 1.
+  /// [-] Number of sensors along side_u, >= 1.
   std::size_t count_u = 1;
+  /// [-] Number of sensors along side_v, >= 1.
   std::size_t count_v = 1;
   /// [m] How far below the rectangle the rays start. Finite, >= 0.
   S depth = S(0.005);
@@ -5938,7 +10976,1656 @@ SensorLayout<S> sensor_grid(const SensorGridDef<S>& def) {
 
 }  // namespace bristle
 
+// === bristle/sensors/stability.hpp
+
+/// @file
+/// How long an explicit step may be.
+///
+/// Symplectic Euler with an explicit damper integrates a mode of stiffness k, damping c and mass m
+/// stably if and only if k dt^2 / m + 2 c dt / m < 4 (docs/sensors.md). For a whole patch the same
+/// holds for the largest eigenvalue of W (dt^2 K + 2 dt D), W being the mobility of the two bodies.
+// SPDX-License-Identifier: BSD-3-Clause
+
+namespace bristle {
+
+/// [s] Longest stable explicit step of one mode; infinite without stiffness and damping.
+template <Scalar S>
+struct Mode {
+  /// [kg] Mass that moves.
+  S mass = S(1);
+  /// [N/m] Stiffness.
+  S stiffness = S(0);
+  /// [N s/m] Damping.
+  S damping = S(0);
+
+  /// The positive root of k dt^2 + 2 c dt = 4 m, free of cancellation.
+  [[nodiscard]] S largest_stable_step() const {
+    using std::sqrt;
+    const S sum = damping + sqrt(damping * damping + S(4) * mass * stiffness);
+    return sum > S(0) ? S(4) * mass / sum : infinity<S>;
+  }
+};
+
+/// [s] Longest explicit step at which symplectic Euler is stable for what the patch touches now, in
+/// all six directions of each touched body; infinite when it touches nothing that moves.
+///
+/// Several patches on one body add up: this looks at one alone.
+/// @param mobility_of  Callable: Mat6<S> mobility_of(pair), the mobility of the pair's two bodies
+///                     about its point c.
+template <Scalar S, typename MobilityOf>
+[[nodiscard]] S largest_stable_step(const SensorPatch<S>& patch, MobilityOf&& mobility_of);
+
+// Implementation -----------------------------------------------------------------------------------
+
+namespace detail {
+
+/// Stiffness and damping of the contacts of a pair about c.
+template <Scalar S>
+void sum_stiffness(const SensorPatch<S>& patch, const PatchPair<S>& pair, Mat6<S>& K, Mat6<S>& D) {
+  K.setZero();
+  D.setZero();
+  for (std::uint32_t i = pair.first; i < pair.first + pair.count; ++i) {
+    const PatchContact<S>& c = patch.contacts[i];
+    if (!c.is_touching) continue;
+    const SensorParameters<S>& p = patch.parameters(c.sensor);
+    const S force = normal_force(p, c.depth, c.g.dot(c.start_velocity) / c.length);
+    const S k_t = bristle_stiffness(p, patch.def.options.scaling, force, c.depth);
+    Vec3<S> t1, t2;
+    tangent_basis<S>(c.n, t1, t2);
+    const auto add = [&](const Vec3<S>& d, S k, S damping) {
+      Vec6<S> j;
+      j << d, c.rho.cross(d);
+      K += (k * j) * j.transpose();
+      D += (damping * j) * j.transpose();
+    };
+    add(t1, k_t, p.sliding_friction);
+    add(t2, k_t, p.sliding_friction);
+    add(c.g, p.normal_stiffness / c.length, p.normal_damping / c.length);
+  }
+}
+
+/// Whether all eigenvalues of W (dt^2 K + 2 dt D) are below 4: W^-1 4 - (dt^2 K + 2 dt D) is then
+/// positive definite, which a Cholesky factorisation decides.
+template <Scalar S>
+[[nodiscard]] bool is_stable_step(const Mat6<S>& inverse_mobility, const Mat6<S>& K,
+                                  const Mat6<S>& D, S dt) {
+  Mat6<S> rest = S(4) * inverse_mobility - dt * dt * K - S(2) * dt * D;
+  return factor_cholesky(rest.data(), 6);
+}
+
+}  // namespace detail
+
+template <Scalar S, typename MobilityOf>
+S largest_stable_step(const SensorPatch<S>& patch, MobilityOf&& mobility_of) {
+  S smallest = infinity<S>;
+  for (const PatchPair<S>& pair : patch.pairs) {
+    if (pair.count == 0) continue;
+    Mat6<S> K, D;
+    detail::sum_stiffness(patch, pair, K, D);
+    const Mat6<S> W = mobility_of(pair);
+    if (!(W.trace() > S(0)) || !(K.trace() + D.trace() > S(0))) continue;
+    const Mat6<S> inverse = W.inverse();
+    // The criterion is monotone in dt: bracket by doubling, then bisect to round-off.
+    S low = S(0);
+    S high = Mode<S>{S(6) / W.trace(), K.trace(), D.trace()}.largest_stable_step();
+    for (int i = 0; i < 200 && detail::is_stable_step(inverse, K, D, high); ++i) {
+      low = high;
+      high *= S(2);
+    }
+    while (high - low > Tolerance<S>::round_off() * high) {
+      const S middle = S(0.5) * (low + high);
+      (detail::is_stable_step(inverse, K, D, middle) ? low : high) = middle;
+    }
+    smallest = std::min(smallest, low);
+  }
+  return smallest;
+}
+
+}  // namespace bristle
+
+// === bristle/sensors/tuning.hpp
+
+/// @file
+/// Sensor constants from physical wants, and what given constants mean physically.
+///
+/// Nobody should tune by guessing: the closed forms behind both directions are derived in
+/// docs/sensors.md and verified by the test suite on masses from 2 g to 1000 kg.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <cstddef>
+
+namespace bristle {
+
+/// What one wants of a patch that grips.
+template <Scalar S>
+struct GripWants {
+  /// [1] Static friction coefficient: shear per normal force that it shall hold. > 0.
+  S friction = S(0.8);
+  /// [m] How far the held thing has crept when it is about to slip: sigma_a. > 0.
+  S creep = S(1e-3);
+  /// [N] Normal force that the whole patch carries. > 0.
+  S load = S(10);
+  /// [kg] Mass that moves against the patch. 0: the heaviest that the grip holds against
+  /// 9.81 m/s^2, friction * load / 9.81.
+  S mass = S(0);
+  /// [1] Depth of the sensors under the load, in (0, 1].
+  S press = S(0.3);
+  /// [1] Damping ratio of the normal direction, >= 0.
+  S normal_damping_ratio = S(1);
+  /// [1] Damping ratio of the bristles, >= 0. 0.7 makes slip start at the same load at every step
+  /// and keeps load changes from pumping energy in; below 0.2 a sudden load slips at half the limit.
+  S bristle_damping_ratio = S(0.7);
+  /// [-] What friction grows with; `none` and `depth` change the unit of the constants.
+  FrictionScaling scaling = FrictionScaling::normal_force;
+};
+
+/// Wants that become constants once the number and length of the sensors are known.
+template <Scalar S>
+struct Tuning {
+  GripWants<S> wants{};
+
+  /// Constants for `count` sensors of `length` [m] that share the load.
+  [[nodiscard]] SensorParameters<S> parameters(std::size_t count, S length) const;
+  /// Constants for a layout, with the mean length of its rays.
+  [[nodiscard]] SensorParameters<S> parameters(const SensorLayout<S>& layout) const;
+};
+
+/// Checks wants: `world.add_patch(body, sensors, tuned_for<double>({.friction = 0.8, .load = 20}))`.
+/// @throws InvalidArgument naming the field.
+template <Scalar S>
+[[nodiscard]] Tuning<S> tuned_for(const GripWants<S>& wants);
+
+/// A patch in use: what its constants are asked about.
+template <Scalar S>
+struct PatchUse {
+  /// [-] Number of sensors in contact.
+  std::size_t count = 1;
+  /// [m] Length of their rays.
+  S length = S(0.01);
+  /// [N] Normal force they carry together.
+  S load = S(10);
+  /// [kg] Mass that moves against them.
+  S mass = S(1);
+  /// [1] How much a lever arm stiffens the tangential mode: 1 + m h^2 / I with the height h of the
+  /// centre of mass above the patch; 1 for a patch that cannot tilt.
+  S lever = S(1);
+};
+
+/// What constants mean physically in a given use.
+template <Scalar S>
+struct PatchMeaning {
+  /// [1] Shear per normal force that is held if loaded slowly: mu = mu_S sigma_a.
+  S holding_coefficient = S(0);
+  /// [1] The same for a load that comes at once: the bristles overshoot by 1 + D with
+  /// D = exp(-pi z / sqrt(1 - z^2)), so it is mu / (1 + D); half of mu without damping.
+  S sudden_coefficient = S(0);
+  /// [1] Mean shear per normal force while sliding, without the viscous part: mu / 2 with `release`,
+  /// mu with `drag`.
+  S kinetic_release = S(0);
+  S kinetic_drag = S(0);
+  /// [N/m] Stiffness against shear of the whole patch, and along the rays.
+  S bristle_stiffness = S(0);
+  S normal_stiffness = S(0);
+  /// [1] Depth at the load; above 1 the sensors cannot carry it.
+  S press = S(0);
+  /// [1] Damping ratios.
+  S bristle_damping_ratio = S(0);
+  S normal_damping_ratio = S(0);
+  /// [1/s] Natural frequency of the bristles, as an angular frequency.
+  S bristle_frequency = S(0);
+  /// [s] Longest explicit step at which all this is stable, and the one at which it is safely so:
+  /// 0.35 of it, where Lambda is about 0.5.
+  S largest_explicit_step = S(0);
+  S recommended_explicit_step = S(0);
+
+  /// [m] Creep at rest under a shear force [N].
+  [[nodiscard]] S sag(S shear) const { return shear / bristle_stiffness; }
+};
+
+/// The inverse of `tuned_for`.
+/// @throws InvalidArgument naming the field.
+template <Scalar S>
+[[nodiscard]] PatchMeaning<S> meaning_of(const SensorParameters<S>& p, const PatchUse<S>& use,
+                                         FrictionScaling scaling = FrictionScaling::normal_force);
+
+// Implementation -----------------------------------------------------------------------------------
+
+template <Scalar S>
+Tuning<S> tuned_for(const GripWants<S>& wants) {
+  detail::require_positive("GripWants::friction", wants.friction);
+  detail::require_positive("GripWants::creep", wants.creep);
+  detail::require_positive("GripWants::load", wants.load);
+  detail::require_not_negative("GripWants::mass", wants.mass);
+  detail::require_positive("GripWants::press", wants.press);
+  detail::require(wants.press <= S(1), "GripWants::press", wants.press, "must be <= 1");
+  detail::require_not_negative("GripWants::normal_damping_ratio", wants.normal_damping_ratio);
+  detail::require_not_negative("GripWants::bristle_damping_ratio", wants.bristle_damping_ratio);
+  return {wants};
+}
+
+template <Scalar S>
+SensorParameters<S> Tuning<S>::parameters(std::size_t count, S length) const {
+  using std::sqrt;
+  detail::require(count > 0, "count", S(0), "must be > 0");
+  detail::require_positive("length", length);
+  const S n = static_cast<S>(count);
+  const S mass = wants.mass > S(0) ? wants.mass : wants.friction * wants.load / S(9.81);
+  // k_t of the whole patch, whatever it grows with: mu N at a stretch of sigma_a.
+  const S stiffness = wants.friction * wants.load / wants.creep;
+  SensorParameters<S> p;
+  p.breakaway_distance = wants.creep;
+  p.normal_stiffness = wants.load / (n * wants.press);
+  p.normal_damping =
+      S(2) * wants.normal_damping_ratio * sqrt(p.normal_stiffness * mass * length / n);
+  p.sliding_friction = S(2) * wants.bristle_damping_ratio * sqrt(stiffness * mass) / n;
+  switch (wants.scaling) {
+    case FrictionScaling::normal_force:
+      p.static_friction = wants.friction / wants.creep;
+      break;
+    case FrictionScaling::depth:
+      p.static_friction = stiffness / (n * wants.press);
+      break;
+    case FrictionScaling::none:
+      p.static_friction = stiffness / n;
+      break;
+  }
+  return p;
+}
+
+template <Scalar S>
+SensorParameters<S> Tuning<S>::parameters(const SensorLayout<S>& layout) const {
+  layout.validate();
+  S sum = S(0);
+  for (const S length : layout.length) sum += length;
+  return parameters(layout.size(), sum / static_cast<S>(layout.size()));
+}
+
+template <Scalar S>
+PatchMeaning<S> meaning_of(const SensorParameters<S>& p, const PatchUse<S>& use,
+                           FrictionScaling scaling) {
+  using std::exp;
+  using std::sqrt;
+  validate(p);
+  detail::require(use.count > 0, "PatchUse::count", S(0), "must be > 0");
+  detail::require_positive("PatchUse::length", use.length);
+  detail::require_positive("PatchUse::load", use.load);
+  detail::require_positive("PatchUse::mass", use.mass);
+  detail::require_positive("PatchUse::lever", use.lever);
+  const S n = static_cast<S>(use.count);
+  PatchMeaning<S> out;
+  out.normal_stiffness = n * p.normal_stiffness / use.length;
+  out.press = use.load / (n * p.normal_stiffness);
+  out.bristle_stiffness =
+      n * bristle_stiffness(p, scaling, use.load / n, std::min(out.press, S(1)));
+  out.holding_coefficient = out.bristle_stiffness * p.breakaway_distance / use.load;
+  out.kinetic_release = out.holding_coefficient / S(2);
+  out.kinetic_drag = out.holding_coefficient;
+  out.bristle_frequency = sqrt(out.bristle_stiffness / use.mass);
+  const S viscous = n * p.sliding_friction;
+  out.bristle_damping_ratio = viscous / (S(2) * sqrt(out.bristle_stiffness * use.mass));
+  out.normal_damping_ratio = n * p.normal_damping / use.length /
+                             (S(2) * sqrt(out.normal_stiffness * use.mass));
+  const S z = out.bristle_damping_ratio;
+  const S overshoot =
+      z < S(1) ? S(exp(-S(EIGEN_PI) * z / sqrt(S(1) - z * z))) : S(0);
+  out.sudden_coefficient = out.holding_coefficient / (S(1) + overshoot);
+  const Mode<S> tangential_mode{use.mass, out.bristle_stiffness * use.lever, viscous};
+  const Mode<S> normal_mode{use.mass, out.normal_stiffness, n * p.normal_damping / use.length};
+  out.largest_explicit_step =
+      std::min(tangential_mode.largest_stable_step(), normal_mode.largest_stable_step());
+  out.recommended_explicit_step = S(0.35) * out.largest_explicit_step;
+  return out;
+}
+
+}  // namespace bristle
+
+// === bristle/world/contact_stage.hpp
+
+/// @file
+/// First stage of a step: who is near whom, and where they touch.
+// SPDX-License-Identifier: BSD-3-Clause
+
+// === bristle/world/world_state.hpp
+
+/// @file
+/// What a world holds, and what its stages share. Users meet `World`.
+// SPDX-License-Identifier: BSD-3-Clause
+
+// === bristle/world/report.hpp
+
+/// @file
+/// What a step did, in numbers.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <cstdint>
+
+namespace bristle {
+
+/// Counters of one step. A stage with nothing to do leaves its counters at zero: what a scene does
+/// not need is not done, and this is where it shows.
+template <Scalar S>
+struct StepReport {
+  /// [-] Pairs of overlapping boxes, pairs asked of the backend, and points of contact found.
+  std::uint64_t pairs_tested = 0;
+  std::uint64_t pairs_collided = 0;
+  std::uint64_t contact_points = 0;
+  /// [-] Patches in the world, and those with a body in reach.
+  std::uint64_t patches = 0;
+  std::uint64_t patches_near = 0;
+  /// [-] Rays cast (a ray counts once per shape it is asked of), sensors skipped because nothing was
+  /// in reach of their patch, and sensors that touch.
+  std::uint64_t rays_cast = 0;
+  std::uint64_t sensors_skipped = 0;
+  std::uint64_t sensors_touching = 0;
+  /// [-] Patch-body pairs evaluated explicitly and solved implicitly.
+  std::uint64_t explicit_pairs = 0;
+  std::uint64_t implicit_pairs = 0;
+  /// [-] Islands with constraints, those solved by factorisation, rows, sweeps, factorisations.
+  std::uint64_t islands = 0;
+  std::uint64_t direct_islands = 0;
+  std::uint64_t rows = 0;
+  std::uint64_t sweeps = 0;
+  std::uint64_t factorisations = 0;
+  /// [-] Sweeps of the position correction; zero in a step without position errors.
+  std::uint64_t position_sweeps = 0;
+  /// [m/s] Largest velocity change of the last sweep of any island.
+  S residual = S(0);
+  /// [-] Contact queries that the backend failed; those pairs do not touch in this step.
+  std::uint64_t backend_failures = 0;
+  /// [-] Islands whose solution was not finite: nothing acts between their bodies in this step.
+  std::uint64_t discarded_islands = 0;
+  /// [-] Bodies whose new state was not finite; they stay where they were, at rest.
+  std::uint64_t frozen_bodies = 0;
+};
+
+}  // namespace bristle
+
+#include <algorithm>
+#include <optional>
+#include <vector>
+
+namespace bristle {
+
+struct ShapeTag;
+/// Names a shape of a world.
+using ShapeId = Id<ShapeTag>;
+
+/// Settings of a world.
+template <Scalar S>
+struct WorldDef {
+  /// [m/s^2] Gravity.
+  Vec3<S> gravity = Vec3<S>(S(0), S(0), S(-9.81));
+  /// [s] Length of a step, > 0.
+  S time_step = S(1) / S(240);
+  /// [m/s] Impacts slower than this do not bounce, >= 0.
+  S restitution_speed = S(0.01);
+  /// [-] The solver.
+  SolverDef<S> solver{};
+  /// [-] Runs independent tasks, on threads of the host if it likes; the results are the same.
+  ParallelFor parallel_for = serial_for;
+};
+
+/// Describes one shape of a body to `World::add_shape`.
+template <Scalar S>
+struct ShapeDef {
+  /// [m] The shape.
+  Shape<S> shape{};
+  /// [m] Pose of the shape's frame in the body frame.
+  Transform<S> X_BS{};
+  /// [1] Its surface.
+  Material<S> material{};
+};
+
+/// A shape on a body.
+template <Scalar S, typename Backend>
+struct Collider {
+  BodyId body{};
+  /// [m] Pose of the shape from the body's centre of mass, along the body's axes.
+  Transform<S> X_CmS{};
+  typename Backend::template Collidable<S> shape{};
+  ShapeKind kind = ShapeKind::sphere;
+  Material<S> material{};
+  /// [m] Box in the shape's own frame; infinite for a half-space.
+  Aabb<S> bounds{};
+  /// [m] Farthest point from the body's centre of mass.
+  S radius = S(0);
+  /// The half-space itself, since a box cannot bound it.
+  std::optional<HalfSpace<S>> half_space{};
+};
+
+/// Everything that persists from step to step, and the bodies as the solver sees them.
+template <Scalar S, typename Backend>
+struct WorldState {
+  WorldDef<S> def{};
+  SlotMap<Body<S>, BodyTag> bodies;
+  SlotMap<Collider<S, Backend>, ShapeTag> colliders;
+  SlotMap<Joint<S>, JointTag> joints;
+  SlotMap<SensorPatch<S>, PatchTag> patches;
+  BroadPhase<S> broad_phase;
+  ContactCache<S> contacts;
+  /// Pairs of body slots that do not touch because a joint connects them, sorted.
+  std::vector<ShapePair> unpaired;
+  StepReport<S> report{};
+
+  /// This step's scratch: one entry a body slot, and all constraints.
+  std::vector<SolverBody<S>> solver_bodies;
+  Constraints<S> constraints;
+
+  [[nodiscard]] const Body<S>& body_of(const Collider<S, Backend>& c) const {
+    return bodies.at(c.body.index);
+  }
+  /// [m] Pose of a shape in the frame of A's centre of mass.
+  [[nodiscard]] Transform<S> pose_from(const Body<S>& A, const Collider<S, Backend>& c) const {
+    return relative_pose(A.center_pose, body_of(c).center_pose) * c.X_CmS;
+  }
+  /// Whether a box in the world reaches a shape that has no box itself; true for shapes that do.
+  [[nodiscard]] bool reaches(const Aabb<S>& box, const Collider<S, Backend>& c) const {
+    if (!c.half_space) return true;
+    const Transform<S> X_WS = body_of(c).center_pose * c.X_CmS;
+    const Vec3<S> n = X_WS.rotate(c.half_space->normal);
+    const S height = n.dot(box.center() - X_WS.translation) - c.half_space->offset;
+    return height <= n.cwiseAbs().dot(box.half_extents());
+  }
+};
+
+}  // namespace bristle
+
+#include <vector>
+
+namespace bristle {
+
+/// Moves the boxes of all shapes, finds the pairs that may touch, asks the backend where they do,
+/// and turns contacts between steps into rows.
+template <Scalar S, typename Backend>
+class ContactStage {
+ public:
+  using State = WorldState<S, Backend>;
+
+  /// Updates the broad phase and the contact cache.
+  void find_contacts(State& state) {
+    sweep_boxes(state);
+    pairs_.clear();
+    state.contacts.begin_step();
+    if (moving_.empty()) return;
+    state.broad_phase.find_pairs(
+        moving_, [&](std::uint32_t a, std::uint32_t b) { return accepts(state, a, b); }, pairs_,
+        state.report.pairs_tested);
+    for (const ShapePair& pair : pairs_) collide(state, pair);
+    state.report.contact_points = state.contacts.points().size();
+  }
+
+  /// Adds the rows of all contacts.
+  void add_rows(State& state) const {
+    for (const CachedManifold<S>& m : state.contacts.manifolds()) {
+      const Collider<S, Backend>& a = state.colliders.at(m.shapes.a);
+      const Collider<S, Backend>& b = state.colliders.at(m.shapes.b);
+      add_contact_rows(m, state.contacts.points(), combined(a.material, b.material), a.body.index,
+                       b.body.index, state.solver_bodies[a.body.index],
+                       state.solver_bodies[b.body.index], state.def.restitution_speed,
+                       state.def.time_step, state.constraints);
+    }
+  }
+
+  /// Keeps the impulses that the solver found. Contact blocks come first among all blocks, in the
+  /// order of the points.
+  void store_impulses(State& state) const {
+    std::vector<CachedPoint<S>>& points = state.contacts.points();
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      const std::uint32_t first = state.constraints.blocks[i].first;
+      for (std::uint32_t k = 0; k < 3; ++k) {
+        points[i].impulse[k] = state.constraints.rows[first + k].impulse;
+      }
+    }
+  }
+
+ private:
+  void sweep_boxes(State& state) {
+    moving_.clear();
+    for (std::uint32_t i = 0; i < state.colliders.slot_count(); ++i) {
+      if (!state.colliders.is_live(i)) continue;
+      const Collider<S, Backend>& c = state.colliders.at(i);
+      // Half-spaces belong to bodies that forces do not move, and are always listed.
+      if (state.body_of(c).motion == Motion::fixed || c.half_space) continue;
+      state.broad_phase.move(i, swept_box(state, c));
+      moving_.push_back(i);
+    }
+  }
+
+  [[nodiscard]] bool accepts(const State& state, std::uint32_t tag_a, std::uint32_t tag_b) const {
+    const Collider<S, Backend>& a = state.colliders.at(tag_a);
+    const Collider<S, Backend>& b = state.colliders.at(tag_b);
+    if (a.body == b.body) return false;
+    const Body<S>& body_a = state.body_of(a);
+    const Body<S>& body_b = state.body_of(b);
+    if (!body_a.is_dynamic() && !body_b.is_dynamic()) return false;
+    if (!may_meet(body_a.filter, body_b.filter)) return false;
+    const ShapePair bodies{std::min(a.body.index, b.body.index),
+                           std::max(a.body.index, b.body.index)};
+    if (std::binary_search(state.unpaired.begin(), state.unpaired.end(), bodies)) return false;
+    return state.reaches(swept_box(state, a), b) && state.reaches(swept_box(state, b), a);
+  }
+
+  [[nodiscard]] Aabb<S> swept_box(const State& state, const Collider<S, Backend>& c) const {
+    if (c.half_space) return c.bounds;
+    return transformed(c.bounds, state.body_of(c).center_pose * c.X_CmS)
+        .inflated(reach_of(state, c));
+  }
+
+  /// [m] How far a shape can get within the step.
+  [[nodiscard]] S reach_of(const State& state, const Collider<S, Backend>& c) const {
+    if (c.half_space) return S(0);
+    const Twist<S>& free = state.solver_bodies[c.body.index].free;
+    return state.def.time_step * (free.linear.norm() + free.angular.norm() * c.radius);
+  }
+
+  void collide(State& state, const ShapePair& pair) {
+    const Collider<S, Backend>& a = state.colliders.at(pair.a);
+    const Collider<S, Backend>& b = state.colliders.at(pair.b);
+    const Body<S>& body_a = state.body_of(a);
+    const Body<S>& body_b = state.body_of(b);
+    const Transform<S> X_SaSb = a.X_CmS.inverse() * state.pose_from(body_a, b);
+    const S margin = reach_of(state, a) + reach_of(state, b);
+    found_.clear();
+    ++state.report.pairs_collided;
+    if (Backend::collide(a.shape, b.shape, X_SaSb, margin, found_) != ContactStatus::ok) {
+      ++state.report.backend_failures;
+      return;
+    }
+    state.contacts.add(pair, found_,
+                       (body_a.center_pose.rotation * a.X_CmS.rotation).toRotationMatrix(),
+                       body_a.center_pose.rotate(a.X_CmS.translation),
+                       body_b.center_pose.translation - body_a.center_pose.translation);
+  }
+
+  std::vector<std::uint32_t> moving_;
+  std::vector<ShapePair> pairs_;
+  ContactManifolds<S> found_;
+};
+
+}  // namespace bristle
+
+// === bristle/world/ray_query.hpp
+
+/// @file
+/// Rays through a whole world.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <span>
+
+namespace bristle {
+
+/// Whom a ray query meets.
+struct RayFilter {
+  /// [-] Categories of the bodies that are met.
+  std::uint32_t categories = 0xffffffffu;
+  /// [-] A body that is not met (the one the ray starts from, say).
+  BodyId excluded{};
+};
+
+/// Nearest hit of a ray through a world.
+template <Scalar S>
+struct WorldRayHit {
+  /// [m] Distance from the ray's start; infinite where nothing was hit, 0 where it starts inside.
+  S distance = infinity<S>;
+  /// [m] Point of the hit, and [1] outward unit normal of the surface, in the world.
+  Vec3<S> point = Vec3<S>::Zero();
+  Vec3<S> normal = Vec3<S>::Zero();
+  /// [-] What was hit.
+  BodyId body{};
+  ShapeId shape{};
+
+  [[nodiscard]] bool is_hit() const { return distance < infinity<S>; }
+};
+
+namespace detail {
+
+/// @throws InvalidArgument when the ray is not finite, has no unit direction or no length.
+template <Scalar S>
+void require_ray(const Ray<S>& ray) {
+  using std::abs;
+  require_all_finite("Ray::origin", ray.origin);
+  require_all_finite("Ray::direction", ray.direction);
+  require(abs(ray.direction.squaredNorm() - S(1)) <= Tolerance<S>::equal(), "Ray::direction",
+          ray.direction.norm(), "must have length 1");
+  require(ray.length > S(0), "Ray::length", ray.length, "must be > 0");
+}
+
+template <Scalar S, typename Backend>
+[[nodiscard]] WorldRayHit<S> cast_ray(const WorldState<S, Backend>& state, const Ray<S>& ray,
+                                      const RayFilter& filter) {
+  RayHits<S> hits;
+  hits.reset(1);
+  state.broad_phase.walk_ray(ray, [&](std::uint32_t tag, S nearest) {
+    const Collider<S, Backend>& c = state.colliders.at(tag);
+    const Body<S>& body = state.body_of(c);
+    if (c.body == filter.excluded || (body.filter.category & filter.categories) == 0) {
+      return nearest;
+    }
+    // The ray starts in the frame of its own origin, so nothing is lost far from the world's.
+    Transform<S> X_RS = body.center_pose * c.X_CmS;
+    X_RS.translation -= ray.origin;
+    const S zero = S(0);
+    const S length = std::min(nearest, ray.length);
+    const auto one = [](const S& value) { return std::span<const S>(&value, 1); };
+    const RayBatch<S> batch{one(zero),
+                            one(zero),
+                            one(zero),
+                            one(ray.direction.x()),
+                            one(ray.direction.y()),
+                            one(ray.direction.z()),
+                            one(length),
+                            S(0)};
+    Backend::cast_rays(c.shape, X_RS, batch, tag, hits);
+    return std::min(nearest, hits.distance[0]);
+  });
+  WorldRayHit<S> result;
+  if (!hits.is_hit(0)) return result;
+  const Collider<S, Backend>& c = state.colliders.at(hits.tag[0]);
+  result.distance = hits.distance[0];
+  result.normal = hits.normal[0];
+  result.point = ray.origin + result.distance * ray.direction;
+  result.body = c.body;
+  result.shape = state.colliders.handle(hits.tag[0]);
+  return result;
+}
+
+}  // namespace detail
+}  // namespace bristle
+
+// === bristle/world/sensor_stage.hpp
+
+/// @file
+/// Second stage of a step: what the sensors meet, and the forces or soft blocks that come of it.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <vector>
+
+namespace bristle {
+
+/// Senses with every patch, then decides for each touched body between explicit and implicit.
+template <Scalar S, typename Backend>
+class SensorStage {
+ public:
+  using State = WorldState<S, Backend>;
+
+  /// Which pair of which patch a soft block stands for.
+  struct SoftOwner {
+    std::uint32_t patch = 0;
+    std::uint32_t pair = 0;
+  };
+
+  /// Casts the rays of all patches that have a body in reach and sorts out their contacts.
+  void sense(State& state) {
+    live_.clear();
+    for (std::uint32_t i = 0; i < state.patches.slot_count(); ++i) {
+      if (state.patches.is_live(i)) live_.push_back(i);
+    }
+    scratch_.resize(std::max(scratch_.size(), live_.size()));
+    // Patches write to themselves and to their own scratch only.
+    const auto task = [this, &state](std::size_t k) { sense_patch(state, live_[k], scratch_[k]); };
+    if (live_.size() > 1) {
+      state.def.parallel_for(live_.size(), std::cref(task));
+    } else if (!live_.empty()) {
+      task(0);
+    }
+    state.report.patches = live_.size();
+    for (std::size_t k = 0; k < live_.size(); ++k) {
+      state.report.patches_near += scratch_[k].candidates.empty() ? 0u : 1u;
+      state.report.rays_cast += scratch_[k].rays_cast;
+      state.report.sensors_skipped +=
+          scratch_[k].candidates.empty() ? state.patches.at(live_[k]).size() : 0;
+    }
+  }
+
+  /// Pushes the bodies by the impulses of explicit pairs and makes soft blocks of the others.
+  void apply(State& state) {
+    owners_.clear();
+    lambda_.assign(state.solver_bodies.size(), S(0));
+    for_each_pair(state, [&](SensorPatch<S>& patch, PatchPair<S>& pair, SoftOwner) {
+      const SolverBody<S>& a = state.solver_bodies[patch.body.index];
+      const SolverBody<S>& b = state.solver_bodies[pair.body_b];
+      measure_pair(patch, pair, a, b, state.def.time_step);
+      // What several patches do to one body adds up.
+      lambda_[patch.body.index] += pair.lambda;
+      lambda_[pair.body_b] += pair.lambda;
+    });
+    for_each_pair(state, [&](SensorPatch<S>& patch, PatchPair<S>& pair, SoftOwner owner) {
+      pair.is_implicit = wants_implicit(state, patch, pair);
+      if (pair.is_implicit) {
+        add_soft_block(state, patch, pair, owner);
+      } else {
+        apply_explicit(state, patch, pair);
+      }
+    });
+  }
+
+  /// Sums the present linear models of a soft block's sensors into it.
+  void fill(State& state, std::uint32_t soft) const {
+    SensorPatch<S>& patch = state.patches.at(owners_[soft].patch);
+    fill_block(patch, patch.pairs[owners_[soft].pair], state.constraints.soft[soft]);
+  }
+
+  /// Gives every sensor of a soft block its impulse and makes their sum the impulse of the block.
+  void evaluate(State& state, std::uint32_t soft) const {
+    SensorPatch<S>& patch = state.patches.at(owners_[soft].patch);
+    SoftBlock<S>& block = state.constraints.soft[soft];
+    const Wrench<S> sum =
+        evaluate_impulses(patch, patch.pairs[owners_[soft].pair], block.motion);
+    block.impulse << sum.force, sum.torque;
+  }
+
+  /// Takes back what the sensors of a soft block gave.
+  void discard(State& state, std::uint32_t soft) const {
+    SensorPatch<S>& patch = state.patches.at(owners_[soft].patch);
+    const PatchPair<S>& pair = patch.pairs[owners_[soft].pair];
+    state.constraints.soft[soft].impulse.setZero();
+    for (std::uint32_t k = pair.first; k < pair.first + pair.count; ++k) {
+      patch.contacts[k].normal_impulse = S(0);
+      patch.contacts[k].impulse.setZero();
+    }
+  }
+
+  /// Linearises a soft block anew; returns whether that matters.
+  bool relinearise(State& state, std::uint32_t soft, int pass, bool is_last_pass) const {
+    SensorPatch<S>& patch = state.patches.at(owners_[soft].patch);
+    return update_linearisation(patch, patch.pairs[owners_[soft].pair],
+                                state.constraints.soft[soft].motion, state.def.time_step, pass,
+                                is_last_pass);
+  }
+
+  /// Turns all impulses into readings.
+  void read(State& state) const {
+    for (const std::uint32_t i : live_) {
+      SensorPatch<S>& patch = state.patches.at(i);
+      if (patch.pairs.empty() && patch.felt.empty()) continue;
+      const Transform<S>& X = state.bodies.at(patch.body.index).center_pose;
+      fill_readings<S>(patch, X.rotation_matrix().transpose(), X.translation, state.def.time_step,
+                       [&](std::uint32_t slot) { return state.bodies.handle(slot); });
+      state.report.sensors_touching += patch.felt.size();
+    }
+  }
+
+ private:
+  struct Scratch {
+    std::vector<std::uint32_t> candidates;
+    std::uint64_t rays_cast = 0;
+  };
+
+  template <typename Visit>
+  void for_each_pair(State& state, Visit&& visit) const {
+    for (const std::uint32_t i : live_) {
+      SensorPatch<S>& patch = state.patches.at(i);
+      for (std::uint32_t k = 0; k < patch.pairs.size(); ++k) {
+        if (patch.pairs[k].count > 0) visit(patch, patch.pairs[k], SoftOwner{i, k});
+      }
+    }
+  }
+
+  [[nodiscard]] bool sees(const State& state, const SensorPatch<S>& patch,
+                          const Collider<S, Backend>& c) const {
+    if (c.body == patch.body) return false;
+    if ((patch.def.sees & state.body_of(c).filter.category) == 0) return false;
+    return std::find(patch.def.excluded.begin(), patch.def.excluded.end(), c.body) ==
+           patch.def.excluded.end();
+  }
+
+  /// [m] By how much the distance of a body to any ray of a patch can shrink within the step.
+  [[nodiscard]] S approach(const State& state, const SensorPatch<S>& patch,
+                           const Collider<S, Backend>& c) const {
+    if (patch.def.integration == Integration::explicit_ || patch.def.options.law == Law::ambf) {
+      return S(0);
+    }
+    const Twist<S>& a = state.solver_bodies[patch.body.index].free;
+    const Twist<S>& b = state.solver_bodies[c.body.index].free;
+    const Transform<S>& X_WA = state.bodies.at(patch.body.index).center_pose;
+    const Vec3<S> center = X_WA.rotate(patch.box.center());
+    const Vec3<S> p_ab = state.body_of(c).center_pose.translation - X_WA.translation;
+    const Vec3<S> v = a.at(center) - b.at(center - p_ab);
+    return state.def.time_step *
+           (v.norm() + (a.angular - b.angular).norm() * patch.box.half_extents().norm());
+  }
+
+  void sense_patch(State& state, std::uint32_t index, Scratch& scratch) const {
+    SensorPatch<S>& patch = state.patches.at(index);
+    const Body<S>& A = state.bodies.at(patch.body.index);
+    scratch.candidates.clear();
+    scratch.rays_cast = 0;
+    const Twist<S>& free = state.solver_bodies[patch.body.index].free;
+    const S own_reach = state.def.time_step *
+                        (free.linear.norm() + free.angular.norm() *
+                                                  (patch.box.center().norm() +
+                                                   patch.box.half_extents().norm()));
+    const Aabb<S> box = transformed(patch.box, A.center_pose).inflated(own_reach);
+    state.broad_phase.overlap(box, [&](std::uint32_t tag) {
+      const Collider<S, Backend>& c = state.colliders.at(tag);
+      if (sees(state, patch, c) && state.reaches(box, c)) scratch.candidates.push_back(tag);
+      return true;
+    });
+    if (scratch.candidates.empty()) {
+      clear_patch(patch);
+      return;
+    }
+    std::sort(scratch.candidates.begin(), scratch.candidates.end());
+    patch.hits.reset(patch.size());
+    for (const std::uint32_t tag : scratch.candidates) {
+      const Collider<S, Backend>& c = state.colliders.at(tag);
+      const S extra = approach(state, patch, c);
+      const Transform<S> X_AS = state.pose_from(A, c);
+      if (!c.half_space &&
+          !transformed(patch.box.inflated(extra), X_AS.inverse()).overlaps(c.bounds)) {
+        continue;
+      }
+      Backend::cast_rays(c.shape, X_AS, patch.rays(extra), tag, patch.hits);
+      scratch.rays_cast += patch.size();
+    }
+    collect_contacts(patch, A, [&](std::uint32_t tag) {
+      const Collider<S, Backend>& c = state.colliders.at(tag);
+      return TouchedBody<S>{&state.body_of(c), c.body};
+    });
+  }
+
+  [[nodiscard]] bool wants_implicit(const State& state, const SensorPatch<S>& patch,
+                                    const PatchPair<S>& pair) const {
+    const PatchDef<S>& def = patch.def;
+    if (def.integration == Integration::explicit_ || def.options.law == Law::ambf) return false;
+    if (!state.solver_bodies[patch.body.index].is_moving() &&
+        !state.solver_bodies[pair.body_b].is_moving()) {
+      return false;  // Nothing to solve for: both move as they are told.
+    }
+    if (def.integration == Integration::implicit) return true;
+    return std::max(lambda_[patch.body.index], lambda_[pair.body_b]) > def.explicit_below;
+  }
+
+  void apply_explicit(State& state, SensorPatch<S>& patch, const PatchPair<S>& pair) const {
+    ++state.report.explicit_pairs;
+    const Wrench<S> sum = explicit_impulses(patch, pair, state.bodies.handle(pair.body_b),
+                                            state.def.time_step);
+    SolverBody<S>& a = state.solver_bodies[patch.body.index];
+    SolverBody<S>& b = state.solver_bodies[pair.body_b];
+    const auto push = [](SolverBody<S>& body, const Vec3<S>& arm, const Wrench<S>& w) {
+      body.free.linear += body.inverse_mass * w.force;
+      body.free.angular += body.inverse_inertia * (w.torque + arm.cross(w.force));
+    };
+    push(a, pair.arm_a, -sum);
+    push(b, pair.arm_b, sum);
+  }
+
+  void add_soft_block(State& state, SensorPatch<S>& patch, PatchPair<S>& pair, SoftOwner owner) {
+    ++state.report.implicit_pairs;
+    pair.soft = static_cast<std::uint32_t>(state.constraints.soft.size());
+    start_linearisation(patch, pair, state.def.time_step);
+    SoftBlock<S> block;
+    block.body_a = patch.body.index;
+    block.body_b = pair.body_b;
+    block.arm_a = pair.arm_a;
+    block.arm_b = pair.arm_b;
+    state.constraints.soft.push_back(block);
+    owners_.push_back(owner);
+  }
+
+  std::vector<std::uint32_t> live_;
+  std::vector<Scratch> scratch_;
+  std::vector<S> lambda_;
+  std::vector<SoftOwner> owners_;
+};
+
+}  // namespace bristle
+
+// === bristle/world/solve_stage.hpp
+
+/// @file
+/// Third stage of a step: islands are solved and bodies move.
+// SPDX-License-Identifier: BSD-3-Clause
+
+namespace bristle {
+
+/// Solves every island with the solver that suits it, and integrates.
+template <Scalar S, typename Backend>
+class SolveStage {
+ public:
+  using State = WorldState<S, Backend>;
+
+  /// Fills the bodies as the solver sees them: masses, velocities at the start and of free motion.
+  void prepare_bodies(State& state) const {
+    state.solver_bodies.resize(state.bodies.slot_count());
+    for (std::uint32_t i = 0; i < state.bodies.slot_count(); ++i) {
+      SolverBody<S>& out = state.solver_bodies[i];
+      out = SolverBody<S>{};
+      if (!state.bodies.is_live(i)) continue;
+      const Body<S>& body = state.bodies.at(i);
+      out.start = body.twist;
+      if (body.is_dynamic()) {
+        const Mat3<S> R = body.center_pose.rotation_matrix();
+        out.mass = body.mass;
+        out.inverse_mass = body.inverse_mass;
+        out.inertia = R * body.inertia_B * R.transpose();
+        out.inverse_inertia = R * body.inverse_inertia_B * R.transpose();
+      }
+      out.free = free_twist(body, out.inverse_inertia, state.def.gravity, state.def.time_step);
+      out.twist = out.free;
+    }
+  }
+
+  /// Finds the velocities at the end of the step, and the position corrections.
+  void solve(State& state, const SensorStage<S, Backend>& sensors) {
+    for (SolverBody<S>& body : state.solver_bodies) {
+      // A force that overflowed must not reach others through the island: the body stops instead.
+      if (!is_finite(body.free)) {
+        body.free = {};
+        ++state.report.frozen_bodies;
+      }
+      body.twist = body.free;
+    }
+    state.report.rows = state.constraints.rows.size() + 6 * state.constraints.soft.size();
+    if (state.report.rows == 0) return;
+    for (const Island& island : islands_.build(state.solver_bodies, state.constraints)) {
+      if (island.blocks.empty() && island.soft.empty()) continue;
+      ++state.report.islands;
+      solve_island(state, sensors, island);
+    }
+  }
+
+  /// Moves all bodies. A body whose new state is not finite stays where it is, at rest.
+  void integrate(State& state) const {
+    for (std::uint32_t i = 0; i < state.bodies.slot_count(); ++i) {
+      if (!state.bodies.is_live(i)) continue;
+      Body<S>& body = state.bodies.at(i);
+      body.applied = {};
+      if (body.motion == Motion::fixed) continue;
+      const Transform<S> start = body.center_pose;
+      if (body.is_dynamic()) body.twist = state.solver_bodies[i].twist;
+      step_pose(body, state.solver_bodies[i].correction, state.def.time_step);
+      if (is_finite(body.twist) && body.center_pose.translation.allFinite() &&
+          body.center_pose.rotation.coeffs().allFinite()) {
+        continue;
+      }
+      body.center_pose = start;
+      body.twist = {};
+      ++state.report.frozen_bodies;
+    }
+  }
+
+ private:
+  [[nodiscard]] static bool is_finite(const Twist<S>& twist) {
+    return twist.linear.allFinite() && twist.angular.allFinite();
+  }
+
+  [[nodiscard]] SolveContext<S> context_of(const State& state, const Island& island) const {
+    using std::abs;
+    using std::max;
+    SolveContext<S> context;
+    context.dt = state.def.time_step;
+    context.settings = state.def.solver;
+    // What a step changes velocities by: gravity, other forces, and the impulses of the last step.
+    S change = state.def.gravity.norm() * context.dt;
+    S speed = S(0);
+    for (const std::uint32_t slot : island.bodies) {
+      const SolverBody<S>& body = state.solver_bodies[slot];
+      change = max(change, (body.free.linear - body.start.linear).norm());
+      speed = max(speed, body.free.linear.norm());
+    }
+    for (const std::uint32_t i : island.blocks) {
+      const ConstraintBlock<S>& block = state.constraints.blocks[i];
+      const S mobility = max(state.solver_bodies[block.body_a].inverse_mass,
+                             state.solver_bodies[block.body_b].inverse_mass);
+      change = max(change, mobility * abs(state.constraints.rows[block.first].impulse));
+    }
+    // Relative to that, but not below what the arithmetic of the present speed resolves.
+    context.velocity_tolerance =
+        max(context.settings.tolerance * change, Tolerance<S>::round_off() * speed);
+    return context;
+  }
+
+  void solve_island(State& state, const SensorStage<S, Backend>& sensors, const Island& island) {
+    const SolveContext<S> context = context_of(state, island);
+    SolveReport<S> report;
+    bool is_direct = DirectSolver<S>::applies_to(island, state.constraints, context.settings);
+    const auto solve_once = [&] {
+      for (const std::uint32_t soft : island.soft) sensors.fill(state, soft);
+      is_direct = is_direct &&
+                  direct_.solve(island, state.constraints, state.solver_bodies, context, report);
+      if (!is_direct) {
+        report.merge(
+            sequential_.solve(island, state.constraints, state.solver_bodies, context));
+      }
+      for (const std::uint32_t soft : island.soft) sensors.evaluate(state, soft);
+    };
+    const auto relinearise = [&](int pass, bool is_last_pass) {
+      bool has_changed = false;
+      for (const std::uint32_t soft : island.soft) {
+        has_changed = sensors.relinearise(state, soft, pass, is_last_pass) || has_changed;
+      }
+      return has_changed;
+    };
+    solve_in_passes(context.settings.max_passes, solve_once, relinearise);
+    rebuild_velocities(state, island);
+    for (const std::uint32_t slot : island.bodies) {
+      if (is_finite(state.solver_bodies[slot].twist)) continue;
+      discard(state, sensors, island);
+      return;
+    }
+    if (needs_correction(state, island, context)) {
+      const int sweeps =
+          is_direct ? direct_.correct_positions(island, state.constraints, state.solver_bodies,
+                                                context)
+                    : sequential_.correct_positions(island, state.constraints,
+                                                    state.solver_bodies, context);
+      state.report.position_sweeps += static_cast<std::uint64_t>(sweeps);
+    }
+    state.report.direct_islands += is_direct ? 1 : 0;
+    state.report.sweeps += static_cast<std::uint64_t>(report.sweeps);
+    state.report.factorisations += static_cast<std::uint64_t>(report.factorisations);
+    state.report.residual = std::max(state.report.residual, report.residual);
+  }
+
+  /// Velocities as free motion plus all impulses: what sensors, contacts and joints report is then
+  /// exactly what moved the bodies, to the round-off of this sum and not of a matrix.
+  void rebuild_velocities(State& state, const Island& island) const {
+    for (const std::uint32_t slot : island.bodies) {
+      state.solver_bodies[slot].twist = state.solver_bodies[slot].free;
+    }
+    for (const std::uint32_t i : island.blocks) {
+      const ConstraintBlock<S>& block = state.constraints.blocks[i];
+      for (std::uint32_t r = block.first; r < block.first + block.count; ++r) {
+        const ConstraintRow<S>& row = state.constraints.rows[r];
+        apply_row(row, row.impulse, state.solver_bodies[block.body_a],
+                  state.solver_bodies[block.body_b]);
+      }
+    }
+    for (const std::uint32_t s : island.soft) {
+      const SoftBlock<S>& soft = state.constraints.soft[s];
+      apply_soft(soft, soft.impulse, state.solver_bodies[soft.body_a],
+                 state.solver_bodies[soft.body_b]);
+    }
+  }
+
+  /// Leaves an island to free motion when its solution is not finite, and remembers nothing of it.
+  void discard(State& state, const SensorStage<S, Backend>& sensors, const Island& island) const {
+    for (const std::uint32_t i : island.blocks) {
+      const ConstraintBlock<S>& block = state.constraints.blocks[i];
+      for (std::uint32_t r = block.first; r < block.first + block.count; ++r) {
+        state.constraints.rows[r].impulse = S(0);
+      }
+    }
+    for (const std::uint32_t soft : island.soft) sensors.discard(state, soft);
+    rebuild_velocities(state, island);
+    ++state.report.discarded_islands;
+  }
+
+  [[nodiscard]] bool needs_correction(const State& state, const Island& island,
+                                      const SolveContext<S>& context) const {
+    using std::abs;
+    const S tolerance = context.dt * context.velocity_tolerance;
+    for (const std::uint32_t i : island.blocks) {
+      const ConstraintBlock<S>& block = state.constraints.blocks[i];
+      if (block.kind == BlockKind::bounded) continue;
+      const Twist<S>& a = state.solver_bodies[block.body_a].twist;
+      const Twist<S>& b = state.solver_bodies[block.body_b].twist;
+      const std::uint32_t count = block.kind == BlockKind::contact ? 1 : block.count;
+      for (std::uint32_t r = block.first; r < block.first + count; ++r) {
+        const ConstraintRow<S>& row = state.constraints.rows[r];
+        const S left = row.error + context.dt * row.velocity(a, b);
+        if (left < -tolerance || (block.kind == BlockKind::equality && left > tolerance)) {
+          return true;
+        }
+      }
+    }
+    return false;
+  }
+
+  IslandBuilder<S> islands_;
+  DirectSolver<S> direct_;
+  SequentialSolver<S> sequential_;
+};
+
+}  // namespace bristle
+
+// === bristle/world/world.hpp
+
+/// @file
+/// The world: bodies, shapes, joints and patches of sensors, and one function that steps them.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <span>
+#include <string>
+#include <vector>
+
+namespace bristle {
+
+/// A minimal rigid-body world whose hands can hold things.
+///
+/// Calls that take a definition check it and throw `InvalidArgument` before anything has changed;
+/// so do calls with a handle that names nothing any more. `step` never throws, never lets a
+/// non-finite number spread, and does not allocate once it has seen the scene's largest step.
+///
+/// A world is a value: a copy is a snapshot, and steps on exactly as the original would. The same
+/// calls give the same bits, run to run and for any `WorldDef::parallel_for`. One thread at a time
+/// may use a world; const calls may run concurrently.
+///
+/// @tparam S        Scalar: float or double.
+/// @tparam Backend  What computes geometry; see `ShapeBackend`.
+template <Scalar S, typename Backend = AnalyticBackend>
+  requires ShapeBackend<Backend, S>
+class World {
+ public:
+  /// @throws InvalidArgument naming the field of the definition.
+  explicit World(const WorldDef<S>& def = {});
+
+  // Bodies and shapes ------------------------------------------------------------------------------
+
+  /// Adds a body, with its shape if it has one.
+  /// @throws InvalidArgument naming the field; or when the backend knows no contact between this
+  ///         shape and one already here that it may meet (docs/backends.md lists the pairs).
+  BodyId add_body(const BodyDef<S>& def);
+
+  /// Adds a shape to a body; mass properties stay as they are.
+  ShapeId add_shape(BodyId body, const ShapeDef<S>& def);
+
+  /// Removes a body with its shapes, patches and joints. Sensors of others let go of it.
+  void remove_body(BodyId id);
+  void remove_shape(ShapeId id);
+
+  [[nodiscard]] bool contains(BodyId id) const noexcept { return state_.bodies.contains(id); }
+  /// Mass, pose and velocities of a body.
+  [[nodiscard]] const Body<S>& body(BodyId id) const { return state_.bodies.get(id, "BodyId"); }
+  /// Pose of the body frame in the world.
+  [[nodiscard]] Transform<S> pose(BodyId id) const { return body(id).pose(); }
+  /// [-] Number of bodies.
+  [[nodiscard]] std::size_t body_count() const noexcept { return state_.bodies.size(); }
+
+  /// Puts a body somewhere else at once; its velocity stays. Its contacts and bristles notice in the
+  /// next step.
+  void set_pose(BodyId id, const Transform<S>& X_WB);
+  /// [m/s, rad/s] Sets the velocity of the centre of mass and the angular velocity, world axes. The
+  /// body must not be fixed.
+  void set_velocity(BodyId id, const Twist<S>& twist);
+  /// Gives a kinematic body the velocity that brings it to a pose at the end of the next step; it
+  /// keeps moving at it until told otherwise.
+  void move_to(BodyId id, const Transform<S>& X_WB);
+  /// [N, N m] Adds a wrench about the centre of mass, world axes, that acts during the next step.
+  void apply_wrench(BodyId id, const Wrench<S>& wrench);
+  /// [N] Adds a force at a point [m] of the world that acts during the next step.
+  void apply_force(BodyId id, const Vec3<S>& force, const Vec3<S>& point);
+  /// [-] Changes who may touch and sense a body.
+  void set_filter(BodyId id, const CollisionFilter& filter);
+
+  // Joints -----------------------------------------------------------------------------------------
+
+  JointId add_joint(const JointDef<S>& def);
+  void remove_joint(JointId id);
+  /// Changes what drives a joint.
+  void set_drive(JointId id, const JointDrive<S>& drive);
+  /// Position, velocity and forces of a joint in the last step.
+  [[nodiscard]] JointReading<S> reading(JointId id) const;
+
+  // Sensors ----------------------------------------------------------------------------------------
+
+  PatchId add_patch(BodyId body, PatchDef<S> def);
+  /// A patch whose sensors share constants and integrate automatically.
+  PatchId add_patch(BodyId body, SensorLayout<S> sensors, const SensorParameters<S>& parameters);
+  /// The same with constants from physical wants; the patch is taken to carry the load alone.
+  PatchId add_patch(BodyId body, SensorLayout<S> sensors, const Tuning<S>& tuning);
+  void remove_patch(PatchId id);
+  /// Changes the constants of all sensors of a patch; bristles keep their stretch.
+  void set_parameters(PatchId id, const SensorParameters<S>& parameters);
+  /// What a patch felt in the last step; valid until the next one.
+  [[nodiscard]] PatchReading<S> reading(PatchId id) const;
+  [[nodiscard]] const SensorPatch<S>& patch(PatchId id) const {
+    return state_.patches.get(id, "PatchId");
+  }
+
+  /// [s] Longest step at which what the patch touched in the last step could be integrated
+  /// explicitly; infinite when it touched nothing that moves.
+  [[nodiscard]] S largest_stable_step(PatchId id) const;
+
+  // Queries ----------------------------------------------------------------------------------------
+
+  /// Nearest hit of a ray with any shape. O(log n) of the number of shapes.
+  [[nodiscard]] WorldRayHit<S> cast_ray(const Ray<S>& ray, const RayFilter& filter = {}) const;
+  /// Nearest hits of many rays; `hits` has one entry a ray.
+  void cast_rays(std::span<const Ray<S>> rays, const RayFilter& filter,
+                 std::span<WorldRayHit<S>> hits) const;
+
+  // Time -------------------------------------------------------------------------------------------
+
+  /// Advances the world by one time step.
+  void step();
+
+  /// [s] Length of the next step.
+  [[nodiscard]] S time_step() const noexcept { return state_.def.time_step; }
+  void set_time_step(S dt);
+  void set_gravity(const Vec3<S>& gravity);
+  [[nodiscard]] const WorldDef<S>& def() const noexcept { return state_.def; }
+  /// What the last step did.
+  [[nodiscard]] const StepReport<S>& report() const noexcept { return state_.report; }
+  /// Contacts of the last step with their impulses.
+  [[nodiscard]] const ContactCache<S>& contacts() const noexcept { return state_.contacts; }
+
+ private:
+  using State = WorldState<S, Backend>;
+  using Prepared = typename Backend::template Collidable<S>;
+
+  void require_known_contacts(BodyId id, bool is_dynamic, const CollisionFilter& filter,
+                              ShapeKind kind) const;
+  ShapeId insert_shape(BodyId id, Prepared prepared, const Shape<S>& shape,
+                       const Transform<S>& X_BS, const Material<S>& material);
+  void refresh_boxes(BodyId id);
+  void erase_joint(std::uint32_t index);
+
+  State state_;
+  ContactStage<S, Backend> contact_stage_;
+  SensorStage<S, Backend> sensor_stage_;
+  SolveStage<S, Backend> solve_stage_;
+};
+
+}  // namespace bristle
+
+// === bristle/world/world_impl.hpp
+
+/// @file
+/// Definitions of `World`; included by world.hpp.
+// SPDX-License-Identifier: BSD-3-Clause
+
+namespace bristle {
+
+template <Scalar S, typename Backend>
+  requires ShapeBackend<Backend, S>
+World<S, Backend>::World(const WorldDef<S>& def) {
+  detail::require_all_finite("WorldDef::gravity", def.gravity);
+  detail::require_positive("WorldDef::time_step", def.time_step);
+  detail::require_not_negative("WorldDef::restitution_speed", def.restitution_speed);
+  detail::require_positive("SolverDef::tolerance", def.solver.tolerance);
+  detail::require(def.solver.max_sweeps > 0, "SolverDef::max_sweeps", def.solver.max_sweeps,
+                  "must be > 0");
+  detail::require(def.solver.max_position_sweeps >= 0, "SolverDef::max_position_sweeps",
+                  def.solver.max_position_sweeps, "must be >= 0");
+  detail::require(def.solver.max_passes > 0, "SolverDef::max_passes", def.solver.max_passes,
+                  "must be > 0");
+  detail::require(static_cast<bool>(def.parallel_for), "WorldDef::parallel_for", 0,
+                  "must be callable");
+  state_.def = def;
+}
+
+template <Scalar S, typename Backend>
+  requires ShapeBackend<Backend, S>
+void World<S, Backend>::require_known_contacts(BodyId id, bool is_dynamic,
+                                               const CollisionFilter& filter,
+                                               ShapeKind kind) const {
+  for (std::uint32_t i = 0; i < state_.colliders.slot_count(); ++i) {
+    if (!state_.colliders.is_live(i)) continue;
+    const Collider<S, Backend>& other = state_.colliders.at(i);
+    const Body<S>& other_body = state_.body_of(other);
+    if (other.body == id || (!is_dynamic && !other_body.is_dynamic()) ||
+        !may_meet(filter, other_body.filter) || Backend::can_collide(kind, other.kind)) {
+      continue;
+    }
+    detail::raise(InvalidArgument(
+        "ShapeDef::shape", name_of(kind),
+        std::string("the backend knows no contact between it and the ") + name_of(other.kind) +
+            " of another body; keep the two apart with a CollisionFilter, or use a backend that "
+            "does"));
+  }
+}
+
+template <Scalar S, typename Backend>
+  requires ShapeBackend<Backend, S>
+ShapeId World<S, Backend>::insert_shape(BodyId id, Prepared prepared, const Shape<S>& shape,
+                                        const Transform<S>& X_BS, const Material<S>& material) {
+  const Body<S>& body = state_.bodies.at(id.index);
+  Collider<S, Backend> c;
+  c.body = id;
+  c.X_CmS = X_BS;
+  c.X_CmS.translation -= body.center_B;
+  c.kind = Backend::kind(prepared);
+  c.material = material;
+  c.bounds = Backend::bounds(prepared);
+  c.shape = std::move(prepared);
+  if (const auto* half_space = std::get_if<HalfSpace<S>>(&shape)) {
+    c.half_space = *half_space;
+  } else {
+    c.radius = (c.X_CmS * c.bounds.center()).norm() + c.bounds.half_extents().norm();
+  }
+  const Aabb<S> box =
+      c.half_space ? c.bounds : transformed(c.bounds, body.center_pose * c.X_CmS);
+  const ShapeId shape_id = state_.colliders.insert(std::move(c));
+  state_.broad_phase.insert(shape_id.index, box);
+  return shape_id;
+}
+
+template <Scalar S, typename Backend>
+  requires ShapeBackend<Backend, S>
+BodyId World<S, Backend>::add_body(const BodyDef<S>& def) {
+  if (!def.shape) return state_.bodies.insert(make_body(def, MassProperties<S>{}));
+  Prepared shape = Backend::template make<S>(*def.shape);
+  detail::require(def.motion != Motion::dynamic || kind_of(*def.shape) != ShapeKind::half_space,
+                  "BodyDef::motion", 0, "must not be dynamic with a HalfSpace, which has no mass");
+  const Body<S> body = make_body(def, Backend::mass_properties(shape));
+  require_known_contacts(BodyId{}, body.is_dynamic(), body.filter, kind_of(*def.shape));
+  const BodyId id = state_.bodies.insert(body);
+  insert_shape(id, std::move(shape), *def.shape, Transform<S>{}, def.material);
+  return id;
+}
+
+template <Scalar S, typename Backend>
+  requires ShapeBackend<Backend, S>
+ShapeId World<S, Backend>::add_shape(BodyId id, const ShapeDef<S>& def) {
+  const Body<S>& body = state_.bodies.get(id, "BodyId");
+  validate(def.material);
+  detail::require_all_finite("ShapeDef::X_BS.translation", def.X_BS.translation);
+  detail::require_unit<S>("ShapeDef::X_BS.rotation", def.X_BS.rotation);
+  detail::require(!body.is_dynamic() || kind_of(def.shape) != ShapeKind::half_space,
+                  "ShapeDef::shape", 0, "must not be a HalfSpace on a dynamic body");
+  Prepared shape = Backend::template make<S>(def.shape);
+  require_known_contacts(id, body.is_dynamic(), body.filter, kind_of(def.shape));
+  return insert_shape(id, std::move(shape), def.shape, def.X_BS, def.material);
+}
+
+template <Scalar S, typename Backend>
+  requires ShapeBackend<Backend, S>
+void World<S, Backend>::remove_shape(ShapeId id) {
+  (void)state_.colliders.get(id, "ShapeId");
+  state_.broad_phase.remove(id.index);
+  state_.contacts.forget(id.index);
+  state_.colliders.erase(id);
+}
+
+template <Scalar S, typename Backend>
+  requires ShapeBackend<Backend, S>
+void World<S, Backend>::remove_body(BodyId id) {
+  (void)state_.bodies.get(id, "BodyId");
+  for (std::uint32_t i = 0; i < state_.joints.slot_count(); ++i) {
+    if (!state_.joints.is_live(i)) continue;
+    const JointDef<S>& def = state_.joints.at(i).def;
+    if (def.body_a == id || def.body_b == id) erase_joint(i);
+  }
+  for (std::uint32_t i = 0; i < state_.patches.slot_count(); ++i) {
+    if (state_.patches.is_live(i) && state_.patches.at(i).body == id) {
+      state_.patches.erase(state_.patches.handle(i));
+    }
+  }
+  for (std::uint32_t i = 0; i < state_.colliders.slot_count(); ++i) {
+    if (state_.colliders.is_live(i) && state_.colliders.at(i).body == id) {
+      remove_shape(state_.colliders.handle(i));
+    }
+  }
+  state_.bodies.erase(id);
+}
+
+template <Scalar S, typename Backend>
+  requires ShapeBackend<Backend, S>
+void World<S, Backend>::refresh_boxes(BodyId id) {
+  const Body<S>& body = state_.bodies.at(id.index);
+  for (std::uint32_t i = 0; i < state_.colliders.slot_count(); ++i) {
+    if (!state_.colliders.is_live(i) || state_.colliders.at(i).body != id) continue;
+    const Collider<S, Backend>& c = state_.colliders.at(i);
+    if (c.half_space) continue;
+    state_.broad_phase.move(i, transformed(c.bounds, body.center_pose * c.X_CmS));
+  }
+}
+
+template <Scalar S, typename Backend>
+  requires ShapeBackend<Backend, S>
+void World<S, Backend>::set_pose(BodyId id, const Transform<S>& X_WB) {
+  Body<S>& body = state_.bodies.get(id, "BodyId");
+  detail::require_all_finite("X_WB.translation", X_WB.translation);
+  detail::require_unit<S>("X_WB.rotation", X_WB.rotation);
+  body.set_pose({X_WB.rotation.normalized(), X_WB.translation});
+  refresh_boxes(id);
+}
+
+template <Scalar S, typename Backend>
+  requires ShapeBackend<Backend, S>
+void World<S, Backend>::set_velocity(BodyId id, const Twist<S>& twist) {
+  Body<S>& body = state_.bodies.get(id, "BodyId");
+  detail::require(body.motion != Motion::fixed, "BodyId", S(0), "must not name a fixed body");
+  detail::require_all_finite("twist.linear", twist.linear);
+  detail::require_all_finite("twist.angular", twist.angular);
+  body.twist = twist;
+}
+
+template <Scalar S, typename Backend>
+  requires ShapeBackend<Backend, S>
+void World<S, Backend>::move_to(BodyId id, const Transform<S>& X_WB) {
+  Body<S>& body = state_.bodies.get(id, "BodyId");
+  detail::require(body.motion == Motion::kinematic, "BodyId", S(0), "must name a kinematic body");
+  detail::require_all_finite("X_WB.translation", X_WB.translation);
+  detail::require_unit<S>("X_WB.rotation", X_WB.rotation);
+  const S dt = state_.def.time_step;
+  const Vec3<S> center = X_WB * body.center_B;
+  body.twist.linear = (center - body.center_pose.translation) / dt;
+  body.twist.angular =
+      log_rotation<S>(X_WB.rotation.normalized() * body.center_pose.rotation.conjugate()) / dt;
+}
+
+template <Scalar S, typename Backend>
+  requires ShapeBackend<Backend, S>
+void World<S, Backend>::apply_wrench(BodyId id, const Wrench<S>& wrench) {
+  Body<S>& body = state_.bodies.get(id, "BodyId");
+  detail::require_all_finite("wrench.force", wrench.force);
+  detail::require_all_finite("wrench.torque", wrench.torque);
+  body.applied += wrench;
+}
+
+template <Scalar S, typename Backend>
+  requires ShapeBackend<Backend, S>
+void World<S, Backend>::apply_force(BodyId id, const Vec3<S>& force, const Vec3<S>& point) {
+  const Body<S>& body = state_.bodies.get(id, "BodyId");
+  detail::require_all_finite("point", point);
+  apply_wrench(id, Wrench<S>::at(point - body.center_pose.translation, force));
+}
+
+template <Scalar S, typename Backend>
+  requires ShapeBackend<Backend, S>
+void World<S, Backend>::set_filter(BodyId id, const CollisionFilter& filter) {
+  Body<S>& body = state_.bodies.get(id, "BodyId");
+  for (std::uint32_t i = 0; i < state_.colliders.slot_count(); ++i) {
+    if (!state_.colliders.is_live(i) || state_.colliders.at(i).body != id) continue;
+    require_known_contacts(id, body.is_dynamic(), filter, state_.colliders.at(i).kind);
+  }
+  body.filter = filter;
+}
+
+template <Scalar S, typename Backend>
+  requires ShapeBackend<Backend, S>
+JointId World<S, Backend>::add_joint(const JointDef<S>& def) {
+  const Body<S>& a = state_.bodies.get(def.body_a, "JointDef::body_a");
+  const Body<S>& b = state_.bodies.get(def.body_b, "JointDef::body_b");
+  validate(def);
+  detail::require(def.body_a != def.body_b, "JointDef::body_b", S(def.body_b.index),
+                  "must not equal body_a");
+  detail::require(a.is_dynamic() || b.is_dynamic(), "JointDef::body_a", S(def.body_a.index),
+                  "must be dynamic, or body_b must");
+  Joint<S> joint;
+  joint.def = def;
+  joint.X_CmA_J = def.X_AJ;
+  joint.X_CmA_J.translation -= a.center_B;
+  joint.X_CmB_J = def.X_BJ;
+  joint.X_CmB_J.translation -= b.center_B;
+  if (!def.bodies_collide) {
+    const ShapePair pair{std::min(def.body_a.index, def.body_b.index),
+                         std::max(def.body_a.index, def.body_b.index)};
+    std::vector<ShapePair>& unpaired = state_.unpaired;
+    unpaired.insert(std::lower_bound(unpaired.begin(), unpaired.end(), pair), pair);
+  }
+  return state_.joints.insert(joint);
+}
+
+template <Scalar S, typename Backend>
+  requires ShapeBackend<Backend, S>
+void World<S, Backend>::erase_joint(std::uint32_t index) {
+  const JointDef<S>& def = state_.joints.at(index).def;
+  if (!def.bodies_collide) {
+    const ShapePair pair{std::min(def.body_a.index, def.body_b.index),
+                         std::max(def.body_a.index, def.body_b.index)};
+    std::vector<ShapePair>& unpaired = state_.unpaired;
+    unpaired.erase(std::lower_bound(unpaired.begin(), unpaired.end(), pair));
+  }
+  state_.joints.erase(state_.joints.handle(index));
+}
+
+template <Scalar S, typename Backend>
+  requires ShapeBackend<Backend, S>
+void World<S, Backend>::remove_joint(JointId id) {
+  (void)state_.joints.get(id, "JointId");
+  erase_joint(id.index);
+}
+
+template <Scalar S, typename Backend>
+  requires ShapeBackend<Backend, S>
+void World<S, Backend>::set_drive(JointId id, const JointDrive<S>& drive) {
+  Joint<S>& joint = state_.joints.get(id, "JointId");
+  validate(drive);
+  joint.def.drive = drive;
+}
+
+template <Scalar S, typename Backend>
+  requires ShapeBackend<Backend, S>
+JointReading<S> World<S, Backend>::reading(JointId id) const {
+  const Joint<S>& joint = state_.joints.get(id, "JointId");
+  return read_joint(joint, state_.bodies.at(joint.def.body_a.index),
+                    state_.bodies.at(joint.def.body_b.index), state_.def.time_step);
+}
+
+template <Scalar S, typename Backend>
+  requires ShapeBackend<Backend, S>
+PatchId World<S, Backend>::add_patch(BodyId body, PatchDef<S> def) {
+  const Body<S>& owner = state_.bodies.get(body, "BodyId");
+  return state_.patches.insert(make_patch(std::move(def), body, owner.center_B));
+}
+
+template <Scalar S, typename Backend>
+  requires ShapeBackend<Backend, S>
+PatchId World<S, Backend>::add_patch(BodyId body, SensorLayout<S> sensors,
+                                     const SensorParameters<S>& parameters) {
+  PatchDef<S> def;
+  def.sensors = std::move(sensors);
+  def.parameters = parameters;
+  return add_patch(body, std::move(def));
+}
+
+template <Scalar S, typename Backend>
+  requires ShapeBackend<Backend, S>
+PatchId World<S, Backend>::add_patch(BodyId body, SensorLayout<S> sensors,
+                                     const Tuning<S>& tuning) {
+  PatchDef<S> def;
+  def.parameters = tuning.parameters(sensors);
+  def.options.scaling = tuning.wants.scaling;
+  def.sensors = std::move(sensors);
+  return add_patch(body, std::move(def));
+}
+
+template <Scalar S, typename Backend>
+  requires ShapeBackend<Backend, S>
+void World<S, Backend>::remove_patch(PatchId id) {
+  (void)state_.patches.get(id, "PatchId");
+  state_.patches.erase(id);
+}
+
+template <Scalar S, typename Backend>
+  requires ShapeBackend<Backend, S>
+void World<S, Backend>::set_parameters(PatchId id, const SensorParameters<S>& parameters) {
+  SensorPatch<S>& patch = state_.patches.get(id, "PatchId");
+  validate(parameters);
+  patch.def.parameters = parameters;
+  patch.def.per_sensor.clear();
+}
+
+template <Scalar S, typename Backend>
+  requires ShapeBackend<Backend, S>
+PatchReading<S> World<S, Backend>::reading(PatchId id) const {
+  return state_.patches.get(id, "PatchId").readings.view();
+}
+
+template <Scalar S, typename Backend>
+  requires ShapeBackend<Backend, S>
+S World<S, Backend>::largest_stable_step(PatchId id) const {
+  const SensorPatch<S>& patch = state_.patches.get(id, "PatchId");
+  return bristle::largest_stable_step(patch, [&](const PatchPair<S>& pair) -> Mat6<S> {
+    const Body<S>& a = state_.bodies.at(patch.body.index);
+    const Body<S>& b = state_.bodies.at(pair.body_b);
+    return mobility(a.inverse_mass, a.inverse_inertia_W(), pair.arm_a) +
+           mobility(b.inverse_mass, b.inverse_inertia_W(), pair.arm_b);
+  });
+}
+
+template <Scalar S, typename Backend>
+  requires ShapeBackend<Backend, S>
+WorldRayHit<S> World<S, Backend>::cast_ray(const Ray<S>& ray, const RayFilter& filter) const {
+  detail::require_ray(ray);
+  return detail::cast_ray(state_, ray, filter);
+}
+
+template <Scalar S, typename Backend>
+  requires ShapeBackend<Backend, S>
+void World<S, Backend>::cast_rays(std::span<const Ray<S>> rays, const RayFilter& filter,
+                                  std::span<WorldRayHit<S>> hits) const {
+  detail::require(rays.size() == hits.size(), "hits.size()", static_cast<double>(hits.size()),
+                  "must equal the number of rays");
+  for (const Ray<S>& ray : rays) detail::require_ray(ray);
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    hits[i] = detail::cast_ray(state_, rays[i], filter);
+  }
+}
+
+template <Scalar S, typename Backend>
+  requires ShapeBackend<Backend, S>
+void World<S, Backend>::set_time_step(S dt) {
+  detail::require_positive("dt", dt);
+  state_.def.time_step = dt;
+}
+
+template <Scalar S, typename Backend>
+  requires ShapeBackend<Backend, S>
+void World<S, Backend>::set_gravity(const Vec3<S>& gravity) {
+  detail::require_all_finite("gravity", gravity);
+  state_.def.gravity = gravity;
+}
+
+template <Scalar S, typename Backend>
+  requires ShapeBackend<Backend, S>
+void World<S, Backend>::step() {
+  state_.report = {};
+  state_.constraints.clear();
+  solve_stage_.prepare_bodies(state_);
+
+  contact_stage_.find_contacts(state_);
+  sensor_stage_.sense(state_);
+  sensor_stage_.apply(state_);
+
+  contact_stage_.add_rows(state_);
+  for (std::uint32_t i = 0; i < state_.joints.slot_count(); ++i) {
+    if (!state_.joints.is_live(i)) continue;
+    Joint<S>& joint = state_.joints.at(i);
+    add_joint_rows(joint, state_.bodies.at(joint.def.body_a.index),
+                   state_.bodies.at(joint.def.body_b.index), joint.def.body_a.index,
+                   joint.def.body_b.index, state_.def.time_step, state_.constraints);
+  }
+
+  solve_stage_.solve(state_, sensor_stage_);
+  contact_stage_.store_impulses(state_);
+  for (std::uint32_t i = 0; i < state_.joints.slot_count(); ++i) {
+    if (state_.joints.is_live(i)) store_joint_impulses(state_.joints.at(i), state_.constraints);
+  }
+  sensor_stage_.read(state_);
+  solve_stage_.integrate(state_);
+}
+
+}  // namespace bristle
+
 #if defined(BRISTLE_WITH_FCL)
+// === bristle/geometry/fcl_backend.hpp
+
+/// @file
+/// Shape backend over FCL 0.7 and libccd: rays and contacts of all shapes over FCL's geometry.
+///
+/// Include it where it is used; the umbrella header does so only with BRISTLE_WITH_FCL. Link
+/// `bristle::fcl`.
+///
+/// Everything FCL is asked is asked in double, whatever the user's scalar. No FCL type with Eigen
+/// matrices of vectorised size (Transform3d, CollisionObject) crosses into Debian's binary, so its
+/// layout does not depend on -march (fcl_layout_test checks those that do).
+// SPDX-License-Identifier: BSD-3-Clause
+
 // === bristle/geometry/fcl_contact_normal.hpp
 
 /// @file
@@ -5968,34 +12655,31 @@ SensorLayout<S> sensor_grid(const SensorGridDef<S>& def) {
 #include <cmath>
 #include <cstddef>
 #include <span>
+#include <type_traits>
+#include <variant>
 
 namespace bristle {
 
-/// A convex solid as GJK sees it: a core, and a radius by which the core is grown.
-///
-/// Points into the data of the hull or triangle it was made from.
+/// A convex solid as GJK sees it: a core, and a radius by which the core is grown. A sphere's core
+/// is its centre, a capsule's its segment; others are their own. Points to the shape it is made from.
 struct FclConvex {
-  /// [-] What the core is; a sphere's is its centre, a capsule's its segment.
-  ShapeKind kind = ShapeKind::sphere;
-  /// [m] Half sizes of the core: extents of a box, semi-axes, or radius and half length (x, z).
-  Vec3<double> size = Vec3<double>::Zero();
+  std::variant<const Sphere<double>*, const Box<double>*, const Capsule<double>*,
+               const Cylinder<double>*, const Cone<double>*, const Ellipsoid<double>*,
+               const ConvexHull<double>*, const Triangle<double>*>
+      shape;
   /// [m] Radius around the core: that of a sphere or capsule, else 0.
   double rounding = 0.0;
   /// [m] A point inside, and the distance from it to the farthest point of the solid.
   Vec3<double> center = Vec3<double>::Zero();
   double reach = 0.0;
-  /// [m] Corners of a hull or triangle.
-  std::span<const Vec3<double>> corners{};
-  /// [1] Outward face normals of a hull, or one side of a triangle.
-  std::span<const Vec3<double>> face_normals{};
 
   /// [m] The core's farthest point along a direction of any length > 0, in the solid's frame.
   [[nodiscard]] Vec3<double> support(const Vec3<double>& direction) const;
 };
 
-/// The GJK view of a convex shape, which must outlive it. Half-spaces and meshes have none: `reach`
-/// is then 0.
-[[nodiscard]] FclConvex fcl_convex(const Shape<double>& shape);
+/// The GJK view of a shape that support.hpp knows, which must outlive the answer.
+template <typename ConvexShape>
+[[nodiscard]] FclConvex fcl_convex(const ConvexShape& shape);
 
 /// What is known about a pair of convex solids.
 enum class FclNearness {
@@ -6018,10 +12702,12 @@ struct FclContactNormal {
 
 /// The direction of least separation between A and B, B standing at X_AB.
 ///
-/// Exact to round-off where the cores are points, segments, boxes, triangles or hulls; the gap of
-/// other pairs is relative to their size good to about 1e-8 (the normal to 1e-4), mostly far better.
-/// Deep overlaps get a *local* least depth, the best one reached from the line of centres and the
-/// face normals of both.
+/// Errors relative to the size of the pair: the gap is right to 1e-11 where the cores are points,
+/// segments, boxes, triangles or hulls, and to about 1e-8 for other pairs (the normal to 1e-4), which
+/// are mostly far better.
+/// Overlapping boxes get the least depth of all directions; other solids a *local* one, the best
+/// reached from the line of centres and the face normals of both, which is the least where the
+/// overlap is small against the faces.
 ///
 /// Never hangs; may throw where FCL does. Allocates nothing. 0.5 to 12 us.
 [[nodiscard]] FclContactNormal fcl_contact_normal(const FclConvex& a, const FclConvex& b,
@@ -6029,103 +12715,89 @@ struct FclContactNormal {
 
 // Implementation -----------------------------------------------------------------------------------
 
-inline Vec3<double> FclConvex::support(const Vec3<double>& direction) const {
-  const auto towards = [](double extent, double along) { return along < 0.0 ? -extent : extent; };
-  const auto disk = [this](const Vec3<double>& d, double z) {
-    const double length = std::hypot(d.x(), d.y());
-    const Vec2<double> unit = length > 0.0 ? Vec2<double>(d.head<2>() / length) : Vec2<double>(1, 0);
-    return Vec3<double>(size.x() * unit.x(), size.x() * unit.y(), z);
-  };
-  switch (kind) {
-    case ShapeKind::sphere:
-      return Vec3<double>::Zero();
-    case ShapeKind::capsule:
-      return {0.0, 0.0, towards(size.z(), direction.z())};
-    case ShapeKind::box:
-      return {towards(size.x(), direction.x()), towards(size.y(), direction.y()),
-              towards(size.z(), direction.z())};
-    case ShapeKind::cylinder:
-      return disk(direction, towards(size.z(), direction.z()));
-    case ShapeKind::cone: {
-      const Vec3<double> rim = disk(direction, -size.z());
-      const Vec3<double> apex(0.0, 0.0, size.z());
-      return apex.dot(direction) >= rim.dot(direction) ? apex : rim;
-    }
-    case ShapeKind::ellipsoid: {
-      const Vec3<double> scaled = size.cwiseProduct(direction);
-      return size.cwiseProduct(scaled) / scaled.norm();
-    }
-    default: {
-      std::size_t best = 0;
-      double farthest = corners[0].dot(direction);
-      for (std::size_t i = 1; i < corners.size(); ++i) {
-        const double along = corners[i].dot(direction);
-        if (along > farthest) {
-          farthest = along;
-          best = i;
-        }
-      }
-      return corners[best];
-    }
-  }
-}
-
 namespace detail {
 
+[[nodiscard]] inline Vec3<double> support_core(const Sphere<double>&, const Vec3<double>&) {
+  return Vec3<double>::Zero();
+}
+[[nodiscard]] inline Vec3<double> support_core(const Capsule<double>& s, const Vec3<double>& d) {
+  return {0.0, 0.0, d.z() < 0.0 ? -s.half_length : s.half_length};
+}
+template <typename ConvexShape>
+[[nodiscard]] Vec3<double> support_core(const ConvexShape& s, const Vec3<double>& d) {
+  return support_point(s, d);
+}
+
 /// Centre and reach of a set of corners.
-inline void measure_corners(FclConvex& convex) {
-  convex.center.setZero();
-  for (const Vec3<double>& p : convex.corners) {
-    convex.center += p / static_cast<double>(convex.corners.size());
-  }
-  for (const Vec3<double>& p : convex.corners) {
+inline void measure_corners(FclConvex& convex, std::span<const Vec3<double>> corners) {
+  for (const Vec3<double>& p : corners) convex.center += p / static_cast<double>(corners.size());
+  for (const Vec3<double>& p : corners) {
     convex.reach = std::max(convex.reach, (p - convex.center).norm());
   }
 }
 
-struct FclConvexMaker {
-  FclConvex operator()(const Sphere<double>& s) const {
-    return {.kind = ShapeKind::sphere, .rounding = s.radius, .reach = s.radius};
+inline void measure(FclConvex& convex, const Sphere<double>& s) {
+  convex.rounding = s.radius;
+  convex.reach = s.radius;
+}
+inline void measure(FclConvex& convex, const Box<double>& s) {
+  convex.reach = s.half_extents.norm();
+}
+inline void measure(FclConvex& convex, const Capsule<double>& s) {
+  convex.rounding = s.radius;
+  convex.reach = s.half_length + s.radius;
+}
+inline void measure(FclConvex& convex, const Cylinder<double>& s) {
+  convex.reach = std::hypot(s.radius, s.half_length);
+}
+inline void measure(FclConvex& convex, const Cone<double>& s) {
+  convex.reach = std::hypot(s.radius, s.half_length);
+}
+inline void measure(FclConvex& convex, const Ellipsoid<double>& s) {
+  convex.reach = s.radii.maxCoeff();
+}
+inline void measure(FclConvex& convex, const ConvexHull<double>& s) {
+  measure_corners(convex, s.vertices);
+}
+inline void measure(FclConvex& convex, const Triangle<double>& s) {
+  measure_corners(convex, s.corners);
+}
+
+/// Calls `try_axis` with directions in which the way out of the shape may be shortest: those its
+/// faces look in.
+template <typename ConvexShape, typename Try>
+void for_face_normals(const ConvexShape& shape, const Try& try_axis) {
+  if constexpr (std::is_same_v<ConvexShape, Box<double>>) {
+    for (int axis = 0; axis < 3; ++axis) {
+      try_axis(Vec3<double>::Unit(axis));
+      try_axis(-Vec3<double>::Unit(axis));
+    }
+  } else if constexpr (std::is_same_v<ConvexShape, Cylinder<double>>) {
+    try_axis(Vec3<double>::UnitZ());
+    try_axis(-Vec3<double>::UnitZ());
+  } else if constexpr (std::is_same_v<ConvexShape, Cone<double>>) {
+    try_axis(-Vec3<double>::UnitZ());
+  } else if constexpr (std::is_same_v<ConvexShape, ConvexHull<double>>) {
+    for (const Vec3<double>& n : shape.face_normals) try_axis(n);
+  } else if constexpr (std::is_same_v<ConvexShape, Triangle<double>>) {
+    const Vec3<double> n = support_face(shape, Vec3<double>(Vec3<double>::UnitZ())).normal;
+    try_axis(n);
+    try_axis(-n);
+    // Past its edges, within its plane: often the shortest way off a plate.
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Vec3<double> edge = shape.corners[(k + 1) % 3] - shape.corners[k];
+      const Vec3<double> across = edge.cross(n).normalized();
+      const bool is_outwards = across.dot(shape.corners[(k + 2) % 3] - shape.corners[k]) <= 0.0;
+      try_axis(is_outwards ? across : Vec3<double>(-across));
+    }
   }
-  FclConvex operator()(const Box<double>& s) const {
-    return {.kind = ShapeKind::box, .size = s.half_extents, .reach = s.half_extents.norm()};
-  }
-  FclConvex operator()(const Capsule<double>& s) const {
-    return {.kind = ShapeKind::capsule,
-            .size = {0.0, 0.0, s.half_length},
-            .rounding = s.radius,
-            .reach = s.half_length + s.radius};
-  }
-  FclConvex operator()(const Cylinder<double>& s) const {
-    return {.kind = ShapeKind::cylinder,
-            .size = {s.radius, s.radius, s.half_length},
-            .reach = std::hypot(s.radius, s.half_length)};
-  }
-  FclConvex operator()(const Cone<double>& s) const {
-    return {.kind = ShapeKind::cone,
-            .size = {s.radius, s.radius, s.half_length},
-            .reach = std::hypot(s.radius, s.half_length)};
-  }
-  FclConvex operator()(const Ellipsoid<double>& s) const {
-    return {.kind = ShapeKind::ellipsoid, .size = s.radii, .reach = s.radii.maxCoeff()};
-  }
-  FclConvex operator()(const HalfSpace<double>&) const { return {.kind = ShapeKind::half_space}; }
-  FclConvex operator()(const TriangleMesh<double>&) const {
-    return {.kind = ShapeKind::triangle_mesh};
-  }
-  FclConvex operator()(const ConvexHull<double>& s) const {
-    FclConvex convex{.kind = ShapeKind::convex_hull,
-                     .corners = s.vertices,
-                     .face_normals = s.face_normals};
-    measure_corners(convex);
-    return convex;
-  }
-};
+}
 
 /// Whether the core is.
 [[nodiscard]] inline bool is_curved(const FclConvex& convex) {
-  return convex.kind == ShapeKind::cylinder || convex.kind == ShapeKind::cone ||
-         convex.kind == ShapeKind::ellipsoid;
+  return std::holds_alternative<const Cylinder<double>*>(convex.shape) ||
+         std::holds_alternative<const Cone<double>*>(convex.shape) ||
+         std::holds_alternative<const Ellipsoid<double>*>(convex.shape);
 }
 
 /// A solid in the frame and unit in which a pair is looked at.
@@ -6172,16 +12844,22 @@ class OverlapSearch {
       const auto try_axis = [&](const Vec3<double>& axis) {
         if (overlap_ >= -margin) offer(side * (solid.rotation * axis));
       };
-      for_face_normals(*solid.convex, try_axis);
+      std::visit([&](const auto* shape) { for_face_normals(*shape, try_axis); },
+                 solid.convex->shape);
+    }
+    if (std::holds_alternative<const Box<double>*>(a_.convex->shape) &&
+        std::holds_alternative<const Box<double>*>(b_.convex->shape)) {
+      try_edges(between);
     }
   }
 
-  /// GJK on the pair as it stands; enough where the cores are apart. Whether it converged.
+  /// GJK on the pair as it stands; enough where the cores are clearly apart. Whether it was. Cores
+  /// that nearly touch have a distance that means less than its error, and so has the direction.
   bool search_apart() {
     const GjkAnswer answer = gjk(Vec3<double>::Zero());
-    if (!answer.is_apart || answer.residual > convergence()) return false;
+    if (!answer.is_apart) return false;
     offer(answer.normal);
-    return true;
+    return answer.residual <= Tolerance<double>::equal();
   }
 
   /// Pushes the solids apart along the best direction, and asks GJK for a better one, until there is
@@ -6276,6 +12954,20 @@ class OverlapSearch {
     return core_witness(n) + rounding_ * n;
   }
 
+  /// Where an edge of one box crosses one of the other: with the face normals, all directions that
+  /// least overlap of boxes can have (the separating axes), so theirs is least everywhere.
+  void try_edges(const Vec3<double>& between) {
+    for (int i = 0; i < 3; ++i) {
+      for (int j = 0; j < 3; ++j) {
+        const Vec3<double> axis = a_.rotation.col(i).cross(b_.rotation.col(j));
+        // Edges that are as good as parallel have no direction of their own.
+        if (axis.squaredNorm() < Tolerance<double>::equal()) continue;
+        // Of symmetric solids the side that faces the other has less overlap.
+        offer(axis.dot(between) < 0.0 ? -axis.normalized() : axis.normalized());
+      }
+    }
+  }
+
   /// Takes a unit direction if the overlap along it is less.
   bool offer(const Vec3<double>& n) {
     const double overlap = core_witness(n).dot(n) + rounding_;
@@ -6304,26 +12996,6 @@ class OverlapSearch {
     return answer;
   }
 
-  template <typename Try>
-  static void for_face_normals(const FclConvex& convex, const Try& try_axis) {
-    switch (convex.kind) {
-      case ShapeKind::box:
-        for (int axis = 0; axis < 3; ++axis) {
-          try_axis(Vec3<double>::Unit(axis));
-          try_axis(-Vec3<double>::Unit(axis));
-        }
-        return;
-      case ShapeKind::cylinder:
-        try_axis(Vec3<double>::UnitZ());
-        [[fallthrough]];
-      case ShapeKind::cone:
-        try_axis(-Vec3<double>::UnitZ());
-        return;
-      default:
-        for (const Vec3<double>& n : convex.face_normals) try_axis(n);
-    }
-  }
-
   PlacedConvex a_;
   PlacedConvex b_;
   double rounding_;
@@ -6336,8 +13008,15 @@ class OverlapSearch {
 
 }  // namespace detail
 
-inline FclConvex fcl_convex(const Shape<double>& shape) {
-  return std::visit(detail::FclConvexMaker{}, shape);
+inline Vec3<double> FclConvex::support(const Vec3<double>& direction) const {
+  return std::visit([&](const auto* s) { return detail::support_core(*s, direction); }, shape);
+}
+
+template <typename ConvexShape>
+FclConvex fcl_convex(const ConvexShape& shape) {
+  FclConvex convex{.shape = &shape};
+  detail::measure(convex, shape);
+  return convex;
 }
 
 inline FclContactNormal fcl_contact_normal(const FclConvex& a, const FclConvex& b,
@@ -6360,10 +13039,847 @@ inline FclContactNormal fcl_contact_normal(const FclConvex& a, const FclConvex& 
 
 }  // namespace bristle
 
+// === bristle/geometry/fcl_contact_sink.hpp
+
+/// @file
+/// Where the FCL backend puts manifolds: brings them from the frame and precision they were computed
+/// in to those of the user, and joins what belongs together.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+
+namespace bristle {
+
+/// Appends the manifolds of one pair to a list. Manifolds with the same key become one, and points
+/// of it that coincide too.
+template <Scalar S>
+class ContactSink {
+ public:
+  /// @param out  Manifolds there before are left alone.
+  explicit ContactSink(ContactManifolds<S>& out) : out_(out), start_(out.size()) {}
+
+  /// How manifolds are given from here on: in a frame F that stands at X_AF in the frame of A, with
+  /// normals from A to B or, where `is_reversed`, from B to A.
+  void set_frame(const Transform<double>& X_AF, bool is_reversed) {
+    X_AF_ = X_AF;
+    sign_ = is_reversed ? -1.0 : 1.0;
+  }
+
+  /// Points closer than this [m] with the same key are one. 0 by default: only equal ones are.
+  void set_nearest(double distance) { nearest_ = S(distance); }
+
+  /// Takes a manifold; one without points is ignored.
+  void add(const ContactManifold<double>& manifold) {
+    if (manifold.size == 0) return;
+    ContactManifold<S>& target = manifold_of(manifold);
+    for (std::size_t i = 0; i < manifold.size; ++i) {
+      const ContactPoint<double>& p = manifold.points[i];
+      const Vec3<double> position = X_AF_ * p.position;
+      join(target, {position.template cast<S>(), S(p.gap), p.feature});
+    }
+  }
+
+  /// Whether nothing was added.
+  [[nodiscard]] bool is_empty() const { return out_.size() == start_; }
+  /// Whether some point has a gap of at most this [m].
+  [[nodiscard]] bool reaches(double gap) const {
+    for (std::size_t i = start_; i < out_.size(); ++i) {
+      for (std::size_t k = 0; k < out_[i].size; ++k) {
+        if (double(out_[i].points[k].gap) <= gap) return true;
+      }
+    }
+    return false;
+  }
+  /// Takes back all that was added.
+  void clear() { out_.resize(start_); }
+
+  /// Whether all numbers that were added are finite and all normals have length 1.
+  [[nodiscard]] bool is_sound() const {
+    using std::abs;
+    using std::isfinite;
+    for (std::size_t i = start_; i < out_.size(); ++i) {
+      const ContactManifold<S>& m = out_[i];
+      if (!(abs(m.normal.squaredNorm() - S(1)) <= Tolerance<S>::equal())) return false;
+      for (std::size_t k = 0; k < m.size; ++k) {
+        if (!m.points[k].position.allFinite() || !isfinite(m.points[k].gap)) return false;
+      }
+    }
+    return true;
+  }
+
+ private:
+  [[nodiscard]] ContactManifold<S>& manifold_of(const ContactManifold<double>& like) {
+    for (std::size_t i = start_; i < out_.size(); ++i) {
+      if (out_[i].key == like.key) return out_[i];
+    }
+    const Vec3<double> normal = X_AF_.rotate(sign_ * like.normal);
+    ContactManifold<S>& fresh = out_.emplace_back();
+    fresh.normal = normal.template cast<S>().normalized();
+    fresh.key = like.key;
+    return fresh;
+  }
+
+  /// Adds a point. One too many makes the closest two fight: the deeper stays, or of equals the one
+  /// farther from the middle. So the deepest of all is never lost, nor are the outer corners.
+  void join(ContactManifold<S>& manifold, const ContactPoint<S>& point) const {
+    for (std::size_t i = 0; i < manifold.size; ++i) {
+      if ((manifold.points[i].position - point.position).squaredNorm() <= nearest_ * nearest_) {
+        if (point.gap < manifold.points[i].gap) manifold.points[i] = point;
+        return;
+      }
+    }
+    if (manifold.size < ContactManifold<S>::capacity) {
+      manifold.add(point);
+      return;
+    }
+    const std::size_t loser = loser_of(manifold, point);
+    if (loser < manifold.size) manifold.points[loser] = point;
+  }
+
+  /// Which of a full manifold's points has to go for another; its size where it is the other.
+  [[nodiscard]] static std::size_t loser_of(const ContactManifold<S>& manifold,
+                                            const ContactPoint<S>& point) {
+    const auto at = [&](std::size_t i) -> const ContactPoint<S>& {
+      return i < manifold.size ? manifold.points[i] : point;
+    };
+    const S share = S(1) / S(manifold.size + 1);
+    Vec3<S> middle = Vec3<S>::Zero();
+    for (std::size_t i = 0; i <= manifold.size; ++i) middle += share * at(i).position;
+    std::size_t first = 0;
+    std::size_t second = 0;
+    S least = infinity<S>;
+    S size2 = S(0);
+    for (std::size_t i = 0; i <= manifold.size; ++i) {
+      size2 = std::max(size2, (at(i).position - middle).squaredNorm());
+      for (std::size_t j = i + 1; j <= manifold.size; ++j) {
+        const S distance2 = (at(i).position - at(j).position).squaredNorm();
+        if (distance2 < least) {
+          least = distance2;
+          first = i;
+          second = j;
+        }
+      }
+    }
+    using std::abs;
+    using std::sqrt;
+    if (abs(at(first).gap - at(second).gap) > Tolerance<S>::equal() * sqrt(size2)) {
+      return at(first).gap < at(second).gap ? second : first;
+    }
+    return (at(first).position - middle).squaredNorm() <
+                   (at(second).position - middle).squaredNorm()
+               ? first
+               : second;
+  }
+
+  ContactManifolds<S>& out_;
+  std::size_t start_;
+  Transform<double> X_AF_;
+  double sign_ = 1.0;
+  S nearest_ = S(0);
+};
+
+}  // namespace bristle
+
+// === bristle/geometry/fcl_mesh_contacts.hpp
+
+/// @file
+/// Contacts of triangle meshes that FCL holds: with convex solids, half-spaces and each other.
+///
+/// FCL finds the triangles (its tree is walked, with the margin added) and, by GJK, the direction in
+/// which each is touched. What FCL itself reports for a mesh has no meaningful depth (fcl#106, #491,
+/// #574) and is not used.
+///
+/// Limits, all of them of the triangle-by-triangle view: a solid that is deeper in than a triangle
+/// is wide is pushed out along the nearest triangle's normal or not at all, and one that is wholly
+/// inside, touching no triangle, is not seen. Simulate with steps in which nothing gets that deep.
+// SPDX-License-Identifier: BSD-3-Clause
+
+// === bristle/geometry/fcl_mesh_surface.hpp
+
+/// @file
+/// The surface of a mesh that FCL holds: neighbours, flat faces, and who answers for a contact.
+// SPDX-License-Identifier: BSD-3-Clause
+
 // === bristle/geometry/fcl_mesh_tree.hpp
 
 /// @file
 /// The tree that FCL keeps inside a mesh, walked through its public nodes as an `AabbTree` is.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <fcl/geometry/bvh/BVH_model.h>
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <utility>
+
+namespace bristle {
+
+/// The mesh type a `TriangleMesh` becomes: a tree of axis-aligned boxes with one triangle a leaf.
+/// FCL's oriented boxes take four times the memory and building time, and rays gain nothing by them.
+template <typename S>
+using FclMesh = fcl::BVHModel<fcl::AABB<S>>;
+
+/// A view of an FCL mesh: its triangles, and the same two queries that `AabbTree` answers, with the
+/// triangle's number as payload. The mesh must outlive it and have its tree (`endModel`).
+///
+/// The walk is recursive, as deep as FCL's tree is high. FCL splits at the mean, which gives about
+/// the logarithm of the number of triangles; it sets no bound.
+template <Scalar S>
+class FclMeshTree {
+ public:
+  explicit FclMeshTree(const FclMesh<S>& mesh) : mesh_(&mesh) {}
+
+  /// [-] Number of triangles.
+  [[nodiscard]] std::size_t size() const { return static_cast<std::size_t>(mesh_->num_tris); }
+
+  /// [m] Corners of a triangle, counter-clockwise seen from outside.
+  [[nodiscard]] std::array<Vec3<S>, 3> corners(std::uint32_t i) const {
+    const fcl::Triangle& t = mesh_->tri_indices[i];
+    return {mesh_->vertices[t[0]], mesh_->vertices[t[1]], mesh_->vertices[t[2]]};
+  }
+
+  /// [-] Which vertices of the mesh they are.
+  [[nodiscard]] std::array<std::uint32_t, 3> vertex_numbers(std::uint32_t i) const {
+    const fcl::Triangle& t = mesh_->tri_indices[i];
+    return {static_cast<std::uint32_t>(t[0]), static_cast<std::uint32_t>(t[1]),
+            static_cast<std::uint32_t>(t[2])};
+  }
+
+  /// Box around all triangles.
+  [[nodiscard]] Aabb<S> root_box() const { return mesh_->getNumBVs() > 0 ? box(0) : Aabb<S>{}; }
+
+  /// Calls `visit(triangle) -> bool` for every triangle whose box overlaps or touches `box`, until a
+  /// visit returns false.
+  template <typename Visit>
+  void overlap(const Aabb<S>& query, Visit&& visit) const {
+    find([&](const Aabb<S>& box) { return box.overlaps(query); }, visit);
+  }
+
+  /// The same for every triangle whose box, and all boxes around it, `accept(box) -> bool` takes.
+  template <typename Accept, typename Visit>
+  void find(Accept&& accept, Visit&& visit) const {
+    if (mesh_->getNumBVs() > 0) find_below(0, accept, visit);
+  }
+
+  /// Calls `visit(triangle, max_distance) -> new max_distance` for every triangle whose box the ray
+  /// meets before max_distance [m], which starts as the ray's length; nearer boxes come first.
+  template <typename Visit>
+  void walk_ray(const Ray<S>& ray, Visit&& visit) const {
+    if (mesh_->getNumBVs() == 0) return;
+    const SlabTest<S> slabs(ray);
+    S reach = std::min(ray.length, std::numeric_limits<S>::max() / S(2));
+    walk_below(0, slabs.enter(box(0), reach), slabs, reach, visit);
+  }
+
+ private:
+  [[nodiscard]] Aabb<S> box(int node) const {
+    const fcl::AABB<S>& bv = mesh_->getBV(node).bv;
+    return {bv.min_, bv.max_};
+  }
+
+  /// False once a visit has said so.
+  template <typename Accept, typename Visit>
+  bool find_below(int id, Accept& accept, Visit& visit) const {
+    if (!accept(box(id))) return true;
+    const auto& node = mesh_->getBV(id);
+    if (node.isLeaf()) return visit(static_cast<std::uint32_t>(node.primitiveId()));
+    return find_below(node.leftChild(), accept, visit) &&
+           find_below(node.rightChild(), accept, visit);
+  }
+
+  template <typename Visit>
+  void walk_below(int id, S enter, const SlabTest<S>& slabs, S& reach, Visit& visit) const {
+    // The reach may have shrunk since the entry was computed.
+    if (!(enter <= reach * (S(1) + Tolerance<S>::round_off()))) return;
+    const auto& node = mesh_->getBV(id);
+    if (node.isLeaf()) {
+      reach = visit(static_cast<std::uint32_t>(node.primitiveId()), reach);
+      return;
+    }
+    int near = node.leftChild();
+    int far = node.rightChild();
+    S enter_near = slabs.enter(box(near), reach);
+    S enter_far = slabs.enter(box(far), reach);
+    if (enter_far < enter_near) {
+      std::swap(near, far);
+      std::swap(enter_near, enter_far);
+    }
+    walk_below(near, enter_near, slabs, reach, visit);
+    walk_below(far, enter_far, slabs, reach, visit);
+  }
+
+  const FclMesh<S>* mesh_;
+};
+
+}  // namespace bristle
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <tuple>
+#include <utility>
+#include <vector>
+
+namespace bristle {
+
+/// A triangle of a mesh for the contact clip: corners carry the mesh's vertex numbers, so that
+/// neighbours name their common corners and edges alike.
+struct MeshTriangle {
+  Triangle<double> triangle;
+  std::array<std::uint32_t, 3> vertices{};
+};
+
+/// What contacts need to know of a closed mesh besides its triangles: who is whose neighbour.
+class FclMeshSurface {
+ public:
+  /// What a direction of contact means to a triangle.
+  enum class Verdict {
+    /// Contact of the triangle's face: its own normal counts.
+    face,
+    /// Contact of an edge or corner: the direction counts.
+    edge,
+    /// The direction leads over an inner edge of a flat face: the face has to be asked as a whole.
+    inner_edge,
+    /// A neighbour's business, or nobody's.
+    none
+  };
+
+  /// @pre The mesh is closed (`validate_solid`) and outlives this.
+  explicit FclMeshSurface(const FclMeshTree<double>& tree);
+
+  [[nodiscard]] const FclMeshTree<double>& tree() const { return tree_; }
+  /// [1] Outward unit normal.
+  [[nodiscard]] const Vec3<double>& normal(std::uint32_t triangle) const {
+    return normals_[triangle];
+  }
+  /// [-] Number that all triangles of one flat face share.
+  [[nodiscard]] std::uint32_t patch(std::uint32_t triangle) const { return patches_[triangle]; }
+  /// The flat face of a triangle as a convex plate: its corners, and as normals those of the face and
+  /// of its outer edges. For what support_point and GJK need; it is no solid.
+  [[nodiscard]] const ConvexHull<double>& face(std::uint32_t triangle) const {
+    return faces_[patches_[triangle]];
+  }
+  [[nodiscard]] MeshTriangle triangle(std::uint32_t triangle) const {
+    return {{tree_.corners(triangle)}, tree_.vertex_numbers(triangle)};
+  }
+
+  /// Who answers for a contact of `triangle` along the unit direction n, out of the mesh.
+  ///
+  /// An edge is touched along n only between the normals of its two faces; beyond, the neighbour is
+  /// nearer (its Voronoi region, Mirtich 1998, "V-Clip"). Inner edges of flat faces and hollow edges
+  /// are not touched at all, only the faces beside them: without this a body that slides over a flat
+  /// mesh stumbles.
+  [[nodiscard]] Verdict judge(std::uint32_t triangle, const Vec3<double>& n) const;
+
+ private:
+  void find_neighbours();
+  void find_patches();
+  void find_faces();
+  /// [1] Direction in the plane of the neighbour across edge k, away from the neighbour.
+  [[nodiscard]] Vec3<double> away_from_neighbour(std::uint32_t triangle, std::size_t k) const;
+
+  enum class Edge : std::uint8_t { convex, flat, hollow };
+
+  FclMeshTree<double> tree_;
+  std::vector<Vec3<double>> normals_;
+  // Across edge k, from corner k to the next.
+  std::vector<std::array<std::uint32_t, 3>> neighbours_;
+  std::vector<std::array<Edge, 3>> edges_;
+  std::vector<std::uint32_t> patches_;
+  std::vector<ConvexHull<double>> faces_;  // By patch.
+};
+
+// Implementation -----------------------------------------------------------------------------------
+
+namespace detail {
+
+[[nodiscard]] inline SupportFeature<double> renamed(SupportFeature<double> feature,
+                                                    const MeshTriangle& t) {
+  for (std::size_t i = 0; i < feature.size; ++i) feature.ids[i] = t.vertices[feature.ids[i]];
+  return feature;
+}
+
+}  // namespace detail
+
+[[nodiscard]] inline Vec3<double> support_point(const MeshTriangle& t, const Vec3<double>& d) {
+  return support_point(t.triangle, d);
+}
+[[nodiscard]] inline SupportFeature<double> support_edge(const MeshTriangle& t,
+                                                         const Vec3<double>& d) {
+  return detail::renamed(support_edge(t.triangle, d), t);
+}
+[[nodiscard]] inline SupportFeature<double> support_face(const MeshTriangle& t,
+                                                         const Vec3<double>& d) {
+  return detail::renamed(support_face(t.triangle, d), t);
+}
+
+namespace detail {
+
+/// [1] Cosine and sine of the angle, 0.01 degrees, within which directions count as equal: what GJK
+/// leaves, and less than any edge of a mesh that is not meant to be flat.
+inline constexpr double same_direction_cosine = 1.0 - 1.5e-8;
+inline constexpr double same_direction_sine = 1.7e-4;
+/// [1] Sine of the angle below which two triangles are one flat face: meshes from files are no flatter
+/// than single precision.
+inline constexpr double flat_sine = static_cast<double>(Tolerance<float>::equal());
+
+[[nodiscard]] inline bool is_same_plane(const Vec3<double>& normal, const Vec3<double>& other) {
+  return normal.cross(other).norm() < flat_sine && normal.dot(other) > 0.0;
+}
+
+/// Leaves of a plate's points the corners of their outline, and adds the normals of its edges: the
+/// monotone chain (Andrew 1979) in the plane.
+inline void outline_face(ConvexHull<double>& face) {
+  const Vec3<double> n = face.face_normals[0];
+  Vec3<double> t1;
+  Vec3<double> t2;
+  tangent_basis(n, t1, t2);
+  std::vector<Vec3<double>>& points = face.vertices;
+  std::sort(points.begin(), points.end(), [&](const Vec3<double>& a, const Vec3<double>& b) {
+    const double xa = t1.dot(a);
+    const double xb = t1.dot(b);
+    return xa < xb || (xa == xb && t2.dot(a) < t2.dot(b));
+  });
+  std::vector<Vec3<double>> outline;
+  for (int side = 0; side < 2; ++side) {
+    const std::size_t start = outline.size();
+    for (const Vec3<double>& p : points) {
+      while (outline.size() >= start + 2) {
+        const Vec3<double>& last = outline.back();
+        const Vec3<double>& before = outline[outline.size() - 2];
+        if ((last - before).cross(p - before).dot(n) > 0.0) break;
+        outline.pop_back();
+      }
+      outline.push_back(p);
+    }
+    outline.pop_back();  // The first of the other side.
+    std::reverse(points.begin(), points.end());
+  }
+  points = std::move(outline);
+  for (std::size_t k = 0; k < points.size(); ++k) {
+    face.face_normals.push_back(
+        (points[(k + 1) % points.size()] - points[k]).cross(n).normalized());
+  }
+}
+
+}  // namespace detail
+
+inline FclMeshSurface::FclMeshSurface(const FclMeshTree<double>& tree) : tree_(tree) {
+  normals_.reserve(tree_.size());
+  for (std::uint32_t i = 0; i < tree_.size(); ++i) {
+    const auto c = tree_.corners(i);
+    normals_.push_back((c[1] - c[0]).cross(c[2] - c[0]).stableNormalized());
+  }
+  find_neighbours();
+  find_patches();
+  find_faces();
+}
+
+inline void FclMeshSurface::find_neighbours() {
+  struct HalfEdge {
+    std::uint32_t low, high;
+    std::uint32_t triangle;
+    std::uint32_t k;
+  };
+  std::vector<HalfEdge> half_edges;
+  half_edges.reserve(3 * tree_.size());
+  for (std::uint32_t i = 0; i < tree_.size(); ++i) {
+    const auto v = tree_.vertex_numbers(i);
+    for (std::uint32_t k = 0; k < 3; ++k) {
+      const std::uint32_t w = v[(k + 1) % 3];
+      half_edges.push_back({std::min(v[k], w), std::max(v[k], w), i, k});
+    }
+  }
+  std::sort(half_edges.begin(), half_edges.end(), [](const HalfEdge& a, const HalfEdge& b) {
+    return std::tie(a.low, a.high, a.triangle) < std::tie(b.low, b.high, b.triangle);
+  });
+  neighbours_.resize(tree_.size());
+  edges_.resize(tree_.size());
+  for (std::size_t i = 0; i + 1 < half_edges.size(); i += 2) {
+    const HalfEdge& a = half_edges[i];
+    const HalfEdge& b = half_edges[i + 1];
+    BRISTLE_ASSERT(a.low == b.low && a.high == b.high);
+    neighbours_[a.triangle][a.k] = b.triangle;
+    neighbours_[b.triangle][b.k] = a.triangle;
+    // How far the neighbour's far corner is below the plane tells convex from hollow.
+    const auto corners = tree_.corners(a.triangle);
+    const Vec3<double> far = tree_.corners(b.triangle)[(b.k + 2) % 3] - corners[a.k];
+    Edge kind = normals_[a.triangle].dot(far) < 0.0 ? Edge::convex : Edge::hollow;
+    if (detail::is_same_plane(normals_[a.triangle], normals_[b.triangle])) kind = Edge::flat;
+    edges_[a.triangle][a.k] = kind;
+    edges_[b.triangle][b.k] = kind;
+  }
+}
+
+inline void FclMeshSurface::find_patches() {
+  constexpr std::uint32_t unknown = 0xffffffffu;
+  patches_.assign(tree_.size(), unknown);
+  std::vector<std::uint32_t> open;
+  std::uint32_t count = 0;
+  for (std::uint32_t seed = 0; seed < tree_.size(); ++seed) {
+    if (patches_[seed] != unknown) continue;
+    patches_[seed] = count;
+    open.assign(1, seed);
+    while (!open.empty()) {
+      const std::uint32_t at = open.back();
+      open.pop_back();
+      for (const std::uint32_t next : neighbours_[at]) {
+        // Compared with the seed, or a finely curved surface would become one patch.
+        if (patches_[next] == unknown && detail::is_same_plane(normals_[next], normals_[seed])) {
+          patches_[next] = count;
+          open.push_back(next);
+        }
+      }
+    }
+    ++count;
+  }
+}
+
+inline void FclMeshSurface::find_faces() {
+  for (std::uint32_t i = 0; i < tree_.size(); ++i) {
+    if (patches_[i] == faces_.size()) faces_.emplace_back().face_normals = {normals_[i]};
+    for (const Vec3<double>& corner : tree_.corners(i)) {
+      faces_[patches_[i]].vertices.push_back(corner);
+    }
+  }
+  for (ConvexHull<double>& face : faces_) detail::outline_face(face);
+}
+
+inline Vec3<double> FclMeshSurface::away_from_neighbour(std::uint32_t triangle,
+                                                        std::size_t k) const {
+  const auto corners = tree_.corners(triangle);
+  const Vec3<double> along = corners[(k + 1) % 3] - corners[k];
+  // The neighbour runs through the edge the other way: its outward side is (-along) x normal.
+  return normals_[neighbours_[triangle][k]].cross(along).normalized();
+}
+
+inline auto FclMeshSurface::judge(std::uint32_t triangle, const Vec3<double>& n) const -> Verdict {
+  const double cosine = n.dot(normals_[triangle]);
+  if (cosine >= detail::same_direction_cosine) return Verdict::face;
+  const auto corners = tree_.corners(triangle);
+  // Edges that lie across n and are farthest along it; where there is none, those of the corner that
+  // is.
+  std::array<double, 3> height;
+  for (std::size_t k = 0; k < 3; ++k) height[k] = n.dot(corners[k] - corners[0]);
+  const std::size_t top = static_cast<std::size_t>(
+      std::max_element(height.begin(), height.end()) - height.begin());
+  std::optional<std::size_t> across;
+  for (const std::size_t k : {top, (top + 2) % 3}) {
+    const Vec3<double> edge = corners[(k + 1) % 3] - corners[k];
+    if (std::abs(edge.dot(n)) <= detail::same_direction_sine * edge.norm()) across = k;
+  }
+  bool is_over_edge = false;
+  for (const std::size_t k : {top, (top + 2) % 3}) {
+    if (across && *across != k) continue;
+    const Vec3<double> along = corners[(k + 1) % 3] - corners[k];
+    const Vec3<double> outwards = along.cross(normals_[triangle]).normalized();
+    if (n.dot(outwards) <= detail::same_direction_sine) continue;
+    if (edges_[triangle][k] == Edge::flat) return Verdict::inner_edge;
+    if (edges_[triangle][k] == Edge::hollow) return Verdict::face;
+    if (n.dot(away_from_neighbour(triangle, k)) <= detail::same_direction_sine) {
+      return Verdict::none;
+    }
+    is_over_edge = true;
+  }
+  if (cosine <= 0.0) return Verdict::none;
+  if (!is_over_edge) return Verdict::face;
+  return Verdict::edge;
+}
+
+}  // namespace bristle
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+
+namespace bristle {
+
+/// Adds the contacts of a mesh with a convex solid that stands at X_MC in the mesh's frame, with
+/// normals from the mesh to the solid. `shape` is what `convex` was made from.
+template <Scalar S, typename ConvexShape>
+void collide_mesh(const FclMeshSurface& mesh, const ConvexShape& shape, const FclConvex& convex,
+                  const Transform<double>& X_MC, double margin, ContactSink<S>& sink);
+
+/// The same for two meshes, B standing at X_AB. O(triangles of B near A).
+template <Scalar S>
+void collide_meshes(const FclMeshSurface& a, const FclMeshSurface& b, const Transform<double>& X_AB,
+                    double margin, ContactSink<S>& sink);
+
+/// Adds the vertices of a mesh that are within `margin` of the half-space below `plane`, which
+/// is given in the mesh's frame. Normals point from the half-space to the mesh.
+template <Scalar S>
+void collide_mesh(const FclMeshSurface& mesh, const HalfSpace<double>& plane, double margin,
+                  ContactSink<S>& sink);
+
+// Implementation -----------------------------------------------------------------------------------
+
+namespace detail {
+
+/// The box around a convex solid in another frame.
+[[nodiscard]] inline Aabb<double> bounds_in(const FclConvex& convex, const Transform<double>& X) {
+  const Mat3<double> R = X.rotation_matrix();
+  Aabb<double> box;
+  for (int i = 0; i < 3; ++i) {
+    const Vec3<double> d = R.row(i).transpose();
+    box.upper[i] = d.dot(convex.support(d)) + convex.rounding + X.translation[i];
+    box.lower[i] = d.dot(convex.support(-d)) - convex.rounding + X.translation[i];
+  }
+  return box;
+}
+
+/// The side of a contact that is a convex solid: any normal suits it.
+struct ConvexOpposite {
+  [[nodiscard]] FclMeshSurface::Verdict judge(const Vec3<double>&) const {
+    return FclMeshSurface::Verdict::edge;
+  }
+  [[nodiscard]] std::uint32_t key() const { return 1; }
+  [[nodiscard]] double depth() const { return 0.0; }
+  [[nodiscard]] bool is_facing(const Vec3<double>&) const { return false; }
+};
+
+/// The side of a contact that is a triangle of a mesh B, asked in the frame of A.
+struct MeshOpposite {
+  const FclMeshSurface& mesh;
+  std::uint32_t triangle;
+  const Transform<double>& X_BA;
+  double largest_depth;
+
+  [[nodiscard]] FclMeshSurface::Verdict judge(const Vec3<double>& n) const {
+    return mesh.judge(triangle, -X_BA.rotate(n));
+  }
+  [[nodiscard]] std::uint32_t key() const { return mix(mesh.patch(triangle), 2); }
+  [[nodiscard]] double depth() const { return largest_depth; }
+  /// Whether the triangle looks against n, within 25 degrees: tilted more, surfaces that pass through
+  /// each other cut each other, and need no help.
+  [[nodiscard]] bool is_facing(const Vec3<double>& n) const {
+    return X_BA.rotate(n).dot(mesh.normal(triangle)) < -0.9;
+  }
+};
+
+/// The contacts of one convex solid with one mesh, triangle by triangle.
+template <Scalar S, typename ConvexShape>
+class MeshConvexContacts {
+ public:
+  MeshConvexContacts(const FclMeshSurface& mesh, const ConvexShape& shape, const FclConvex& convex,
+                     const Transform<double>& X_MC, double margin, ContactSink<S>& sink)
+      : mesh_(mesh), shape_(shape), convex_(convex), X_MC_(X_MC), margin_(margin), sink_(sink) {}
+
+  /// @param opposite  Of the other side: `judge(n) -> Verdict`, what a normal means to it, the `key()`
+  ///                  of its face, and for surfaces the `depth()` [m] up to which two of them that
+  ///                  are `is_facing(n)` may have passed through each other.
+  template <typename Opposite>
+  void add_all(const Opposite& opposite) {
+    bool is_any = false;
+    const double reach = std::max(margin_, opposite.depth());
+    mesh_.tree().overlap(bounds_in(convex_, X_MC_).inflated(reach), [&](std::uint32_t i) {
+      is_any = add(i, opposite) || is_any;
+      return true;
+    });
+    if (is_any || !fallback_) return;
+    sink_.add(face_manifold(*fallback_));
+  }
+
+ private:
+  using Verdict = FclMeshSurface::Verdict;
+
+  template <typename Opposite>
+  bool add(std::uint32_t i, const Opposite& opposite) {
+    const MeshTriangle triangle = mesh_.triangle(i);
+    const FclConvex plate = fcl_convex(triangle.triangle);
+    FclContactNormal found =
+        fcl_contact_normal(plate, convex_, X_MC_, std::max(margin_, opposite.depth()));
+    if (found.nearness != FclNearness::near) return false;
+    const Vec3<double>& face_normal = mesh_.normal(i);
+    bool is_behind = found.normal.dot(face_normal) <= 0.0;
+    if (is_behind && opposite.depth() > 0.0) return add_passed(i, opposite);
+    Verdict verdict = mesh_.judge(i, found.normal);
+    if (verdict == Verdict::inner_edge) {
+      found = fcl_contact_normal(fcl_convex(mesh_.face(i)), convex_, X_MC_, margin_);
+      if (found.nearness != FclNearness::near) return false;
+      is_behind = found.normal.dot(face_normal) <= 0.0;
+      verdict = mesh_.judge(i, found.normal);
+      // Still: the face is touched at another of its triangles.
+      if (verdict == Verdict::inner_edge) return false;
+    }
+    if (verdict == Verdict::none) {
+      if (is_behind) note_fallback(i, triangle.triangle);
+      return false;
+    }
+    if (found.gap > margin_) return false;
+    const Vec3<double>& normal = verdict == Verdict::face ? face_normal : found.normal;
+    const Verdict other_verdict = opposite.judge(normal);
+    if (other_verdict == Verdict::none) return false;
+    ContactManifold<double> manifold;
+    if (verdict == Verdict::face) {
+      manifold = face_manifold(i);
+    } else {
+      manifold = contact_manifold(triangle, shape_, X_MC_, normal, margin_);
+      manifold.key = other_verdict == Verdict::face
+                         ? opposite.key()
+                         : mix(edge_name(triangle, normal), opposite.key());
+    }
+    sink_.add(manifold);
+    return manifold.size > 0;
+  }
+
+  /// Two surfaces that have passed through each other face to face: as plates they are apart, each
+  /// on the wrong side of the other.
+  template <typename Opposite>
+  bool add_passed(std::uint32_t i, const Opposite& opposite) {
+    const Vec3<double>& n = mesh_.normal(i);
+    const double gap = n.dot(deepest_place(n) - mesh_.tree().corners(i)[0]);
+    if (gap < -opposite.depth() || !opposite.is_facing(n)) return false;
+    const ContactManifold<double> manifold = face_manifold(i);
+    sink_.add(manifold);
+    return manifold.size > 0;
+  }
+
+  /// What of the solid is over the triangle, along its normal. Empty where nothing is.
+  [[nodiscard]] ContactManifold<double> face_manifold(std::uint32_t i) const {
+    const MeshTriangle triangle = mesh_.triangle(i);
+    const Vec3<double>& n = mesh_.normal(i);
+    const auto features = feature_pair(triangle, shape_, X_MC_, n);
+    const ContactManifold<double> clipped = clip_features(features.a, features.b, n, margin_);
+    ContactManifold<double> manifold;
+    manifold.normal = n;
+    manifold.key = mix(mesh_.patch(i), 0);
+    double gap = margin_;
+    for (std::size_t k = 0; k < clipped.size; ++k) {
+      const ContactPoint<double>& point = clipped.points[k];
+      if (!is_over(triangle.triangle, n, point.position)) continue;
+      manifold.add(point);
+      gap = std::min(gap, point.gap);
+    }
+    // Rims of round shapes are clipped as polygons; what is deepest may lie between their corners.
+    const ContactPoint<double> deepest = extreme_contact(triangle, shape_, X_MC_, n);
+    if (deepest.gap < gap - Tolerance<double>::equal() * convex_.reach &&
+        is_over(triangle.triangle, n, deepest_place(n))) {
+      if (manifold.size == manifold.capacity) --manifold.size;
+      manifold.add({deepest_place(n) - 0.5 * deepest.gap * n, deepest.gap, 0});
+    }
+    return manifold;
+  }
+
+  /// [m] The solid's farthest point against n.
+  [[nodiscard]] Vec3<double> deepest_place(const Vec3<double>& n) const {
+    return X_MC_ * support_point(shape_, Vec3<double>(X_MC_.rotation.conjugate() * Vec3<double>(-n)));
+  }
+
+  /// Whether a point is above or below a triangle of normal n, its edges and a hair beyond included.
+  [[nodiscard]] static bool is_over(const Triangle<double>& triangle, const Vec3<double>& n,
+                                    const Vec3<double>& point) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Vec3<double> edge = triangle.corners[(k + 1) % 3] - triangle.corners[k];
+      const double beside = edge.cross(point - triangle.corners[k]).dot(n);
+      if (beside < -Tolerance<double>::equal() * edge.squaredNorm()) return false;
+    }
+    return true;
+  }
+
+  /// A solid whose middle is behind the triangle: the plate would be left on the wrong side. Of all
+  /// triangles in front of the middle the one least deep under counts, if no other is touched.
+  void note_fallback(std::uint32_t i, const Triangle<double>& triangle) {
+    const Vec3<double> middle = X_MC_ * convex_.center;
+    const Vec3<double>& n = mesh_.normal(i);
+    const double depth = n.dot(triangle.corners[0] - middle);
+    if (!(depth >= 0.0 && depth < fallback_depth_)) return;
+    if (!is_over(triangle, n, middle)) return;
+    fallback_ = i;
+    fallback_depth_ = depth;
+  }
+
+  /// Name of the edge or corner of a triangle that is farthest along n.
+  [[nodiscard]] static std::uint32_t edge_name(const MeshTriangle& triangle,
+                                               const Vec3<double>& n) {
+    const SupportFeature<double> edge = support_edge(triangle, n);
+    return mix_unordered(edge.ids[0], edge.ids[edge.size - 1]);
+  }
+
+  const FclMeshSurface& mesh_;
+  const ConvexShape& shape_;
+  const FclConvex& convex_;
+  const Transform<double>& X_MC_;
+  double margin_;
+  ContactSink<S>& sink_;
+  std::optional<std::uint32_t> fallback_;
+  double fallback_depth_ = infinity<double>;
+};
+
+}  // namespace detail
+
+template <Scalar S, typename ConvexShape>
+void collide_mesh(const FclMeshSurface& mesh, const ConvexShape& shape, const FclConvex& convex,
+                  const Transform<double>& X_MC, double margin, ContactSink<S>& sink) {
+  sink.set_nearest(Tolerance<double>::equal() * convex.reach);
+  detail::MeshConvexContacts<S, ConvexShape> contacts(mesh, shape, convex, X_MC, margin, sink);
+  contacts.add_all(detail::ConvexOpposite{});
+}
+
+template <Scalar S>
+void collide_meshes(const FclMeshSurface& a, const FclMeshSurface& b, const Transform<double>& X_AB,
+                    double margin, ContactSink<S>& sink) {
+  const Transform<double> X_BA = X_AB.inverse();
+  // At half the thickness of the thinner one, in and out cannot be told apart.
+  const double depth = std::min(a.tree().root_box().half_extents().minCoeff(),
+                                b.tree().root_box().half_extents().minCoeff());
+  const Aabb<double> near =
+      transformed(a.tree().root_box(), X_BA).inflated(std::max(margin, depth));
+  b.tree().overlap(near, [&](std::uint32_t i) {
+    const MeshTriangle triangle = b.triangle(i);
+    const FclConvex plate = fcl_convex(triangle.triangle);
+    sink.set_nearest(Tolerance<double>::equal() * plate.reach);
+    detail::MeshConvexContacts<S, MeshTriangle> contacts(a, triangle, plate, X_AB, margin, sink);
+    contacts.add_all(detail::MeshOpposite{b, i, X_BA, depth});
+    return true;
+  });
+}
+
+template <Scalar S>
+void collide_mesh(const FclMeshSurface& mesh, const HalfSpace<double>& plane, double margin,
+                  ContactSink<S>& sink) {
+  sink.set_nearest(0.0);
+  const Vec3<double>& n = plane.normal;
+  const auto height = [&](const Vec3<double>& p) { return n.dot(p) - plane.offset; };
+  ContactManifold<double> one;
+  one.normal = n;
+  one.size = 1;
+  mesh.tree().find(
+      [&](const Aabb<double>& box) {
+        return height((n.array() < 0.0).select(box.upper, box.lower)) <= margin;
+      },
+      [&](std::uint32_t i) {
+        const MeshTriangle triangle = mesh.triangle(i);
+        for (std::size_t k = 0; k < 3; ++k) {
+          const Vec3<double>& corner = triangle.triangle.corners[k];
+          const double gap = height(corner);
+          if (!(gap <= margin)) continue;
+          one.points[0] = {corner - 0.5 * gap * n, gap, triangle.vertices[k]};
+          sink.add(one);
+        }
+        return true;
+      });
+}
+
+}  // namespace bristle
+
+// === bristle/geometry/fcl_rays.hpp
+
+/// @file
+/// Rays over FCL's own geometry, which has no ray query of its own (fcl#310).
+///
+/// FCL is the container: sizes are read from its shapes and met in closed form, its mesh tree is
+/// walked through its public nodes. Everything is computed in double in the geometry's frame, for
+/// float users too: it costs scalar code nothing.
 // SPDX-License-Identifier: BSD-3-Clause
 
 // === bristle/geometry/fcl_shapes.hpp
@@ -6376,7 +13892,6 @@ inline FclContactNormal fcl_contact_normal(const FclConvex& a, const FclConvex& 
 /// loss, and FCL's own float instances cost every translation unit about a minute of compile time.
 // SPDX-License-Identifier: BSD-3-Clause
 
-#include <fcl/geometry/bvh/BVH_model.h>
 #include <fcl/geometry/shape/box.h>
 #include <fcl/geometry/shape/capsule.h>
 #include <fcl/geometry/shape/cone.h>
@@ -6391,17 +13906,13 @@ inline FclContactNormal fcl_contact_normal(const FclConvex& a, const FclConvex& 
 #include <memory>
 #include <string>
 #include <utility>
+#include <variant>
 #include <vector>
 
 namespace bristle {
 
 /// FCL geometry that nobody changes any more, shared by all who use it.
 using FclGeometry = std::shared_ptr<const fcl::CollisionGeometry<double>>;
-
-/// The mesh type a `TriangleMesh` becomes: a tree of axis-aligned boxes with one triangle a leaf.
-/// FCL's oriented boxes take four times the memory and building time, and rays gain nothing by them.
-template <typename S>
-using FclMesh = fcl::BVHModel<fcl::AABB<S>>;
 
 /// A shape as FCL geometry, its local box computed. Axes, origin and sizes mean the same in both.
 ///
@@ -6410,15 +13921,21 @@ using FclMesh = fcl::BVHModel<fcl::AABB<S>>;
 template <Scalar S>
 [[nodiscard]] FclGeometry to_fcl(const Shape<S>& shape);
 
-/// The shape that an FCL geometry holds, with sizes read from the FCL object.
+/// What an FCL geometry is, in bristle's words: `Shape`, but with the mesh left where FCL has it.
+/// The alternatives stand in the order of `ShapeKind`.
+template <Scalar S>
+using FclView = std::variant<Sphere<S>, Box<S>, Capsule<S>, Cylinder<S>, Cone<S>, Ellipsoid<S>,
+                             HalfSpace<S>, ConvexHull<S>, FclMeshTree<S>>;
+
+/// Reads sizes and data from an FCL object, which must outlive the answer where it is a mesh.
 ///
 /// Faces of a `Convex` become planes here; FCL stores none. Expects of FCL's data what FCL's own
 /// documentation does: flat convex faces, counter-clockwise from outside.
 ///
 /// @throws InvalidArgument for what bristle has no shape for: planes, octrees, point clouds, meshes
-///         over other boxes than `FclMesh`.
+///         over other boxes than `FclMesh`, meshes without their tree.
 template <Scalar S>
-[[nodiscard]] Shape<S> from_fcl(const fcl::CollisionGeometry<S>& geometry);
+[[nodiscard]] FclView<S> from_fcl(const fcl::CollisionGeometry<S>& geometry);
 
 // Implementation -----------------------------------------------------------------------------------
 
@@ -6514,17 +14031,11 @@ template <Scalar S>
 }
 
 template <Scalar S>
-[[nodiscard]] TriangleMesh<S> mesh_from_fcl(const FclMesh<S>& model) {
-  require(model.getModelType() == fcl::BVH_MODEL_TRIANGLES, "fcl::BVHModel::getModelType",
-          static_cast<double>(model.getModelType()), "must be a mesh of triangles");
-  TriangleMesh<S> mesh;
-  mesh.vertices.assign(model.vertices, model.vertices + model.num_vertices);
-  for (int i = 0; i < model.num_tris; ++i) {
-    const fcl::Triangle& t = model.tri_indices[i];
-    mesh.triangles.push_back({static_cast<std::uint32_t>(t[0]), static_cast<std::uint32_t>(t[1]),
-                              static_cast<std::uint32_t>(t[2])});
-  }
-  return mesh;
+[[nodiscard]] FclMeshTree<S> mesh_from_fcl(const FclMesh<S>& mesh) {
+  require(mesh.getModelType() == fcl::BVH_MODEL_TRIANGLES && mesh.getNumBVs() > 0,
+          "fcl::BVHModel::getModelType", static_cast<double>(mesh.getModelType()),
+          "must be a mesh of triangles with its tree built (endModel)");
+  return FclMeshTree<S>(mesh);
 }
 
 }  // namespace detail
@@ -6537,7 +14048,7 @@ FclGeometry to_fcl(const Shape<S>& shape) {
 }
 
 template <Scalar S>
-Shape<S> from_fcl(const fcl::CollisionGeometry<S>& geometry) {
+FclView<S> from_fcl(const fcl::CollisionGeometry<S>& geometry) {
   // The node type names the class (fcl/geometry/collision_geometry.h), so no RTTI is needed.
   switch (geometry.getNodeType()) {
     case fcl::GEOM_SPHERE:
@@ -6575,90 +14086,508 @@ Shape<S> from_fcl(const fcl::CollisionGeometry<S>& geometry) {
 
 }  // namespace bristle
 
-#include <array>
+#include <algorithm>
+#include <cstddef>
 #include <cstdint>
-#include <limits>
+#include <utility>
+#include <variant>
 
 namespace bristle {
 
-/// A view of an FCL mesh: its triangles, and the same two queries that `AabbTree` answers, with the
-/// triangle's number as payload. The mesh must outlive it and have its tree (`endModel`).
-///
-/// The walk is recursive, as deep as FCL's tree is high. FCL splits at the mean, which gives about
-/// the logarithm of the number of triangles; it sets no bound.
+/// Nearest hit of a ray with an FCL mesh, as `ray_cast_mesh` finds it.
 template <Scalar S>
-class FclMeshTree {
+[[nodiscard]] RayHit<S> ray_cast(const FclMeshTree<S>& mesh, const Ray<S>& ray) {
+  return ray_cast_mesh(mesh, ray);
+}
+
+/// Nearest hit of a ray with what an FCL geometry holds, in its frame.
+template <Scalar S>
+[[nodiscard]] RayHit<S> ray_cast(const FclView<S>& view, const Ray<S>& ray) {
+  return std::visit([&](const auto& shape) { return ray_cast(shape, ray); }, view);
+}
+
+/// An FCL geometry made ready for rays. Immutable; several threads may cast at once.
+class FclRayTarget {
  public:
-  explicit FclMeshTree(const FclMesh<S>& mesh) : mesh_(&mesh) {}
+  /// @throws InvalidArgument as `from_fcl` does.
+  explicit FclRayTarget(FclGeometry geometry)
+      : geometry_(std::move(geometry)), view_(from_fcl(*geometry_)) {}
 
-  /// [-] Number of triangles.
-  [[nodiscard]] std::size_t size() const { return static_cast<std::size_t>(mesh_->num_tris); }
+  [[nodiscard]] const FclGeometry& geometry() const { return geometry_; }
+  /// What the geometry holds.
+  [[nodiscard]] const FclView<double>& view() const { return view_; }
 
-  /// [m] Corners of a triangle, counter-clockwise seen from outside.
-  [[nodiscard]] std::array<Vec3<S>, 3> triangle(std::uint32_t i) const {
-    const fcl::Triangle& t = mesh_->tri_indices[i];
-    return {mesh_->vertices[t[0]], mesh_->vertices[t[1]], mesh_->vertices[t[2]]};
+  /// Offers to `hits` the nearest hit of each ray, as `ShapeBackend::cast_rays` does. X_RC is the
+  /// geometry's pose in the rays' frame; one that is not finite hits nothing.
+  ///
+  /// Allocates nothing.
+  template <Scalar S>
+  void cast_rays(const Transform<S>& X_RC, const RayBatch<S>& rays, std::uint32_t tag,
+                 RayHits<S>& hits) const noexcept;
+
+ private:
+  FclGeometry geometry_;
+  FclView<double> view_;
+};
+
+// Implementation -----------------------------------------------------------------------------------
+
+template <Scalar S>
+void FclRayTarget::cast_rays(const Transform<S>& X_RC, const RayBatch<S>& rays, std::uint32_t tag,
+                             RayHits<S>& hits) const noexcept {
+  const Transform<double> X = X_RC.template cast<double>();
+  if (!X.translation.allFinite() || !X.rotation.coeffs().allFinite()) return;
+  const Mat3<double> R_RC = X.rotation_matrix();
+  std::visit(
+      [&](const auto& shape) {
+        for (std::size_t i = 0; i < rays.size(); ++i) {
+          const Ray<S> ray_R = rays[i];
+          const Vec3<double> from_origin = ray_R.origin.template cast<double>() - X.translation;
+          // What lies beyond a hit that is known already need not be looked at.
+          const Ray<double> ray{
+              .origin = R_RC.transpose() * from_origin,
+              .direction = R_RC.transpose() * ray_R.direction.template cast<double>(),
+              .length = double(std::min(ray_R.length, hits.distance[i]))};
+          const RayHit<double> hit = ray_cast(shape, ray);
+          if (hit.distance < infinity<double>) {
+            const Vec3<double> normal = R_RC * hit.normal;
+            hits.offer(i, {S(hit.distance), normal.template cast<S>()}, tag);
+          }
+        }
+      },
+      view_);
+}
+
+}  // namespace bristle
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <type_traits>
+#include <variant>
+
+namespace bristle {
+
+/// Satisfies `ShapeBackend` for float and double.
+///
+/// Contacts of convex solids: direction by FCL's GJK (fcl_contact_normal.hpp), points by clipping
+/// (contact_clip.hpp). Meshes: fcl_mesh_contacts.hpp, with its limits. Every pair is known except two
+/// half-spaces.
+///
+/// `collide` allocates nothing but room in `out`, `cast_rays` nothing at all: FCL's GJK works on the
+/// stack. What FCL may throw is caught, what it answers is checked with supports; there is no loop
+/// without bound on the way.
+struct FclBackend {
+  template <Scalar S>
+  class Collidable;
+
+  /// @throws InvalidArgument as `validate` and `to_fcl` do.
+  template <Scalar S>
+  [[nodiscard]] static Collidable<S> make(const Shape<S>& shape);
+
+  template <Scalar S>
+  [[nodiscard]] static ShapeKind kind(const Collidable<S>& c);
+  template <Scalar S>
+  [[nodiscard]] static Aabb<S> bounds(const Collidable<S>& c);
+  template <Scalar S>
+  [[nodiscard]] static MassProperties<S> mass_properties(const Collidable<S>& c);
+
+  /// All pairs but two half-spaces.
+  [[nodiscard]] static bool can_collide(ShapeKind a, ShapeKind b) {
+    return a != ShapeKind::half_space || b != ShapeKind::half_space;
   }
 
-  /// Box around all triangles.
-  [[nodiscard]] Aabb<S> root_box() const { return mesh_->getNumBVs() > 0 ? box(0) : Aabb<S>{}; }
+  /// As `ShapeBackend` says. `failed` for a pair it does not know, a pose or margin that is not
+  /// finite, and for whatever of FCL throws or gives numbers that are none.
+  template <Scalar S>
+  [[nodiscard]] static ContactStatus collide(const Collidable<S>& a, const Collidable<S>& b,
+                                             const Transform<S>& X_AB, S margin,
+                                             ContactManifolds<S>& out) noexcept;
 
-  /// Calls `visit(triangle) -> bool` for every triangle whose box overlaps or touches `box`, until a
-  /// visit returns false.
-  template <typename Visit>
-  void overlap(const Aabb<S>& query, Visit&& visit) const {
-    if (mesh_->getNumBVs() > 0) overlap_below(0, query, visit);
-  }
+  template <Scalar S>
+  static void cast_rays(const Collidable<S>& c, const Transform<S>& X_RC, const RayBatch<S>& rays,
+                        std::uint32_t tag, RayHits<S>& hits) noexcept;
+};
 
-  /// Calls `visit(triangle, max_distance) -> new max_distance` for every triangle whose box the ray
-  /// meets before max_distance [m], which starts as the ray's length; nearer boxes come first.
-  template <typename Visit>
-  void walk_ray(const Ray<S>& ray, Visit&& visit) const {
-    if (mesh_->getNumBVs() == 0) return;
-    const detail::SlabTest<S> slabs(ray);
-    S reach = std::min(ray.length, std::numeric_limits<S>::max() / S(2));
-    walk_below(0, slabs.enter(box(0), reach), slabs, reach, visit);
+/// A shape as the FCL backend holds it. Copies share one immutable preparation; the default-
+/// constructed one holds nothing and may only be assigned to.
+template <Scalar S>
+class FclBackend::Collidable {
+ public:
+  Collidable() = default;
+
+  /// The FCL geometry, for whoever wants to hand it to FCL.
+  [[nodiscard]] const FclGeometry& geometry() const { return data_->rays.geometry(); }
+
+ private:
+  friend struct FclBackend;
+
+  struct Data {
+    explicit Data(const Shape<S>& shape);
+    Data(const Data&) = delete;
+    Data& operator=(const Data&) = delete;
+
+    ShapeKind kind;
+    Aabb<S> bounds;
+    MassProperties<S> mass_properties;
+    FclRayTarget rays;
+    // Of convex shapes; points into `rays`.
+    std::optional<FclConvex> convex;
+    // Of meshes; the same.
+    std::optional<FclMeshSurface> mesh;
+  };
+
+  explicit Collidable(const Shape<S>& shape) : data_(std::make_shared<const Data>(shape)) {}
+
+  std::shared_ptr<const Data> data_;
+};
+
+// Implementation -----------------------------------------------------------------------------------
+
+namespace detail {
+
+/// A half-space as the clip sees it: a square of its surface that is larger than what lies on it.
+struct SurfacePatch {
+  Vec3<double> center;
+  Vec3<double> normal;
+  double half_width;
+};
+
+[[nodiscard]] inline Vec3<double> support_point(const SurfacePatch& patch, const Vec3<double>&) {
+  return patch.center;
+}
+[[nodiscard]] inline SupportFeature<double> support_face(const SurfacePatch& patch,
+                                                         const Vec3<double>& direction) {
+  SupportFeature<double> face;
+  face.normal = patch.normal;
+  face.cosine = patch.normal.dot(direction);
+  Vec3<double> t1;
+  Vec3<double> t2;
+  tangent_basis(patch.normal, t1, t2);
+  face.add(patch.center - patch.half_width * (t1 + t2), 0);
+  face.add(patch.center + patch.half_width * (t1 - t2), 1);
+  face.add(patch.center + patch.half_width * (t1 + t2), 2);
+  face.add(patch.center - patch.half_width * (t1 - t2), 3);
+  return face;
+}
+[[nodiscard]] inline SupportFeature<double> support_edge(const SurfacePatch& patch,
+                                                         const Vec3<double>& direction) {
+  return support_face(patch, direction);
+}
+
+/// Adds the contacts of a half-space with a convex solid, in the solid's frame, where `plane` is
+/// given. Normals point from the half-space to the solid.
+template <Scalar S, typename ConvexShape>
+void collide_plane(const HalfSpace<double>& plane, const ConvexShape& shape,
+                   const FclConvex& convex, double margin, ContactSink<S>& sink) {
+  const double height = plane.normal.dot(convex.center) - plane.offset;
+  if (height - convex.reach > margin) return;
+  const SurfacePatch patch{convex.center - height * plane.normal, plane.normal,
+                           2.0 * convex.reach};
+  sink.add(contact_manifold(patch, shape, Transform<double>{}, plane.normal, margin));
+}
+
+/// A half-space given in frame A, seen from frame B that stands at X_AB.
+[[nodiscard]] inline HalfSpace<double> seen_from(const Transform<double>& X_AB,
+                                                 const HalfSpace<double>& plane_A) {
+  return {X_AB.rotation.conjugate() * plane_A.normal,
+          plane_A.offset - plane_A.normal.dot(X_AB.translation)};
+}
+
+}  // namespace detail
+
+template <Scalar S>
+FclBackend::Collidable<S>::Data::Data(const Shape<S>& shape)
+    : kind(kind_of(shape)),
+      bounds(local_bounds(shape)),
+      mass_properties(unit_mass_properties(shape)),
+      rays(to_fcl(shape)) {
+  std::visit(
+      [this](const auto& view) {
+        using View = std::remove_cvref_t<decltype(view)>;
+        if constexpr (std::is_same_v<View, FclMeshTree<double>>) {
+          mesh.emplace(view);
+        } else if constexpr (!std::is_same_v<View, HalfSpace<double>>) {
+          convex.emplace(fcl_convex(view));
+        }
+      },
+      rays.view());
+}
+
+template <Scalar S>
+auto FclBackend::make(const Shape<S>& shape) -> Collidable<S> {
+  validate(shape);
+  return Collidable<S>(shape);
+}
+
+template <Scalar S>
+ShapeKind FclBackend::kind(const Collidable<S>& c) {
+  return c.data_->kind;
+}
+
+template <Scalar S>
+Aabb<S> FclBackend::bounds(const Collidable<S>& c) {
+  return c.data_->bounds;
+}
+
+template <Scalar S>
+MassProperties<S> FclBackend::mass_properties(const Collidable<S>& c) {
+  return c.data_->mass_properties;
+}
+
+namespace detail {
+
+/// One contact query in double: A and B, what is known of them, and where B stands.
+template <Scalar S, typename Data>
+class FclContactQuery {
+ public:
+  FclContactQuery(const Data& a, const Data& b, const Transform<double>& X_AB, double margin,
+                  ContactSink<S>& sink)
+      : a_(a), b_(b), X_AB_(X_AB), margin_(margin), sink_(sink) {}
+
+  /// False where nothing is known.
+  bool run() {
+    if (a_.kind == ShapeKind::half_space) return on_plane(a_, b_, X_AB_, X_AB_, false);
+    if (b_.kind == ShapeKind::half_space) return on_plane(b_, a_, X_AB_.inverse(), {}, true);
+    if (a_.mesh && b_.mesh) {
+      sink_.set_frame({}, false);
+      collide_meshes(*a_.mesh, *b_.mesh, X_AB_, margin_, sink_);
+      return true;
+    }
+    if (a_.mesh) return on_mesh(a_, b_, X_AB_, {}, false);
+    if (b_.mesh) return on_mesh(b_, a_, X_AB_.inverse(), X_AB_, true);
+    return convex_pair();
   }
 
  private:
-  [[nodiscard]] Aabb<S> box(int node) const {
-    const fcl::AABB<S>& bv = mesh_->getBV(node).bv;
-    return {bv.min_, bv.max_};
-  }
-
-  /// False once a visit has said so.
-  template <typename Visit>
-  bool overlap_below(int id, const Aabb<S>& query, Visit& visit) const {
-    if (!box(id).overlaps(query)) return true;
-    const auto& node = mesh_->getBV(id);
-    if (node.isLeaf()) return visit(static_cast<std::uint32_t>(node.primitiveId()));
-    return overlap_below(node.leftChild(), query, visit) &&
-           overlap_below(node.rightChild(), query, visit);
-  }
-
-  template <typename Visit>
-  void walk_below(int id, S enter, const detail::SlabTest<S>& slabs, S& reach, Visit& visit) const {
-    // The reach may have shrunk since the entry was computed.
-    if (!(enter <= reach * (S(1) + Tolerance<S>::round_off()))) return;
-    const auto& node = mesh_->getBV(id);
-    if (node.isLeaf()) {
-      reach = visit(static_cast<std::uint32_t>(node.primitiveId()), reach);
-      return;
+  /// @param X_PO      Pose of the other solid in the frame of the half-space.
+  /// @param X_AO      Its pose in the frame of A, in which the answer is due.
+  /// @param is_second Whether the half-space is B.
+  bool on_plane(const Data& plane, const Data& other, const Transform<double>& X_PO,
+                const Transform<double>& X_AO, bool is_second) {
+    const HalfSpace<double> plane_O =
+        seen_from(X_PO, std::get<HalfSpace<double>>(plane.rays.view()));
+    sink_.set_frame(X_AO, is_second);
+    if (other.mesh) {
+      collide_mesh(*other.mesh, plane_O, margin_, sink_);
+    } else {
+      std::visit(
+          [&](const auto* shape) {
+            collide_plane(plane_O, *shape, *other.convex, margin_, sink_);
+          },
+          other.convex->shape);
     }
-    int near = node.leftChild();
-    int far = node.rightChild();
-    S enter_near = slabs.enter(box(near), reach);
-    S enter_far = slabs.enter(box(far), reach);
-    if (enter_far < enter_near) {
-      std::swap(near, far);
-      std::swap(enter_near, enter_far);
-    }
-    walk_below(near, enter_near, slabs, reach, visit);
-    walk_below(far, enter_far, slabs, reach, visit);
+    return true;
   }
 
-  const FclMesh<S>* mesh_;
+  /// @param X_MO, X_AM  Poses of the other solid in the mesh, and of the mesh in A.
+  bool on_mesh(const Data& mesh, const Data& other, const Transform<double>& X_MO,
+               const Transform<double>& X_AM, bool is_second) {
+    sink_.set_frame(X_AM, is_second);
+    std::visit(
+        [&](const auto* shape) {
+          collide_mesh(*mesh.mesh, *shape, *other.convex, X_MO, margin_, sink_);
+        },
+        other.convex->shape);
+    return true;
+  }
+
+  bool convex_pair() {
+    const FclContactNormal found = fcl_contact_normal(*a_.convex, *b_.convex, X_AB_, margin_);
+    if (found.nearness != FclNearness::near) return found.nearness == FclNearness::apart;
+    sink_.set_frame({}, false);
+    std::visit(
+        [&](const auto* shape_a, const auto* shape_b) {
+          sink_.add(contact_manifold(*shape_a, *shape_b, X_AB_, found.normal, margin_));
+          // Rims and sides of round shapes are clipped as polygons and lines; what is deepest may
+          // lie between those.
+          if (!sink_.reaches(found.gap + Tolerance<double>::equal() * a_.convex->reach)) {
+            ContactManifold<double> deepest;
+            deepest.normal = found.normal;
+            deepest.add(extreme_contact(*shape_a, *shape_b, X_AB_, found.normal));
+            sink_.add(deepest);
+          }
+        },
+        a_.convex->shape, b_.convex->shape);
+    return true;
+  }
+
+  const Data& a_;
+  const Data& b_;
+  const Transform<double>& X_AB_;
+  double margin_;
+  ContactSink<S>& sink_;
 };
+
+}  // namespace detail
+
+template <Scalar S>
+ContactStatus FclBackend::collide(const Collidable<S>& a, const Collidable<S>& b,
+                                  const Transform<S>& X_AB, S margin,
+                                  ContactManifolds<S>& out) noexcept {
+  using std::isfinite;
+  const Transform<double> X = X_AB.template cast<double>();
+  if (!X.translation.allFinite() || !X.rotation.coeffs().allFinite() || !isfinite(margin)) {
+    return ContactStatus::failed;
+  }
+  if (!can_collide(kind(a), kind(b))) return ContactStatus::failed;
+  ContactSink<S> sink(out);
+  try {
+    using Data = typename Collidable<S>::Data;
+    detail::FclContactQuery<S, Data> query(*a.data_, *b.data_, X, double(margin), sink);
+    if (query.run() && sink.is_sound()) return ContactStatus::ok;
+  } catch (...) {
+    // FCL throws std::logic_error and more; which one it was helps nobody within a step.
+  }
+  sink.clear();
+  return ContactStatus::failed;
+}
+
+template <Scalar S>
+void FclBackend::cast_rays(const Collidable<S>& c, const Transform<S>& X_RC,
+                           const RayBatch<S>& rays, std::uint32_t tag, RayHits<S>& hits) noexcept {
+  c.data_->rays.cast_rays(X_RC, rays, tag, hits);
+}
+
+}  // namespace bristle
+
+// === bristle/geometry/fcl_scene_rays.hpp
+
+/// @file
+/// Rays through a scene that somebody already keeps in FCL's dynamic tree of boxes.
+///
+/// For users of FCL who want the ray query it lacks; bristle's own world does not need it. Opt-in:
+/// nothing else includes this header.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <fcl/broadphase/broadphase_dynamic_AABB_tree.h>
+#include <fcl/narrowphase/collision_object.h>
+
+#include <Eigen/Core>
+
+#include <algorithm>
+#include <limits>
+#include <utility>
+
+namespace bristle {
+
+// CollisionObject<double> holds 4x4 matrices, which Eigen aligns to 64 bytes where the compiler may
+// use AVX-512 and to 32 with AVX. In Debian's libfcl they stand at multiples of 16: with other
+// alignment the object has another size and its members other places (fcl and user code then read
+// each other's garbage; ipab-slmc/exotica#198).
+static_assert(EIGEN_MAX_ALIGN_BYTES <= 16,
+              "Define EIGEN_MAX_ALIGN_BYTES=16 for all code that shares fcl::CollisionObject with a "
+              "libfcl that was built without -march");
+
+/// Nearest hit of a ray in an FCL scene.
+template <Scalar S>
+struct FclSceneHit {
+  /// Distance and normal, in the world.
+  RayHit<S> hit;
+  /// Which object; null where there is no hit.
+  fcl::CollisionObject<S>* object = nullptr;
+};
+
+/// Nearest hit of a ray among the objects of an FCL scene, under the rules of ray_shapes.hpp. Of
+/// objects at equal distance the one that FCL's tree yields first.
+///
+/// The manager must be set up (`setup`, or `update` after objects moved). Objects that bristle has no
+/// shape for (planes, octrees, point clouds, other meshes than `FclMesh`) are not seen. O(log objects)
+/// for short rays; convex geometry is converted anew for each ray that comes near it, so meshes are
+/// the better choice for large ones.
+///
+/// @param ray  In the world.
+template <Scalar S>
+[[nodiscard]] FclSceneHit<S> cast_ray(const fcl::DynamicAABBTreeCollisionManager<S>& scene,
+                                      const Ray<S>& ray);
+
+/// Hit of a ray in the world with one FCL object; infinite distance where there is none, or bristle
+/// has no shape for it.
+template <Scalar S>
+[[nodiscard]] RayHit<S> ray_cast(const fcl::CollisionObject<S>& object, const Ray<S>& ray);
+
+// Implementation -----------------------------------------------------------------------------------
+
+namespace detail {
+
+/// Whether `from_fcl` knows the geometry.
+template <Scalar S>
+[[nodiscard]] bool is_known_to_bristle(const fcl::CollisionGeometry<S>& geometry) {
+  switch (geometry.getNodeType()) {
+    case fcl::GEOM_SPHERE:
+    case fcl::GEOM_BOX:
+    case fcl::GEOM_CAPSULE:
+    case fcl::GEOM_CYLINDER:
+    case fcl::GEOM_CONE:
+    case fcl::GEOM_ELLIPSOID:
+    case fcl::GEOM_HALFSPACE:
+    case fcl::GEOM_CONVEX:
+      return true;
+    case fcl::BV_AABB: {
+      const auto& mesh = static_cast<const FclMesh<S>&>(geometry);
+      return mesh.getModelType() == fcl::BVH_MODEL_TRIANGLES && mesh.getNumBVs() > 0;
+    }
+    default:
+      return false;
+  }
+}
+
+/// Walks down the tree, nearer boxes first.
+template <Scalar S, typename Node>
+void cast_below(const Node& node, S enter, const SlabTest<S>& slabs, Ray<S>& ray,
+                FclSceneHit<S>& best) {
+  if (!(enter <= ray.length * (S(1) + Tolerance<S>::round_off()))) return;
+  if (node.isLeaf()) {
+    auto* object = static_cast<fcl::CollisionObject<S>*>(node.data);
+    const RayHit<S> hit = ray_cast(*object, ray);
+    if (hit.distance < best.hit.distance) {
+      best = {hit, object};
+      ray.length = hit.distance;
+    }
+    return;
+  }
+  const auto enter_child = [&](const Node& child) {
+    return slabs.enter({child.bv.min_, child.bv.max_}, ray.length);
+  };
+  const Node* near = node.children[0];
+  const Node* far = node.children[1];
+  S enter_near = enter_child(*near);
+  S enter_far = enter_child(*far);
+  if (enter_far < enter_near) {
+    std::swap(near, far);
+    std::swap(enter_near, enter_far);
+  }
+  cast_below(*near, enter_near, slabs, ray, best);
+  cast_below(*far, enter_far, slabs, ray, best);
+}
+
+}  // namespace detail
+
+template <Scalar S>
+RayHit<S> ray_cast(const fcl::CollisionObject<S>& object, const Ray<S>& ray) {
+  const fcl::CollisionGeometry<S>* geometry = object.collisionGeometry().get();
+  if (!detail::is_known_to_bristle(*geometry)) return {};
+  const Mat3<S> R_WO = object.getRotation();
+  const Ray<S> ray_O{R_WO.transpose() * (ray.origin - object.getTranslation()),
+                     R_WO.transpose() * ray.direction, ray.length};
+  RayHit<S> hit = ray_cast(from_fcl(*geometry), ray_O);
+  hit.normal = R_WO * hit.normal;
+  return hit;
+}
+
+template <Scalar S>
+FclSceneHit<S> cast_ray(const fcl::DynamicAABBTreeCollisionManager<S>& scene, const Ray<S>& ray) {
+  FclSceneHit<S> best;
+  const auto* root = scene.getTree().getRoot();
+  if (root == nullptr) return best;
+  Ray<S> shortened = ray;
+  // A finite reach, so that planes at infinity are out of it.
+  shortened.length = std::min(ray.length, std::numeric_limits<S>::max() / S(2));
+  const SlabTest<S> slabs(ray);
+  const S enter = slabs.enter({root->bv.min_, root->bv.max_}, shortened.length);
+  detail::cast_below(*root, enter, slabs, shortened, best);
+  return best;
+}
 
 }  // namespace bristle
 

@@ -1,5 +1,5 @@
-# What every file has: a licence line and a bounded length; headers also #pragma once and `/// @file`
-# on top, and a place in the umbrella.
+# What every file has: a licence line and a bounded length; headers also #pragma once, those of the
+# library and of tests `/// @file` on top, and those of the library a place in the umbrella.
 # Usage: cmake -DROOT=<tree> [-DMAX_LINES=500] -P form.cmake
 # SPDX-License-Identifier: BSD-3-Clause
 include("${CMAKE_CURRENT_LIST_DIR}/lines.cmake")
@@ -29,7 +29,7 @@ foreach(file IN LISTS files)
     if(NOT text MATCHES "\n#pragma once\n")
       violation("${file}:1" "no #pragma once")
     endif()
-    if(NOT text MATCHES "^/// @file\n///? [A-Z]")
+    if(NOT file MATCHES "^examples/" AND NOT text MATCHES "^/// @file\n///? [A-Z]")
       violation("${file}:1" "must open with `/// @file` and a sentence on what it is")
     endif()
   endif()

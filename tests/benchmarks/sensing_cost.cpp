@@ -1,26 +1,27 @@
 // What a sensor costs, and how wrong the force is that it buys.
 //
 // A fixed pad of 40 x 40 mm with n sensors carries 2 kg: a box, a sphere, or the sphere's mesh of
-// 9680 triangles. At rest the vertical force is m g, which is the closed form that the error is
-// measured against. Printed for each backend, scalar, shape, integration and n:
+// 9680 triangles. At rest the vertical force is m g, the closed form that the error is measured
+// against. Printed for each backend, scalar, shape, integration and n:
 //
 //   rays   [ns]     one ray of the batch, asked of the shape alone
 //   step   [ns]     one sensor of the world's whole step: rays, law, solver, readings
 //   touch  [%]      of the sensors
 //   error  [1/1000] of the weight
 //
-// and what a patch costs that has nothing near it. Times are of the thread's processor time,
-// medians of 11 runs. Usage: benchmark_sensing_cost [CSV file] SPDX-License-Identifier:
-// BSD-3-Clause
+// and what a patch costs that has nothing near it. Times are processor time of the thread, medians
+// of 11 runs.
+// Usage: benchmark_sensing_cost [CSV file]
+// SPDX-License-Identifier: BSD-3-Clause
 #include <bristle/bristle.hpp>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstddef>
 #include <cstdio>
 #include <ctime>
 #include <string>
-#include <vector>
 
 using namespace bristle;
 
@@ -144,18 +145,22 @@ void measure_idle(const char* backend, const char* scalar) {
 }
 
 template <Scalar S, typename Backend>
-void measure_all(Report& report, const char* backend, const char* scalar) {
-  const std::array<NamedShape<S>, 3> objects{
-      NamedShape<S>{"box", Box<S>{.half_extents = {S(0.1), S(0.1), S(0.1)}}, S(0.1)},
-      NamedShape<S>{"sphere", Sphere<S>{.radius = S(0.1)}, S(0.1)},
-      NamedShape<S>{"mesh", sphere_mesh<S>(S(0.1), 22), S(0.1)}};
-  for (const NamedShape<S>& object : objects) {
-    for (const Integration integration : {Integration::explicit_, Integration::implicit}) {
-      for (const int side : {10, 32, 100}) {
-        measure<S, Backend>(report, backend, scalar, object, integration, side);
-      }
+void measure_shape(Report& report, const char* backend, const char* scalar,
+                   const NamedShape<S>& object) {
+  for (const Integration integration : {Integration::explicit_, Integration::implicit}) {
+    for (const int side : {10, 32, 100}) {
+      measure<S, Backend>(report, backend, scalar, object, integration, side);
     }
   }
+}
+
+template <Scalar S, typename Backend>
+void measure_all(Report& report, const char* backend, const char* scalar) {
+  const S half = S(0.1);
+  measure_shape<S, Backend>(report, backend, scalar,
+                            {"box", Box<S>{.half_extents = {half, half, half}}, half});
+  measure_shape<S, Backend>(report, backend, scalar, {"sphere", Sphere<S>{half}, half});
+  measure_shape<S, Backend>(report, backend, scalar, {"mesh", sphere_mesh<S>(half, 22), half});
 }
 
 template <typename Backend>

@@ -4,7 +4,6 @@
 #include "scenes/grasp.hpp"
 #include "scenes/medley.hpp"
 #include "support/state_hash.hpp"
-#include "support/worlds.hpp"
 
 #include <doctest/doctest.h>
 

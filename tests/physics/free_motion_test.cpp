@@ -1,7 +1,7 @@
 /// @file
 /// Bodies that nothing touches: falling, flying, tumbling.
 // SPDX-License-Identifier: BSD-3-Clause
-#include "support/worlds.hpp"
+#include <bristle/world/world.hpp>
 
 #include <doctest/doctest.h>
 

@@ -3,7 +3,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "scenes/grasp.hpp"
 #include "scenes/plate.hpp"
-#include "support/worlds.hpp"
 
 #include <doctest/doctest.h>
 

@@ -1,8 +1,9 @@
 /// @file
 /// Hard contact without sensors: friction, sliding, bouncing.
 // SPDX-License-Identifier: BSD-3-Clause
+#include <bristle/world/world.hpp>
+
 #include "support/momentum.hpp"
-#include "support/worlds.hpp"
 
 #include <doctest/doctest.h>
 

@@ -2,7 +2,6 @@
 /// Fig. 7 (b): a plate at rest on its sensors, level and on an incline.
 // SPDX-License-Identifier: BSD-3-Clause
 #include "scenes/plate.hpp"
-#include "support/worlds.hpp"
 
 #include <doctest/doctest.h>
 

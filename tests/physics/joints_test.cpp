@@ -1,8 +1,9 @@
 /// @file
 /// Fixed and prismatic joints: what they hold, what they let go, what they report.
 // SPDX-License-Identifier: BSD-3-Clause
+#include <bristle/world/world.hpp>
+
 #include "support/momentum.hpp"
-#include "support/worlds.hpp"
 
 #include <doctest/doctest.h>
 

@@ -2,7 +2,6 @@
 /// Rays that do not meet the surface head-on.
 // SPDX-License-Identifier: BSD-3-Clause
 #include "scenes/plate.hpp"
-#include "support/worlds.hpp"
 
 #include <doctest/doctest.h>
 

@@ -2,7 +2,6 @@
 /// No hidden lengths: a scene and its copy at another size, or at another place, behave alike.
 // SPDX-License-Identifier: BSD-3-Clause
 #include "scenes/plate.hpp"
-#include "support/worlds.hpp"
 
 #include <doctest/doctest.h>
 

@@ -2,7 +2,6 @@
 /// What sensors see, what they remember, and what they read.
 // SPDX-License-Identifier: BSD-3-Clause
 #include "scenes/plate.hpp"
-#include "support/worlds.hpp"
 
 #include <doctest/doctest.h>
 

@@ -2,7 +2,6 @@
 /// Fig. 7 (a): when and how a plate slips over its bristles.
 // SPDX-License-Identifier: BSD-3-Clause
 #include "scenes/plate.hpp"
-#include "support/worlds.hpp"
 
 #include <doctest/doctest.h>
 

@@ -2,7 +2,6 @@
 /// How long an explicit step may be, and what happens beyond.
 // SPDX-License-Identifier: BSD-3-Clause
 #include "scenes/plate.hpp"
-#include "support/worlds.hpp"
 
 #include <doctest/doctest.h>
 

@@ -2,7 +2,6 @@
 /// Cubes on top of each other come to rest where they should and stay there.
 // SPDX-License-Identifier: BSD-3-Clause
 #include "scenes/stack.hpp"
-#include "support/worlds.hpp"
 
 #include <doctest/doctest.h>
 

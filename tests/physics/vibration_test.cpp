@@ -2,7 +2,6 @@
 /// A plate on its bristles is an oscillator: its frequency and its overshoot.
 // SPDX-License-Identifier: BSD-3-Clause
 #include "scenes/plate.hpp"
-#include "support/worlds.hpp"
 
 #include <doctest/doctest.h>
 
@@ -92,5 +91,31 @@ TEST_CASE("vibration: a sudden force overshoots to twice its static stretch (R3)
       }
       CHECK(measured == doctest::Approx(peak).epsilon(row.tolerance));
     }
+  }
+}
+
+TEST_CASE("vibration: along the rays, the frequency is sqrt(n K_N / (L m)) / 2 pi") {
+  const double closed = std::sqrt(16 / (0.01 * 0.5)) / (2 * std::numbers::pi);
+  for (const Integration integration : both) {
+    PlateDef<double> def;
+    def.integration = integration;
+    def.time_step = 1e-5;
+    def.parameters = {1, 0, 0, 0, 1e-3};
+    auto scene = make_plate<double>(def);
+    const double rest = scene.position().z();
+    scene.world.set_velocity(scene.plate, {{0, 0, 0.02}, {0, 0, 0}});
+    // Half a period later it is back, then down; the implicit normal part is damped a little.
+    std::vector<double> crossings;
+    double lowest = 0;
+    for (int i = 0; i < 20000; ++i) {
+      const double before = scene.position().z() - rest;
+      scene.world.step();
+      const double after = scene.position().z() - rest;
+      if (before < 0 && after >= 0) crossings.push_back((i + before / (before - after)) * 1e-5);
+      lowest = std::min(lowest, after);
+    }
+    REQUIRE(crossings.size() >= 1);
+    CHECK(1 / crossings.front() == doctest::Approx(closed).epsilon(2e-3));
+    CHECK(lowest == doctest::Approx(-0.02 / (2 * std::numbers::pi * closed)).epsilon(1e-2));
   }
 }

@@ -5,6 +5,7 @@
 
 #include <bristle/world/world.hpp>
 
+#include <cmath>
 #include <vector>
 
 namespace bristle::scenes {
@@ -91,8 +92,11 @@ template <Scalar S, typename Backend = AnalyticBackend>
                           Vec3<S>(S(0), S(0), S(-1)), ray);
       }
     }
-    patch.parameters = {carried * gravity / (S(per_side * per_side) * def.press), S(1), S(5000),
-                        S(0.1), S(1e-3)};
+    const S n = S(per_side * per_side);
+    const S stiffness = carried * gravity / (n * def.press);
+    // Critical damping for the mass carried.
+    const S damping = S(2) * std::sqrt(stiffness * carried * ray / n);
+    patch.parameters = {stiffness, damping, S(5000), S(0.1), S(1e-3)};
     patch.integration = def.integration;
     scene.patches.push_back(scene.world.add_patch(scene.cubes.back(), patch));
     carried -= def.masses[k];

@@ -6,6 +6,7 @@
 #include <bristle/math/spatial.hpp>
 
 #include <span>
+#include <type_traits>
 
 namespace bristle::test {
 

@@ -5,6 +5,7 @@
 
 #include <bristle/world/world.hpp>
 
+#include <array>
 #include <bit>
 #include <cstddef>
 #include <cstdint>

@@ -213,8 +213,8 @@ class OverlapSearch {
   void try_candidates(double margin) {
     const Vec3<double> between =
         b_.rotation * (b_.scale * b_.convex->center) + b_.position - a_.scale * a_.convex->center;
-    const double distance = between.norm();
-    offer(distance > 0.0 ? Vec3<double>(between / distance) : Vec3<double>::UnitX());
+    const Vec3<double> towards = between.stableNormalized();
+    offer(towards.squaredNorm() > 0.5 ? towards : Vec3<double>::UnitX());
     for (const double side : {1.0, -1.0}) {
       const PlacedConvex& solid = side > 0.0 ? a_ : b_;
       const auto try_axis = [&](const Vec3<double>& axis) {

@@ -63,7 +63,9 @@ template <Scalar S>
 struct GriddedPoints {
   std::vector<Vec3<S>> points;
   std::vector<GridPoint> grid;
-  /// [grid steps] Distance below which points count as equal.
+  /// [m] Distance below which points count as equal.
+  S resolution = S(0);
+  /// [grid steps] The same distance.
   double tolerance = 0.0;
 };
 
@@ -85,13 +87,13 @@ template <Scalar S>
 
   // Far from the origin, the rounding of the coordinates themselves is what blurs the points.
   const S reach = std::max(box.lower.cwiseAbs().maxCoeff(), box.upper.cwiseAbs().maxCoeff());
-  const S tolerance = std::max(hull_resolution<S>() * extent, Tolerance<S>::round_off() * reach);
   GriddedPoints<S> result;
-  for (const std::uint32_t i : merge_points(points, tolerance).unique) {
+  result.resolution = std::max(hull_resolution<S>() * extent, Tolerance<S>::round_off() * reach);
+  for (const std::uint32_t i : merge_points(points, result.resolution).unique) {
     result.points.push_back(points[i]);
   }
   const double scale = static_cast<double>(1 << 30) / static_cast<double>(extent);
-  result.tolerance = scale * static_cast<double>(tolerance);
+  result.tolerance = scale * static_cast<double>(result.resolution);
   for (const Vec3<S>& p : result.points) {
     GridPoint& g = result.grid.emplace_back();
     for (int k = 0; k < 3; ++k) {
@@ -128,16 +130,18 @@ template <Scalar S>
       farthest([&](const Vec3<double>& p) { return along.cross(p - a).norm(); }, "all on a line");
   const Vec3<double> normal = along.cross(to_vector(points[s[2]]) - a).normalized();
   // Any thinner, and both sides might lie in the slab of one face.
-  tolerance *= 4.0;
+  tolerance *= 16.0;
   s[3] = farthest([&](const Vec3<double>& p) { return std::abs(normal.dot(p - a)); },
                   "all on a plane");
   return s;
 }
 
 /// Outward unit normal of a face: from the points themselves, to their full precision, or from the
-/// grid where the face is so small that rounding would tilt it into the hull.
+/// grid where the face is so small or thin that rounding would tilt it out of its corners or into
+/// the hull.
 template <Scalar S>
-[[nodiscard]] Vec3<S> face_normal(std::span<const Vec3<S>> points, const HullFace& face) {
+[[nodiscard]] Vec3<S> face_normal(const GriddedPoints<S>& gridded, const HullFace& face) {
+  const std::vector<Vec3<S>>& points = gridded.points;
   const Vec3<S>& origin = points[face.corners[0]];
   Vec3<S> sum = Vec3<S>::Zero();
   for (std::size_t i = 2; i < face.corners.size(); ++i) {
@@ -145,11 +149,16 @@ template <Scalar S>
   }
   const Vec3<S> normal = sum.stableNormalized();
   const auto height = [&](std::uint32_t v) { return normal.dot(points[v] - origin); };
-  S lowest_corner = S(0);
-  for (const std::uint32_t v : face.corners) lowest_corner = std::min(lowest_corner, height(v));
+  S lowest = S(0);
+  S highest = S(0);
+  for (const std::uint32_t v : face.corners) {
+    lowest = std::min(lowest, height(v));
+    highest = std::max(highest, height(v));
+  }
   const bool is_supporting =
-      std::ranges::all_of(face.ring, [&](std::uint32_t v) { return height(v) <= lowest_corner; });
-  return is_supporting ? normal : Vec3<S>(face.normal.cast<S>());
+      std::ranges::all_of(face.ring, [&](std::uint32_t v) { return height(v) <= lowest; });
+  const bool is_flat = highest - lowest <= gridded.resolution;
+  return is_supporting && is_flat ? normal : Vec3<S>(face.normal.cast<S>());
 }
 
 }  // namespace detail
@@ -183,7 +192,7 @@ ConvexHull<S> convex_hull(std::span<const Vec3<S>> points) {
   for (const detail::HullFace& face : faces) {
     for (const std::uint32_t v : face.corners) hull.face_vertices.push_back(renumber[v]);
     hull.face_starts.push_back(static_cast<std::uint32_t>(hull.face_vertices.size()));
-    hull.face_normals.push_back(detail::face_normal<S>(gridded.points, face));
+    hull.face_normals.push_back(detail::face_normal(gridded, face));
     S offset = -infinity<S>;
     for (const std::uint32_t v : face.corners) {
       offset = std::max(offset, hull.face_normals.back().dot(gridded.points[v]));

@@ -1,3 +1,5 @@
+/// @file
+/// The smallest scene there is.
 // SPDX-License-Identifier: BSD-3-Clause
 #include <bristle/world/world.hpp>
 
@@ -5,11 +7,7 @@
 
 using namespace bristle;
 
-// Every member compiles, for both scalars; see support/worlds.hpp.
-template class bristle::World<double>;
-template class bristle::World<float>;
-
-TEST_CASE_TEMPLATE("World: an empty one steps and reports nothing", S, float, double) {
+TEST_CASE_TEMPLATE("empty_world: it steps and reports nothing", S, float, double) {
   World<S> world;
   world.step();
   CHECK(world.body_count() == 0);
