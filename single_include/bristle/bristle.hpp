@@ -7516,7 +7516,7 @@ template <Scalar S>
       farthest([&](const Vec3<double>& p) { return along.cross(p - a).norm(); }, "all on a line");
   const Vec3<double> normal = along.cross(to_vector(points[s[2]]) - a).normalized();
   // Any thinner, and both sides might lie in the slab of one face.
-  tolerance *= 4.0;
+  tolerance *= 16.0;
   s[3] = farthest([&](const Vec3<double>& p) { return std::abs(normal.dot(p - a)); },
                   "all on a plane");
   return s;
@@ -8604,7 +8604,7 @@ void set_scheme(PatchPair<S>& pair, S bristle_sum, S viscous_sum, S w, S dt);
 template <Scalar S>
 void start_linearisation(SensorPatch<S>& patch, PatchPair<S>& pair, S dt);
 
-/// Moves the linearisation to the motion that was found.
+/// Moves the linearisation to the motion that was found, after `evaluate_impulses` there.
 /// @param motion        u at the end of the step, as the solver found it.
 /// @param pass          Number of the solve that found it, from 1.
 /// @param is_last_pass  Whether there is one more solve only.
@@ -8768,58 +8768,88 @@ void start_linearisation(SensorPatch<S>& patch, PatchPair<S>& pair, S dt) {
   }
 }
 
+namespace detail {
+
+/// What moving the linearisation found.
+template <Scalar S>
+struct PassChange {
+  bool did_switch = false;
+  bool has_slip = false;
+  S force_sum = S(0);
+  S force_change = S(0);
+};
+
+/// Whether the normal part of a contact acts at the motion that was found, and with what force.
+template <Scalar S>
+void update_normal(PatchContact<S>& c, const Vec3<S>& v, S dt, PassChange<S>& change) {
+  using std::abs;
+  const S normal = c.normal_constant + c.a_normal * c.g.dot(v);
+  const bool is_pushing = normal > S(0);
+  change.did_switch = change.did_switch || is_pushing != c.is_pushing;
+  c.is_pushing = is_pushing;
+  c.normal_impulse = is_pushing ? normal : S(0);
+  const S force = c.normal_impulse / dt;
+  change.force_change += abs(force - c.force);
+  change.force_sum += force;
+  c.force = force;
+}
+
+/// Whether a touching sensor slips at the tangential velocity v that was found, and whether its slip
+/// has to be damped because it turns around from pass to pass.
+template <Scalar S>
+void update_slip(PatchContact<S>& c, const Vec3<S>& v, S sigma, SlipReset reset, S dt, int pass,
+                 bool is_last_pass, PassChange<S>& change) {
+  const bool overshoots = (c.stretch + dt * v).squaredNorm() > sigma * sigma;
+  // A released bristle has let go for this step; a dragged one may be found sticking after all.
+  const bool is_slipping = overshoots || (c.is_slipping && reset == SlipReset::release);
+  change.did_switch = change.did_switch || is_slipping != c.is_slipping;
+  change.has_slip = change.has_slip || is_slipping;
+  if (c.is_slipping && is_slipping) {
+    const S along_last = v.dot(c.last_slip);
+    if ((pass >= 2 && along_last <= S(0)) ||
+        (is_last_pass && along_last <= c.last_slip.squaredNorm() / S(4))) {
+      c.is_damping_slip = true;
+    }
+  }
+  c.is_slipping = is_slipping;
+  c.last_slip = v;
+}
+
+}  // namespace detail
+
 template <Scalar S>
 bool update_linearisation(SensorPatch<S>& patch, PatchPair<S>& pair, const Vec6<S>& motion, S dt,
                           int pass, bool is_last_pass) {
-  using std::abs;
   // Changes count when they reach a thousandth of what the patch carries: friction follows the
   // normal force of the pass before.
   const S negligible = S(1e-3);
-  bool did_switch = false;
-  S force_sum = S(0);
-  S force_change = S(0);
+  detail::PassChange<S> change;
+  for (std::uint32_t k = pair.first; k < pair.first + pair.count; ++k) {
+    PatchContact<S>& c = patch.contacts[k];
+    const Vec3<S> v = detail::contact_velocity(motion, c.rho);
+    detail::update_normal(c, v, dt, change);
+    if (!c.is_touching) continue;
+    detail::update_slip(c, tangential(v, c.n), patch.parameters(c.sensor).breakaway_distance,
+                        patch.def.options.reset, dt, pass, is_last_pass, change);
+  }
+  const bool has_changed =
+      change.did_switch || change.force_change > negligible * change.force_sum;
+  if (!has_changed && !change.has_slip) return false;
+
   S friction_sum = S(0);
   S friction_change = S(0);
   for (std::uint32_t k = pair.first; k < pair.first + pair.count; ++k) {
     PatchContact<S>& c = patch.contacts[k];
-    const SensorParameters<S>& p = patch.parameters(c.sensor);
     const Vec3<S> v = detail::contact_velocity(motion, c.rho);
-    const Vec3<S> v_T = tangential(v, c.n);
-    const Vec3<S> before = tangential(detail::model_impulse(c, v), c.n);
-
-    const S normal = c.normal_constant + c.a_normal * c.g.dot(v);
-    const bool is_pushing = normal > S(0);
-    did_switch = did_switch || is_pushing != c.is_pushing;
-    c.is_pushing = is_pushing;
-    c.normal_impulse = is_pushing ? normal : S(0);
-    const S force = c.normal_impulse / dt;
-    force_change += abs(force - c.force);
-    force_sum += force;
-    c.force = force;
-
-    if (c.is_touching) {
-      const S sigma = p.breakaway_distance;
-      const bool overshoots = (c.stretch + dt * v_T).squaredNorm() > sigma * sigma;
-      const bool is_slipping =
-          overshoots || (c.is_slipping && patch.def.options.reset == SlipReset::release);
-      did_switch = did_switch || is_slipping != c.is_slipping;
-      if (c.is_slipping && is_slipping) {
-        const S along_last = v_T.dot(c.last_slip);
-        const S last2 = c.last_slip.squaredNorm();
-        if ((pass >= 2 && along_last <= S(0)) || (is_last_pass && along_last <= last2 / S(4))) {
-          c.is_damping_slip = true;
-        }
-      }
-      c.is_slipping = is_slipping;
-      c.last_slip = v_T;
-    }
-    detail::linearise(patch, pair, c, v_T, dt);
-    const Vec3<S> after = tangential(detail::model_impulse(c, v), c.n);
-    friction_change += (after - before).norm();
+    const Vec3<S> before = tangential(c.impulse, c.n);
+    // Normal forces that have not settled by the last pass point along the gradient, which cannot
+    // give energy, and not along the ray with an impulse that was wrong the pass before.
+    if (is_last_pass && has_changed) c.normal_impulse = S(0);
+    detail::linearise(patch, pair, c, tangential(v, c.n), dt);
+    friction_change += (tangential(detail::model_impulse(c, v), c.n) - before).norm();
     friction_sum += before.norm();
   }
-  return did_switch || force_change > negligible * force_sum ||
-         friction_change > negligible * friction_sum;
+  return has_changed || friction_change > negligible * friction_sum;
 }
 
 template <Scalar S>
@@ -12837,8 +12867,8 @@ class OverlapSearch {
   void try_candidates(double margin) {
     const Vec3<double> between =
         b_.rotation * (b_.scale * b_.convex->center) + b_.position - a_.scale * a_.convex->center;
-    const double distance = between.norm();
-    offer(distance > 0.0 ? Vec3<double>(between / distance) : Vec3<double>::UnitX());
+    const Vec3<double> towards = between.stableNormalized();
+    offer(towards.squaredNorm() > 0.5 ? towards : Vec3<double>::UnitX());
     for (const double side : {1.0, -1.0}) {
       const PlacedConvex& solid = side > 0.0 ? a_ : b_;
       const auto try_axis = [&](const Vec3<double>& axis) {

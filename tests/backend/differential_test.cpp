@@ -4,9 +4,6 @@
 #include <bristle/geometry/mesh_shapes.hpp>
 #include <bristle/geometry/quickhull.hpp>
 
-#include <support/random.hpp>
-#include <support/rounds.hpp>
-
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -14,6 +11,8 @@
 #include <cstddef>
 #include <span>
 #include <string>
+#include <support/random.hpp>
+#include <support/rounds.hpp>
 #include <vector>
 
 // The two backends asked the same random questions. They share the formulas of single rays and the
@@ -120,9 +119,8 @@ TEST_CASE_TEMPLATE("backends: rays get the same answers from both", S, float, do
   for (std::size_t k = 0; k < shape_kind_count; ++k) {
     const auto kind = static_cast<ShapeKind>(k);
     CAPTURE(std::string(name_of(kind)));
-    const S precision =
-        S(20) * Tolerance<S>::round_off() +
-        (kind == ShapeKind::convex_hull ? S(4) * hull_resolution<S>() : S(0));
+    const S precision = S(20) * Tolerance<S>::round_off() +
+                        (kind == ShapeKind::convex_hull ? S(4) * hull_resolution<S>() : S(0));
     int hits = 0;
     int grazing = 0;
     int asked = 0;
@@ -136,10 +134,11 @@ TEST_CASE_TEMPLATE("backends: rays get the same answers from both", S, float, do
           Ray<S> ray;
           ray.origin = X.translation + random.in_cube(S(3) * scale);
           // Half of them aimed, so that most hit.
-          ray.direction = i % 2 == 0 ? random.direction<S>()
-                                     : Vec3<S>((X.translation + random.in_cube(S(0.5) * scale) -
-                                                ray.origin)
-                                                   .normalized());
+          ray.direction =
+              i % 2 == 0
+                  ? random.direction<S>()
+                  : Vec3<S>(
+                        (X.translation + random.in_cube(S(0.5) * scale) - ray.origin).normalized());
           ray.length = i % 3 == 0 ? infinity<S> : random.uniform(S(0), S(6) * scale);
           const RayHit<S> expected = OneRay<S>(ray).template cast<AnalyticBackend>(by_formula, X);
           const RayHit<S> found = OneRay<S>(ray).template cast<FclBackend>(by_fcl, X);
@@ -205,9 +204,8 @@ TEST_CASE_TEMPLATE("backends: contacts are as deep by both, along the same norma
         // On a plane the analytic backend thins points first, and takes depths as equal within
         // Tolerance::equal.
         const bool is_on_plane = kind_a == ShapeKind::half_space || kind_b == ShapeKind::half_space;
-        const S tolerance =
-            scale * (S(20) * Tolerance<S>::round_off() +
-                     (is_on_plane ? S(4) * Tolerance<S>::equal() : S(0)));
+        const S tolerance = scale * (S(20) * Tolerance<S>::round_off() +
+                                     (is_on_plane ? S(4) * Tolerance<S>::equal() : S(0)));
         // At the margin itself, and for boxes that pass each other cornerwise (which the analytic
         // backend leaves out by design), one may see what the other does not.
         const bool is_boxes = kind_a == ShapeKind::box && kind_b == ShapeKind::box;

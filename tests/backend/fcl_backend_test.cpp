@@ -88,7 +88,8 @@ TEST_CASE_TEMPLATE("FclBackend: hostile poses end in `failed` or an answer, and 
     for (const auto& b : all) {
       CAPTURE(a.name);
       CAPTURE(b.name);
-      if (!FclBackend::can_collide(FclBackend::kind(a.collidable), FclBackend::kind(b.collidable))) {
+      if (!FclBackend::can_collide(FclBackend::kind(a.collidable),
+                                   FclBackend::kind(b.collidable))) {
         continue;
       }
       ContactManifolds<S> out(1);
@@ -129,8 +130,9 @@ TEST_CASE_TEMPLATE("FclBackend: hostile poses end in `failed` or an answer, and 
   }
 }
 
-TEST_CASE_TEMPLATE("FclBackend: fcl#493 and the like: boxes that touch within round-off get their face",
-                   S, float, double) {
+TEST_CASE_TEMPLATE(
+    "FclBackend: fcl#493 and the like: boxes that touch within round-off get their face", S, float,
+    double) {
   // Configurations of FCL's issues #493, #529, #578 in spirit: equal attitude, faces or sides that
   // touch, where its expanding polytope throws or loops.
   const auto cube = FclBackend::make<S>(Box<S>{Vec3<S>::Constant(S(0.125))});
@@ -165,7 +167,8 @@ TEST_CASE_TEMPLATE("FclBackend: neither contacts nor rays allocate once warm", S
   Random random(51);
   for (const auto& a : all) {
     for (const auto& b : all) {
-      if (!FclBackend::can_collide(FclBackend::kind(a.collidable), FclBackend::kind(b.collidable))) {
+      if (!FclBackend::can_collide(FclBackend::kind(a.collidable),
+                                   FclBackend::kind(b.collidable))) {
         continue;
       }
       CAPTURE(a.name);
@@ -175,9 +178,8 @@ TEST_CASE_TEMPLATE("FclBackend: neither contacts nor rays allocate once warm", S
       for (int i = 0; i < 20; ++i) {
         out.clear();
         const Transform<S> X = random.pose(S(1));
-        is_ok = is_ok &&
-                FclBackend::collide(a.collidable, b.collidable, X, S(0.01), out) ==
-                    ContactStatus::ok;
+        is_ok = is_ok && FclBackend::collide(a.collidable, b.collidable, X, S(0.01), out) ==
+                             ContactStatus::ok;
       }
       CHECK(allocation_count == before);
       CHECK(is_ok);
@@ -188,8 +190,8 @@ TEST_CASE_TEMPLATE("FclBackend: neither contacts nor rays allocate once warm", S
   }
 }
 
-TEST_CASE_TEMPLATE("FclBackend: the FCL geometry is what the shape is, and reads back as it", S, float,
-                   double) {
+TEST_CASE_TEMPLATE("FclBackend: the FCL geometry is what the shape is, and reads back as it", S,
+                   float, double) {
   const auto geometry_of = [](const Shape<S>& shape) { return to_fcl(shape); };
   const FclGeometry box = geometry_of(Box<S>{{S(1), S(2), S(3)}});
   CHECK(box->getNodeType() == fcl::GEOM_BOX);
@@ -276,9 +278,9 @@ TEST_CASE("FclMeshTree: finds and walks what overlaps, and stops when told") {
   CHECK(tree.corners(met.back())[0].x() == 1.0);
 }
 
-// Types that are made by our code and read by Debian's binary, which was built without -march. Their
-// sizes there: of Vector3<double> members only, which Eigen does not align, so whatever the flags of
-// this file, the layout is the same (the suite also builds this file with -march=native).
+// Types that are made by our code and read by Debian's binary, which was built without -march.
+// Their sizes there: of Vector3<double> members only, which Eigen does not align, so whatever the
+// flags of this file, the layout is the same (the suite also builds this file with -march=native).
 TEST_CASE("FclBackend: FCL types have the layout that libfcl was built with") {
   CHECK(alignof(fcl::Vector3<double>) == 8);
   CHECK(sizeof(fcl::Vector3<double>) == 24);

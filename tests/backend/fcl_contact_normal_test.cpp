@@ -3,13 +3,12 @@
 #include <bristle/geometry/fcl_shapes.hpp>
 #include <bristle/geometry/quickhull.hpp>
 
-#include <support/random.hpp>
-
 #include <doctest/doctest.h>
 #include <fcl/narrowphase/collision.h>
 
 #include <cmath>
 #include <limits>
+#include <support/random.hpp>
 #include <vector>
 
 using namespace bristle;
@@ -89,7 +88,8 @@ double least_overlap_near(Random& random, const FclConvex& a, const FclConvex& b
   return best;
 }
 
-/// A random pose in which the gap is `gap`, up to 1e-6 of the sizes: B comes in along a random line.
+/// A random pose in which the gap is `gap`, up to 1e-6 of the sizes: B comes in along a random
+/// line.
 Transform<double> pose_with_gap(Random& random, const FclConvex& a, const FclConvex& b,
                                 double gap) {
   const double reach = a.reach + b.reach;
@@ -97,8 +97,8 @@ Transform<double> pose_with_gap(Random& random, const FclConvex& a, const FclCon
     const Vec3<double> away = random.direction<double>();
     const Quat<double> attitude = random.rotation<double>();
     const auto pose_at = [&](double distance) {
-      return Transform<double>{
-          attitude, Vec3<double>(a.center - attitude * b.center + distance * away)};
+      return Transform<double>{attitude,
+                               Vec3<double>(a.center - attitude * b.center + distance * away)};
     };
     double near = 0.0;
     double far = 2.0 * reach;
@@ -230,8 +230,8 @@ TEST_CASE("fcl_contact_normal: agrees with fcl::collide where FCL has a closed f
       pose.translation() = X.translation;
       fcl::CollisionRequestd request(1, true);
       fcl::CollisionResultd result;
-      fcl::collide(to_fcl(solid_a.shape).get(), fcl::Transform3d::Identity(), to_fcl(solid_b.shape).get(), pose,
-                   request, result);
+      fcl::collide(to_fcl(solid_a.shape).get(), fcl::Transform3d::Identity(),
+                   to_fcl(solid_b.shape).get(), pose, request, result);
       REQUIRE(result.numContacts() == 1);
       const auto& contact = result.getContact(0);
       // The depth FCL gives a box-box contact is that of one of its points; the normal tells more.

@@ -50,8 +50,8 @@ TriangleMesh<S> tiled_slab(S half_width, S thickness, std::uint32_t cells) {
 }
 
 template <Scalar S>
-ContactManifolds<S> contacts(const FclBackend::Collidable<S>& a,
-                             const FclBackend::Collidable<S>& b, const Transform<S>& X, S margin) {
+ContactManifolds<S> contacts(const FclBackend::Collidable<S>& a, const FclBackend::Collidable<S>& b,
+                             const Transform<S>& X, S margin) {
   ContactManifolds<S> out;
   CHECK(FclBackend::collide(a, b, X, margin, out) == ContactStatus::ok);
   return out;
@@ -143,9 +143,9 @@ TEST_CASE_TEMPLATE("FclBackend: nothing stumbles over the inner edges of a flat 
       const Shape<S> shape = random_convex<S>(random, kind);
       const auto body = FclBackend::make<S>(shape);
       // Some attitude, then down until the lowest point is 2 mm deep.
-      Transform<S> X{.rotation = random.rotation<S>(),
-                     .translation = {random.uniform(S(-0.3), S(0.3)),
-                                     random.uniform(S(-0.3), S(0.3)), S(0)}};
+      Transform<S> X{
+          .rotation = random.rotation<S>(),
+          .translation = {random.uniform(S(-0.3), S(0.3)), random.uniform(S(-0.3), S(0.3)), S(0)}};
       const auto plane = FclBackend::make<S>(HalfSpace<S>{});
       X.translation.z() = S(-0.002) - deepest_gap(contacts(plane, body, X, S(10)));
       const auto found = contacts(slab, body, X, S(0.005));
@@ -188,8 +188,7 @@ TEST_CASE_TEMPLATE("FclBackend: a box and its mesh are touched alike", S, float,
       S far = S(4);
       for (int k = 0; k < 40; ++k) {
         const S middle = S(0.5) * (near + far);
-        const auto at =
-            contacts<S>(solid, reference, {attitude, Vec3<S>(middle * away)}, S(4));
+        const auto at = contacts<S>(solid, reference, {attitude, Vec3<S>(middle * away)}, S(4));
         (deepest_gap(at) < wanted ? near : far) = middle;
       }
       const Transform<S> X{attitude, Vec3<S>(far * away)};
@@ -202,7 +201,8 @@ TEST_CASE_TEMPLATE("FclBackend: a box and its mesh are touched alike", S, float,
       CAPTURE(gap);
       CAPTURE(deepest_gap(found));
       REQUIRE(!found.empty());
-      // The contact that is deepest for the solid is there, along its normal; nothing is much deeper.
+      // The contact that is deepest for the solid is there, along its normal; nothing is much
+      // deeper.
       S nearest = infinity<S>;
       for (const auto& m : found) {
         for (std::size_t k = 0; k < m.size; ++k) {
@@ -252,8 +252,8 @@ TEST_CASE_TEMPLATE("FclBackend: a ball whose middle is below a mesh's surface is
 TEST_CASE_TEMPLATE("FclBackend: crossed mesh planks touch where they cross", S, float, double) {
   // No vertex of one is over the other.
   const auto plank = FclBackend::make<S>(box_mesh<S>({S(1), S(0.1), S(0.05)}));
-  const Transform<S> X{
-      .rotation = exp_rotation<S>({S(0), S(0), S(1.5)}), .translation = {S(0), S(0), S(0.099)}};
+  const Transform<S> X{.rotation = exp_rotation<S>({S(0), S(0), S(1.5)}),
+                       .translation = {S(0), S(0), S(0.099)}};
   const auto found = contacts(plank, plank, X, S(0.002));
   S least_x = S(1);
   S greatest_x = S(-1);

@@ -1,12 +1,11 @@
 /// @file
 /// Shape backend over FCL 0.7 and libccd: rays and contacts of all shapes over FCL's geometry.
 ///
-/// Include it where it is used; the umbrella header does so only with BRISTLE_WITH_FCL. Link
-/// `bristle::fcl`.
+/// Link `bristle::fcl`; the umbrella header includes this only with BRISTLE_WITH_FCL.
 ///
-/// Everything FCL is asked is asked in double, whatever the user's scalar. No FCL type with Eigen
-/// matrices of vectorised size (Transform3d, CollisionObject) crosses into Debian's binary, so its
-/// layout does not depend on -march (fcl_layout_test checks those that do).
+/// Everything FCL is asked is asked in double, whatever the user's scalar. No FCL type that Eigen
+/// aligns by the machine (Transform3d, CollisionObject) crosses into libfcl, so it does not matter
+/// with which -march either was built.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -30,12 +29,12 @@ namespace bristle {
 /// Satisfies `ShapeBackend` for float and double.
 ///
 /// Contacts of convex solids: direction by FCL's GJK (fcl_contact_normal.hpp), points by clipping
-/// (contact_clip.hpp). Meshes: fcl_mesh_contacts.hpp, with its limits. Every pair is known except two
-/// half-spaces.
+/// (contact_clip.hpp). Meshes: fcl_mesh_contacts.hpp, with its limits. Every pair is known except
+/// two half-spaces.
 ///
-/// `collide` allocates nothing but room in `out`, `cast_rays` nothing at all: FCL's GJK works on the
-/// stack. What FCL may throw is caught, what it answers is checked with supports; there is no loop
-/// without bound on the way.
+/// `collide` allocates nothing but room in `out`, `cast_rays` nothing at all: FCL's GJK works on
+/// the stack. What FCL may throw is caught, what it answers is checked with supports; there is no
+/// loop without bound on the way.
 struct FclBackend {
   template <Scalar S>
   class Collidable;
@@ -141,8 +140,7 @@ void collide_plane(const HalfSpace<double>& plane, const ConvexShape& shape,
                    const FclConvex& convex, double margin, ContactSink<S>& sink) {
   const double height = plane.normal.dot(convex.center) - plane.offset;
   if (height - convex.reach > margin) return;
-  const SurfacePatch patch{convex.center - height * plane.normal, plane.normal,
-                           2.0 * convex.reach};
+  const SurfacePatch patch{convex.center - height * plane.normal, plane.normal, 2.0 * convex.reach};
   sink.add(contact_manifold(patch, shape, Transform<double>{}, plane.normal, margin));
 }
 
@@ -231,9 +229,7 @@ class FclContactQuery {
       collide_mesh(*other.mesh, plane_O, margin_, sink_);
     } else {
       std::visit(
-          [&](const auto* shape) {
-            collide_plane(plane_O, *shape, *other.convex, margin_, sink_);
-          },
+          [&](const auto* shape) { collide_plane(plane_O, *shape, *other.convex, margin_, sink_); },
           other.convex->shape);
     }
     return true;

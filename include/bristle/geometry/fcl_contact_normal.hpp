@@ -1,5 +1,6 @@
 /// @file
-/// Along which direction two convex solids touch: FCL's GJK over libccd, made safe for a simulation.
+/// Along which direction two convex solids touch: FCL's GJK over libccd, made safe for a
+/// simulation.
 ///
 /// What is used of FCL, and what is not, and why:
 /// - `fcl::detail::GJKDistance`, the routine behind `fcl::distance`: every loop in it is bounded by
@@ -7,10 +8,11 @@
 ///   because libccd compares squared areas of its simplex with an absolute 2.2e-16: millimetre
 ///   shapes in metres would count as touching or apart at random. Here the larger of the two solids
 ///   has the size 1 always.
-/// - Not the contacts of `fcl::collide`: where FCL has no closed form they come from libccd's portal
+/// - Not the contacts of `fcl::collide`: where FCL has no closed form they come from libccd's
+/// portal
 ///   refinement, a loop without bound, along a normal that is not that of least depth (fcl#243,
-///   libccd#71, fcl#545). Not the signed distance: its expanding polytope may loop for ever or throw
-///   (fcl#578, fcl#493, drake#18704).
+///   libccd#71, fcl#545). Not the signed distance: its expanding polytope may loop for ever or
+///   throw (fcl#578, fcl#493, drake#18704).
 ///
 /// Overlapping solids are pushed apart along the best direction known, and GJK's answer there is a
 /// better one: with the overlap f(n) and the push (f(n) + e) n their distance is at least e, so the
@@ -37,7 +39,8 @@
 namespace bristle {
 
 /// A convex solid as GJK sees it: a core, and a radius by which the core is grown. A sphere's core
-/// is its centre, a capsule's its segment; others are their own. Points to the shape it is made from.
+/// is its centre, a capsule's its segment; others are their own. Points to the shape it is made
+/// from.
 struct FclConvex {
   std::variant<const Sphere<double>*, const Box<double>*, const Capsule<double>*,
                const Cylinder<double>*, const Cone<double>*, const Ellipsoid<double>*,
@@ -79,11 +82,10 @@ struct FclContactNormal {
 /// The direction of least separation between A and B, B standing at X_AB.
 ///
 /// Errors relative to the size of the pair: the gap is right to 1e-11 where the cores are points,
-/// segments, boxes, triangles or hulls, and to about 1e-8 for other pairs (the normal to 1e-4), which
-/// are mostly far better.
-/// Overlapping boxes get the least depth of all directions; other solids a *local* one, the best
-/// reached from the line of centres and the face normals of both, which is the least where the
-/// overlap is small against the faces.
+/// segments, boxes, triangles or hulls, and to about 1e-8 for other pairs (the normal to 1e-4),
+/// which are mostly far better. Overlapping boxes get the least depth of all directions; other
+/// solids a *local* one, the best reached from the line of centres and the face normals of both,
+/// which is the least where the overlap is small against the faces.
 ///
 /// Never hangs; may throw where FCL does. Allocates nothing. 0.5 to 12 us.
 [[nodiscard]] FclContactNormal fcl_contact_normal(const FclConvex& a, const FclConvex& b,
@@ -208,8 +210,8 @@ class OverlapSearch {
   [[nodiscard]] double overlap() const { return overlap_; }
   [[nodiscard]] const Vec3<double>& normal() const { return normal_; }
 
-  /// The cheap directions: line of centres and face normals. Stops at one along which the solids are
-  /// farther apart than `margin`.
+  /// The cheap directions: line of centres and face normals. Stops at one along which the solids
+  /// are farther apart than `margin`.
   void try_candidates(double margin) {
     const Vec3<double> between =
         b_.rotation * (b_.scale * b_.convex->center) + b_.position - a_.scale * a_.convex->center;
@@ -238,8 +240,8 @@ class OverlapSearch {
     return answer.residual <= Tolerance<double>::equal();
   }
 
-  /// Pushes the solids apart along the best direction, and asks GJK for a better one, until there is
-  /// none. Whether GJK confirmed the last one.
+  /// Pushes the solids apart along the best direction, and asks GJK for a better one, until there
+  /// is none. Whether GJK confirmed the last one.
   bool search_overlapping() {
     double push = push_;
     for (int i = 0; i < max_pushes; ++i) {
@@ -269,10 +271,10 @@ class OverlapSearch {
     }
   }
 
-  /// Newton's method on the sphere, for curved solids, whose direction GJK leaves rough. The overlap
-  /// f is positively homogeneous, its gradient is the support point w: along the tangent step u,
-  /// f = f0 + w.u + u'(W - f0)u / 2 with W the derivative of w, taken by differences. Keeps only
-  /// what is better, so corners and edges do no harm.
+  /// Newton's method on the sphere, for curved solids, whose direction GJK leaves rough. The
+  /// overlap f is positively homogeneous, its gradient is the support point w: along the tangent
+  /// step u, f = f0 + w.u + u'(W - f0)u / 2 with W the derivative of w, taken by differences. Keeps
+  /// only what is better, so corners and edges do no harm.
   void polish() {
     constexpr double difference = 1.0 / 8192.0;
     for (int i = 0; i < max_polishes; ++i) {
@@ -304,9 +306,9 @@ class OverlapSearch {
   static constexpr int max_polishes = 3;
   static constexpr unsigned max_gjk_iterations = 128;
   static constexpr double diagonal = 0.7071067811865476;
-  static constexpr double compass[8][2] = {{1, 0},  {diagonal, diagonal},   {0, 1},
-                                           {-diagonal, diagonal},           {-1, 0},
-                                           {-diagonal, -diagonal}, {0, -1}, {diagonal, -diagonal}};
+  static constexpr double compass[8][2] = {
+      {1, 0},  {diagonal, diagonal},   {0, 1},  {-diagonal, diagonal},
+      {-1, 0}, {-diagonal, -diagonal}, {0, -1}, {diagonal, -diagonal}};
 
   struct GjkAnswer {
     bool is_apart = false;
@@ -315,8 +317,8 @@ class OverlapSearch {
     double residual = 0.0;
   };
 
-  /// GJK ends when a step gains less than this. Finer only brings degenerate simplices, with answers
-  /// that are worse; polyhedra end exactly whatever it is.
+  /// GJK ends when a step gains less than this. Finer only brings degenerate simplices, with
+  /// answers that are worse; polyhedra end exactly whatever it is.
   static constexpr double gjk_tolerance() { return 1024.0 * Tolerance<double>::round_off(); }
   /// On curved cores GJK may end so while about this much is still to be gained.
   static constexpr double convergence() { return 64.0 * Tolerance<double>::equal(); }
@@ -367,8 +369,7 @@ class OverlapSearch {
     }
     answer.normal = (on_b - on_a).normalized();
     answer.is_apart = answer.normal.squaredNorm() > 0.5;  // Neither zero nor NaN.
-    answer.residual =
-        distance - (push - core_witness(answer.normal)).dot(answer.normal);
+    answer.residual = distance - (push - core_witness(answer.normal)).dot(answer.normal);
     return answer;
   }
 

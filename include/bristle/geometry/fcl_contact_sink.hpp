@@ -1,6 +1,6 @@
 /// @file
-/// Where the FCL backend puts manifolds: brings them from the frame and precision they were computed
-/// in to those of the user, and joins what belongs together.
+/// Where the FCL backend puts manifolds: brings them from the frame and precision they were
+/// computed in to those of the user, and joins what belongs together.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 

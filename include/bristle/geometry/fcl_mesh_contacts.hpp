@@ -1,9 +1,9 @@
 /// @file
 /// Contacts of triangle meshes that FCL holds: with convex solids, half-spaces and each other.
 ///
-/// FCL finds the triangles (its tree is walked, with the margin added) and, by GJK, the direction in
-/// which each is touched. What FCL itself reports for a mesh has no meaningful depth (fcl#106, #491,
-/// #574) and is not used.
+/// FCL finds the triangles (its tree is walked, with the margin added) and, by GJK, the direction
+/// in which each is touched. What FCL itself reports for a mesh has no meaningful depth (fcl#106,
+/// #491, #574) and is not used.
 ///
 /// Limits, all of them of the triangle-by-triangle view: a solid that is deeper in than a triangle
 /// is wide is pushed out along the nearest triangle's normal or not at all, and one that is wholly
@@ -79,8 +79,8 @@ struct MeshOpposite {
   }
   [[nodiscard]] std::uint32_t key() const { return mix(mesh.patch(triangle), 2); }
   [[nodiscard]] double depth() const { return largest_depth; }
-  /// Whether the triangle looks against n, within 25 degrees: tilted more, surfaces that pass through
-  /// each other cut each other, and need no help.
+  /// Whether the triangle looks against n, within 25 degrees: tilted more, surfaces that pass
+  /// through each other cut each other, and need no help.
   [[nodiscard]] bool is_facing(const Vec3<double>& n) const {
     return X_BA.rotate(n).dot(mesh.normal(triangle)) < -0.9;
   }
@@ -94,7 +94,8 @@ class MeshConvexContacts {
                      const Transform<double>& X_MC, double margin, ContactSink<S>& sink)
       : mesh_(mesh), shape_(shape), convex_(convex), X_MC_(X_MC), margin_(margin), sink_(sink) {}
 
-  /// @param opposite  Of the other side: `judge(n) -> Verdict`, what a normal means to it, the `key()`
+  /// @param opposite  Of the other side: `judge(n) -> Verdict`, what a normal means to it, the
+  /// `key()`
   ///                  of its face, and for surfaces the `depth()` [m] up to which two of them that
   ///                  are `is_facing(n)` may have passed through each other.
   template <typename Opposite>
@@ -192,10 +193,12 @@ class MeshConvexContacts {
 
   /// [m] The solid's farthest point against n.
   [[nodiscard]] Vec3<double> deepest_place(const Vec3<double>& n) const {
-    return X_MC_ * support_point(shape_, Vec3<double>(X_MC_.rotation.conjugate() * Vec3<double>(-n)));
+    return X_MC_ *
+           support_point(shape_, Vec3<double>(X_MC_.rotation.conjugate() * Vec3<double>(-n)));
   }
 
-  /// Whether a point is above or below a triangle of normal n, its edges and a hair beyond included.
+  /// Whether a point is above or below a triangle of normal n, its edges and a hair beyond
+  /// included.
   [[nodiscard]] static bool is_over(const Triangle<double>& triangle, const Vec3<double>& n,
                                     const Vec3<double>& point) {
     for (std::size_t k = 0; k < 3; ++k) {

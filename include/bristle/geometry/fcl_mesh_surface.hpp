@@ -53,8 +53,8 @@ class FclMeshSurface {
   }
   /// [-] Number that all triangles of one flat face share.
   [[nodiscard]] std::uint32_t patch(std::uint32_t triangle) const { return patches_[triangle]; }
-  /// The flat face of a triangle as a convex plate: its corners, and as normals those of the face and
-  /// of its outer edges. For what support_point and GJK need; it is no solid.
+  /// The flat face of a triangle as a convex plate: its corners, and as normals those of the face
+  /// and of its outer edges. For what support_point and GJK need; it is no solid.
   [[nodiscard]] const ConvexHull<double>& face(std::uint32_t triangle) const {
     return faces_[patches_[triangle]];
   }
@@ -65,9 +65,9 @@ class FclMeshSurface {
   /// Who answers for a contact of `triangle` along the unit direction n, out of the mesh.
   ///
   /// An edge is touched along n only between the normals of its two faces; beyond, the neighbour is
-  /// nearer (its Voronoi region, Mirtich 1998, "V-Clip"). Inner edges of flat faces and hollow edges
-  /// are not touched at all, only the faces beside them: without this a body that slides over a flat
-  /// mesh stumbles.
+  /// nearer (its Voronoi region, Mirtich 1998, "V-Clip"). Inner edges of flat faces and hollow
+  /// edges are not touched at all, only the faces beside them: without this a body that slides over
+  /// a flat mesh stumbles.
   [[nodiscard]] Verdict judge(std::uint32_t triangle, const Vec3<double>& n) const;
 
  private:
@@ -118,8 +118,8 @@ namespace detail {
 /// leaves, and less than any edge of a mesh that is not meant to be flat.
 inline constexpr double same_direction_cosine = 1.0 - 1.5e-8;
 inline constexpr double same_direction_sine = 1.7e-4;
-/// [1] Sine of the angle below which two triangles are one flat face: meshes from files are no flatter
-/// than single precision.
+/// [1] Sine of the angle below which two triangles are one flat face: meshes from files are no
+/// flatter than single precision.
 inline constexpr double flat_sine = static_cast<double>(Tolerance<float>::equal());
 
 [[nodiscard]] inline bool is_same_plane(const Vec3<double>& normal, const Vec3<double>& other) {
@@ -256,12 +256,12 @@ inline auto FclMeshSurface::judge(std::uint32_t triangle, const Vec3<double>& n)
   const double cosine = n.dot(normals_[triangle]);
   if (cosine >= detail::same_direction_cosine) return Verdict::face;
   const auto corners = tree_.corners(triangle);
-  // Edges that lie across n and are farthest along it; where there is none, those of the corner that
-  // is.
+  // Edges that lie across n and are farthest along it; where there is none, those of the corner
+  // that is.
   std::array<double, 3> height;
   for (std::size_t k = 0; k < 3; ++k) height[k] = n.dot(corners[k] - corners[0]);
-  const std::size_t top = static_cast<std::size_t>(
-      std::max_element(height.begin(), height.end()) - height.begin());
+  const std::size_t top =
+      static_cast<std::size_t>(std::max_element(height.begin(), height.end()) - height.begin());
   std::optional<std::size_t> across;
   for (const std::size_t k : {top, (top + 2) % 3}) {
     const Vec3<double> edge = corners[(k + 1) % 3] - corners[k];

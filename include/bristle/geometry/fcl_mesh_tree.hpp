@@ -19,7 +19,8 @@
 namespace bristle {
 
 /// The mesh type a `TriangleMesh` becomes: a tree of axis-aligned boxes with one triangle a leaf.
-/// FCL's oriented boxes take four times the memory and building time, and rays gain nothing by them.
+/// FCL's oriented boxes take four times the memory and building time, and rays gain nothing by
+/// them.
 template <typename S>
 using FclMesh = fcl::BVHModel<fcl::AABB<S>>;
 
@@ -52,8 +53,8 @@ class FclMeshTree {
   /// Box around all triangles.
   [[nodiscard]] Aabb<S> root_box() const { return mesh_->getNumBVs() > 0 ? box(0) : Aabb<S>{}; }
 
-  /// Calls `visit(triangle) -> bool` for every triangle whose box overlaps or touches `box`, until a
-  /// visit returns false.
+  /// Calls `visit(triangle) -> bool` for every triangle whose box overlaps or touches `box`, until
+  /// a visit returns false.
   template <typename Visit>
   void overlap(const Aabb<S>& query, Visit&& visit) const {
     find([&](const Aabb<S>& box) { return box.overlaps(query); }, visit);

@@ -1,8 +1,9 @@
 /// @file
 /// Rays through a scene that somebody already keeps in FCL's dynamic tree of boxes.
 ///
-/// For users of FCL who want the ray query it lacks; bristle's own world does not need it. Opt-in:
-/// nothing else includes this header.
+/// For users of FCL who want the ray query it lacks; bristle's own world does not need it.
+///
+/// Under -march=native on AVX machines compile with EIGEN_MAX_ALIGN_BYTES=16; who does not is told.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -12,21 +13,12 @@
 #include <fcl/broadphase/broadphase_dynamic_AABB_tree.h>
 #include <fcl/narrowphase/collision_object.h>
 
-#include <Eigen/Core>
-
 #include <algorithm>
 #include <limits>
+#include <type_traits>
 #include <utility>
 
 namespace bristle {
-
-// CollisionObject<double> holds 4x4 matrices, which Eigen aligns to 64 bytes where the compiler may
-// use AVX-512 and to 32 with AVX. In Debian's libfcl they stand at multiples of 16: with other
-// alignment the object has another size and its members other places (fcl and user code then read
-// each other's garbage; ipab-slmc/exotica#198).
-static_assert(EIGEN_MAX_ALIGN_BYTES <= 16,
-              "Define EIGEN_MAX_ALIGN_BYTES=16 for all code that shares fcl::CollisionObject with a "
-              "libfcl that was built without -march");
 
 /// Nearest hit of a ray in an FCL scene.
 template <Scalar S>
@@ -40,10 +32,10 @@ struct FclSceneHit {
 /// Nearest hit of a ray among the objects of an FCL scene, under the rules of ray_shapes.hpp. Of
 /// objects at equal distance the one that FCL's tree yields first.
 ///
-/// The manager must be set up (`setup`, or `update` after objects moved). Objects that bristle has no
-/// shape for (planes, octrees, point clouds, other meshes than `FclMesh`) are not seen. O(log objects)
-/// for short rays; convex geometry is converted anew for each ray that comes near it, so meshes are
-/// the better choice for large ones.
+/// The manager must be set up (`setup`, or `update` after objects moved). Objects that bristle has
+/// no shape for (planes, octrees, point clouds, other meshes than `FclMesh`) are not seen. O(log
+/// objects) for short rays; convex geometry is converted anew for each ray that comes near it, so
+/// meshes are the better choice for large ones.
 ///
 /// @param ray  In the world.
 template <Scalar S>
@@ -58,6 +50,15 @@ template <Scalar S>
 // Implementation -----------------------------------------------------------------------------------
 
 namespace detail {
+
+/// Whether this translation unit and libfcl agree on what a CollisionObject is. That of double
+/// holds 4x4 matrices, which Eigen aligns to 64 bytes where the compiler may use AVX-512 and to 32
+/// with AVX; Debian's libfcl was built with 16. With another alignment the object has another size
+/// and its members other places, and FCL and user code read each other's garbage
+/// (ipab-slmc/exotica#198). Other scalars are compiled here and not in libfcl.
+template <Scalar S>
+inline constexpr bool is_fcl_layout_common =
+    !std::is_same_v<S, double> || alignof(fcl::CollisionObject<S>) <= 16;
 
 /// Whether `from_fcl` knows the geometry.
 template <Scalar S>
@@ -114,6 +115,9 @@ void cast_below(const Node& node, S enter, const SlabTest<S>& slabs, Ray<S>& ray
 
 template <Scalar S>
 RayHit<S> ray_cast(const fcl::CollisionObject<S>& object, const Ray<S>& ray) {
+  static_assert(detail::is_fcl_layout_common<S>,
+                "Define EIGEN_MAX_ALIGN_BYTES=16 for all code that shares fcl::CollisionObject "
+                "with a libfcl that was built without -march");
   const fcl::CollisionGeometry<S>* geometry = object.collisionGeometry().get();
   if (!detail::is_known_to_bristle(*geometry)) return {};
   const Mat3<S> R_WO = object.getRotation();

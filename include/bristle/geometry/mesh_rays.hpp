@@ -22,8 +22,8 @@ namespace bristle {
 /// counter-clockwise seen from outside, and `walk_ray` is that of `AabbTree`, with the triangle's
 /// number as payload.
 template <typename M, typename S>
-concept SolidMesh = Scalar<S> && requires(const M& mesh, std::uint32_t i, const Ray<S>& ray,
-                                          S (*visit)(std::uint32_t, S)) {
+concept SolidMesh = Scalar<S> &&
+    requires(const M& mesh, std::uint32_t i, const Ray<S>& ray, S (*visit)(std::uint32_t, S)) {
   { mesh.size() } -> std::convertible_to<std::size_t>;
   { mesh.corners(i) } -> std::same_as<std::array<Vec3<S>, 3>>;
   { mesh.root_box() } -> std::same_as<Aabb<S>>;

@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <bristle/collision/broadphase.hpp>
+
+#include "support/random.hpp"
+
+#include <doctest/doctest.h>
+
+#include <vector>
+
+using namespace bristle;
+
+namespace {
+
+template <typename S>
+Aabb<S> box_at(const Vec3<S>& center, S half) {
+  const Vec3<S> h = Vec3<S>::Constant(half);
+  return {center - h, center + h};
+}
+
+template <typename S>
+Aabb<S> everywhere() {
+  return {Vec3<S>::Constant(-infinity<S>), Vec3<S>::Constant(infinity<S>)};
+}
+
+}  // namespace
+
+TEST_CASE_TEMPLATE("BroadPhase: finds exactly the pairs that overlap, each once, in order", S, float,
+                   double) {
+  test::Random random(7);
+  BroadPhase<S> phase;
+  std::vector<Aabb<S>> boxes;
+  std::vector<std::uint32_t> moving;
+  for (std::uint32_t i = 0; i < 80; ++i) {
+    boxes.push_back(box_at<S>(random.in_cube(S(2)), random.uniform(S(0.1), S(0.5))));
+    phase.insert(i, boxes.back());
+    if (i % 3 != 0) moving.push_back(i);
+  }
+  for (int round = 0; round < 5; ++round) {
+    for (const std::uint32_t i : moving) {
+      const Vec3<S> step = random.in_cube(S(0.4));
+      boxes[i].lower += step;
+      boxes[i].upper += step;
+      phase.move(i, boxes[i]);
+    }
+    std::vector<ShapePair> expected;
+    for (std::uint32_t a = 0; a < 80; ++a) {
+      for (std::uint32_t b = a + 1; b < 80; ++b) {
+        if ((a % 3 != 0 || b % 3 != 0) && boxes[a].overlaps(boxes[b])) expected.push_back({a, b});
+      }
+    }
+    std::vector<ShapePair> found;
+    std::uint64_t tested = 0;
+    phase.find_pairs(moving, [](auto, auto) { return true; }, found, tested);
+    CHECK(found == expected);
+    CHECK(tested >= found.size());
+    found.clear();
+    phase.find_pairs(moving, [](auto, auto) { return false; }, found, tested);
+    CHECK(found.empty());
+  }
+}
+
+TEST_CASE_TEMPLATE("BroadPhase: unbounded shapes overlap everything, until removed", S, float,
+                   double) {
+  BroadPhase<S> phase;
+  phase.insert(0, everywhere<S>());
+  phase.insert(1, box_at<S>(Vec3<S>::Zero(), S(1)));
+  phase.insert(2, everywhere<S>());
+  std::vector<std::uint32_t> seen;
+  phase.overlap(box_at<S>(Vec3<S>(100, 0, 0), S(1)), [&](std::uint32_t tag) {
+    seen.push_back(tag);
+    return true;
+  });
+  CHECK(seen == std::vector<std::uint32_t>{0, 2});
+  phase.remove(0);
+  phase.remove(1);
+  seen.clear();
+  phase.overlap(box_at<S>(Vec3<S>::Zero(), S(1)), [&](std::uint32_t tag) {
+    seen.push_back(tag);
+    return true;
+  });
+  CHECK(seen == std::vector<std::uint32_t>{2});
+}
+
+TEST_CASE("BroadPhase: an overlap query stops when told to") {
+  BroadPhase<double> phase;
+  for (std::uint32_t i = 0; i < 10; ++i) {
+    phase.insert(i, i < 8 ? box_at<double>(Vec3<double>::Zero(), 1) : everywhere<double>());
+  }
+  int visits = 0;
+  phase.overlap(box_at<double>(Vec3<double>::Zero(), 1), [&](std::uint32_t) {
+    return ++visits < 3;
+  });
+  CHECK(visits == 3);
+}
+
+TEST_CASE("BroadPhase: a ray meets unbounded shapes first, and what shortens it hides the rest") {
+  BroadPhase<double> phase;
+  phase.insert(0, box_at<double>({5, 0, 0}, 1));
+  phase.insert(1, box_at<double>({50, 0, 0}, 1));
+  phase.insert(2, everywhere<double>());
+  std::vector<std::uint32_t> seen;
+  Ray<double> ray;
+  ray.origin.setZero();
+  ray.direction = {1, 0, 0};
+  ray.length = 100;
+  phase.walk_ray(ray, [&](std::uint32_t tag, double nearest) {
+    seen.push_back(tag);
+    return tag == 0 ? 4.0 : nearest;
+  });
+  CHECK(seen == std::vector<std::uint32_t>{2, 0});
+}
