@@ -3916,15 +3916,18 @@ template <Scalar S>
 struct JointDef {
   /// [-] What it leaves free.
   JointKind kind = JointKind::fixed;
-  /// [-] The two bodies. At least one must be dynamic.
+  /// [-] Body A. At least one of the two must be dynamic.
   BodyId body_a{};
+  /// [-] Body B, another than A.
   BodyId body_b{};
-  /// [m] Pose of the joint frame in the body frame of A, and of B. The joint's position is the x
-  /// coordinate of B's joint frame in A's.
+  /// [m] Pose of the joint frame in the body frame of A.
   Transform<S> X_AJ{};
+  /// [m] Pose of the joint frame in the body frame of B. The joint's position is the x coordinate of
+  /// this frame's origin in A's joint frame.
   Transform<S> X_BJ{};
-  /// [m] Range of the free axis; infinite for none.
+  /// [m] Smallest position of the free axis; -infinity for no stop.
   S lower_limit = -infinity<S>;
+  /// [m] Largest position of the free axis; infinity for no stop.
   S upper_limit = infinity<S>;
   /// [-] What drives the free axis.
   JointDrive<S> drive{};
@@ -3980,8 +3983,8 @@ void validate(const JointDef<S>& def) {
   validate(def.drive);
 }
 
-/// Adds a joint's rows for this step: locked axes as one equality block, then the drive, then those
-/// stops that the axis can reach within the step.
+/// Adds a joint's rows for this step: locked axes as one equality block, then the drive, then the
+/// stops.
 template <Scalar S>
 void add_joint_rows(Joint<S>& joint, const Body<S>& a, const Body<S>& b, std::uint32_t slot_a,
                     std::uint32_t slot_b, S dt, Constraints<S>& out);
@@ -5407,8 +5410,8 @@ namespace bristle {
 /// counter-clockwise seen from outside, and `walk_ray` is that of `AabbTree`, with the triangle's
 /// number as payload.
 template <typename M, typename S>
-concept SolidMesh = Scalar<S> && requires(const M& mesh, std::uint32_t i, const Ray<S>& ray,
-                                          S (*visit)(std::uint32_t, S)) {
+concept SolidMesh = Scalar<S> &&
+    requires(const M& mesh, std::uint32_t i, const Ray<S>& ray, S (*visit)(std::uint32_t, S)) {
   { mesh.size() } -> std::convertible_to<std::size_t>;
   { mesh.corners(i) } -> std::same_as<std::array<Vec3<S>, 3>>;
   { mesh.root_box() } -> std::same_as<Aabb<S>>;
@@ -7004,9 +7007,6 @@ class FaceJoin {
     adopt_slivers();
     while (dissolve_small_regions()) {
     }
-    // At the tips of needles, hardly thicker than the tolerance, all that can go wrong. The
-    // triangles are right in any case.
-    if (!are_regions_flat()) std::iota(region_.begin(), region_.end(), 0u);
   }
 
   [[nodiscard]] std::vector<HullFace> faces() const;
@@ -7052,7 +7052,6 @@ class FaceJoin {
   void grow_region(std::uint32_t seed);
   void adopt_slivers();
   bool dissolve_small_regions();
-  [[nodiscard]] bool are_regions_flat() const;
   [[nodiscard]] std::vector<Side> sides_by_start() const;
   [[nodiscard]] std::size_t count_regions_around(Side first) const;
 
@@ -7192,14 +7191,6 @@ inline bool FaceJoin::dissolve_small_regions() {
     }
   }
   std::replace(region_.begin(), region_.end(), region, heir);
-  return true;
-}
-
-/// Slivers lie up to three tolerances below the plane of those who adopted them.
-inline bool FaceJoin::are_regions_flat() const {
-  for (std::uint32_t t = 0; t < triangles_.size(); ++t) {
-    if (depth_below(region_[t], t) > 4.0 * tolerance_) return false;
-  }
   return true;
 }
 
@@ -12648,18 +12639,18 @@ void World<S, Backend>::step() {
 /// @file
 /// Shape backend over FCL 0.7 and libccd: rays and contacts of all shapes over FCL's geometry.
 ///
-/// Include it where it is used; the umbrella header does so only with BRISTLE_WITH_FCL. Link
-/// `bristle::fcl`.
+/// Link `bristle::fcl`; the umbrella header includes this only with BRISTLE_WITH_FCL.
 ///
-/// Everything FCL is asked is asked in double, whatever the user's scalar. No FCL type with Eigen
-/// matrices of vectorised size (Transform3d, CollisionObject) crosses into Debian's binary, so its
-/// layout does not depend on -march (fcl_layout_test checks those that do).
+/// Everything FCL is asked is asked in double, whatever the user's scalar. No FCL type that Eigen
+/// aligns by the machine (Transform3d, CollisionObject) crosses into libfcl, so it does not matter
+/// with which -march either was built.
 // SPDX-License-Identifier: BSD-3-Clause
 
 // === bristle/geometry/fcl_contact_normal.hpp
 
 /// @file
-/// Along which direction two convex solids touch: FCL's GJK over libccd, made safe for a simulation.
+/// Along which direction two convex solids touch: FCL's GJK over libccd, made safe for a
+/// simulation.
 ///
 /// What is used of FCL, and what is not, and why:
 /// - `fcl::detail::GJKDistance`, the routine behind `fcl::distance`: every loop in it is bounded by
@@ -12667,10 +12658,11 @@ void World<S, Backend>::step() {
 ///   because libccd compares squared areas of its simplex with an absolute 2.2e-16: millimetre
 ///   shapes in metres would count as touching or apart at random. Here the larger of the two solids
 ///   has the size 1 always.
-/// - Not the contacts of `fcl::collide`: where FCL has no closed form they come from libccd's portal
+/// - Not the contacts of `fcl::collide`: where FCL has no closed form they come from libccd's
+/// portal
 ///   refinement, a loop without bound, along a normal that is not that of least depth (fcl#243,
-///   libccd#71, fcl#545). Not the signed distance: its expanding polytope may loop for ever or throw
-///   (fcl#578, fcl#493, drake#18704).
+///   libccd#71, fcl#545). Not the signed distance: its expanding polytope may loop for ever or
+///   throw (fcl#578, fcl#493, drake#18704).
 ///
 /// Overlapping solids are pushed apart along the best direction known, and GJK's answer there is a
 /// better one: with the overlap f(n) and the push (f(n) + e) n their distance is at least e, so the
@@ -12691,7 +12683,8 @@ void World<S, Backend>::step() {
 namespace bristle {
 
 /// A convex solid as GJK sees it: a core, and a radius by which the core is grown. A sphere's core
-/// is its centre, a capsule's its segment; others are their own. Points to the shape it is made from.
+/// is its centre, a capsule's its segment; others are their own. Points to the shape it is made
+/// from.
 struct FclConvex {
   std::variant<const Sphere<double>*, const Box<double>*, const Capsule<double>*,
                const Cylinder<double>*, const Cone<double>*, const Ellipsoid<double>*,
@@ -12733,11 +12726,10 @@ struct FclContactNormal {
 /// The direction of least separation between A and B, B standing at X_AB.
 ///
 /// Errors relative to the size of the pair: the gap is right to 1e-11 where the cores are points,
-/// segments, boxes, triangles or hulls, and to about 1e-8 for other pairs (the normal to 1e-4), which
-/// are mostly far better.
-/// Overlapping boxes get the least depth of all directions; other solids a *local* one, the best
-/// reached from the line of centres and the face normals of both, which is the least where the
-/// overlap is small against the faces.
+/// segments, boxes, triangles or hulls, and to about 1e-8 for other pairs (the normal to 1e-4),
+/// which are mostly far better. Overlapping boxes get the least depth of all directions; other
+/// solids a *local* one, the best reached from the line of centres and the face normals of both,
+/// which is the least where the overlap is small against the faces.
 ///
 /// Never hangs; may throw where FCL does. Allocates nothing. 0.5 to 12 us.
 [[nodiscard]] FclContactNormal fcl_contact_normal(const FclConvex& a, const FclConvex& b,
@@ -12862,8 +12854,8 @@ class OverlapSearch {
   [[nodiscard]] double overlap() const { return overlap_; }
   [[nodiscard]] const Vec3<double>& normal() const { return normal_; }
 
-  /// The cheap directions: line of centres and face normals. Stops at one along which the solids are
-  /// farther apart than `margin`.
+  /// The cheap directions: line of centres and face normals. Stops at one along which the solids
+  /// are farther apart than `margin`.
   void try_candidates(double margin) {
     const Vec3<double> between =
         b_.rotation * (b_.scale * b_.convex->center) + b_.position - a_.scale * a_.convex->center;
@@ -12892,8 +12884,8 @@ class OverlapSearch {
     return answer.residual <= Tolerance<double>::equal();
   }
 
-  /// Pushes the solids apart along the best direction, and asks GJK for a better one, until there is
-  /// none. Whether GJK confirmed the last one.
+  /// Pushes the solids apart along the best direction, and asks GJK for a better one, until there
+  /// is none. Whether GJK confirmed the last one.
   bool search_overlapping() {
     double push = push_;
     for (int i = 0; i < max_pushes; ++i) {
@@ -12923,10 +12915,10 @@ class OverlapSearch {
     }
   }
 
-  /// Newton's method on the sphere, for curved solids, whose direction GJK leaves rough. The overlap
-  /// f is positively homogeneous, its gradient is the support point w: along the tangent step u,
-  /// f = f0 + w.u + u'(W - f0)u / 2 with W the derivative of w, taken by differences. Keeps only
-  /// what is better, so corners and edges do no harm.
+  /// Newton's method on the sphere, for curved solids, whose direction GJK leaves rough. The
+  /// overlap f is positively homogeneous, its gradient is the support point w: along the tangent
+  /// step u, f = f0 + w.u + u'(W - f0)u / 2 with W the derivative of w, taken by differences. Keeps
+  /// only what is better, so corners and edges do no harm.
   void polish() {
     constexpr double difference = 1.0 / 8192.0;
     for (int i = 0; i < max_polishes; ++i) {
@@ -12958,9 +12950,9 @@ class OverlapSearch {
   static constexpr int max_polishes = 3;
   static constexpr unsigned max_gjk_iterations = 128;
   static constexpr double diagonal = 0.7071067811865476;
-  static constexpr double compass[8][2] = {{1, 0},  {diagonal, diagonal},   {0, 1},
-                                           {-diagonal, diagonal},           {-1, 0},
-                                           {-diagonal, -diagonal}, {0, -1}, {diagonal, -diagonal}};
+  static constexpr double compass[8][2] = {
+      {1, 0},  {diagonal, diagonal},   {0, 1},  {-diagonal, diagonal},
+      {-1, 0}, {-diagonal, -diagonal}, {0, -1}, {diagonal, -diagonal}};
 
   struct GjkAnswer {
     bool is_apart = false;
@@ -12969,8 +12961,8 @@ class OverlapSearch {
     double residual = 0.0;
   };
 
-  /// GJK ends when a step gains less than this. Finer only brings degenerate simplices, with answers
-  /// that are worse; polyhedra end exactly whatever it is.
+  /// GJK ends when a step gains less than this. Finer only brings degenerate simplices, with
+  /// answers that are worse; polyhedra end exactly whatever it is.
   static constexpr double gjk_tolerance() { return 1024.0 * Tolerance<double>::round_off(); }
   /// On curved cores GJK may end so while about this much is still to be gained.
   static constexpr double convergence() { return 64.0 * Tolerance<double>::equal(); }
@@ -13021,8 +13013,7 @@ class OverlapSearch {
     }
     answer.normal = (on_b - on_a).normalized();
     answer.is_apart = answer.normal.squaredNorm() > 0.5;  // Neither zero nor NaN.
-    answer.residual =
-        distance - (push - core_witness(answer.normal)).dot(answer.normal);
+    answer.residual = distance - (push - core_witness(answer.normal)).dot(answer.normal);
     return answer;
   }
 
@@ -13072,8 +13063,8 @@ inline FclContactNormal fcl_contact_normal(const FclConvex& a, const FclConvex& 
 // === bristle/geometry/fcl_contact_sink.hpp
 
 /// @file
-/// Where the FCL backend puts manifolds: brings them from the frame and precision they were computed
-/// in to those of the user, and joins what belongs together.
+/// Where the FCL backend puts manifolds: brings them from the frame and precision they were
+/// computed in to those of the user, and joins what belongs together.
 // SPDX-License-Identifier: BSD-3-Clause
 
 #include <algorithm>
@@ -13218,9 +13209,9 @@ class ContactSink {
 /// @file
 /// Contacts of triangle meshes that FCL holds: with convex solids, half-spaces and each other.
 ///
-/// FCL finds the triangles (its tree is walked, with the margin added) and, by GJK, the direction in
-/// which each is touched. What FCL itself reports for a mesh has no meaningful depth (fcl#106, #491,
-/// #574) and is not used.
+/// FCL finds the triangles (its tree is walked, with the margin added) and, by GJK, the direction
+/// in which each is touched. What FCL itself reports for a mesh has no meaningful depth (fcl#106,
+/// #491, #574) and is not used.
 ///
 /// Limits, all of them of the triangle-by-triangle view: a solid that is deeper in than a triangle
 /// is wide is pushed out along the nearest triangle's normal or not at all, and one that is wholly
@@ -13251,7 +13242,8 @@ class ContactSink {
 namespace bristle {
 
 /// The mesh type a `TriangleMesh` becomes: a tree of axis-aligned boxes with one triangle a leaf.
-/// FCL's oriented boxes take four times the memory and building time, and rays gain nothing by them.
+/// FCL's oriented boxes take four times the memory and building time, and rays gain nothing by
+/// them.
 template <typename S>
 using FclMesh = fcl::BVHModel<fcl::AABB<S>>;
 
@@ -13284,8 +13276,8 @@ class FclMeshTree {
   /// Box around all triangles.
   [[nodiscard]] Aabb<S> root_box() const { return mesh_->getNumBVs() > 0 ? box(0) : Aabb<S>{}; }
 
-  /// Calls `visit(triangle) -> bool` for every triangle whose box overlaps or touches `box`, until a
-  /// visit returns false.
+  /// Calls `visit(triangle) -> bool` for every triangle whose box overlaps or touches `box`, until
+  /// a visit returns false.
   template <typename Visit>
   void overlap(const Aabb<S>& query, Visit&& visit) const {
     find([&](const Aabb<S>& box) { return box.overlaps(query); }, visit);
@@ -13393,8 +13385,8 @@ class FclMeshSurface {
   }
   /// [-] Number that all triangles of one flat face share.
   [[nodiscard]] std::uint32_t patch(std::uint32_t triangle) const { return patches_[triangle]; }
-  /// The flat face of a triangle as a convex plate: its corners, and as normals those of the face and
-  /// of its outer edges. For what support_point and GJK need; it is no solid.
+  /// The flat face of a triangle as a convex plate: its corners, and as normals those of the face
+  /// and of its outer edges. For what support_point and GJK need; it is no solid.
   [[nodiscard]] const ConvexHull<double>& face(std::uint32_t triangle) const {
     return faces_[patches_[triangle]];
   }
@@ -13405,9 +13397,9 @@ class FclMeshSurface {
   /// Who answers for a contact of `triangle` along the unit direction n, out of the mesh.
   ///
   /// An edge is touched along n only between the normals of its two faces; beyond, the neighbour is
-  /// nearer (its Voronoi region, Mirtich 1998, "V-Clip"). Inner edges of flat faces and hollow edges
-  /// are not touched at all, only the faces beside them: without this a body that slides over a flat
-  /// mesh stumbles.
+  /// nearer (its Voronoi region, Mirtich 1998, "V-Clip"). Inner edges of flat faces and hollow
+  /// edges are not touched at all, only the faces beside them: without this a body that slides over
+  /// a flat mesh stumbles.
   [[nodiscard]] Verdict judge(std::uint32_t triangle, const Vec3<double>& n) const;
 
  private:
@@ -13458,8 +13450,8 @@ namespace detail {
 /// leaves, and less than any edge of a mesh that is not meant to be flat.
 inline constexpr double same_direction_cosine = 1.0 - 1.5e-8;
 inline constexpr double same_direction_sine = 1.7e-4;
-/// [1] Sine of the angle below which two triangles are one flat face: meshes from files are no flatter
-/// than single precision.
+/// [1] Sine of the angle below which two triangles are one flat face: meshes from files are no
+/// flatter than single precision.
 inline constexpr double flat_sine = static_cast<double>(Tolerance<float>::equal());
 
 [[nodiscard]] inline bool is_same_plane(const Vec3<double>& normal, const Vec3<double>& other) {
@@ -13596,12 +13588,12 @@ inline auto FclMeshSurface::judge(std::uint32_t triangle, const Vec3<double>& n)
   const double cosine = n.dot(normals_[triangle]);
   if (cosine >= detail::same_direction_cosine) return Verdict::face;
   const auto corners = tree_.corners(triangle);
-  // Edges that lie across n and are farthest along it; where there is none, those of the corner that
-  // is.
+  // Edges that lie across n and are farthest along it; where there is none, those of the corner
+  // that is.
   std::array<double, 3> height;
   for (std::size_t k = 0; k < 3; ++k) height[k] = n.dot(corners[k] - corners[0]);
-  const std::size_t top = static_cast<std::size_t>(
-      std::max_element(height.begin(), height.end()) - height.begin());
+  const std::size_t top =
+      static_cast<std::size_t>(std::max_element(height.begin(), height.end()) - height.begin());
   std::optional<std::size_t> across;
   for (const std::size_t k : {top, (top + 2) % 3}) {
     const Vec3<double> edge = corners[(k + 1) % 3] - corners[k];
@@ -13689,8 +13681,8 @@ struct MeshOpposite {
   }
   [[nodiscard]] std::uint32_t key() const { return mix(mesh.patch(triangle), 2); }
   [[nodiscard]] double depth() const { return largest_depth; }
-  /// Whether the triangle looks against n, within 25 degrees: tilted more, surfaces that pass through
-  /// each other cut each other, and need no help.
+  /// Whether the triangle looks against n, within 25 degrees: tilted more, surfaces that pass
+  /// through each other cut each other, and need no help.
   [[nodiscard]] bool is_facing(const Vec3<double>& n) const {
     return X_BA.rotate(n).dot(mesh.normal(triangle)) < -0.9;
   }
@@ -13704,7 +13696,8 @@ class MeshConvexContacts {
                      const Transform<double>& X_MC, double margin, ContactSink<S>& sink)
       : mesh_(mesh), shape_(shape), convex_(convex), X_MC_(X_MC), margin_(margin), sink_(sink) {}
 
-  /// @param opposite  Of the other side: `judge(n) -> Verdict`, what a normal means to it, the `key()`
+  /// @param opposite  Of the other side: `judge(n) -> Verdict`, what a normal means to it, the
+  /// `key()`
   ///                  of its face, and for surfaces the `depth()` [m] up to which two of them that
   ///                  are `is_facing(n)` may have passed through each other.
   template <typename Opposite>
@@ -13802,10 +13795,12 @@ class MeshConvexContacts {
 
   /// [m] The solid's farthest point against n.
   [[nodiscard]] Vec3<double> deepest_place(const Vec3<double>& n) const {
-    return X_MC_ * support_point(shape_, Vec3<double>(X_MC_.rotation.conjugate() * Vec3<double>(-n)));
+    return X_MC_ *
+           support_point(shape_, Vec3<double>(X_MC_.rotation.conjugate() * Vec3<double>(-n)));
   }
 
-  /// Whether a point is above or below a triangle of normal n, its edges and a hair beyond included.
+  /// Whether a point is above or below a triangle of normal n, its edges and a hair beyond
+  /// included.
   [[nodiscard]] static bool is_over(const Triangle<double>& triangle, const Vec3<double>& n,
                                     const Vec3<double>& point) {
     for (std::size_t k = 0; k < 3; ++k) {
@@ -14201,12 +14196,12 @@ namespace bristle {
 /// Satisfies `ShapeBackend` for float and double.
 ///
 /// Contacts of convex solids: direction by FCL's GJK (fcl_contact_normal.hpp), points by clipping
-/// (contact_clip.hpp). Meshes: fcl_mesh_contacts.hpp, with its limits. Every pair is known except two
-/// half-spaces.
+/// (contact_clip.hpp). Meshes: fcl_mesh_contacts.hpp, with its limits. Every pair is known except
+/// two half-spaces.
 ///
-/// `collide` allocates nothing but room in `out`, `cast_rays` nothing at all: FCL's GJK works on the
-/// stack. What FCL may throw is caught, what it answers is checked with supports; there is no loop
-/// without bound on the way.
+/// `collide` allocates nothing but room in `out`, `cast_rays` nothing at all: FCL's GJK works on
+/// the stack. What FCL may throw is caught, what it answers is checked with supports; there is no
+/// loop without bound on the way.
 struct FclBackend {
   template <Scalar S>
   class Collidable;
@@ -14312,8 +14307,7 @@ void collide_plane(const HalfSpace<double>& plane, const ConvexShape& shape,
                    const FclConvex& convex, double margin, ContactSink<S>& sink) {
   const double height = plane.normal.dot(convex.center) - plane.offset;
   if (height - convex.reach > margin) return;
-  const SurfacePatch patch{convex.center - height * plane.normal, plane.normal,
-                           2.0 * convex.reach};
+  const SurfacePatch patch{convex.center - height * plane.normal, plane.normal, 2.0 * convex.reach};
   sink.add(contact_manifold(patch, shape, Transform<double>{}, plane.normal, margin));
 }
 
@@ -14402,9 +14396,7 @@ class FclContactQuery {
       collide_mesh(*other.mesh, plane_O, margin_, sink_);
     } else {
       std::visit(
-          [&](const auto* shape) {
-            collide_plane(plane_O, *shape, *other.convex, margin_, sink_);
-          },
+          [&](const auto* shape) { collide_plane(plane_O, *shape, *other.convex, margin_, sink_); },
           other.convex->shape);
     }
     return true;
@@ -14486,28 +14478,20 @@ void FclBackend::cast_rays(const Collidable<S>& c, const Transform<S>& X_RC,
 /// @file
 /// Rays through a scene that somebody already keeps in FCL's dynamic tree of boxes.
 ///
-/// For users of FCL who want the ray query it lacks; bristle's own world does not need it. Opt-in:
-/// nothing else includes this header.
+/// For users of FCL who want the ray query it lacks; bristle's own world does not need it.
+///
+/// Under -march=native on AVX machines compile with EIGEN_MAX_ALIGN_BYTES=16; who does not is told.
 // SPDX-License-Identifier: BSD-3-Clause
 
 #include <fcl/broadphase/broadphase_dynamic_AABB_tree.h>
 #include <fcl/narrowphase/collision_object.h>
 
-#include <Eigen/Core>
-
 #include <algorithm>
 #include <limits>
+#include <type_traits>
 #include <utility>
 
 namespace bristle {
-
-// CollisionObject<double> holds 4x4 matrices, which Eigen aligns to 64 bytes where the compiler may
-// use AVX-512 and to 32 with AVX. In Debian's libfcl they stand at multiples of 16: with other
-// alignment the object has another size and its members other places (fcl and user code then read
-// each other's garbage; ipab-slmc/exotica#198).
-static_assert(EIGEN_MAX_ALIGN_BYTES <= 16,
-              "Define EIGEN_MAX_ALIGN_BYTES=16 for all code that shares fcl::CollisionObject with a "
-              "libfcl that was built without -march");
 
 /// Nearest hit of a ray in an FCL scene.
 template <Scalar S>
@@ -14521,10 +14505,10 @@ struct FclSceneHit {
 /// Nearest hit of a ray among the objects of an FCL scene, under the rules of ray_shapes.hpp. Of
 /// objects at equal distance the one that FCL's tree yields first.
 ///
-/// The manager must be set up (`setup`, or `update` after objects moved). Objects that bristle has no
-/// shape for (planes, octrees, point clouds, other meshes than `FclMesh`) are not seen. O(log objects)
-/// for short rays; convex geometry is converted anew for each ray that comes near it, so meshes are
-/// the better choice for large ones.
+/// The manager must be set up (`setup`, or `update` after objects moved). Objects that bristle has
+/// no shape for (planes, octrees, point clouds, other meshes than `FclMesh`) are not seen. O(log
+/// objects) for short rays; convex geometry is converted anew for each ray that comes near it, so
+/// meshes are the better choice for large ones.
 ///
 /// @param ray  In the world.
 template <Scalar S>
@@ -14539,6 +14523,15 @@ template <Scalar S>
 // Implementation -----------------------------------------------------------------------------------
 
 namespace detail {
+
+/// Whether this translation unit and libfcl agree on what a CollisionObject is. That of double
+/// holds 4x4 matrices, which Eigen aligns to 64 bytes where the compiler may use AVX-512 and to 32
+/// with AVX; Debian's libfcl was built with 16. With another alignment the object has another size
+/// and its members other places, and FCL and user code read each other's garbage
+/// (ipab-slmc/exotica#198). Other scalars are compiled here and not in libfcl.
+template <Scalar S>
+inline constexpr bool is_fcl_layout_common =
+    !std::is_same_v<S, double> || alignof(fcl::CollisionObject<S>) <= 16;
 
 /// Whether `from_fcl` knows the geometry.
 template <Scalar S>
@@ -14595,6 +14588,9 @@ void cast_below(const Node& node, S enter, const SlabTest<S>& slabs, Ray<S>& ray
 
 template <Scalar S>
 RayHit<S> ray_cast(const fcl::CollisionObject<S>& object, const Ray<S>& ray) {
+  static_assert(detail::is_fcl_layout_common<S>,
+                "Define EIGEN_MAX_ALIGN_BYTES=16 for all code that shares fcl::CollisionObject "
+                "with a libfcl that was built without -march");
   const fcl::CollisionGeometry<S>* geometry = object.collisionGeometry().get();
   if (!detail::is_known_to_bristle(*geometry)) return {};
   const Mat3<S> R_WO = object.getRotation();

@@ -50,15 +50,18 @@ template <Scalar S>
 struct JointDef {
   /// [-] What it leaves free.
   JointKind kind = JointKind::fixed;
-  /// [-] The two bodies. At least one must be dynamic.
+  /// [-] Body A. At least one of the two must be dynamic.
   BodyId body_a{};
+  /// [-] Body B, another than A.
   BodyId body_b{};
-  /// [m] Pose of the joint frame in the body frame of A, and of B. The joint's position is the x
-  /// coordinate of B's joint frame in A's.
+  /// [m] Pose of the joint frame in the body frame of A.
   Transform<S> X_AJ{};
+  /// [m] Pose of the joint frame in the body frame of B. The joint's position is the x coordinate of
+  /// this frame's origin in A's joint frame.
   Transform<S> X_BJ{};
-  /// [m] Range of the free axis; infinite for none.
+  /// [m] Smallest position of the free axis; -infinity for no stop.
   S lower_limit = -infinity<S>;
+  /// [m] Largest position of the free axis; infinity for no stop.
   S upper_limit = infinity<S>;
   /// [-] What drives the free axis.
   JointDrive<S> drive{};
@@ -114,8 +117,8 @@ void validate(const JointDef<S>& def) {
   validate(def.drive);
 }
 
-/// Adds a joint's rows for this step: locked axes as one equality block, then the drive, then those
-/// stops that the axis can reach within the step.
+/// Adds a joint's rows for this step: locked axes as one equality block, then the drive, then the
+/// stops.
 template <Scalar S>
 void add_joint_rows(Joint<S>& joint, const Body<S>& a, const Body<S>& b, std::uint32_t slot_a,
                     std::uint32_t slot_b, S dt, Constraints<S>& out);

@@ -48,9 +48,6 @@ class FaceJoin {
     adopt_slivers();
     while (dissolve_small_regions()) {
     }
-    // At the tips of needles, hardly thicker than the tolerance, all that can go wrong. The
-    // triangles are right in any case.
-    if (!are_regions_flat()) std::iota(region_.begin(), region_.end(), 0u);
   }
 
   [[nodiscard]] std::vector<HullFace> faces() const;
@@ -96,7 +93,6 @@ class FaceJoin {
   void grow_region(std::uint32_t seed);
   void adopt_slivers();
   bool dissolve_small_regions();
-  [[nodiscard]] bool are_regions_flat() const;
   [[nodiscard]] std::vector<Side> sides_by_start() const;
   [[nodiscard]] std::size_t count_regions_around(Side first) const;
 
@@ -236,14 +232,6 @@ inline bool FaceJoin::dissolve_small_regions() {
     }
   }
   std::replace(region_.begin(), region_.end(), region, heir);
-  return true;
-}
-
-/// Slivers lie up to three tolerances below the plane of those who adopted them.
-inline bool FaceJoin::are_regions_flat() const {
-  for (std::uint32_t t = 0; t < triangles_.size(); ++t) {
-    if (depth_below(region_[t], t) > 4.0 * tolerance_) return false;
-  }
   return true;
 }
 

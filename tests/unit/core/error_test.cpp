@@ -40,15 +40,15 @@ TEST_CASE_TEMPLATE("require: passes what holds and names what does not", S, floa
   constexpr S nan_ = std::numeric_limits<S>::quiet_NaN();
   constexpr S inf = std::numeric_limits<S>::infinity();
   using namespace bristle::detail;
-  CHECK(message_of([] { require_positive("x", S(1)); }).empty());
-  CHECK(message_of([] { require_not_negative("x", S(0)); }).empty());
-  CHECK(message_of([] { require_finite("x", S(-3)); }).empty());
-  CHECK(message_of([] { require_positive("x", S(0)); }) == "x = 0: must be finite and > 0");
-  CHECK(message_of([] { require_positive("x", inf); }) == "x = inf: must be finite and > 0");
-  CHECK(message_of([] { require_not_negative("x", S(-0.5)); }) ==
+  CHECK(message_of([=] { require_positive("x", S(1)); }).empty());
+  CHECK(message_of([=] { require_not_negative("x", S(0)); }).empty());
+  CHECK(message_of([=] { require_finite("x", S(-3)); }).empty());
+  CHECK(message_of([=] { require_positive("x", S(0)); }) == "x = 0: must be finite and > 0");
+  CHECK(message_of([=] { require_positive("x", inf); }) == "x = inf: must be finite and > 0");
+  CHECK(message_of([=] { require_not_negative("x", S(-0.5)); }) ==
         "x = -0.5: must be finite and >= 0");
-  CHECK_FALSE(message_of([] { require_positive("x", nan_); }).empty());
-  CHECK_FALSE(message_of([] { require_finite("x", nan_); }).empty());
+  CHECK_FALSE(message_of([=] { require_positive("x", nan_); }).empty());
+  CHECK_FALSE(message_of([=] { require_finite("x", nan_); }).empty());
   Eigen::Matrix<S, 3, 1> v(S(1), nan_, S(3));
   CHECK(message_of([&] { require_all_finite("v", v); }).starts_with("v[1] = "));
 }

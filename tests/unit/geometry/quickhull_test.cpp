@@ -182,7 +182,7 @@ TEST_CASE_TEMPLATE("convex_hull: of random and nearly degenerate clouds is valid
     for (std::size_t i = 0; i < count; ++i) {
       const Vec3<S> p = random.in_cube(S(1));
       clouds[0].push_back(p);
-      clouds[1].push_back({p.x(), p.y(), fine * S(10) * p.z()});
+      clouds[1].push_back({p.x(), p.y(), S(40) * fine * p.z()});
       clouds[2].push_back(p.normalized());
       clouds[2].push_back(p.normalized() + noise(S(4)));
       clouds[3].push_back({p.x(), p.y(), p.z() < S(0) ? S(-1) : S(1)});
@@ -214,6 +214,18 @@ TEST_CASE_TEMPLATE("convex_hull: of random and nearly degenerate clouds is valid
     }
   }
   CHECK(flat < rounds(150));
+}
+
+TEST_CASE(
+    "convex_hull: takes the plane of a thin face from the grid where single precision loses it") {
+  // A needle of 4000 km and 20 km, both scaled by chance; the cross product of its longest edges is
+  // wrong by 1e-3.
+  const Points<float> needle{{131101.062f, -109378.969f, -207524.516f},
+                             {2052539.62f, -1593709.38f, -3303172.25f},
+                             {8532.70703f, -10217.7822f, -9278.05469f},
+                             {-2605.55322f, -1606.67139f, 8604.85352f},
+                             {451020.969f, -357569.656f, -721364.938f}};
+  check_hull(hull_of(needle), needle);
 }
 
 TEST_CASE_TEMPLATE("convex_hull: does not depend on the order of the points", S, float, double) {
