@@ -12,10 +12,12 @@
 #include <span>
 #include <string>
 #include <support/random.hpp>
+#include <support/rounds.hpp>
 #include <vector>
 
 using namespace bristle;
 using bristle::test::Random;
+using bristle::test::rounds;
 
 namespace {
 
@@ -167,10 +169,10 @@ TEST_CASE_TEMPLATE("FclBackend: a box and its mesh are touched alike", S, float,
     CAPTURE(kind);
     int touching = 0;
     int different = 0;
-    for (int i = 0; i < 200; ++i) {
+    for (int i = 0; i < rounds(200); ++i) {
       CAPTURE(i);
-      const Vec3<S> half(random.uniform(S(0.3), S(1)), random.uniform(S(0.3), S(1)),
-                         random.uniform(S(0.3), S(1)));
+      const Vec3<S> half{random.uniform(S(0.3), S(1)), random.uniform(S(0.3), S(1)),
+                         random.uniform(S(0.3), S(1))};
       const auto solid = FclBackend::make<S>(Box<S>{half});
       const auto mesh = FclBackend::make<S>(box_mesh<S>(half));
       const Shape<S> shape = random_convex<S>(random, kind);

@@ -1,6 +1,6 @@
 /// @file
-/// The reference values that depend on geometry, on every backend: rays on a plane and on boxes, hard
-/// contact. Closed forms as in physics/, where the other values are.
+/// The reference values that depend on geometry, on every backend: rays on a plane and on boxes,
+/// hard contact. Closed forms as in physics/, where the other values are.
 // SPDX-License-Identifier: BSD-3-Clause
 #include "scenes/grasp.hpp"
 #include "scenes/plate.hpp"
@@ -97,8 +97,9 @@ TEST_CASE_TEMPLATE("reference_values: sag of a grasped box (R12)", T, BRISTLE_TE
   }
 }
 
-TEST_CASE_TEMPLATE("reference_values: sensors beside hard contact on an incline of 25 degrees (R16)",
-                   T, BRISTLE_TEST_SETUPS) {
+TEST_CASE_TEMPLATE(
+    "reference_values: sensors beside hard contact on an incline of 25 degrees (R16)", T,
+    BRISTLE_TEST_SETUPS) {
   using S = typename T::Scalar;
   for (const S dt : {S(1e-3), S(1) / S(60)}) {
     PlateDef<S> def;

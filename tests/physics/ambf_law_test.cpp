@@ -27,7 +27,7 @@ PlateDef<double> on_incline(Law law, int per_side, double degrees) {
 }
 
 struct Outcome {
-  double moved;  // m, down the incline in 10 s
+  double moved;   // m, down the incline in 10 s
   double jitter;  // m/s, root mean square speed over the last 2 s
 };
 
@@ -46,8 +46,8 @@ Outcome outcome_of(const PlateDef<double>& def) {
 }  // namespace
 
 TEST_CASE("ambf_law: a plate that rests under the paper's law never settles under AMBF's") {
-  // 2 x 2 sensors beside hard contact hold, but jitter by 3 to 16 mm/s; the paper's law, with damping
-  // that decays within the 8 s, is at rest.
+  // 2 x 2 sensors beside hard contact hold, but jitter by 3 to 16 mm/s; the paper's law, with
+  // damping that decays within the 8 s, is at rest.
   for (const double degrees : {5.0, 20.0, 45.0}) {
     const Outcome ambf = outcome_of(on_incline(Law::ambf, 2, degrees));
     CHECK(ambf.moved < 1e-3);
@@ -87,7 +87,8 @@ TEST_CASE("ambf_law: K_D changes not a single bit") {
   CHECK(hashes[0] == hashes[1]);
 }
 
-TEST_CASE("ambf_law: a slip costs two steps of friction, and small stretches count as their cubes") {
+TEST_CASE(
+    "ambf_law: a slip costs two steps of friction, and small stretches count as their cubes") {
   World<double> world({.time_step = 1e-3});
   world.add_body({.motion = Motion::fixed, .shape = HalfSpace<double>{}});
   const BodyId body = world.add_body({.motion = Motion::kinematic, .position = {0, 0, 0.004}});

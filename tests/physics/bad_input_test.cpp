@@ -90,39 +90,58 @@ Mistake bad_body(const std::string& field, Change change) {
 
 TEST_CASE("bad_input: bodies") {
   auto m = lively();
-  check(m, {
-      bad_body("BodyDef::mass", [](auto& d) { d.mass = -1; }),
-      bad_body("BodyDef::mass", [](auto& d) { d.mass = 0; }),
-      bad_body("BodyDef::mass", [](auto& d) { d.mass = nan_; }),
-      bad_body("BodyDef::mass", [](auto& d) { d.mass = inf; }),
-      bad_body("BodyDef::mass", [](auto& d) { d.mass.reset(); d.shape = {}; }),
-      bad_body("BodyDef::density", [](auto& d) { d.mass.reset(); d.density = 0; }),
-      bad_body("BodyDef::position", [](auto& d) { d.position.y() = nan_; }),
-      bad_body("BodyDef::velocity", [](auto& d) { d.velocity.x() = inf; }),
-      bad_body("BodyDef::angular_velocity", [](auto& d) { d.angular_velocity.z() = nan_; }),
-      bad_body("BodyDef::orientation", [](auto& d) { d.orientation.w() = 2; }),
-      bad_body("BodyDef::orientation", [](auto& d) { d.orientation.w() = nan_; }),
-      bad_body("BodyDef::center_of_mass", [](auto& d) { d.center_of_mass = {nan_, 0, 0}; }),
-      bad_body("BodyDef::gravity_scale", [](auto& d) { d.gravity_scale = nan_; }),
-      bad_body("BodyDef::inertia", [](auto& d) { d.inertia = Mat3<double>::Zero(); }),
-      bad_body("BodyDef::inertia",
-               [](auto& d) { d.inertia = Vec3<double>(1, 1, 3).asDiagonal(); }),
-      bad_body("BodyDef::inertia",
-               [](auto& d) { d.inertia = Vec3<double>(1, -1, 1).asDiagonal(); }),
-      bad_body("BodyDef::inertia", [](auto& d) {
-        d.inertia = Mat3<double>::Identity();
-        (*d.inertia)(0, 1) = 0.5;
-      }),
-      bad_body("BodyDef::inertia", [](auto& d) { d.shape = {}; }),
-      bad_body("BodyDef::motion", [](auto& d) { d.shape = HalfSpace<double>{}; }),
-      bad_body("Box::half_extents", [](auto& d) { d.shape = Box<double>{{1, 0, 1}}; }),
-      bad_body("Sphere::radius", [](auto& d) { d.shape = Sphere<double>{-1}; }),
-      bad_body("Sphere::radius", [](auto& d) { d.shape = Sphere<double>{nan_}; }),
-      bad_body("HalfSpace::normal",
-               [](auto& d) { d.motion = Motion::fixed; d.shape = HalfSpace<double>{{0, 0, 2}, 0}; }),
-      bad_body("Material::friction", [](auto& d) { d.material.friction = -0.1; }),
-      bad_body("Material::restitution", [](auto& d) { d.material.restitution = 1.5; }),
-  });
+  check(m,
+        {
+            bad_body("BodyDef::mass", [](auto& d) { d.mass = -1; }),
+            bad_body("BodyDef::mass", [](auto& d) { d.mass = 0; }),
+            bad_body("BodyDef::mass", [](auto& d) { d.mass = nan_; }),
+            bad_body("BodyDef::mass", [](auto& d) { d.mass = inf; }),
+            bad_body("BodyDef::mass",
+                     [](auto& d) {
+                       d.mass.reset();
+                       d.shape = {};
+                     }),
+            bad_body("BodyDef::density",
+                     [](auto& d) {
+                       d.mass.reset();
+                       d.density = 0;
+                     }),
+            bad_body("BodyDef::position", [](auto& d) { d.position.y() = nan_; }),
+            bad_body("BodyDef::velocity", [](auto& d) { d.velocity.x() = inf; }),
+            bad_body("BodyDef::angular_velocity", [](auto& d) { d.angular_velocity.z() = nan_; }),
+            bad_body("BodyDef::orientation", [](auto& d) { d.orientation.w() = 2; }),
+            bad_body("BodyDef::orientation", [](auto& d) { d.orientation.w() = nan_; }),
+            bad_body("BodyDef::center_of_mass",
+                     [](auto& d) {
+                       d.center_of_mass = {nan_, 0, 0};
+                     }),
+            bad_body("BodyDef::gravity_scale", [](auto& d) { d.gravity_scale = nan_; }),
+            bad_body("BodyDef::inertia", [](auto& d) { d.inertia = Mat3<double>::Zero(); }),
+            bad_body("BodyDef::inertia",
+                     [](auto& d) { d.inertia = Vec3<double>(1, 1, 3).asDiagonal(); }),
+            bad_body("BodyDef::inertia",
+                     [](auto& d) { d.inertia = Vec3<double>(1, -1, 1).asDiagonal(); }),
+            bad_body("BodyDef::inertia",
+                     [](auto& d) {
+                       d.inertia = Mat3<double>::Identity();
+                       (*d.inertia)(0, 1) = 0.5;
+                     }),
+            bad_body("BodyDef::inertia", [](auto& d) { d.shape = {}; }),
+            bad_body("BodyDef::motion", [](auto& d) { d.shape = HalfSpace<double>{}; }),
+            bad_body("Box::half_extents",
+                     [](auto& d) {
+                       d.shape = Box<double>{{1, 0, 1}};
+                     }),
+            bad_body("Sphere::radius", [](auto& d) { d.shape = Sphere<double>{-1}; }),
+            bad_body("Sphere::radius", [](auto& d) { d.shape = Sphere<double>{nan_}; }),
+            bad_body("HalfSpace::normal",
+                     [](auto& d) {
+                       d.motion = Motion::fixed;
+                       d.shape = HalfSpace<double>{{0, 0, 2}, 0};
+                     }),
+            bad_body("Material::friction", [](auto& d) { d.material.friction = -0.1; }),
+            bad_body("Material::restitution", [](auto& d) { d.material.restitution = 1.5; }),
+        });
 }
 
 TEST_CASE("bad_input: patches") {
@@ -136,28 +155,47 @@ TEST_CASE("bad_input: patches") {
                    }};
   };
   check(m, {
-      bad("PatchDef::sensors", [](auto& d) { d.sensors = {}; }),
-      bad("SensorLayout::start", [](auto& d) { d.sensors.add({nan_, 0, 0}, {0, 0, 1}, 1); }),
-      bad("SensorLayout::length", [](auto& d) { d.sensors.add({0, 0, 0}, {0, 0, 0}); }),
-      bad("SensorLayout::length", [](auto& d) { d.sensors.add({0, 0, 0}, {0, 0, 1}, -1); }),
-      bad("SensorLayout::direction", [](auto& d) { d.sensors.add({0, 0, 0}, {0, 0, 2}, 1); }),
-      bad("SensorLayout", [](auto& d) { d.sensors.length.push_back(1); }),
-      bad("SensorParameters::normal_stiffness", [](auto& d) { d.parameters.normal_stiffness = -1; }),
-      bad("SensorParameters::normal_damping", [](auto& d) { d.parameters.normal_damping = nan_; }),
-      bad("SensorParameters::static_friction", [](auto& d) { d.parameters.static_friction = inf; }),
-      bad("SensorParameters::sliding_friction",
-          [](auto& d) { d.parameters.sliding_friction = -1; }),
-      bad("SensorParameters::breakaway_distance",
-          [](auto& d) { d.parameters.breakaway_distance = 0; }),
-      bad("PatchDef::per_sensor", [](auto& d) { d.per_sensor.resize(2); }),
-      bad("SensorParameters::normal_damping",
-          [](auto& d) { d.per_sensor.resize(1); d.per_sensor[0].normal_damping = -1; }),
-      bad("PatchDef::explicit_below", [](auto& d) { d.explicit_below = -1; }),
-      bad("PatchDef::integration", [](auto& d) {
-        d.options.law = Law::ambf;
-        d.integration = Integration::implicit;
-      }),
-  });
+               bad("PatchDef::sensors", [](auto& d) { d.sensors = {}; }),
+               bad("SensorLayout::start",
+                   [](auto& d) {
+                     d.sensors.add({nan_, 0, 0}, {0, 0, 1}, 1);
+                   }),
+               bad("SensorLayout::length",
+                   [](auto& d) {
+                     d.sensors.add({0, 0, 0}, {0, 0, 0});
+                   }),
+               bad("SensorLayout::length",
+                   [](auto& d) {
+                     d.sensors.add({0, 0, 0}, {0, 0, 1}, -1);
+                   }),
+               bad("SensorLayout::direction",
+                   [](auto& d) {
+                     d.sensors.add({0, 0, 0}, {0, 0, 2}, 1);
+                   }),
+               bad("SensorLayout", [](auto& d) { d.sensors.length.push_back(1); }),
+               bad("SensorParameters::normal_stiffness",
+                   [](auto& d) { d.parameters.normal_stiffness = -1; }),
+               bad("SensorParameters::normal_damping",
+                   [](auto& d) { d.parameters.normal_damping = nan_; }),
+               bad("SensorParameters::static_friction",
+                   [](auto& d) { d.parameters.static_friction = inf; }),
+               bad("SensorParameters::sliding_friction",
+                   [](auto& d) { d.parameters.sliding_friction = -1; }),
+               bad("SensorParameters::breakaway_distance",
+                   [](auto& d) { d.parameters.breakaway_distance = 0; }),
+               bad("PatchDef::per_sensor", [](auto& d) { d.per_sensor.resize(2); }),
+               bad("SensorParameters::normal_damping",
+                   [](auto& d) {
+                     d.per_sensor.resize(1);
+                     d.per_sensor[0].normal_damping = -1;
+                   }),
+               bad("PatchDef::explicit_below", [](auto& d) { d.explicit_below = -1; }),
+               bad("PatchDef::integration",
+                   [](auto& d) {
+                     d.options.law = Law::ambf;
+                     d.integration = Integration::implicit;
+                   }),
+           });
 }
 
 TEST_CASE("bad_input: joints") {
@@ -173,18 +211,29 @@ TEST_CASE("bad_input: joints") {
                    }};
   };
   check(m, {
-      bad("JointDef::body_a", [](auto& d) { d.body_a = {}; }),
-      bad("JointDef::body_b", [](auto& d) { d.body_b = {1000, 0}; }),
-      bad("JointDef::body_b", [a](auto& d) { d.body_b = a; }),
-      bad("JointDef::body_a", [floor](auto& d) { d.body_a = floor; d.body_b = {7, 0}; }),
-      bad("JointDef::X_AJ.translation", [](auto& d) { d.X_AJ.translation.x() = nan_; }),
-      bad("JointDef::X_BJ.rotation", [](auto& d) { d.X_BJ.rotation.w() = 3; }),
-      bad("JointDef::lower_limit", [](auto& d) { d.lower_limit = 1; d.upper_limit = 0; }),
-      bad("JointDef::lower_limit", [](auto& d) { d.lower_limit = nan_; }),
-      bad("JointDrive::target", [](auto& d) { d.drive.target = nan_; }),
-      bad("JointDrive::max_force", [](auto& d) { d.drive.max_force = -1; }),
-      bad("JointDrive::max_speed", [](auto& d) { d.drive.max_speed = 0; }),
-  });
+               bad("JointDef::body_a", [](auto& d) { d.body_a = {}; }),
+               bad("JointDef::body_b",
+                   [](auto& d) {
+                     d.body_b = {1000, 0};
+                   }),
+               bad("JointDef::body_b", [a](auto& d) { d.body_b = a; }),
+               bad("JointDef::body_a",
+                   [floor](auto& d) {
+                     d.body_a = floor;
+                     d.body_b = {7, 0};
+                   }),
+               bad("JointDef::X_AJ.translation", [](auto& d) { d.X_AJ.translation.x() = nan_; }),
+               bad("JointDef::X_BJ.rotation", [](auto& d) { d.X_BJ.rotation.w() = 3; }),
+               bad("JointDef::lower_limit",
+                   [](auto& d) {
+                     d.lower_limit = 1;
+                     d.upper_limit = 0;
+                   }),
+               bad("JointDef::lower_limit", [](auto& d) { d.lower_limit = nan_; }),
+               bad("JointDrive::target", [](auto& d) { d.drive.target = nan_; }),
+               bad("JointDrive::max_force", [](auto& d) { d.drive.max_force = -1; }),
+               bad("JointDrive::max_speed", [](auto& d) { d.drive.max_speed = 0; }),
+           });
 }
 
 TEST_CASE("bad_input: every call with a handle that names nothing, or nothing any more") {
@@ -240,38 +289,88 @@ TEST_CASE("bad_input: numbers given to calls") {
   const BodyId body = m.bodies[0];
   const BodyId floor{0, 0};
   const Quat<double> twice(2, 0, 0, 0);
-  check(m, {
-      {"X_WB.translation", [=](auto& w) { w.set_pose(body, {Quat<double>::Identity(), {nan_, 0, 0}}); }},
-      {"X_WB.rotation", [=](auto& w) { w.set_pose(body, {twice, {0, 0, 0}}); }},
-      {"twist.linear", [=](auto& w) { w.set_velocity(body, {{inf, 0, 0}, {0, 0, 0}}); }},
-      {"twist.angular", [=](auto& w) { w.set_velocity(body, {{0, 0, 0}, {0, nan_, 0}}); }},
-      {"BodyId", [=](auto& w) { w.set_velocity(floor, {}); }},
-      {"BodyId", [=](auto& w) { w.move_to(body, {}); }},
-      {"wrench.force", [=](auto& w) { w.apply_wrench(body, {{nan_, 0, 0}, {0, 0, 0}}); }},
-      {"wrench.torque", [=](auto& w) { w.apply_wrench(body, {{0, 0, 0}, {0, inf, 0}}); }},
-      {"point", [=](auto& w) { w.apply_force(body, {1, 0, 0}, {0, nan_, 0}); }},
-      {"wrench.force", [=](auto& w) { w.apply_force(body, {nan_, 0, 0}, {0, 0, 0}); }},
-      {"dt", [](auto& w) { w.set_time_step(0); }},
-      {"dt", [](auto& w) { w.set_time_step(-1); }},
-      {"dt", [](auto& w) { w.set_time_step(nan_); }},
-      {"gravity", [](auto& w) { w.set_gravity({0, 0, nan_}); }},
-      {"SensorParameters::static_friction",
-       [&](auto& w) { w.set_parameters(m.patches[0], {1, 0, -1, 0, 1e-3}); }},
-      {"ShapeDef::shape", [=](auto& w) { w.add_shape(body, {HalfSpace<double>{}, {}, {}}); }},
-      {"ShapeDef::X_BS", [=](auto& w) {
-         w.add_shape(body, {Sphere<double>{1}, {Quat<double>::Identity(), {nan_, 0, 0}}, {}});
-       }},
-      {"Ray::origin", [](auto& w) { (void)w.cast_ray({{nan_, 0, 0}, {0, 0, 1}, 1}); }},
-      {"Ray::direction", [](auto& w) { (void)w.cast_ray({{0, 0, 0}, {0, 0, 2}, 1}); }},
-      {"Ray::direction", [](auto& w) { (void)w.cast_ray({{0, 0, 0}, {0, 0, 0}, 1}); }},
-      {"Ray::length", [](auto& w) { (void)w.cast_ray({{0, 0, 0}, {0, 0, 1}, 0}); }},
-      {"Ray::length", [](auto& w) { (void)w.cast_ray({{0, 0, 0}, {0, 0, 1}, nan_}); }},
-      {"hits.size()", [](auto& w) {
-         const std::vector<Ray<double>> rays(2, Ray<double>{{0, 0, 0}, {0, 0, 1}, 1});
-         std::vector<WorldRayHit<double>> hits(1);
-         w.cast_rays(rays, {}, hits);
-       }},
-  });
+  check(m,
+        {
+            {"X_WB.translation",
+             [=](auto& w) {
+               w.set_pose(body, {Quat<double>::Identity(), {nan_, 0, 0}});
+             }},
+            {"X_WB.rotation",
+             [=](auto& w) {
+               w.set_pose(body, {twice, {0, 0, 0}});
+             }},
+            {"twist.linear",
+             [=](auto& w) {
+               w.set_velocity(body, {{inf, 0, 0}, {0, 0, 0}});
+             }},
+            {"twist.angular",
+             [=](auto& w) {
+               w.set_velocity(body, {{0, 0, 0}, {0, nan_, 0}});
+             }},
+            {"BodyId", [=](auto& w) { w.set_velocity(floor, {}); }},
+            {"BodyId", [=](auto& w) { w.move_to(body, {}); }},
+            {"wrench.force",
+             [=](auto& w) {
+               w.apply_wrench(body, {{nan_, 0, 0}, {0, 0, 0}});
+             }},
+            {"wrench.torque",
+             [=](auto& w) {
+               w.apply_wrench(body, {{0, 0, 0}, {0, inf, 0}});
+             }},
+            {"point",
+             [=](auto& w) {
+               w.apply_force(body, {1, 0, 0}, {0, nan_, 0});
+             }},
+            {"wrench.force",
+             [=](auto& w) {
+               w.apply_force(body, {nan_, 0, 0}, {0, 0, 0});
+             }},
+            {"dt", [](auto& w) { w.set_time_step(0); }},
+            {"dt", [](auto& w) { w.set_time_step(-1); }},
+            {"dt", [](auto& w) { w.set_time_step(nan_); }},
+            {"gravity",
+             [](auto& w) {
+               w.set_gravity({0, 0, nan_});
+             }},
+            {"SensorParameters::static_friction",
+             [&](auto& w) {
+               w.set_parameters(m.patches[0], {1, 0, -1, 0, 1e-3});
+             }},
+            {"ShapeDef::shape",
+             [=](auto& w) {
+               w.add_shape(body, {HalfSpace<double>{}, {}, {}});
+             }},
+            {"ShapeDef::X_BS",
+             [=](auto& w) {
+               w.add_shape(body, {Sphere<double>{1}, {Quat<double>::Identity(), {nan_, 0, 0}}, {}});
+             }},
+            {"Ray::origin",
+             [](auto& w) {
+               (void)w.cast_ray({{nan_, 0, 0}, {0, 0, 1}, 1});
+             }},
+            {"Ray::direction",
+             [](auto& w) {
+               (void)w.cast_ray({{0, 0, 0}, {0, 0, 2}, 1});
+             }},
+            {"Ray::direction",
+             [](auto& w) {
+               (void)w.cast_ray({{0, 0, 0}, {0, 0, 0}, 1});
+             }},
+            {"Ray::length",
+             [](auto& w) {
+               (void)w.cast_ray({{0, 0, 0}, {0, 0, 1}, 0});
+             }},
+            {"Ray::length",
+             [](auto& w) {
+               (void)w.cast_ray({{0, 0, 0}, {0, 0, 1}, nan_});
+             }},
+            {"hits.size()",
+             [](auto& w) {
+               const std::vector<Ray<double>> rays(2, Ray<double>{{0, 0, 0}, {0, 0, 1}, 1});
+               std::vector<WorldRayHit<double>> hits(1);
+               w.cast_rays(rays, {}, hits);
+             }},
+        });
 }
 
 TEST_CASE("bad_input: definitions of a world") {

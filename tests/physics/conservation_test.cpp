@@ -113,11 +113,11 @@ TEST_CASE("conservation: readings are the change of momentum, in every step") {
         const Wrench<double> felt = c.world.reading(c.patch).wrench;
         const Vec3<double> p_BA = a.center_pose.translation - b.center_pose.translation;
         const Wrench<double> on_b = -felt.shifted(Vec3<double>(-p_BA));
-        worst = std::max(
-            {worst, (a.mass * (a1.twist.linear - a.twist.linear) - dt * felt.force).norm(),
-             (a1.angular_momentum() - a.angular_momentum() - dt * felt.torque).norm(),
-             (b.mass * (b1.twist.linear - b.twist.linear) - dt * on_b.force).norm(),
-             (b1.angular_momentum() - b.angular_momentum() - dt * on_b.torque).norm()});
+        worst =
+            std::max({worst, (a.mass * (a1.twist.linear - a.twist.linear) - dt * felt.force).norm(),
+                      (a1.angular_momentum() - a.angular_momentum() - dt * felt.torque).norm(),
+                      (b.mass * (b1.twist.linear - b.twist.linear) - dt * on_b.force).norm(),
+                      (b1.angular_momentum() - b.angular_momentum() - dt * on_b.torque).norm()});
         largest = std::max(largest, dt * felt.force.norm());
       }
       REQUIRE(largest > 1e-4);
@@ -146,12 +146,11 @@ TEST_CASE("conservation: with gravity and hard contact, all that acts adds up") 
       for (const auto& manifold : scene.world.contacts().manifolds()) {
         // From the plane, which was added first, to the plate; no friction here.
         for (std::uint32_t k = 0; k < manifold.count; ++k) {
-          impulse += scene.world.contacts().points()[manifold.first + k].impulse[0] *
-                     manifold.normal;
+          impulse +=
+              scene.world.contacts().points()[manifold.first + k].impulse[0] * manifold.normal;
         }
       }
-      const Vec3<double> change =
-          def.mass * (scene.world.body(scene.plate).twist.linear - before);
+      const Vec3<double> change = def.mass * (scene.world.body(scene.plate).twist.linear - before);
       worst = std::max(worst, (change - impulse).norm());
     }
     CHECK(worst < 1e-15);
@@ -175,7 +174,8 @@ TEST_CASE("conservation: readings of each sensor add up to those of the patch") 
         const Vec3<double> force = across - X.rotate(r.normal_force[k] * patch.direction[k]);
         const Vec3<double> point(r.point_x[k], r.point_y[k], r.point_z[k]);
         shear += across;
-        if (r.state[k] != SensorState::free) sum += Wrench<double>::at(point - X.translation, force);
+        if (r.state[k] != SensorState::free)
+          sum += Wrench<double>::at(point - X.translation, force);
       }
       CHECK((sum.force - r.wrench.force).norm() <= 1e-14 * (1 + r.wrench.force.norm()));
       CHECK((sum.torque - r.wrench.torque).norm() <= 1e-14 * (1 + r.wrench.torque.norm()));
@@ -207,8 +207,8 @@ TEST_CASE("conservation: dropped on implicit sensors, nothing gains energy (R18)
           const int steps = static_cast<int>(std::lround(1 / dt));
           for (int i = 0; i < steps; ++i) {
             scene.world.step();
-            highest = std::max(
-                highest, test::energy_of(scene.world, std::span<const BodyId>(bodies)));
+            highest =
+                std::max(highest, test::energy_of(scene.world, std::span<const BodyId>(bodies)));
           }
           INFO("dt = ", dt, ", K_N = ", stiffness, ", mu_S = ", static_friction);
           CHECK(highest <= initial * (1 + 1e-12));

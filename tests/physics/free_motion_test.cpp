@@ -107,8 +107,7 @@ TEST_CASE_TEMPLATE("free_motion: a tumbling brick keeps momentum and energy at 1
   constexpr int steps = 3600;
   const S tolerance = S(steps) * Tolerance<S>::round_off();
   // Spinning about its middle axis it flips over and over: the hardest case for an integrator.
-  for (const Vec3<S>& spin :
-       {Vec3<S>(S(0.01), 6, S(0.02)), Vec3<S>(4, 3, -5), Vec3<S>(0, 0, 20)}) {
+  for (const Vec3<S>& spin : {Vec3<S>(S(0.01), 6, S(0.02)), Vec3<S>(4, 3, -5), Vec3<S>(0, 0, 20)}) {
     auto world = world_with<S>(Vec3<S>::Zero(), S(1) / S(60));
     BodyDef<S> def = brick<S>();
     def.angular_velocity = spin;

@@ -2,6 +2,7 @@
 /// Two fingers hold a part by their sensors alone.
 // SPDX-License-Identifier: BSD-3-Clause
 #include "scenes/grasp.hpp"
+
 #include "scenes/plate.hpp"
 
 #include <doctest/doctest.h>
@@ -124,6 +125,7 @@ TEST_CASE("grasp: bristles resist torsion about the normal (R11)") {
     }
     const Vec3<double> turn = log_rotation<double>(scene.world.pose(scene.plate).rotation);
     CHECK(turn.z() == doctest::Approx(yaw).epsilon(1e-4));
-    CHECK(scene.world.reading(scene.patch).wrench.torque.z() == doctest::Approx(-0.2).epsilon(1e-6));
+    CHECK(scene.world.reading(scene.patch).wrench.torque.z() ==
+          doctest::Approx(-0.2).epsilon(1e-6));
   }
 }

@@ -1,9 +1,9 @@
 /// @file
 /// Hard contact without sensors: friction, sliding, bouncing.
 // SPDX-License-Identifier: BSD-3-Clause
-#include <bristle/world/world.hpp>
-
 #include "support/momentum.hpp"
+
+#include <bristle/world/world.hpp>
 
 #include <doctest/doctest.h>
 
@@ -59,8 +59,7 @@ TEST_CASE_TEMPLATE("hard_contact: friction sticks below atan mu and slides above
       CHECK(static_cast<double>(std::abs(box.center_pose.translation.x())) < 1e-6);
     } else {
       // a = g (sin - mu cos), for 1 s.
-      const double a =
-          static_cast<double>(g * (std::sin(angle) - mu * std::cos(angle)));
+      const double a = static_cast<double>(g * (std::sin(angle) - mu * std::cos(angle)));
       CHECK(static_cast<double>(box.twist.linear.x()) == doctest::Approx(a).epsilon(1e-3));
     }
   }

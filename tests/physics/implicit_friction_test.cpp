@@ -18,7 +18,7 @@ TEST_CASE("implicit_friction: is bounded by mu times the normal force of the sam
   def.parameters = {1, 0.5, 5000, 0, 1e-3};
   auto scene = make_plate<double>(def);
   scene.run(0.2);
-  scene.world.set_velocity(scene.plate, {{2, 0, 0}, {0, 0, 0}});
+  scene.world.set_velocity(scene.plate, {{10, 0, 0}, {0, 0, 0}});
   scene.world.step();
   for (int i = 0; i < 4; ++i) {
     scene.push_at_plane({24.525, 0, 0});

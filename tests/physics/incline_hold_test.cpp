@@ -67,7 +67,8 @@ TEST_CASE_TEMPLATE("incline_hold: at rest every sensor carries its share (R1)", 
   }
 }
 
-TEST_CASE("incline_hold: a plate that cannot tilt stretches its bristles by tan(angle) / mu_S (R4)") {
+TEST_CASE(
+    "incline_hold: a plate that cannot tilt stretches its bristles by tan(angle) / mu_S (R4)") {
   const double stretch = std::tan(degrees(30.0)) / 5000;
   CHECK(stretch == doctest::Approx(0.115470e-3).epsilon(1e-5));
   for (const InclineBy way : ways) {

@@ -1,9 +1,9 @@
 /// @file
 /// Fixed and prismatic joints: what they hold, what they let go, what they report.
 // SPDX-License-Identifier: BSD-3-Clause
-#include <bristle/world/world.hpp>
-
 #include "support/momentum.hpp"
+
+#include <bristle/world/world.hpp>
 
 #include <doctest/doctest.h>
 
@@ -77,7 +77,8 @@ TEST_CASE_TEMPLATE("joints: a fixed joint holds a cantilever and reports its wei
   const JointId joint = world.add_joint(def);
   run(world, 5);
   const double eps = static_cast<double>(Tolerance<S>::round_off());
-  CHECK(static_cast<double>((world.pose(arm).translation - Vec3<S>(S(1.3), 1, 1)).norm()) < 4 * eps);
+  CHECK(static_cast<double>((world.pose(arm).translation - Vec3<S>(S(1.3), 1, 1)).norm()) <
+        4 * eps);
   CHECK(static_cast<double>(log_rotation<S>(world.pose(arm).rotation).norm()) < 4 * eps);
   // On B about B's joint origin: the wall lifts 20 N, and turns against 20 N at 0.3 m, about -y.
   const JointReading<S> reading = world.reading(joint);
@@ -115,8 +116,7 @@ TEST_CASE("joints: a heavy body hangs from light ones without stretching the cha
   BodyId last = world.add_body({.motion = Motion::fixed});
   JointId top{};
   for (int k = 1; k <= 4; ++k) {
-    const BodyId next =
-        world.add_body(block<double>(k == 4 ? 1000.0 : 0.1, {0, 0, -0.2 * k}));
+    const BodyId next = world.add_body(block<double>(k == 4 ? 1000.0 : 0.1, {0, 0, -0.2 * k}));
     JointDef<double> def;
     def.body_a = last;
     def.body_b = next;

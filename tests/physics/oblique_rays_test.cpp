@@ -31,7 +31,8 @@ double acceleration(NormalDirection normal, Integration integration, double angl
 
 }  // namespace
 
-TEST_CASE("oblique_rays: force along the ray pushes by -g tan(angle), along the gradient not (R15)") {
+TEST_CASE(
+    "oblique_rays: force along the ray pushes by -g tan(angle), along the gradient not (R15)") {
   for (const Integration integration : {Integration::explicit_, Integration::implicit}) {
     for (const double degrees : {5.0, 15.0, 30.0}) {
       const double angle = degrees * std::numbers::pi / 180;

@@ -23,8 +23,8 @@ PlateScene<S> eventful(S scale, bool has_contact, Integration integration) {
   def.drop = S(0.002);
   def.parameters.sliding_friction = S(2);
   auto scene = make_plate<S>(def);
-  scene.world.set_velocity(scene.plate, {scale * Vec3<S>(S(0.1), S(0.05), S(0)),
-                                         Vec3<S>(S(0.1), S(0.2), S(0.3))});
+  scene.world.set_velocity(
+      scene.plate, {scale * Vec3<S>(S(0.1), S(0.05), S(0)), Vec3<S>(S(0.1), S(0.2), S(0.3))});
   scene.run(S(0.5));
   return scene;
 }

@@ -12,8 +12,8 @@ using namespace bristle::scenes;
 
 namespace {
 
-/// A kinematic carriage with sensors that look down at z = 0, 10 mm long, starting at 4 mm: depth 0.6
-/// over the floor.
+/// A kinematic carriage with sensors that look down at z = 0, 10 mm long, starting at 4 mm: depth
+/// 0.6 over the floor.
 template <typename S>
 struct Carriage {
   World<S> world;
@@ -59,7 +59,8 @@ TEST_CASE_TEMPLATE("sensing: depth, force and shear of one sensor by hand", S, f
   CHECK(r.total_shear() == S(0));
   CHECK(r.body[0] == c.floor);
   CHECK(r.state[0] == SensorState::stuck);
-  // The carriage moves +x: the bristle pulls it back with mu_S F_N e_T, e_T known at the step's start.
+  // The carriage moves +x: the bristle pulls it back with mu_S F_N e_T, e_T known at the step's
+  // start.
   drive<S>(c, {S(0.05), 0, 0});
   for (int i = 0; i < 11; ++i) c.world.step();
   r = c.world.reading(c.patch);
@@ -100,9 +101,9 @@ TEST_CASE("sensing: a bristle lets go beyond sigma_a and keeps the remainder, or
       c.world.step();
       const auto r = c.world.reading(c.patch);
       const double stretch = -r.shear_W.x() / 1.2;
-      CHECK(stretch == doctest::Approx(reset == SlipReset::release ? expected_release[i]
-                                                                   : expected_drag[i])
-                           .epsilon(1e-9));
+      CHECK(stretch ==
+            doctest::Approx(reset == SlipReset::release ? expected_release[i] : expected_drag[i])
+                .epsilon(1e-9));
       const bool slips = reset == SlipReset::release ? i == 4 || i == 7 : i >= 4;
       CHECK((r.state[0] == SensorState::slipping) == slips);
     }

@@ -52,11 +52,11 @@ TEST_CASE("slip: a slow force slips at mu_S sigma_a m g (R5)") {
     double below;
     double above;
   };
-  for (const Row row : {Row{Integration::explicit_, 1e-3, 1e-3, 1e-2},
-                        Row{Integration::explicit_, 4e-3, 1e-3, 1e-2},
-                        Row{Integration::implicit, 1e-3, 1e-2, 1e-2},
-                        Row{Integration::implicit, 4e-3, 1e-2, 1e-2},
-                        Row{Integration::implicit, 1.0 / 60, 1e-2, 1e-2}}) {
+  for (const Row row :
+       {Row{Integration::explicit_, 1e-3, 1e-3, 1e-2},
+        Row{Integration::explicit_, 4e-3, 1e-3, 1e-2}, Row{Integration::implicit, 1e-3, 1e-2, 1e-2},
+        Row{Integration::implicit, 4e-3, 1e-2, 1e-2},
+        Row{Integration::implicit, 1.0 / 60, 1e-2, 1e-2}}) {
     PlateDef<double> def;
     def.integration = row.integration;
     def.time_step = row.dt;
@@ -130,7 +130,8 @@ TEST_CASE("slip: with release, mean friction is half the static one (R8)") {
 
 TEST_CASE("slip: stairs are sigma_a high, and as long as the force says (R9)") {
   // Just above half of F_max the plate nearly stops on every stair. Events are the steps in which
-  // sensors let go; all let go at once, since the force at the plane's height does not tilt the plate.
+  // sensors let go; all let go at once, since the force at the plane's height does not tilt the
+  // plate.
   for (const Integration integration : both) {
     PlateDef<double> def;
     def.integration = integration;
@@ -213,7 +214,8 @@ TEST_CASE("slip: dragging bristles are Coulomb friction") {
 }
 
 TEST_CASE("slip: a large step neither loses friction nor holds what must slide") {
-  // v dt > sigma_a: the literal reset to zero would lose all friction here (8.5 instead of .77 m/s).
+  // v dt > sigma_a: the literal reset to zero would lose all friction here (8.5 instead of .77
+  // m/s).
   for (const Integration integration : both) {
     PlateDef<double> def;
     def.integration = integration;

@@ -75,8 +75,8 @@ TEST_CASE("stability: the 6x6 criterion meets the simulation within 1 % (R20)") 
           // Four sensors of 1 N cannot carry 4.9 N.
           def.parameters.normal_stiffness = per_side == 2 ? 4 : 1;
           const double limit = predicted_limit(def);
-          INFO("n = ", per_side * per_side, ", mu_S = ", static_friction, ", K_D = ",
-               normal_damping, ", half height = ", half_height, ", limit = ", limit);
+          INFO("n = ", per_side * per_side, ", mu_S = ", static_friction,
+               ", K_D = ", normal_damping, ", half height = ", half_height, ", limit = ", limit);
           CHECK(is_stable(def, 0.99 * limit));
           CHECK_FALSE(is_stable(def, 1.01 * limit));
         }
@@ -133,7 +133,8 @@ TEST_CASE("stability: the same plate rests under implicit and automatic integrat
 }
 
 TEST_CASE("stability: automatic integration is explicit where that is safe, implicit elsewhere") {
-  // Lambda = dt^2 k / m with k = mu_S m g: 0.5 is crossed at dt = sqrt(0.5 / (5000 * 9.81)) = 3.2 ms.
+  // Lambda = dt^2 k / m with k = mu_S m g: 0.5 is crossed at dt = sqrt(0.5 / (5000 * 9.81)) = 3.2
+  // ms.
   PlateDef<double> def;
   def.integration = Integration::automatic;
   def.parameters.normal_damping = 0;

@@ -33,8 +33,9 @@ TEST_CASE("stack_rest: 1000 kg on 100 g rest on sensors at 1/60 s (R19)") {
 }
 
 TEST_CASE("stack_rest: a tall stack on sensors rests, light on heavy and heavy on light") {
-  for (const auto& masses : {std::vector<double>{1, 1, 1, 1, 1}, std::vector<double>{16, 8, 4, 2, 1},
-                             std::vector<double>{1, 2, 4, 8, 16}}) {
+  for (const auto& masses :
+       {std::vector<double>{1, 1, 1, 1, 1}, std::vector<double>{16, 8, 4, 2, 1},
+        std::vector<double>{1, 2, 4, 8, 16}}) {
     StackDef<double> def;
     def.by = StackBy::sensors;
     def.masses = masses;

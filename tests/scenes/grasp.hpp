@@ -99,9 +99,9 @@ template <Scalar S, typename Backend = AnalyticBackend>
     PatchDef<S> pad;
     for (int i = 0; i < per_side; ++i) {
       for (int j = 0; j < per_side; ++j) {
-        pad.sensors.add(Vec3<S>(-side * (half_finger - ray / S(2)), S(0.01) * S(i - 2),
-                                S(0.01) * S(j - 2)),
-                        Vec3<S>(-side, S(0), S(0)), ray);
+        pad.sensors.add(
+            Vec3<S>(-side * (half_finger - ray / S(2)), S(0.01) * S(i - 2), S(0.01) * S(j - 2)),
+            Vec3<S>(-side, S(0), S(0)), ray);
       }
     }
     pad.parameters = {def.grip / (S(per_side * per_side) * def.press), def.normal_damping,

@@ -20,9 +20,11 @@ struct Medley {
 };
 
 /// Builds the scene.
-/// @param is_reversed  Whether the groups are added in the opposite order; `bodies` keeps its order.
+/// @param is_reversed  Whether the groups are added in the opposite order; `bodies` keeps its
+/// order.
 template <Scalar S, typename Backend = AnalyticBackend>
-[[nodiscard]] Medley<S, Backend> make_medley(const WorldDef<S>& def = {}, bool is_reversed = false) {
+[[nodiscard]] Medley<S, Backend> make_medley(const WorldDef<S>& def = {},
+                                             bool is_reversed = false) {
   Medley<S, Backend> m{World<S, Backend>(def)};
   World<S, Backend>& world = m.world;
   const auto add_plate = [&](S x, Integration integration, S friction) {

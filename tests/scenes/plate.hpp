@@ -1,5 +1,6 @@
 /// @file
-/// The box of the paper's Fig. 7: a flat plate that stands, hangs or slides on the sensors below it.
+/// The box of the paper's Fig. 7: a flat plate that stands, hangs or slides on the sensors below
+/// it.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -77,7 +78,8 @@ struct PlateScene {
   [[nodiscard]] S weight() const { return def.mass * def.gravity; }
   [[nodiscard]] S sensors() const { return S(def.per_side * def.per_side); }
 
-  /// Pushes the plate during the next step by a force (of the unscaled scene) at its centre of mass.
+  /// Pushes the plate during the next step by a force (of the unscaled scene) at its centre of
+  /// mass.
   void push_at_center(const Vec3<S>& force) {
     world.apply_wrench(plate, {X_WI.rotate(force) * def.scale, Vec3<S>::Zero()});
   }
@@ -118,9 +120,8 @@ template <Scalar S, typename Backend = AnalyticBackend>
   WorldDef<S> world_def;
   world_def.time_step = def.time_step;
   world_def.gravity =
-      (unit * def.gravity) *
-      (tilts_surface ? Vec3<S>(-Vec3<S>::UnitZ())
-                     : Vec3<S>(sin(def.incline), S(0), -cos(def.incline)));
+      (unit * def.gravity) * (tilts_surface ? Vec3<S>(-Vec3<S>::UnitZ())
+                                            : Vec3<S>(sin(def.incline), S(0), -cos(def.incline)));
   PlateScene<S, Backend> scene{def, World<S, Backend>(world_def), {}, {}, {}, X_WI};
 
   BodyDef<S> plane;

@@ -87,9 +87,9 @@ template <Scalar S, typename Backend = AnalyticBackend>
     PatchDef<S> patch;
     for (int i = 0; i < per_side; ++i) {
       for (int j = 0; j < per_side; ++j) {
-        patch.sensors.add(Vec3<S>(S(0.05) * S(i) - S(0.075), S(0.05) * S(j) - S(0.075),
-                                  ray / S(2) - half),
-                          Vec3<S>(S(0), S(0), S(-1)), ray);
+        patch.sensors.add(
+            Vec3<S>(S(0.05) * S(i) - S(0.075), S(0.05) * S(j) - S(0.075), ray / S(2) - half),
+            Vec3<S>(S(0), S(0), S(-1)), ray);
       }
     }
     const S n = S(per_side * per_side);

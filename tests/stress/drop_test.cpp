@@ -1,5 +1,6 @@
 /// @file
-/// 192 drops onto sensors: whatever the constants, nothing ever has more energy than it started with.
+/// 192 drops onto sensors: whatever the constants, nothing ever has more energy than it started
+/// with.
 // SPDX-License-Identifier: BSD-3-Clause
 #include "scenes/plate.hpp"
 #include "support/momentum.hpp"
@@ -58,9 +59,7 @@ double highest_energy(const Case& c, Integration integration) {
   scene.world.set_pose(scene.plate, X);
   scene.world.set_velocity(scene.plate, {{0.3, -0.1, 0}, {0.5, 0.2, 3}});
   const std::array<BodyId, 1> bodies{scene.plate};
-  const auto energy = [&] {
-    return test::energy_of(scene.world, std::span<const BodyId>(bodies));
-  };
+  const auto energy = [&] { return test::energy_of(scene.world, std::span<const BodyId>(bodies)); };
   const double initial = energy();
   double highest = 0;
   const long steps = std::lround(1.5 / c.dt);
@@ -80,9 +79,9 @@ TEST_CASE("drop: 192 drops never gain energy (R18)") {
   for_each_case([&](const Case& c) {
     ++cases;
     for (const Integration integration : {Integration::implicit, Integration::automatic}) {
-      INFO("tilt = ", c.tilt, ", K_N = ", c.stiffness, ", mu_S = ", c.static_friction, ", K_D = ",
-           c.normal_damping, ", gradient: ", c.normal == NormalDirection::gradient, ", drag: ",
-           c.reset == SlipReset::drag, ", dt = ", c.dt,
+      INFO("tilt = ", c.tilt, ", K_N = ", c.stiffness, ", mu_S = ", c.static_friction,
+           ", K_D = ", c.normal_damping, ", gradient: ", c.normal == NormalDirection::gradient,
+           ", drag: ", c.reset == SlipReset::drag, ", dt = ", c.dt,
            ", automatic: ", integration == Integration::automatic);
       CHECK(highest_energy(c, integration) <= 1 + 1e-12);
     }

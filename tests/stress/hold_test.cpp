@@ -1,5 +1,6 @@
 /// @file
-/// The 96-case hold matrix: a plate on an incline of 20 degrees, over everything that could shake it.
+/// The 96-case hold matrix: a plate on an incline of 20 degrees, over everything that could shake
+/// it.
 // SPDX-License-Identifier: BSD-3-Clause
 #include "scenes/plate.hpp"
 
@@ -86,8 +87,9 @@ TEST_CASE("hold: 96 cases hold, implicitly and automatically") {
            ", automatic: ", integration == Integration::automatic, ", fastest ", drift.fastest);
       // Undamped bristles ring on: .012 of sigma_a after 4 s implicitly, .041 automatically. Damped
       // ones stand.
-      const double allowed = c.damping_ratio > 0 ? 1e-8
-                             : integration == Integration::implicit ? 0.03e-3 : 0.1e-3;
+      const double allowed = c.damping_ratio > 0                    ? 1e-8
+                             : integration == Integration::implicit ? 0.03e-3
+                                                                    : 0.1e-3;
       CHECK(drift.moved < allowed);
     }
   });

@@ -25,7 +25,7 @@ using FclFloat = Setup<float, FclBackend>;
 
 #if defined(BRISTLE_WITH_FCL)
 /// All of them, as the last arguments of TEST_CASE_TEMPLATE.
-#define BRISTLE_TEST_SETUPS                                                       \
+#define BRISTLE_TEST_SETUPS                                                              \
   bristle::test::AnalyticDouble, bristle::test::AnalyticFloat, bristle::test::FclDouble, \
       bristle::test::FclFloat
 #else

@@ -30,8 +30,8 @@ auto energy_of(const World& world, std::span<const Id> bodies) {
   S sum = S(0);
   for (const Id id : bodies) {
     const auto& body = world.body(id);
-    sum += body.kinetic_energy() - body.mass * body.gravity_scale *
-                                       world.def().gravity.dot(body.center_pose.translation);
+    sum += body.kinetic_energy() -
+           body.mass * body.gravity_scale * world.def().gravity.dot(body.center_pose.translation);
   }
   return sum;
 }

@@ -18,7 +18,7 @@ namespace bristle::test {
 class Hash {
  public:
   template <typename T>
-    requires std::is_arithmetic_v<T> || std::is_enum_v<T>
+  requires std::is_arithmetic_v<T> || std::is_enum_v<T>
   void add(const T& value) {
     const auto bytes = std::bit_cast<std::array<unsigned char, sizeof(T)>>(value);
     for (const unsigned char byte : bytes) value_ = (value_ ^ byte) * 0x100000001b3u;
@@ -37,7 +37,8 @@ class Hash {
   std::uint64_t value_ = 0xcbf29ce484222325u;
 };
 
-/// Poses and velocities of some bodies, roots and readings of some patches, impulses of all contacts.
+/// Poses and velocities of some bodies, roots and readings of some patches, impulses of all
+/// contacts.
 template <Scalar S, typename Backend>
 [[nodiscard]] std::uint64_t state_hash(const World<S, Backend>& world,
                                        std::span<const BodyId> bodies,

@@ -40,7 +40,8 @@ template <Scalar S>
 [[nodiscard]] Vec6<S> relative_motion(const SoftBlock<S>& block, const Twist<S>& a,
                                       const Twist<S>& b) {
   Vec6<S> u;
-  u << a.at(block.arm_a) - b.at(block.arm_b), a.angular - b.angular;
+  u.template head<3>() = a.at(block.arm_a) - b.at(block.arm_b);
+  u.template tail<3>() = a.angular - b.angular;
   return u;
 }
 

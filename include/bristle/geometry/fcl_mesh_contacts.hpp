@@ -5,9 +5,12 @@
 /// in which each is touched. What FCL itself reports for a mesh has no meaningful depth (fcl#106,
 /// #491, #574) and is not used.
 ///
-/// Limits, all of them of the triangle-by-triangle view: a solid that is deeper in than a triangle
-/// is wide is pushed out along the nearest triangle's normal or not at all, and one that is wholly
-/// inside, touching no triangle, is not seen. Simulate with steps in which nothing gets that deep.
+/// Limits, all of them of the triangle-by-triangle view. A convex solid that the surface cuts
+/// always has a contact, but a deep one may get the normal of the nearest triangle instead of the
+/// shortest way out; a solid wholly inside, cut by no triangle, is not seen. Two meshes get
+/// contacts up to a depth of half the thickness of the thinner one; where they meet corner to
+/// corner, faces beside the corners may answer too (one pose in thirty in tests). Cost: a GJK for
+/// each triangle near the other solid (0.5 to 2 us), and for each near pair of two meshes.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -16,6 +19,7 @@
 #include <bristle/geometry/fcl_contact_sink.hpp>
 #include <bristle/geometry/fcl_mesh_surface.hpp>
 #include <bristle/geometry/fcl_mesh_tree.hpp>
+#include <bristle/geometry/mesh_rays.hpp>
 
 #include <algorithm>
 #include <cstddef>
@@ -106,8 +110,8 @@ class MeshConvexContacts {
       is_any = add(i, opposite) || is_any;
       return true;
     });
-    if (is_any || !fallback_) return;
-    sink_.add(face_manifold(*fallback_));
+    // Surfaces get none: triangle by triangle it would find contacts where there are better ones.
+    if (!is_any && !(opposite.depth() > 0.0)) add_last_resort();
   }
 
  private:
@@ -120,6 +124,10 @@ class MeshConvexContacts {
     FclContactNormal found =
         fcl_contact_normal(plate, convex_, X_MC_, std::max(margin_, opposite.depth()));
     if (found.nearness != FclNearness::near) return false;
+    if (found.gap < 0.0 && found.gap > plate_contact_.gap) {
+      plate_ = i;
+      plate_contact_ = found;
+    }
     const Vec3<double>& face_normal = mesh_.normal(i);
     bool is_behind = found.normal.dot(face_normal) <= 0.0;
     if (is_behind && opposite.depth() > 0.0) return add_passed(i, opposite);
@@ -133,7 +141,7 @@ class MeshConvexContacts {
       if (verdict == Verdict::inner_edge) return false;
     }
     if (verdict == Verdict::none) {
-      if (is_behind) note_fallback(i, triangle.triangle);
+      if (is_behind) note_way_out(i, triangle.triangle);
       return false;
     }
     if (found.gap > margin_) return false;
@@ -209,16 +217,29 @@ class MeshConvexContacts {
     return true;
   }
 
-  /// A solid whose middle is behind the triangle: the plate would be left on the wrong side. Of all
-  /// triangles in front of the middle the one least deep under counts, if no other is touched.
-  void note_fallback(std::uint32_t i, const Triangle<double>& triangle) {
+  /// Remembers the face through which a solid whose middle has got inside leaves soonest.
+  void note_way_out(std::uint32_t i, const Triangle<double>& triangle) {
     const Vec3<double> middle = X_MC_ * convex_.center;
     const Vec3<double>& n = mesh_.normal(i);
     const double depth = n.dot(triangle.corners[0] - middle);
-    if (!(depth >= 0.0 && depth < fallback_depth_)) return;
+    if (!(depth >= 0.0 && depth < way_out_depth_)) return;
     if (!is_over(triangle, n, middle)) return;
-    fallback_ = i;
-    fallback_depth_ = depth;
+    way_out_ = i;
+    way_out_depth_ = depth;
+  }
+
+  /// The surface cuts the solid, but at every triangle the shortest way off it, being only a local
+  /// one, was a neighbour's business. A contact there must be, or the solid falls through.
+  void add_last_resort() {
+    if (way_out_ && is_inside_mesh<double>(mesh_.tree(), X_MC_ * convex_.center)) {
+      sink_.add(face_manifold(*way_out_));
+    } else if (plate_) {
+      const MeshTriangle triangle = mesh_.triangle(*plate_);
+      const Vec3<double>& n = plate_contact_.normal;
+      ContactManifold<double> manifold = contact_manifold(triangle, shape_, X_MC_, n, margin_);
+      manifold.key = mix(edge_name(triangle, n), 1);
+      sink_.add(manifold);
+    }
   }
 
   /// Name of the edge or corner of a triangle that is farthest along n.
@@ -234,8 +255,11 @@ class MeshConvexContacts {
   const Transform<double>& X_MC_;
   double margin_;
   ContactSink<S>& sink_;
-  std::optional<std::uint32_t> fallback_;
-  double fallback_depth_ = infinity<double>;
+  // For the last resort.
+  std::optional<std::uint32_t> way_out_;
+  double way_out_depth_ = infinity<double>;
+  std::optional<std::uint32_t> plate_;
+  FclContactNormal plate_contact_{.gap = -infinity<double>};
 };
 
 }  // namespace detail

@@ -33,10 +33,10 @@ struct HullFace {
 /// Joins the triangles of a closed convex surface to faces.
 ///
 /// A region grows from the largest triangle that has none over all neighbours whose corners lie
-/// near its plane. Slivers, whose own plane means nothing, go to whom they share their longest edge
-/// with. A region with fewer than three corners is no polygon and goes to its longest neighbour. A
-/// vertex is a corner where at least three regions meet; since that does not depend on the side one
-/// looks from, faces on both sides of an edge agree on its ends.
+/// near its plane. Slivers, whose own plane means little, go to whom they share their longest edge
+/// with, if they are near its plane. A region with fewer than three corners is no polygon and goes
+/// to its longest neighbour. A vertex is a corner where at least three regions meet; since that
+/// does not depend on the side one looks from, faces on both sides of an edge agree on its ends.
 class FaceJoin {
  public:
   /// @param tolerance  [grid steps] How far the corners of a face may lie off its plane.
@@ -45,7 +45,6 @@ class FaceJoin {
       : points_(points), triangles_(triangles), tolerance_(tolerance) {
     measure();
     grow_regions();
-    adopt_slivers();
     while (dissolve_small_regions()) {
     }
   }
@@ -91,7 +90,7 @@ class FaceJoin {
   [[nodiscard]] double depth_below(std::uint32_t plane, std::uint32_t t) const;
   void grow_regions();
   void grow_region(std::uint32_t seed);
-  void adopt_slivers();
+  bool adopt_slivers(std::vector<std::uint32_t>& orphans);
   bool dissolve_small_regions();
   [[nodiscard]] std::vector<Side> sides_by_start() const;
   [[nodiscard]] std::size_t count_regions_around(Side first) const;
@@ -141,6 +140,13 @@ inline void FaceJoin::grow_regions() {
   for (const std::uint32_t seed : order) {
     if (region_[seed] == none && !is_sliver_[seed]) grow_region(seed);
   }
+  std::erase_if(order, [this](std::uint32_t t) { return region_[t] != none; });
+  while (!order.empty()) {
+    if (adopt_slivers(order)) continue;
+    // No neighbour will have them: thin needles are made of slivers alone.
+    grow_region(order.front());
+    std::erase_if(order, [this](std::uint32_t t) { return region_[t] != none; });
+  }
 }
 
 inline void FaceJoin::grow_region(std::uint32_t seed) {
@@ -160,27 +166,14 @@ inline void FaceJoin::grow_region(std::uint32_t seed) {
   }
 }
 
-inline void FaceJoin::adopt_slivers() {
-  std::vector<std::uint32_t> orphans;
-  for (std::uint32_t t = 0; t < triangles_.size(); ++t) {
-    if (region_[t] == none) orphans.push_back(t);
-  }
-  while (!orphans.empty()) {
-    const std::size_t count = orphans.size();
-    std::erase_if(orphans, [this](std::uint32_t t) {
-      region_[t] = region_[across({t, longest_edge_[t]})];
-      return region_[t] != none;
-    });
-    if (orphans.size() < count) continue;
-    // What remains are slivers in a ring around their longest edges; any neighbour will do.
-    std::erase_if(orphans, [this](std::uint32_t t) {
-      for (const std::uint32_t n : triangles_[t].neighbors) {
-        if (region_[t] == none) region_[t] = region_[n];
-      }
-      return region_[t] != none;
-    });
-    BRISTLE_ASSERT(orphans.size() < count);
-  }
+/// Takes those out of the list that found a region; false if none did.
+inline bool FaceJoin::adopt_slivers(std::vector<std::uint32_t>& orphans) {
+  return std::erase_if(orphans, [this](std::uint32_t t) {
+           const std::uint32_t heir = region_[across({t, longest_edge_[t]})];
+           // Two tolerances of its own height, one of the heir's border.
+           if (heir != none && depth_below(heir, t) <= 3.0 * tolerance_) region_[t] = heir;
+           return region_[t] != none;
+         }) > 0;
 }
 
 /// One side that starts at each vertex; `triangle` is none where the vertex is not on the hull.

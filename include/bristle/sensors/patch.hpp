@@ -56,26 +56,33 @@ struct PatchContact {
   bool is_slipping = false;
   bool is_damping_slip = false;
   /// [1] Ray direction n and depth gradient g.
-  Vec3<S> n, g;
+  Vec3<S> n = Vec3<S>::UnitX();
+  Vec3<S> g = Vec3<S>::UnitX();
   /// [m] From c to the point of touch.
-  Vec3<S> rho;
+  Vec3<S> rho = Vec3<S>::Zero();
   /// [m] Stretch at the start of the step.
-  Vec3<S> stretch;
+  Vec3<S> stretch = Vec3<S>::Zero();
   /// [m/s] Relative velocity at the start of the step, and tangential one of the last pass.
-  Vec3<S> start_velocity, last_slip;
+  Vec3<S> start_velocity = Vec3<S>::Zero();
+  Vec3<S> last_slip = Vec3<S>::Zero();
   /// [1], [m] Depth at the start of the step and length of the ray.
-  S depth, length;
+  S depth = S(0);
+  S length = S(1);
   /// [N] Normal force that sets the friction of this pass.
-  S force;
+  S force = S(0);
 
   /// Impulse on B as a function of the relative velocity v at the end of the step:
   /// constant + a_normal (g.v) g + a_across v_T + (a_along - a_across) (along.v) along.
-  Vec3<S> constant, along;
-  S normal_constant, a_normal, a_across, a_along;
+  Vec3<S> constant = Vec3<S>::Zero();
+  Vec3<S> along = Vec3<S>::Zero();
+  S normal_constant = S(0);
+  S a_normal = S(0);
+  S a_across = S(0);
+  S a_along = S(0);
 
   /// [N s] What it gave: its normal part, and all of it on B.
-  S normal_impulse;
-  Vec3<S> impulse;
+  S normal_impulse = S(0);
+  Vec3<S> impulse = Vec3<S>::Zero();
 };
 
 /// All contacts of one patch with one body in one step.

@@ -55,11 +55,6 @@ bool fill_contact(SensorPatch<S>& patch, std::size_t i, const PatchPair<S>& pair
   c.is_touching = c.depth > S(0);
   c.rho = pair.pose.R_WA * (patch.start[i] + patch.hits.distance[i] * patch.direction[i]);
   c.start_velocity = A.twist.at(c.rho) - B.twist.at(c.rho - pair.pose.p_AB_W);
-  c.stretch.setZero();
-  c.is_pushing = c.is_slipping = c.is_damping_slip = false;
-  c.last_slip.setZero();
-  c.normal_impulse = S(0);
-  c.impulse.setZero();
   return true;
 }
 

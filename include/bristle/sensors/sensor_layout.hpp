@@ -87,7 +87,8 @@ void SensorLayout<S>::validate() const {
     }
   }
   for (std::size_t i = 0; i < size(); ++i) {
-    const std::string number = "[" + std::to_string(i) + "]";
+    std::string number = "[";
+    number.append(std::to_string(i)).append("]");
     detail::require_all_finite("SensorLayout::start" + number, start[i]);
     detail::require_positive("SensorLayout::length" + number, length[i]);
     detail::require_all_finite("SensorLayout::direction" + number, direction[i]);

@@ -78,20 +78,35 @@ class ContactStage {
     const ShapePair bodies{std::min(a.body.index, b.body.index),
                            std::max(a.body.index, b.body.index)};
     if (std::binary_search(state.unpaired.begin(), state.unpaired.end(), bodies)) return false;
-    return state.reaches(swept_box(state, a), b) && state.reaches(swept_box(state, b), a);
+    return reaches_plane(state, a, b) && reaches_plane(state, b, a);
+  }
+
+  /// Whether a shape can get to another one within the step that is a half-space and may move, too;
+  /// true for all others, whose boxes overlap.
+  [[nodiscard]] bool reaches_plane(const State& state, const Collider<S, Backend>& c,
+                                   const Collider<S, Backend>& plane) const {
+    return !plane.half_space ||
+           state.reaches(swept_box(state, c).inflated(reach_of(state, plane, c)), plane);
   }
 
   [[nodiscard]] Aabb<S> swept_box(const State& state, const Collider<S, Backend>& c) const {
     if (c.half_space) return c.bounds;
     return transformed(c.bounds, state.body_of(c).center_pose * c.X_CmS)
-        .inflated(reach_of(state, c));
+        .inflated(reach_of(state, c, c));
   }
 
-  /// [m] How far a shape can get within the step.
-  [[nodiscard]] S reach_of(const State& state, const Collider<S, Backend>& c) const {
-    if (c.half_space) return S(0);
+  /// [m] How far any point of a shape that can meet another one can get within the step.
+  [[nodiscard]] S reach_of(const State& state, const Collider<S, Backend>& c,
+                           const Collider<S, Backend>& other) const {
     const Twist<S>& free = state.solver_bodies[c.body.index].free;
-    return state.def.time_step * (free.linear.norm() + free.angular.norm() * c.radius);
+    S radius = c.radius;
+    if (c.half_space) {
+      // It has no farthest point; what counts is where the other shape is.
+      radius = other.radius + (state.body_of(other).center_pose.translation -
+                               state.body_of(c).center_pose.translation)
+                                  .norm();
+    }
+    return state.def.time_step * (free.linear.norm() + free.angular.norm() * radius);
   }
 
   void collide(State& state, const ShapePair& pair) {
@@ -100,7 +115,7 @@ class ContactStage {
     const Body<S>& body_a = state.body_of(a);
     const Body<S>& body_b = state.body_of(b);
     const Transform<S> X_SaSb = a.X_CmS.inverse() * state.pose_from(body_a, b);
-    const S margin = reach_of(state, a) + reach_of(state, b);
+    const S margin = reach_of(state, a, b) + reach_of(state, b, a);
     found_.clear();
     ++state.report.pairs_collided;
     if (Backend::collide(a.shape, b.shape, X_SaSb, margin, found_) != ContactStatus::ok) {

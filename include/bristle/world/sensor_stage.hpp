@@ -164,10 +164,12 @@ class SensorStage {
                         (free.linear.norm() + free.angular.norm() *
                                                   (patch.box.center().norm() +
                                                    patch.box.half_extents().norm()));
-    const Aabb<S> box = transformed(patch.box, A.center_pose).inflated(own_reach);
-    state.broad_phase.overlap(box, [&](std::uint32_t tag) {
+    const Aabb<S> box = transformed(patch.box, A.center_pose);
+    state.broad_phase.overlap(box.inflated(own_reach), [&](std::uint32_t tag) {
       const Collider<S, Backend>& c = state.colliders.at(tag);
-      if (sees(state, patch, c) && state.reaches(box, c)) scratch.candidates.push_back(tag);
+      if (sees(state, patch, c) && state.reaches(box.inflated(approach(state, patch, c)), c)) {
+        scratch.candidates.push_back(tag);
+      }
       return true;
     });
     if (scratch.candidates.empty()) {

@@ -350,6 +350,15 @@ template <Scalar S, typename Backend>
   requires ShapeBackend<Backend, S>
 void World<S, Backend>::set_time_step(S dt) {
   detail::require_positive("dt", dt);
+  // Forces go on, so the impulses that the next step starts from follow the step.
+  const S ratio = dt / state_.def.time_step;
+  for (CachedPoint<S>& point : state_.contacts.points()) {
+    for (S& impulse : point.impulse) impulse *= ratio;
+  }
+  for (std::uint32_t i = 0; i < state_.joints.slot_count(); ++i) {
+    if (!state_.joints.is_live(i)) continue;
+    for (S& impulse : state_.joints.at(i).impulses) impulse *= ratio;
+  }
   state_.def.time_step = dt;
 }
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <bristle/collision/broadphase.hpp>
-
 #include "support/random.hpp"
+
+#include <bristle/collision/broadphase.hpp>
 
 #include <doctest/doctest.h>
 
@@ -24,8 +24,8 @@ Aabb<S> everywhere() {
 
 }  // namespace
 
-TEST_CASE_TEMPLATE("BroadPhase: finds exactly the pairs that overlap, each once, in order", S, float,
-                   double) {
+TEST_CASE_TEMPLATE("BroadPhase: finds exactly the pairs that overlap, each once, in order", S,
+                   float, double) {
   test::Random random(7);
   BroadPhase<S> phase;
   std::vector<Aabb<S>> boxes;
@@ -50,11 +50,13 @@ TEST_CASE_TEMPLATE("BroadPhase: finds exactly the pairs that overlap, each once,
     }
     std::vector<ShapePair> found;
     std::uint64_t tested = 0;
-    phase.find_pairs(moving, [](auto, auto) { return true; }, found, tested);
+    phase.find_pairs(
+        moving, [](auto, auto) { return true; }, found, tested);
     CHECK(found == expected);
     CHECK(tested >= found.size());
     found.clear();
-    phase.find_pairs(moving, [](auto, auto) { return false; }, found, tested);
+    phase.find_pairs(
+        moving, [](auto, auto) { return false; }, found, tested);
     CHECK(found.empty());
   }
 }
@@ -87,9 +89,8 @@ TEST_CASE("BroadPhase: an overlap query stops when told to") {
     phase.insert(i, i < 8 ? box_at<double>(Vec3<double>::Zero(), 1) : everywhere<double>());
   }
   int visits = 0;
-  phase.overlap(box_at<double>(Vec3<double>::Zero(), 1), [&](std::uint32_t) {
-    return ++visits < 3;
-  });
+  phase.overlap(box_at<double>(Vec3<double>::Zero(), 1),
+                [&](std::uint32_t) { return ++visits < 3; });
   CHECK(visits == 3);
 }
 

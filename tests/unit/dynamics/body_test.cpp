@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <bristle/dynamics/body.hpp>
-
 #include "support/random.hpp"
+
+#include <bristle/dynamics/body.hpp>
 
 #include <doctest/doctest.h>
 
@@ -12,8 +12,7 @@ namespace {
 /// Unit-density properties of a brick of 1 x 2 x 3 m.
 template <typename S>
 MassProperties<S> brick() {
-  return {S(6), Vec3<S>::Zero(),
-          Mat3<S>(Vec3<S>(S(6.5), S(5), S(2.5)).asDiagonal())};
+  return {S(6), Vec3<S>::Zero(), Mat3<S>(Vec3<S>(S(6.5), S(5), S(2.5)).asDiagonal())};
 }
 
 }  // namespace

@@ -104,7 +104,8 @@ TEST_CASE_TEMPLATE("solve_block: a bounded row aims at its target within its bou
   }
 }
 
-TEST_CASE_TEMPLATE("solve_block: an equality block meets all its targets at once", S, float, double) {
+TEST_CASE_TEMPLATE("solve_block: an equality block meets all its targets at once", S, float,
+                   double) {
   ConstraintBlock<S> block;
   block.count = 2;
   BlockResponse<S> K;

@@ -30,8 +30,9 @@ TEST_CASE_TEMPLATE("free_twist: gravity and applied wrench for one step", S, flo
         Vec3<S>(7, 0, 0));
 }
 
-TEST_CASE_TEMPLATE("step_pose: moves by velocity and correction, and the correction leaves no speed",
-                   S, float, double) {
+TEST_CASE_TEMPLATE(
+    "step_pose: moves by velocity and correction, and the correction leaves no speed", S, float,
+    double) {
   Body<S> body = body_of<S>({1, 1, 1});
   body.twist = {{1, 0, 0}, {0, 0, 0}};
   step_pose(body, {{0, 2, 0}, {0, 0, 1}}, S(0.5));
@@ -62,6 +63,7 @@ TEST_CASE_TEMPLATE("step_pose: a ball turns about its axis exactly", S, float, d
   const Vec3<S> w(S(0.3), S(-0.4), S(1.2));
   body.twist.angular = w;
   for (int i = 0; i < 10; ++i) step_pose(body, Twist<S>{}, S(0.1));
-  CHECK((log_rotation<S>(body.center_pose.rotation) - w).norm() < S(20) * Tolerance<S>::round_off());
+  CHECK((log_rotation<S>(body.center_pose.rotation) - w).norm() <
+        S(20) * Tolerance<S>::round_off());
   CHECK(body.twist.angular == w);
 }

@@ -178,7 +178,7 @@ TEST_CASE_TEMPLATE("convex_hull: of random and nearly degenerate clouds is valid
     const auto noise = [&](S size) -> Vec3<S> {
       return fine * random.uniform(S(0), size) * random.direction<S>();
     };
-    std::vector<Points<S>> clouds(7);
+    std::vector<Points<S>> clouds(8);
     for (std::size_t i = 0; i < count; ++i) {
       const Vec3<S> p = random.in_cube(S(1));
       clouds[0].push_back(p);
@@ -198,6 +198,11 @@ TEST_CASE_TEMPLATE("convex_hull: of random and nearly degenerate clouds is valid
       Vec3<S> p = clouds[6][random.index(8)];
       p[static_cast<int>(random.index(3))] = random.uniform(S(-1), S(1));
       clouds[6].push_back(p + noise(S(2)));
+    }
+    // A round needle, so thin that all its facets are slivers.
+    const S thin = fine * random.uniform(S(60), S(120));
+    for (const auto& v : prism<S>(static_cast<std::uint32_t>(20 + count))) {
+      clouds[7].push_back(v.cwiseProduct(Vec3<S>(thin, thin, 1)));
     }
     for (std::size_t c = 0; c < clouds.size(); ++c) {
       CAPTURE(c);

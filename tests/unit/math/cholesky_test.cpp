@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <bristle/math/cholesky.hpp>
-
 #include "support/random.hpp"
+
+#include <bristle/math/cholesky.hpp>
 
 #include <doctest/doctest.h>
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <bristle/math/rotation.hpp>
-
 #include "support/random.hpp"
+
+#include <bristle/math/rotation.hpp>
 
 #include <doctest/doctest.h>
 
@@ -37,7 +37,8 @@ TEST_CASE_TEMPLATE("step_rotation: many small steps make a large one", S, float,
   Quat<S> q = Quat<S>::Identity();
   const Vec3<S> omega(S(0.3), S(-0.2), S(0.5));
   for (int i = 0; i < 100; ++i) q = step_rotation<S>(q, omega, S(0.01));
-  CHECK(q.angularDistance(exp_rotation<S>(omega)) < (std::is_same_v<S, double> ? S(1e-7) : S(2e-3)));
+  CHECK(q.angularDistance(exp_rotation<S>(omega)) <
+        (std::is_same_v<S, double> ? S(1e-7) : S(2e-3)));
   CHECK(std::abs(q.norm() - S(1)) < Tolerance<S>::round_off());
 }
 

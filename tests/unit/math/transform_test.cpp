@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <bristle/math/transform.hpp>
-
 #include "support/random.hpp"
+
+#include <bristle/math/transform.hpp>
 
 #include <doctest/doctest.h>
 
 using namespace bristle;
 
-TEST_CASE_TEMPLATE("Transform: composes, inverts and acts on points and vectors", S, float, double) {
+TEST_CASE_TEMPLATE("Transform: composes, inverts and acts on points and vectors", S, float,
+                   double) {
   test::Random random(1);
   for (int i = 0; i < 50; ++i) {
     const Transform<S> X_AB = random.pose(S(1));

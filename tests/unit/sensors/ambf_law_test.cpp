@@ -45,7 +45,8 @@ TEST_CASE_TEMPLATE("ambf_sensor_force: roots, holds, lets go, without friction w
   CHECK(is_rooted);
 }
 
-TEST_CASE_TEMPLATE("ambf_sensor_force: slides in the plane of the touched surface", S, float, double) {
+TEST_CASE_TEMPLATE("ambf_sensor_force: slides in the plane of the touched surface", S, float,
+                   double) {
   const SensorParameters<S> p{S(2), S(0), S(0), S(3), S(1e-3)};
   SensorContact<S> c;
   c.depth = S(0.5);

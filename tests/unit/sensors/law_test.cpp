@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <bristle/sensors/law.hpp>
-
 #include "support/random.hpp"
+
+#include <bristle/sensors/law.hpp>
 
 #include <doctest/doctest.h>
 
@@ -135,8 +135,7 @@ TEST_CASE_TEMPLATE("advance_anchor: roots, keeps, and resets beyond sigma", S, f
   CHECK_FALSE(did_slip);
   pair.p_AB_W.x() = -S(0.9e-3);
   const Anchor<S> before = anchor;
-  Vec3<S> stretch =
-      advance_anchor(anchor, true, pair, n, r_A, sigma, SlipReset::release, did_slip);
+  Vec3<S> stretch = advance_anchor(anchor, true, pair, n, r_A, sigma, SlipReset::release, did_slip);
   CHECK(std::abs(stretch.x() - S(0.9e-3)) < S(1e-3) * eps<S>);
   CHECK_FALSE(did_slip);
   CHECK(anchor.q_A == before.q_A);
@@ -168,8 +167,8 @@ TEST_CASE_TEMPLATE("sensor_force: F_N n + k_t e_T + mu_V v_T, normal damping as 
   const S normal = S(1.15);
   CHECK(std::abs(f.normal - normal) < eps<S>);
   CHECK(f.normal_vector.isApprox(Vec3<S>(0, 0, -normal), eps<S>));
-  CHECK(f.shear.isApprox(
-      Vec3<S>(S(3000) * normal * S(2e-4) + S(0.4) * S(0.1), S(0.4) * S(-0.2), 0), eps<S>));
+  CHECK(f.shear.isApprox(Vec3<S>(S(3000) * normal * S(2e-4) + S(0.4) * S(0.1), S(0.4) * S(-0.2), 0),
+                         eps<S>));
   CHECK(f.total() == f.normal_vector + f.shear);
   // Halving the step changes nothing: all terms are rates.
   const SensorForce<S> half = sensor_force(p, LawOptions{}, c, stretch, S(5e-4));
@@ -186,7 +185,8 @@ TEST_CASE_TEMPLATE("sensor_force: along the ray, or along the gradient", S, floa
   c.n = Vec3<S>(S(0.6), 0, S(-0.8));
   c.g = depth_gradient<S>(c.n, Vec3<S>(0, 0, 1));
   LawOptions options;
-  CHECK(sensor_force(p, options, c, Vec3<S>(Vec3<S>::Zero()), S(1e-3)).total().isApprox(c.n, eps<S>));
+  CHECK(
+      sensor_force(p, options, c, Vec3<S>(Vec3<S>::Zero()), S(1e-3)).total().isApprox(c.n, eps<S>));
   options.normal = NormalDirection::gradient;
   const SensorForce<S> f = sensor_force(p, options, c, Vec3<S>(Vec3<S>::Zero()), S(1e-3));
   CHECK(f.total().isApprox(Vec3<S>(0, 0, S(-1.25)), eps<S>));
@@ -209,8 +209,8 @@ TEST_CASE_TEMPLATE("sensor_force: a bristle that passes whole stretches has its 
   const SensorForce<S> fast = sensor_force(p, options, c, stretch, S(1e-3));
   CHECK(fast.shear.isApprox(Vec3<S>(0, S(3000) * S(5e-4), 0), eps<S>));
   options.reset = SlipReset::drag;
-  CHECK(sensor_force(p, options, c, stretch, S(1e-3)).shear.isApprox(
-      Vec3<S>(S(3000) * S(9e-4), 0, 0), eps<S>));
+  CHECK(sensor_force(p, options, c, stretch, S(1e-3))
+            .shear.isApprox(Vec3<S>(S(3000) * S(9e-4), 0, 0), eps<S>));
 }
 
 TEST_CASE_TEMPLATE("sensor_wrench: is exactly zero without a hit, and forgets", S, float, double) {
@@ -220,8 +220,8 @@ TEST_CASE_TEMPLATE("sensor_wrench: is exactly zero without a hit, and forgets", 
   const BodyMotion<S> A, B;
   for (const S distance : {S(0.01), S(0.02), infinity<S>}) {
     memory.is_anchored = true;
-    const Wrench<S> w = sensor_wrench(constants<S>(), LawOptions{}, ray, distance,
-                                      Vec3<S>(0, 0, 1), A, B, S(1e-3), memory);
+    const Wrench<S> w = sensor_wrench(constants<S>(), LawOptions{}, ray, distance, Vec3<S>(0, 0, 1),
+                                      A, B, S(1e-3), memory);
     CHECK(w.force == Vec3<S>::Zero());
     CHECK(w.torque == Vec3<S>::Zero());
     CHECK_FALSE(memory.is_anchored);
@@ -250,9 +250,9 @@ TEST_CASE_TEMPLATE("sensor_wrench: opposes displacement and turns A as r x F", S
   A.pose.translation.y() = S(5e-4);
   w = sensor_wrench(p, LawOptions{}, ray, S(0.005), m, A, B, S(1e-3), memory);
   CHECK(w.force.isApprox(Vec3<S>(0, S(-1.5), 1), S(1e3) * eps<S>));
-  CHECK(w.torque.isApprox(Vec3<S>(0, S(0.1), 0).cross(Vec3<S>::Zero()) +
-                              Vec3<S>(S(0.1), 0, S(-0.005)).cross(w.force),
-                          S(1e2) * eps<S>));
+  CHECK(w.torque.isApprox(
+      Vec3<S>(0, S(0.1), 0).cross(Vec3<S>::Zero()) + Vec3<S>(S(0.1), 0, S(-0.005)).cross(w.force),
+      S(1e2) * eps<S>));
 }
 
 TEST_CASE("sensor_wrench: does not depend on where the world's origin is") {
@@ -268,7 +268,8 @@ TEST_CASE("sensor_wrench: does not depend on where the world's origin is") {
     const Vec3<double> shift = random.in_cube(8.0);
     SensorMemory<double> here, there;
     for (int step = 0; step < 2; ++step) {
-      const auto w = sensor_wrench(constants<double>(), LawOptions{}, ray, 0.01, m, A, B, 1e-3, here);
+      const auto w =
+          sensor_wrench(constants<double>(), LawOptions{}, ray, 0.01, m, A, B, 1e-3, here);
       BodyMotion<double> A2 = A, B2 = B;
       A2.pose.translation += shift;
       B2.pose.translation += shift;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <bristle/sensors/patch_block.hpp>
-
 #include "support/random.hpp"
+
+#include <bristle/sensors/patch_block.hpp>
 
 #include <doctest/doctest.h>
 
@@ -13,7 +13,8 @@ namespace {
 SensorPatch<double> random_patch(test::Random& random, PatchPair<double>& pair) {
   SensorPatch<double> patch;
   patch.def.parameters = {2, 0.05, 3000, 0.4, 1e-3};
-  patch.def.options.normal = random.index(2) == 0 ? NormalDirection::ray : NormalDirection::gradient;
+  patch.def.options.normal =
+      random.index(2) == 0 ? NormalDirection::ray : NormalDirection::gradient;
   pair.first = 0;
   pair.count = 9;
   for (std::uint32_t i = 0; i < pair.count; ++i) {
@@ -92,7 +93,7 @@ TEST_CASE("start_linearisation: at rest gives what the explicit law gives") {
   for (PatchContact<double>& c : patch.contacts) c.start_velocity.setZero();
   const double dt = 1e-3;
   start_linearisation(patch, pair, dt);
-  (void)evaluate_impulses(patch, pair, Vec6<double>::Zero());
+  (void)evaluate_impulses<double>(patch, pair, Vec6<double>::Zero());
   for (const PatchContact<double>& c : patch.contacts) {
     const SensorContact<double> contact{c.depth, c.length, c.n, c.g, Vec3<double>::Zero()};
     const SensorForce<double> f =
@@ -108,7 +109,7 @@ TEST_CASE("update_linearisation: a settled patch needs no further solve") {
   SensorPatch<double> patch = random_patch(random, pair);
   for (PatchContact<double>& c : patch.contacts) c.start_velocity.setZero();
   start_linearisation(patch, pair, 1e-3);
-  (void)evaluate_impulses(patch, pair, Vec6<double>::Zero());
+  (void)evaluate_impulses<double>(patch, pair, Vec6<double>::Zero());
   CHECK_FALSE(update_linearisation<double>(patch, pair, Vec6<double>::Zero(), 1e-3, 1, false));
 }
 

@@ -13,7 +13,7 @@ namespace {
 /// x += dt v.
 bool stays(const Mode<double>& mode, double dt) {
   double x = 1;
-  double v = 0;
+  double v = 1;
   for (int i = 0; i < 20000; ++i) {
     v += dt * (-mode.stiffness * x - mode.damping * v) / mode.mass;
     x += dt * v;
@@ -42,6 +42,7 @@ TEST_CASE_TEMPLATE("Mode: without stiffness and damping any step will do", S, fl
 TEST_CASE_TEMPLATE("largest_stable_step: infinite for a patch that touches nothing", S, float,
                    double) {
   const SensorPatch<S> patch;
-  CHECK(largest_stable_step(patch, [](const PatchPair<S>&) { return Mat6<S>(Mat6<S>::Identity()); }) ==
-        infinity<S>);
+  CHECK(largest_stable_step(patch, [](const PatchPair<S>&) {
+          return Mat6<S>(Mat6<S>::Identity());
+        }) == infinity<S>);
 }

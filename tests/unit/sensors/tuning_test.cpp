@@ -25,22 +25,22 @@ TEST_CASE("tuned_for: reproduces the table of docs/sensors.md from wants") {
   struct Row {
     double mass, mu, creep, press;
     std::size_t count;
-    double mu_S, K_N, K_D, mu_V;
+    double length, mu_S, K_N, K_D, mu_V;
   };
-  // The constants in the table are rounded to three or four digits; L = 10 mm.
-  for (const Row& row : {Row{0.5, 5, 1e-3, 0.3, 16, 5000, 1.022, 0.0357, 9.689},
-                         Row{0.5, 0.8, 0.5e-3, 0.3, 16, 1600, 1.022, 0.0357, 5.481},
-                         Row{0.05, 1, 0.1e-3, 0.3, 25, 1e4, 0.0654, 0.00101, 0.877},
-                         Row{20, 0.6, 2e-3, 0.4, 100, 300, 4.905, 0.280, 15.19},
-                         Row{0.002, 1, 5e-3, 0.3, 4, 200, 0.01635, 3.1e-4, 0.0310},
-                         Row{1000, 1.2, 1e-3, 0.3, 400, 1200, 81.75, 4.04, 379.7}}) {
+  // The constants in the table are rounded to two to four digits.
+  for (const Row& row : {Row{0.5, 5, 1e-3, 0.3, 16, 0.01, 5000, 1.022, 0.0357, 9.689},
+                         Row{0.5, 0.8, 0.5e-3, 0.3, 16, 0.01, 1600, 1.022, 0.0357, 5.481},
+                         Row{0.05, 1, 0.1e-3, 0.3, 25, 0.01, 1e4, 0.0654, 0.00101, 0.877},
+                         Row{20, 0.6, 2e-3, 0.4, 100, 0.02, 300, 4.905, 0.280, 15.19},
+                         Row{0.002, 1, 5e-3, 0.3, 4, 0.01, 200, 0.01635, 3.1e-4, 0.0310},
+                         Row{1000, 1.2, 1e-3, 0.3, 400, 0.02, 1200, 81.75, 4.04, 379.7}}) {
     GripWants<double> wants;
     wants.friction = row.mu;
     wants.creep = row.creep;
     wants.load = row.mass * 9.81;
     wants.mass = row.mass;
     wants.press = row.press;
-    const SensorParameters<double> p = tuned_for(wants).parameters(row.count, 0.01);
+    const SensorParameters<double> p = tuned_for(wants).parameters(row.count, row.length);
     CHECK(p.static_friction == doctest::Approx(row.mu_S).epsilon(1e-9));
     CHECK(p.breakaway_distance == row.creep);
     CHECK(p.normal_stiffness == doctest::Approx(row.K_N).epsilon(2e-3));
@@ -49,7 +49,8 @@ TEST_CASE("tuned_for: reproduces the table of docs/sensors.md from wants") {
   }
 }
 
-TEST_CASE_TEMPLATE("meaning_of: is the inverse of tuned_for, under every scaling", S, float, double) {
+TEST_CASE_TEMPLATE("meaning_of: is the inverse of tuned_for, under every scaling", S, float,
+                   double) {
   for (const FrictionScaling scaling :
        {FrictionScaling::normal_force, FrictionScaling::depth, FrictionScaling::none}) {
     GripWants<S> wants;
@@ -139,8 +140,7 @@ TEST_CASE("tuned_for and meaning_of: name what is wrong") {
   CHECK(wants([](auto& w) { w.press = 0; }) == "GripWants::press");
   CHECK(wants([](auto& w) { w.press = 1.5; }) == "GripWants::press");
   CHECK(wants([](auto& w) { w.normal_damping_ratio = -1; }) == "GripWants::normal_damping_ratio");
-  CHECK(wants([](auto& w) { w.bristle_damping_ratio = -1; }) ==
-        "GripWants::bristle_damping_ratio");
+  CHECK(wants([](auto& w) { w.bristle_damping_ratio = -1; }) == "GripWants::bristle_damping_ratio");
   const auto use = [](auto change) {
     return field_of([&] {
       PatchUse<double> u;
