@@ -122,8 +122,9 @@ TEST_CASE_TEMPLATE("reference_values: 1000 kg on 100 g (R19)", T, BRISTLE_TEST_S
   def.masses = {S(0.1), S(1000)};
   auto scene = make_stack<S, typename T::Backend>(def);
   scene.run(S(3));
+  // In float the 1 N of the lower cube is a difference of 9810 N: 1e-3 of its 3 mm of depth.
   for (std::size_t k = 0; k < 2; ++k) {
     const S z = scene.world.pose(scene.cubes[k]).translation.z();
-    CHECK(std::abs(static_cast<double>(z - scene.rest_heights[k])) < tolerance<S>(1e-6, 2e-6));
+    CHECK(std::abs(static_cast<double>(z - scene.rest_heights[k])) < tolerance<S>(1e-6, 1e-5));
   }
 }

@@ -54,11 +54,18 @@ class BroadPhase {
   void move(std::uint32_t tag, const Aabb<S>& swept) {
     Entry& entry = entries_[tag];
     entry.swept = swept;
-    if (entry.node == AabbTree<S>::null || tree_.box(entry.node).contains(swept)) return;
-    // A tenth of the size: at that speed a shape changes the tree once in the time it takes to move
-    // by a tenth of itself, while the surplus costs few false pairs.
-    tree_.update(entry.node, swept.inflated(S(0.2) * swept.half_extents().maxCoeff()));
+    if (entry.node == AabbTree<S>::null) return;
+    // A surplus of a tenth of the size: a shape then changes the tree once in the time it takes to
+    // move by a tenth of itself, and the surplus costs few false pairs. A box left over from a fast
+    // step shrinks again once it is several times too large.
+    const S surplus = S(0.2) * swept.half_extents().maxCoeff();
+    const Aabb<S>& box = tree_.box(entry.node);
+    if (box.contains(swept) && swept.inflated(S(5) * surplus).contains(box)) return;
+    tree_.update(entry.node, swept.inflated(surplus));
   }
+
+  /// The box a shape was last given.
+  [[nodiscard]] const Aabb<S>& swept(std::uint32_t tag) const { return entries_[tag].swept; }
 
   /// Calls visit(tag) -> bool for every shape whose swept box overlaps `box`, until it returns
   /// false; unbounded shapes come last, in order of their tags.

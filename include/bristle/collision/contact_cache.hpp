@@ -5,6 +5,7 @@
 
 #include <bristle/collision/broadphase.hpp>
 #include <bristle/geometry/contact_manifold.hpp>
+#include <bristle/math/rotation.hpp>
 #include <bristle/math/transform.hpp>
 
 #include <array>
@@ -74,7 +75,7 @@ class ContactCache {
         point.arm_b = point.arm_a - p_ab;
         point.gap = m.points[i].gap;
         point.feature = m.points[i].feature;
-        if (old != nullptr) inherit(*old, point);
+        if (old != nullptr) inherit(*old, cached.normal, point);
         points_.push_back(point);
       }
       manifolds_.push_back(cached);
@@ -104,10 +105,17 @@ class ContactCache {
     return nullptr;
   }
 
-  void inherit(const CachedManifold<S>& old, CachedPoint<S>& point) const {
+  /// Gives a point the impulse of its predecessor. Friction is carried over as a vector: the tangents
+  /// of two nearly equal normals may be opposite.
+  void inherit(const CachedManifold<S>& old, const Vec3<S>& normal, CachedPoint<S>& point) const {
     for (std::uint32_t i = old.first; i < old.first + old.count; ++i) {
       if (old_points_[i].feature != point.feature) continue;
-      point.impulse = old_points_[i].impulse;
+      const std::array<S, 3>& impulse = old_points_[i].impulse;
+      Vec3<S> t1, t2;
+      tangent_basis<S>(old.normal, t1, t2);
+      const Vec3<S> friction = impulse[1] * t1 + impulse[2] * t2;
+      tangent_basis<S>(normal, t1, t2);
+      point.impulse = {impulse[0], friction.dot(t1), friction.dot(t2)};
       return;
     }
   }

@@ -41,7 +41,8 @@ struct BodyDef {
   /// [m] Centre of mass in the body frame; unset: the shape's.
   std::optional<Vec3<S>> center_of_mass = std::nullopt;
   /// [kg m^2] Inertia about the centre of mass along the body's axes; symmetric, positive definite,
-  /// of a possible body (triangle inequality); unset: the shape's, scaled to the mass.
+  /// of a possible body (triangle inequality); unset: the shape's, scaled to the mass, and moved by
+  /// the parallel-axis theorem where `center_of_mass` is not the shape's own.
   std::optional<Mat3<S>> inertia = std::nullopt;
   /// [-] Shape, its frame equal to the body frame; unset: the body touches nothing until
   /// `World::add_shape` gives it a shape, and `mass` and `inertia` must be set if it is dynamic.

@@ -16,6 +16,11 @@
 
 namespace bristle {
 
+/// [1] Share of a row's response below which nothing is left of it but round-off, once other rows
+/// hold: a thousand roundings, for what elimination adds up.
+template <Scalar S>
+inline constexpr S no_mobility = S(1000) * Tolerance<S>::round_off();
+
 /// One scalar velocity constraint between bodies A and B. Its velocity is
 /// d . (v_B - v_A) + angular_b . w_B - angular_a . w_A, and an impulse x adds d x to B's momentum.
 template <Scalar S>
@@ -27,7 +32,8 @@ struct ConstraintRow {
   Vec3<S> angular_b = Vec3<S>::Zero();
   /// [m/s or rad/s] Wanted velocity.
   S target = S(0);
-  /// [m or rad] Position error at the start of the step: the gap of a contact, the offset of a joint.
+  /// [m or rad] Position error at the start of the step: the gap of a contact or a stop, the offset of
+  /// a joint.
   S error = S(0);
   /// [N s or N m s] Accumulated impulse.
   S impulse = S(0);
@@ -44,8 +50,10 @@ struct ConstraintRow {
 enum class BlockKind : std::uint8_t {
   /// Any value: velocities equal their targets.
   equality,
-  /// One row within [lower, upper]: a drive or a stop.
+  /// One row within [lower, upper]: a drive.
   bounded,
+  /// One row that only pushes and keeps an error from falling below zero: a stop.
+  stop,
   /// Three rows (normal, two tangents): no pull, and friction within a disk.
   contact
 };
@@ -64,10 +72,26 @@ struct ConstraintBlock {
   BlockKind kind = BlockKind::equality;
   /// [1] Friction coefficient of a contact.
   S friction = S(0);
-  /// [N s or N m s] Bounds of a bounded row.
+  /// [N s or N m s] Bounds of a bounded row or a stop.
   S lower = S(0);
   S upper = S(0);
 };
+
+/// How many rows of a block the position correction closes, from its first one: all of a joint, the
+/// normal of a contact, a stop; none of a drive.
+template <Scalar S>
+[[nodiscard]] std::uint32_t corrected_rows(const ConstraintBlock<S>& block) {
+  switch (block.kind) {
+    case BlockKind::equality:
+      return block.count;
+    case BlockKind::stop:
+    case BlockKind::contact:
+      return 1;
+    case BlockKind::bounded:
+      break;
+  }
+  return 0;
+}
 
 /// Response of a block's row velocities to its own impulses, row-major `count` x `count`, and what
 /// solving it needs.
@@ -85,9 +109,9 @@ struct BlockResponse {
   void prepare(BlockKind kind, std::size_t count) {
     if (kind != BlockKind::equality) return;
     factor = matrix;
-    // Redundant rows give a singular matrix; the floor shares the load between them. A row without
-    // any response (between two bodies that nothing moves) gets a unit pivot and no impulse.
-    if (!factor_cholesky(factor.data(), count, Tolerance<S>::round_off())) {
+    // Redundant rows give a singular matrix; the floor softens them just enough to share the load. A
+    // block without any response (between two bodies that nothing moves) gets no impulse.
+    if (!factor_cholesky(factor.data(), count, no_mobility<S>)) {
       factor.fill(S(0));
       for (std::size_t i = 0; i < count; ++i) factor[i * count + i] = infinity<S>;
     }
@@ -112,7 +136,7 @@ void solve_friction(const BlockResponse<S>& K, const S* residual, S radius, S& t
   const S b = K(1, 2, 3);
   const S c = K(2, 2, 3);
   const S determinant = a * c - b * b;
-  if (determinant > S(0)) {
+  if (determinant > no_mobility<S> * a * c) {
     const S u = t1 - (c * residual[0] - b * residual[1]) / determinant;
     const S v = t2 - (a * residual[1] - b * residual[0]) / determinant;
     if (u * u + v * v <= radius * radius) {
@@ -154,7 +178,8 @@ void solve_block(const ConstraintBlock<S>& block, const BlockResponse<S>& K, con
       solve_upper(K.factor.data(), block.count, change);
       for (std::size_t i = 0; i < block.count; ++i) rows[i].impulse += change[i];
       return;
-    case BlockKind::bounded: {
+    case BlockKind::bounded:
+    case BlockKind::stop: {
       const S wanted =
           rows[0].impulse + detail::scalar_change(velocity[0] - rows[0].target, K(0, 0, 1));
       const S impulse = min(max(wanted, block.lower), block.upper);

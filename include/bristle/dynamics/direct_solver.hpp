@@ -268,8 +268,8 @@ bool DirectSolver<S>::reduce() {
       equality_factor_[i * equalities_ + j] = response_[i * rows + j];
     }
   }
-  // Loops make joints redundant; the floor then shares the load among them.
-  if (!factor_cholesky(equality_factor_.data(), equalities_, Tolerance<S>::round_off())) {
+  // Loops make joints redundant; the floor softens them just enough to share the load.
+  if (!factor_cholesky(equality_factor_.data(), equalities_, no_mobility<S>)) {
     return false;
   }
   coupling_.resize(rest * equalities_);
@@ -286,6 +286,13 @@ bool DirectSolver<S>::reduce() {
           detail::dot(coupling_.data() + i * equalities_, coupling_.data() + j * equalities_,
                       equalities_);
     }
+  }
+  // A row along which the joints leave no mobility (a finger on a slide, pushed across it) must not
+  // divide by what rounding left there: nothing but the joints' carrier could give way.
+  for (std::size_t i = 0; i < rest; ++i) {
+    const S before = response_[(equalities_ + i) * rows + equalities_ + i];
+    if (reduced_[i * rest + i] > no_mobility<S> * before) continue;
+    for (std::size_t j = 0; j < rest; ++j) reduced_[i * rest + j] = reduced_[j * rest + i] = S(0);
   }
   return true;
 }
@@ -412,7 +419,7 @@ int DirectSolver<S>::correct_positions(const Island& island, Constraints<S>& con
   row_velocity_.assign(rest, S(0));
   for (const UnilateralBlock& u : unilateral_) {
     const ConstraintBlock<S>& block = constraints.blocks[u.block];
-    if (block.kind != BlockKind::contact) continue;
+    if (corrected_rows(block) == 0) continue;
     const std::size_t i = u.first - equalities_;
     row_velocity_[i] = left_of(u.first, block);
     row_velocity_[i] -=
@@ -423,7 +430,7 @@ int DirectSolver<S>::correct_positions(const Island& island, Constraints<S>& con
   while (sweeps < context.settings.max_position_sweeps) {
     S residual = S(0);
     for (const UnilateralBlock& u : unilateral_) {
-      if (constraints.blocks[u.block].kind != BlockKind::contact) continue;
+      if (corrected_rows(constraints.blocks[u.block]) == 0) continue;
       const std::size_t i = u.first - equalities_;
       const S response = reduced_[i * rest + i];
       const S wanted =

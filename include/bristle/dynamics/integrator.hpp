@@ -1,10 +1,10 @@
 /// @file
 /// Symplectic Euler: velocities first, then poses with the new velocities.
 ///
-/// The turn of a body in one step keeps angular momentum exactly and kinetic energy to round-off, at
-/// any spin rate it can resolve (less than half a turn a step): the discrete Moser-Veselov equation
-/// of the free top with preprocessed inertia (Hairer and Vilmart 2006, "Preprocessed discrete
-/// Moser-Veselov algorithm for the full dynamics of a rigid body"), fourth order in the step.
+/// The turn of a body in one step keeps angular momentum exactly and kinetic energy to round-off: the
+/// discrete Moser-Veselov equation of the free top with preprocessed inertia (Hairer and Vilmart
+/// 2006, "Preprocessed discrete Moser-Veselov algorithm for the full dynamics of a rigid body"),
+/// fourth order in the step, in parts of at most a radian where the body spins faster.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -79,6 +79,34 @@ template <Scalar S>
   return rest.cwiseAbs().maxCoeff() <= Tolerance<S>::round_off() * inertia(0, 0);
 }
 
+/// Turns a body as a free top: its angular momentum stays, its angular velocity follows its attitude.
+/// The step is halved until each part turns by less than a radian, where the map has its root.
+template <Scalar S>
+void turn_free_top(Body<S>& body, S dt) {
+  using std::sqrt;
+  Quat<S>& rotation = body.center_pose.rotation;
+  const Vec3<S> L_W = body.angular_momentum();
+  if (!(L_W.squaredNorm() > S(0))) return;
+  // The fastest that this momentum can ever turn the body, whatever its attitude becomes.
+  const S fastest = dt * L_W.norm() * body.inverse_inertia_B.norm();
+  constexpr int most_parts = 4096;
+  int parts = 1;
+  while (S(parts) < fastest && parts < most_parts) parts *= 2;
+  const S h = dt / S(parts);
+  for (int i = 0; i < parts; ++i) {
+    const Vec3<S> y = rotation.conjugate() * L_W;
+    Vec3<S> q;
+    if (solve_top_step(body.inertia_B, body.inverse_inertia_B, y, h, q)) {
+      rotation =
+          (rotation * Quat<S>(sqrt(S(1) - q.squaredNorm()), q.x(), q.y(), q.z())).normalized();
+    } else {
+      // Faster than the parts resolve: momentum is still kept, and energy stays between its bounds.
+      rotation = step_rotation<S>(rotation, rotation * (body.inverse_inertia_B * y), h);
+    }
+  }
+  body.twist.angular = rotation * (body.inverse_inertia_B * (rotation.conjugate() * L_W));
+}
+
 }  // namespace detail
 
 template <Scalar S>
@@ -86,20 +114,8 @@ void step_pose(Body<S>& body, const Twist<S>& correction, S dt) {
   Transform<S>& X = body.center_pose;
   X.translation += dt * (body.twist.linear + correction.linear);
 
-  const Vec3<S> y = X.rotation.conjugate() * body.angular_momentum();
-  Vec3<S> q;
-  if (body.is_dynamic() && y.squaredNorm() > S(0) && !detail::is_isotropic(body.inertia_B)) {
-    const Vec3<S> L_W = X.rotation * y;
-    if (detail::solve_top_step(body.inertia_B, body.inverse_inertia_B, y, dt, q)) {
-      using std::sqrt;
-      X.rotation = (X.rotation * Quat<S>(sqrt(S(1) - q.squaredNorm()), q.x(), q.y(), q.z()))
-                       .normalized();
-    } else {
-      // Faster than a quarter turn of |q| a step: turn about the present axis. Momentum is still
-      // kept below, and energy stays between the bounds that momentum sets.
-      X.rotation = step_rotation(X.rotation, body.twist.angular, dt);
-    }
-    body.twist.angular = X.rotation * (body.inverse_inertia_B * (X.rotation.conjugate() * L_W));
+  if (body.is_dynamic() && !detail::is_isotropic(body.inertia_B)) {
+    detail::turn_free_top(body, dt);
   } else {
     X.rotation = step_rotation(X.rotation, body.twist.angular, dt);
   }

@@ -41,7 +41,7 @@ struct JointDrive {
   S target = S(0);
   /// [N] Largest force, >= 0.
   S max_force = S(0);
-  /// [m/s] Largest speed of a position drive, > 0.
+  /// [m/s] Largest speed of a position drive, > 0. It goes slower where it could not brake in time.
   S max_speed = infinity<S>;
 };
 
@@ -92,6 +92,8 @@ struct Joint {
   /// [N s, N m s] Impulses of the last step, for warm start: five or six locked axes, then drive,
   /// lower and upper stop.
   std::array<S, 9> impulses{};
+  /// [N s, N m s] All of them on B about B's joint origin, world axes of the step they acted in.
+  Wrench<S> total{};
   /// [-] First of this step's blocks, and how many.
   std::uint32_t first_block = 0;
   std::uint32_t block_count = 0;
@@ -160,6 +162,18 @@ template <Scalar S>
   return pose;
 }
 
+/// [m/s] Speed of a position drive at a distance [m] from its target: as fast as it can still brake
+/// with half of its force (the other half is for loads), and not beyond the target in this step.
+template <Scalar S>
+[[nodiscard]] S approach_speed(const JointDrive<S>& drive, S distance, S inverse_mass, S dt) {
+  using std::abs;
+  using std::min;
+  using std::sqrt;
+  const S braking = drive.max_force * inverse_mass / S(2);
+  const S speed = min(min(abs(distance) / dt, drive.max_speed), sqrt(S(2) * braking * abs(distance)));
+  return distance < S(0) ? -speed : speed;
+}
+
 inline constexpr std::size_t drive_impulse = 6;
 inline constexpr std::size_t lower_impulse = 7;
 inline constexpr std::size_t upper_impulse = 8;
@@ -207,8 +221,9 @@ void add_joint_rows(Joint<S>& joint, const Body<S>& a, const Body<S>& b, std::ui
 
   if (def.kind == JointKind::prismatic) {
     const S position = pose.offset_J.x();
-    const auto bounded = [&](S sign, S target, S lower, S upper, std::size_t slot) {
-      ConstraintBlock<S>& block = open_block(BlockKind::bounded);
+    const auto axis_row = [&](BlockKind kind, S sign, S target, S lower, S upper,
+                              std::size_t slot) -> ConstraintRow<S>& {
+      ConstraintBlock<S>& block = open_block(kind);
       block.count = 1;
       block.lower = lower;
       block.upper = upper;
@@ -217,22 +232,27 @@ void add_joint_rows(Joint<S>& joint, const Body<S>& a, const Body<S>& b, std::ui
       row.target = target;
       row.impulse = min(max(joint.impulses[slot], lower), upper);
       out.rows.push_back(row);
+      return out.rows.back();
     };
     if (def.drive.mode != DriveMode::none) {
       const S limit = def.drive.max_force * dt;
       const S wanted = def.drive.mode == DriveMode::velocity
                            ? def.drive.target
-                           : min(max((def.drive.target - position) / dt, -def.drive.max_speed),
-                                 def.drive.max_speed);
-      bounded(S(1), wanted, -limit, limit, detail::drive_impulse);
+                           : detail::approach_speed(def.drive, def.drive.target - position,
+                                                    a.inverse_mass + b.inverse_mass, dt);
+      axis_row(BlockKind::bounded, S(1), wanted, -limit, limit, detail::drive_impulse);
     }
-    // A stop may be approached at most as fast as reaches it in this step; beyond it, the target
-    // points back.
+    // Like a contact, a stop may be approached as fast as reaches it in this step; what is beyond it
+    // comes back by the position correction, which leaves no speed behind.
+    const auto stop = [&](S sign, S distance, std::size_t slot) {
+      axis_row(BlockKind::stop, sign, -max(S(0), distance) / dt, S(0), infinity<S>, slot).error =
+          distance;
+    };
     if (def.lower_limit > -infinity<S>) {
-      bounded(S(1), (def.lower_limit - position) / dt, S(0), infinity<S>, detail::lower_impulse);
+      stop(S(1), position - def.lower_limit, detail::lower_impulse);
     }
     if (def.upper_limit < infinity<S>) {
-      bounded(S(-1), (position - def.upper_limit) / dt, S(0), infinity<S>, detail::upper_impulse);
+      stop(S(-1), def.upper_limit - position, detail::upper_impulse);
     }
   }
   joint.block_count = static_cast<std::uint32_t>(out.blocks.size()) - joint.first_block;
@@ -240,6 +260,16 @@ void add_joint_rows(Joint<S>& joint, const Body<S>& a, const Body<S>& b, std::ui
 
 template <Scalar S>
 void store_joint_impulses(Joint<S>& joint, const Constraints<S>& constraints) {
+  joint.total = {};
+  for (std::uint32_t i = joint.first_block; i < joint.first_block + joint.block_count; ++i) {
+    const ConstraintBlock<S>& block = constraints.blocks[i];
+    for (std::uint32_t r = block.first; r < block.first + block.count; ++r) {
+      const ConstraintRow<S>& row = constraints.rows[r];
+      const bool is_angular = row.direction.isZero(S(0));
+      joint.total.force += row.impulse * row.direction;
+      if (is_angular) joint.total.torque += row.impulse * row.angular_b;
+    }
+  }
   joint.impulses.fill(S(0));
   const ConstraintBlock<S>& locked = constraints.blocks[joint.first_block];
   for (std::uint32_t k = 0; k < locked.count; ++k) {
@@ -261,21 +291,13 @@ template <Scalar S>
 JointReading<S> read_joint(const Joint<S>& joint, const Body<S>& a, const Body<S>& b, S dt) {
   const detail::JointPose<S> pose = detail::joint_pose(joint, a, b);
   JointReading<S> reading;
-  Vec3<S> force_J = Vec3<S>::Zero();
-  Vec3<S> torque_J = Vec3<S>::Zero();
-  const int first_locked = joint.def.kind == JointKind::prismatic ? 1 : 0;
-  std::size_t k = 0;
-  for (int axis = first_locked; axis < 3; ++axis) force_J[axis] = joint.impulses[k++];
-  for (int axis = 0; axis < 3; ++axis) torque_J[axis] = joint.impulses[k++];
+  reading.reaction = (S(1) / dt) * joint.total;
   if (joint.def.kind == JointKind::prismatic) {
-    const S stops = joint.impulses[detail::lower_impulse] - joint.impulses[detail::upper_impulse];
-    force_J.x() = joint.impulses[detail::drive_impulse] + stops;
     reading.position = pose.offset_J.x();
     reading.velocity =
         pose.axes_W.col(0).dot(b.twist.at(pose.arm_b) - a.twist.at(pose.arm_a));
     reading.drive_force = joint.impulses[detail::drive_impulse] / dt;
   }
-  reading.reaction = {pose.axes_W * force_J / dt, pose.axes_W * torque_J / dt};
   return reading;
 }
 

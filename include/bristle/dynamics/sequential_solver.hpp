@@ -20,6 +20,10 @@ class SequentialSolver {
  public:
   /// Finds the velocities at the end of the step, starting from the impulses in the rows and soft
   /// blocks (warm start).
+  ///
+  /// The motion it leaves in a soft block is the one right after the block's own last turn, where its
+  /// impulse is offset + matrix * motion exactly, however far the sweeps have got: evaluating it
+  /// elsewhere would multiply what is left of the residual by the stiffness.
   SolveReport<S> solve(const Island& island, Constraints<S>& constraints,
                        std::span<SolverBody<S>> bodies, const SolveContext<S>& context) {
     prepare(island, constraints, bodies);
@@ -42,10 +46,6 @@ class SequentialSolver {
       }
       ++report.sweeps;
       if (report.residual <= context.velocity_tolerance) break;
-    }
-    for (const std::uint32_t s : island.soft) {
-      SoftBlock<S>& soft = constraints.soft[s];
-      soft.motion = relative_motion(soft, bodies[soft.body_a].twist, bodies[soft.body_b].twist);
     }
     return report;
   }
@@ -131,7 +131,8 @@ class SequentialSolver {
     const Vec6<S> change = gains_[k] * (soft.offset + soft.matrix * u - soft.impulse);
     soft.impulse += change;
     apply_soft(soft, change, a, b);
-    return (relative_motion(soft, a.twist, b.twist) - u).template head<3>().norm();
+    soft.motion = relative_motion(soft, a.twist, b.twist);
+    return (soft.motion - u).template head<3>().norm();
   }
 
   S sweep_block(Constraints<S>& constraints, std::uint32_t index, std::size_t k,
@@ -157,19 +158,17 @@ class SequentialSolver {
                    std::span<SolverBody<S>> bodies, S dt) {
     using std::abs;
     const ConstraintBlock<S>& block = constraints.blocks[index];
-    if (block.kind == BlockKind::bounded) return S(0);
     ConstraintRow<S>* rows = &constraints.rows[block.first];
     SolverBody<S>& a = bodies[block.body_a];
     SolverBody<S>& b = bodies[block.body_b];
-    // Only the normal of a contact is corrected; all rows of a joint are.
-    const std::size_t count = block.kind == BlockKind::contact ? 1 : block.count;
+    const std::size_t count = corrected_rows(block);
     S largest = S(0);
     for (std::size_t i = 0; i < count; ++i) {
       const S response = responses_[k](i, i, block.count);
       const S left = rows[i].error / dt + rows[i].velocity(a.twist, b.twist) +
                      rows[i].velocity(a.correction, b.correction);
       S wanted = rows[i].correction + detail::scalar_change(left, response);
-      if (block.kind == BlockKind::contact) wanted = std::max(S(0), wanted);
+      if (block.kind != BlockKind::equality) wanted = std::max(S(0), wanted);
       const S change = wanted - rows[i].correction;
       rows[i].correction = wanted;
       push_correction(rows[i], change, a, b);

@@ -31,6 +31,8 @@ struct HostBody {
   /// mass. The patch solves for the velocity at the end of the step, so what is left out here is
   /// taken for motion: a force f left out presses a stiff patch deeper by about f dt times its damping.
   Vec3<S> acceleration = Vec3<S>::Zero();
+  /// [rad/s^2] The same for what turns it.
+  Vec3<S> angular_acceleration = Vec3<S>::Zero();
 };
 
 /// What a patch asks of an engine. Bodies are numbers the engine chooses, below 2^32 - 1.
@@ -65,10 +67,13 @@ class HostPatch {
         body_(body) {}
 
   /// Senses, and applies to the host's bodies the mean force of the next `dt` [s], which must be the
-  /// host's next step. Never throws if the host does not; allocates only until warm.
+  /// host's next step. Applies nothing that is not finite; allocates only until warm. Sensors act from
+  /// the step after the one in which their rays first reach a body.
+  /// @throws InvalidArgument when dt is not finite and > 0, and whatever the host throws.
   template <typename Host>
     requires SensorHost<Host, S>
   void step(Host& host, S dt) {
+    detail::require_positive("dt", dt);
     sense(host, dt);
     if (patch_.contacts.empty()) {
       clear_patch(patch_);
@@ -76,6 +81,7 @@ class HostPatch {
     }
     choose_integration(dt);
     solve(dt);
+    discard_what_is_not_finite();
     const Transform<S>& X = bodies_.front().body.center_pose;
     fill_readings<S>(patch_, X.rotation_matrix().transpose(), X.translation, dt,
                      [](std::uint32_t number) { return BodyId{number, 0}; });
@@ -111,6 +117,7 @@ class HostPatch {
       solver.inverse_inertia = state.inverse_inertia_W;
       solver.inertia = state.inverse_inertia_W.inverse();
       solver.free.linear += dt * state.acceleration;
+      solver.free.angular += dt * state.angular_acceleration;
     }
     solver.twist = solver.free;
     solver_bodies_.push_back(solver);
@@ -206,7 +213,6 @@ class HostPatch {
       }
     }
     SolveReport<S> report;
-    // False only for a host that hands out something not finite; then nothing pushes.
     const bool is_solved = solver_.solve(island, constraints_, solver_bodies_, context, report);
     for (std::size_t k = 0; k < patch_.pairs.size(); ++k) {
       const PatchPair<S>& pair = patch_.pairs[k];
@@ -214,6 +220,18 @@ class HostPatch {
       impulses_[k] = is_solved
                          ? evaluate_impulses(patch_, pair, constraints_.soft[pair.soft].motion)
                          : Wrench<S>{};
+    }
+  }
+
+  void discard_what_is_not_finite() {
+    for (std::size_t k = 0; k < patch_.pairs.size(); ++k) {
+      if (impulses_[k].force.allFinite() && impulses_[k].torque.allFinite()) continue;
+      const PatchPair<S>& pair = patch_.pairs[k];
+      impulses_[k] = {};
+      for (std::uint32_t i = pair.first; i < pair.first + pair.count; ++i) {
+        patch_.contacts[i].normal_impulse = S(0);
+        patch_.contacts[i].impulse.setZero();
+      }
     }
   }
 

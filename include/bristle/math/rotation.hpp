@@ -45,7 +45,8 @@ template <Scalar S>
 /// Two unit vectors that complete the unit vector n to a right-handed orthonormal basis
 /// (t1, t2, n).
 ///
-/// Continuous except at n = -z (Duff et al. 2017, "Building an Orthonormal Basis, Revisited").
+/// Continuous except where n.z changes its sign (Duff et al. 2017, "Building an Orthonormal Basis,
+/// Revisited"): what is stored along t1 and t2 must not outlive a change of n.
 template <Scalar S>
 void tangent_basis(const Vec3<S>& n, Vec3<S>& t1, Vec3<S>& t2) {
   const S sign = n.z() < S(0) ? S(-1) : S(1);

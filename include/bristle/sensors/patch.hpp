@@ -109,6 +109,14 @@ struct PatchPair {
   std::uint32_t soft = 0;
 };
 
+/// What an implicit pair gave in the last step: where a sweep starts from in this one.
+template <Scalar S>
+struct PairImpulse {
+  BodyId body{};
+  /// [N s; N m s] On B about the pair's point c, world axes.
+  Vec6<S> impulse = Vec6<S>::Zero();
+};
+
 /// State of a patch. Arrays have one entry a sensor unless said otherwise.
 template <Scalar S>
 struct SensorPatch {
@@ -129,6 +137,7 @@ struct SensorPatch {
   RayHits<S> hits{};
   std::vector<PatchContact<S>> contacts;
   std::vector<PatchPair<S>> pairs;
+  std::vector<PairImpulse<S>> last_impulses;
   /// Sensors whose readings are not zero.
   std::vector<std::uint32_t> felt;
   ReadingStore<S> readings{};

@@ -35,6 +35,7 @@ void clear_patch(SensorPatch<S>& patch) {
   patch.felt.clear();
   patch.contacts.clear();
   patch.pairs.clear();
+  patch.last_impulses.clear();
   patch.readings.wrench = {};
   patch.readings.shear_W.setZero();
 }

@@ -13,9 +13,11 @@ namespace bristle {
 
 /// Measures a pair before the step: sets Lambda and the weights of the implicit scheme.
 ///
-/// Lambda = w max(sum (dt^2 k_t + 2 dt mu_V), sum (dt^2 K_N + 2 dt K_D) / L) over the sensors that
-/// touch or can reach the body within the step; symplectic Euler is stable below 4 for one mode
-/// (docs/sensors.md), so 0.5 leaves room for lever arms. Zero where nothing can move.
+/// Lambda = max over tangential and normal of w sum s + w_rot sum s |rho|^2 over the sensors that
+/// touch or can reach the body within the step, with s = dt^2 k_t + 2 dt mu_V or (dt^2 K_N + 2 dt K_D)
+/// / L, and thirds of the traces of the mobility's linear and angular parts. Symplectic Euler is
+/// stable below 4 for one mode (docs/sensors.md); 0.5 leaves room for traces that one axis dominates.
+/// Zero where nothing can move.
 template <Scalar S>
 void measure_pair(const SensorPatch<S>& patch, PatchPair<S>& pair, const SolverBody<S>& a,
                   const SolverBody<S>& b, S dt);
@@ -41,23 +43,31 @@ void measure_pair(const SensorPatch<S>& patch, PatchPair<S>& pair, const SolverB
   using std::max;
   S bristle_sum = S(0);
   S viscous_sum = S(0);
-  S normal_sum = S(0);
+  // Sums of s, and of s |rho|^2.
+  S tangential_sum = S(0), tangential_moment = S(0);
+  S normal_sum = S(0), normal_moment = S(0);
   for (std::uint32_t k = pair.first; k < pair.first + pair.count; ++k) {
     const PatchContact<S>& c = patch.contacts[k];
     const SensorParameters<S>& p = patch.parameters(c.sensor);
-    normal_sum += (dt * dt * p.normal_stiffness + S(2) * dt * p.normal_damping) / c.length;
+    const S arm2 = c.rho.squaredNorm();
+    const S normal = (dt * dt * p.normal_stiffness + S(2) * dt * p.normal_damping) / c.length;
+    normal_sum += normal;
+    normal_moment += normal * arm2;
     if (!c.is_touching) continue;
     const S force = normal_force(p, c.depth, c.g.dot(c.start_velocity) / c.length);
-    bristle_sum += bristle_stiffness(p, patch.def.options.scaling, force, c.depth);
+    const S k_t = bristle_stiffness(p, patch.def.options.scaling, force, c.depth);
+    bristle_sum += k_t;
     viscous_sum += p.sliding_friction;
+    const S shear = dt * dt * k_t + S(2) * dt * p.sliding_friction;
+    tangential_sum += shear;
+    tangential_moment += shear * arm2;
   }
-  const S w = (mobility(a.inverse_mass, a.inverse_inertia, pair.arm_a) +
-               mobility(b.inverse_mass, b.inverse_inertia, pair.arm_b))
-                  .template topLeftCorner<3, 3>()
-                  .trace() /
-              S(3);
-  pair.lambda =
-      w * max(dt * dt * bristle_sum + S(2) * dt * viscous_sum, normal_sum);
+  const Mat6<S> W = mobility(a.inverse_mass, a.inverse_inertia, pair.arm_a) +
+                    mobility(b.inverse_mass, b.inverse_inertia, pair.arm_b);
+  const S w = W.template topLeftCorner<3, 3>().trace() / S(3);
+  const S w_rot = W.template bottomRightCorner<3, 3>().trace() / S(3);
+  pair.lambda = max(w * tangential_sum + w_rot * tangential_moment,
+                    w * normal_sum + w_rot * normal_moment);
   set_scheme(pair, bristle_sum, viscous_sum, w, dt);
 }
 

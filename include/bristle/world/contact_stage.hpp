@@ -42,6 +42,16 @@ class ContactStage {
     }
   }
 
+  /// Moves the boxes of shapes that impulses took out of what free motion would sweep, so that queries
+  /// between steps find them.
+  void settle_boxes(State& state) const {
+    for (const std::uint32_t i : moving_) {
+      const Collider<S, Backend>& c = state.colliders.at(i);
+      const Aabb<S> box = transformed(c.bounds, state.body_of(c).center_pose * c.X_CmS);
+      if (!state.broad_phase.swept(i).contains(box)) state.broad_phase.move(i, box);
+    }
+  }
+
   /// Keeps the impulses that the solver found. Contact blocks come first among all blocks, in the
   /// order of the points.
   void store_impulses(State& state) const {

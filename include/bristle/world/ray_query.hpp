@@ -45,11 +45,12 @@ void require_ray(const Ray<S>& ray) {
   require(ray.length > S(0), "Ray::length", ray.length, "must be > 0");
 }
 
+/// @param scratch  Room for one hit, so that many rays need it once.
 template <Scalar S, typename Backend>
 [[nodiscard]] WorldRayHit<S> cast_ray(const WorldState<S, Backend>& state, const Ray<S>& ray,
-                                      const RayFilter& filter) {
-  RayHits<S> hits;
-  hits.reset(1);
+                                      const RayFilter& filter, RayHits<S>& scratch) {
+  RayHit<S> best;
+  std::uint32_t best_tag = 0;
   state.broad_phase.walk_ray(ray, [&](std::uint32_t tag, S nearest) {
     const Collider<S, Backend>& c = state.colliders.at(tag);
     const Body<S>& body = state.body_of(c);
@@ -70,17 +71,24 @@ template <Scalar S, typename Backend>
                             one(ray.direction.z()),
                             one(length),
                             S(0)};
-    Backend::cast_rays(c.shape, X_RS, batch, tag, hits);
-    return std::min(nearest, hits.distance[0]);
+    scratch.reset(1);
+    Backend::cast_rays(c.shape, X_RS, batch, tag, scratch);
+    // The order of visits is that of the tree; on equal distance the lower shape wins, as it does for
+    // sensors.
+    const S distance = scratch.distance[0];
+    if (distance < best.distance || (distance == best.distance && scratch.is_hit(0) && tag < best_tag)) {
+      best = {distance, scratch.normal[0]};
+      best_tag = tag;
+    }
+    return std::min(nearest, best.distance);
   });
   WorldRayHit<S> result;
-  if (!hits.is_hit(0)) return result;
-  const Collider<S, Backend>& c = state.colliders.at(hits.tag[0]);
-  result.distance = hits.distance[0];
-  result.normal = hits.normal[0];
-  result.point = ray.origin + result.distance * ray.direction;
-  result.body = c.body;
-  result.shape = state.colliders.handle(hits.tag[0]);
+  if (!(best.distance < infinity<S>)) return result;
+  result.distance = best.distance;
+  result.normal = best.normal;
+  result.point = ray.origin + best.distance * ray.direction;
+  result.body = state.colliders.at(best_tag).body;
+  result.shape = state.colliders.handle(best_tag);
   return result;
 }
 

@@ -54,9 +54,9 @@ class SensorStage {
       const SolverBody<S>& a = state.solver_bodies[patch.body.index];
       const SolverBody<S>& b = state.solver_bodies[pair.body_b];
       measure_pair(patch, pair, a, b, state.def.time_step);
-      // What several patches do to one body adds up.
-      lambda_[patch.body.index] += pair.lambda;
-      lambda_[pair.body_b] += pair.lambda;
+      // What several patches do to one body adds up; what does not move connects nothing.
+      if (a.is_moving()) lambda_[patch.body.index] += pair.lambda;
+      if (b.is_moving()) lambda_[pair.body_b] += pair.lambda;
     });
     for_each_pair(state, [&](SensorPatch<S>& patch, PatchPair<S>& pair, SoftOwner owner) {
       pair.is_implicit = wants_implicit(state, patch, pair);
@@ -106,7 +106,13 @@ class SensorStage {
   void read(State& state) const {
     for (const std::uint32_t i : live_) {
       SensorPatch<S>& patch = state.patches.at(i);
+      patch.last_impulses.clear();
       if (patch.pairs.empty() && patch.felt.empty()) continue;
+      for (const PatchPair<S>& pair : patch.pairs) {
+        if (!pair.is_implicit) continue;
+        patch.last_impulses.push_back(
+            {state.bodies.handle(pair.body_b), state.constraints.soft[pair.soft].impulse});
+      }
       const Transform<S>& X = state.bodies.at(patch.body.index).center_pose;
       fill_readings<S>(patch, X.rotation_matrix().transpose(), X.translation, state.def.time_step,
                        [&](std::uint32_t slot) { return state.bodies.handle(slot); });
@@ -230,6 +236,9 @@ class SensorStage {
     block.body_b = pair.body_b;
     block.arm_a = pair.arm_a;
     block.arm_b = pair.arm_b;
+    for (const PairImpulse<S>& last : patch.last_impulses) {
+      if (last.body == state.bodies.handle(pair.body_b)) block.impulse = last.impulse;
+    }
     state.constraints.soft.push_back(block);
     owners_.push_back(owner);
   }

@@ -192,11 +192,9 @@ class SolveStage {
     const S tolerance = context.dt * context.velocity_tolerance;
     for (const std::uint32_t i : island.blocks) {
       const ConstraintBlock<S>& block = state.constraints.blocks[i];
-      if (block.kind == BlockKind::bounded) continue;
       const Twist<S>& a = state.solver_bodies[block.body_a].twist;
       const Twist<S>& b = state.solver_bodies[block.body_b].twist;
-      const std::uint32_t count = block.kind == BlockKind::contact ? 1 : block.count;
-      for (std::uint32_t r = block.first; r < block.first + count; ++r) {
+      for (std::uint32_t r = block.first; r < block.first + corrected_rows(block); ++r) {
         const ConstraintRow<S>& row = state.constraints.rows[r];
         const S left = row.error + context.dt * row.velocity(a, b);
         if (left < -tolerance || (block.kind == BlockKind::equality && left > tolerance)) {

@@ -92,7 +92,8 @@ class World {
   /// The same with constants from physical wants; the patch is taken to carry the load alone.
   PatchId add_patch(BodyId body, SensorLayout<S> sensors, const Tuning<S>& tuning);
   void remove_patch(PatchId id);
-  /// Changes the constants of all sensors of a patch; bristles keep their stretch.
+  /// Gives all sensors of a patch the same constants, also where they had their own; bristles keep
+  /// their stretch.
   void set_parameters(PatchId id, const SensorParameters<S>& parameters);
   /// What a patch felt in the last step; valid until the next one.
   [[nodiscard]] PatchReading<S> reading(PatchId id) const;
@@ -124,7 +125,8 @@ class World {
   [[nodiscard]] const WorldDef<S>& def() const noexcept { return state_.def; }
   /// What the last step did.
   [[nodiscard]] const StepReport<S>& report() const noexcept { return state_.report; }
-  /// Contacts of the last step with their impulses.
+  /// Contacts of the last step, by the slots of their shapes, with their impulses (N s; after
+  /// `set_time_step`, scaled to the new step).
   [[nodiscard]] const ContactCache<S>& contacts() const noexcept { return state_.contacts; }
 
  private:

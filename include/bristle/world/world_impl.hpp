@@ -127,6 +127,13 @@ void World<S, Backend>::remove_body(BodyId id) {
       remove_shape(state_.colliders.handle(i));
     }
   }
+  // What patches touched in the last step must not be looked up any more.
+  for (std::uint32_t i = 0; i < state_.patches.slot_count(); ++i) {
+    if (!state_.patches.is_live(i)) continue;
+    for (PatchPair<S>& pair : state_.patches.at(i).pairs) {
+      if (pair.body_b == id.index) pair.count = 0;
+    }
+  }
   state_.bodies.erase(id);
 }
 
@@ -269,6 +276,7 @@ template <Scalar S, typename Backend>
   requires ShapeBackend<Backend, S>
 PatchId World<S, Backend>::add_patch(BodyId body, PatchDef<S> def) {
   const Body<S>& owner = state_.bodies.get(body, "BodyId");
+  for (const BodyId id : def.excluded) (void)state_.bodies.get(id, "PatchDef::excluded");
   return state_.patches.insert(make_patch(std::move(def), body, owner.center_B));
 }
 
@@ -331,7 +339,8 @@ template <Scalar S, typename Backend>
   requires ShapeBackend<Backend, S>
 WorldRayHit<S> World<S, Backend>::cast_ray(const Ray<S>& ray, const RayFilter& filter) const {
   detail::require_ray(ray);
-  return detail::cast_ray(state_, ray, filter);
+  RayHits<S> scratch;
+  return detail::cast_ray(state_, ray, filter, scratch);
 }
 
 template <Scalar S, typename Backend>
@@ -341,8 +350,9 @@ void World<S, Backend>::cast_rays(std::span<const Ray<S>> rays, const RayFilter&
   detail::require(rays.size() == hits.size(), "hits.size()", static_cast<double>(hits.size()),
                   "must equal the number of rays");
   for (const Ray<S>& ray : rays) detail::require_ray(ray);
+  RayHits<S> scratch;
   for (std::size_t i = 0; i < rays.size(); ++i) {
-    hits[i] = detail::cast_ray(state_, rays[i], filter);
+    hits[i] = detail::cast_ray(state_, rays[i], filter, scratch);
   }
 }
 
@@ -358,6 +368,11 @@ void World<S, Backend>::set_time_step(S dt) {
   for (std::uint32_t i = 0; i < state_.joints.slot_count(); ++i) {
     if (!state_.joints.is_live(i)) continue;
     for (S& impulse : state_.joints.at(i).impulses) impulse *= ratio;
+    state_.joints.at(i).total = ratio * state_.joints.at(i).total;
+  }
+  for (std::uint32_t i = 0; i < state_.patches.slot_count(); ++i) {
+    if (!state_.patches.is_live(i)) continue;
+    for (PairImpulse<S>& last : state_.patches.at(i).last_impulses) last.impulse *= ratio;
   }
   state_.def.time_step = dt;
 }
@@ -396,6 +411,7 @@ void World<S, Backend>::step() {
   }
   sensor_stage_.read(state_);
   solve_stage_.integrate(state_);
+  contact_stage_.settle_boxes(state_);
 }
 
 }  // namespace bristle
