@@ -37,8 +37,11 @@ void* counted(std::size_t size, std::size_t alignment) {
 
 void* operator new(std::size_t size) { return counted(size, alignof(std::max_align_t)); }
 void* operator new[](std::size_t size) { return counted(size, alignof(std::max_align_t)); }
-// std::stable_sort asks this one; the sanitizer's would not go with our `operator delete`.
+// std::stable_sort and FCL ask these; the sanitizer's would not go with our `operator delete`.
 void* operator new(std::size_t size, const std::nothrow_t&) noexcept {
+  return counted(size, alignof(std::max_align_t));
+}
+void* operator new[](std::size_t size, const std::nothrow_t&) noexcept {
   return counted(size, alignof(std::max_align_t));
 }
 void* operator new(std::size_t size, std::align_val_t alignment) {
@@ -309,8 +312,7 @@ TEST_CASE("FclMeshTree: finds and walks what overlaps, and stops when told") {
 }
 
 // Types that are made by our code and read by Debian's binary, which was built without -march.
-// Their sizes there: of Vector3<double> members only, which Eigen does not align, so whatever the
-// flags of this file, the layout is the same (the suite also builds this file with -march=native).
+// Their members are Vector3<double>, which Eigen never aligns, so the sizes hold under any flags.
 TEST_CASE("FclBackend: FCL types have the layout that libfcl was built with") {
   CHECK(alignof(fcl::Vector3<double>) == 8);
   CHECK(sizeof(fcl::Vector3<double>) == 24);
