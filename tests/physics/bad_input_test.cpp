@@ -465,6 +465,7 @@ TEST_CASE("bad_input: a world outlives the removal of whatever it holds") {
   CHECK_THROWS_AS((void)scene.world.reading(scene.drives[0]), InvalidArgument);
   scene.run(0.1);
   scene.world.remove_body(scene.part);
+  CHECK(scene.world.largest_stable_step(scene.pads[1]) == infinity<double>);
   scene.run(0.1);
   CHECK(scene.world.reading(scene.pads[1]).touching() == 0);
   scene.world.remove_body(scene.fingers[1]);

@@ -215,6 +215,46 @@ TEST_CASE("joints: stops are met exactly and not passed") {
   }
 }
 
+TEST_CASE("joints: what is beyond a stop comes back without speed") {
+  WorldDef<double> world_def;
+  world_def.gravity.setZero();
+  World<double> world(world_def);
+  const BodyId base = world.add_body({.motion = Motion::kinematic});
+  const BodyId slider = world.add_body(block<double>(1, {-0.01, 0, 0}));
+  JointDef<double> def;
+  def.kind = JointKind::prismatic;
+  def.body_a = base;
+  def.body_b = slider;
+  def.lower_limit = 0;
+  def.upper_limit = 1;
+  const JointId joint = world.add_joint(def);
+  world.step();
+  CHECK(std::abs(world.reading(joint).position) < 1e-15);
+  CHECK(world.body(slider).twist.linear.norm() == 0);
+}
+
+TEST_CASE("joints: a position drive brakes in time, with the force it has") {
+  WorldDef<double> world_def;
+  world_def.gravity.setZero();
+  World<double> world(world_def);
+  const BodyId base = world.add_body({.motion = Motion::kinematic});
+  const BodyId slider = world.add_body(block<double>(1, {0, 0, 0}));
+  JointDef<double> def;
+  def.kind = JointKind::prismatic;
+  def.body_a = base;
+  def.body_b = slider;
+  def.drive = {DriveMode::position, 0.5, 10};
+  const JointId joint = world.add_joint(def);
+  double highest = 0;
+  // Accelerated at 10 m/s^2 and braked at 5 it takes sqrt(2 * 0.5 * (1/10 + 1/5)) = 0.55 s.
+  for (int i = 0; i < 240; ++i) {
+    world.step();
+    highest = std::max(highest, world.reading(joint).position);
+  }
+  CHECK(highest < 0.5 + 1e-9);
+  CHECK(world.reading(joint).position == doctest::Approx(0.5).epsilon(1e-9));
+}
+
 TEST_CASE("joints: connected bodies touch only if told to") {
   for (const bool collide : {false, true}) {
     WorldDef<double> world_def;

@@ -149,3 +149,71 @@ TEST_CASE("stability: automatic integration is explicit where that is safe, impl
   CHECK(stiff.world.report().explicit_pairs == 0);
   CHECK(stiff.world.report().implicit_pairs == 1);
 }
+
+TEST_CASE("stability: automatic integration sees how easily a body turns about its patch") {
+  // The same pad under bodies of 1 kg and ever smaller inertia: what explicit steps would make turn
+  // faster and faster is integrated implicitly, and comes to rest.
+  for (const double inertia : {1e-2, 1e-3, 1e-4, 1e-5}) {
+    CAPTURE(inertia);
+    WorldDef<double> world_def;
+    world_def.time_step = 1e-3;
+    World<double> world(world_def);
+    BodyDef<double> floor;
+    floor.motion = Motion::fixed;
+    floor.shape = HalfSpace<double>{};
+    world.add_body(floor);
+    BodyDef<double> def;
+    def.mass = 1;
+    def.inertia = Mat3<double>(inertia * Mat3<double>::Identity());
+    def.position = {0, 0, 0.00485};
+    def.angular_velocity = {1e-3, 0, 0};
+    const BodyId body = world.add_body(def);
+    PatchDef<double> pad;
+    SensorGridDef<double> grid;
+    grid.side_u = {0, 0.2, 0};
+    grid.side_v = {0.2, 0, 0};
+    grid.count_u = grid.count_v = 4;
+    pad.sensors = sensor_grid(grid);
+    pad.parameters = {40, 0, 2000, 0.1, 1e-3};
+    world.add_patch(body, pad);
+    double fastest = 0;
+    for (int i = 0; i < 2000; ++i) {
+      world.step();
+      fastest = std::max(fastest, world.body(body).twist.angular.norm());
+    }
+    CHECK(fastest < 1.1e-3);
+  }
+}
+
+TEST_CASE("stability: bodies that only share a floor do not change each other's integration") {
+  const auto first_after = [](int count) {
+    World<double> world({.time_step = 1e-3});
+    BodyDef<double> floor;
+    floor.motion = Motion::fixed;
+    floor.shape = HalfSpace<double>{};
+    world.add_body(floor);
+    BodyId first;
+    for (int i = 0; i < count; ++i) {
+      BodyDef<double> def;
+      def.mass = 0.5;
+      def.shape = Box<double>{{0.1, 0.1, 0.005}};
+      def.filter.mask = 0;
+      def.position = {10.0 * i, 0, 0.0071};
+      const BodyId body = world.add_body(def);
+      if (i == 0) first = body;
+      SensorGridDef<double> grid;
+      grid.center = {0, 0, -0.005};
+      grid.side_u = {0, 0.2, 0};
+      grid.side_v = {0.2, 0, 0};
+      grid.count_u = grid.count_v = 4;
+      PatchDef<double> pad;
+      pad.sensors = sensor_grid(grid);
+      pad.parameters = {1, 0.01, 5000, 0.1, 1e-3};
+      world.add_patch(body, pad);
+    }
+    for (int i = 0; i < 50; ++i) world.step();
+    CHECK(world.report().implicit_pairs == 0);
+    return world.pose(first).translation;
+  };
+  CHECK(first_after(1) == first_after(30));
+}

@@ -81,7 +81,7 @@ class DirectSolver {
   void project_rows(const Island& island, Constraints<S>& constraints,
                     std::span<const SolverBody<S>> bodies);
   bool reduce();
-  void start_from_impulses(const Constraints<S>& constraints);
+  void start_from_impulses(Constraints<S>& constraints);
   S sweep(Constraints<S>& constraints, bool backwards);
   void recover_equality(const std::vector<S>& free_velocity, const std::vector<S>& impulses,
                         std::vector<S>& equality);
@@ -298,7 +298,7 @@ bool DirectSolver<S>::reduce() {
 }
 
 template <Scalar S>
-void DirectSolver<S>::start_from_impulses(const Constraints<S>& constraints) {
+void DirectSolver<S>::start_from_impulses(Constraints<S>& constraints) {
   const std::size_t rest = row_of_.size() - equalities_;
   equality_.assign(free_row_velocity_.begin(),
                    free_row_velocity_.begin() + static_cast<std::ptrdiff_t>(equalities_));
@@ -306,7 +306,9 @@ void DirectSolver<S>::start_from_impulses(const Constraints<S>& constraints) {
   row_velocity_.resize(rest);
   impulses_.resize(rest);
   for (std::size_t i = 0; i < rest; ++i) {
-    impulses_[i] = constraints.rows[row_of_[equalities_ + i]].impulse;
+    ConstraintRow<S>& row = constraints.rows[row_of_[equalities_ + i]];
+    if (reduced_[i * rest + i] == S(0)) row.impulse = S(0);  // Left out: nothing would ever change it.
+    impulses_[i] = row.impulse;
   }
   for (std::size_t i = 0; i < rest; ++i) {
     row_velocity_[i] = free_row_velocity_[equalities_ + i] -
