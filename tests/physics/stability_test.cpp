@@ -3,6 +3,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "scenes/plate.hpp"
 
+#include <bristle/sensors/placement.hpp>
+
 #include <doctest/doctest.h>
 
 #include <cmath>

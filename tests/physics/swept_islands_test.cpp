@@ -2,6 +2,8 @@
 /// Islands too large for a factorisation: swept sensors must not give energy, however far from
 /// converged the sweeps are.
 // SPDX-License-Identifier: BSD-3-Clause
+#include <bristle/sensors/placement.hpp>
+
 #include <doctest/doctest.h>
 
 #include <cmath>
