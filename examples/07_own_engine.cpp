@@ -3,8 +3,9 @@
 // drags it along and reports the force it applies.
 //
 // The engine integrates m dv/dt = F by itself; the patch only adds wrenches. It must know what else
-// the engine will add (`HostBody::acceleration`), since it solves for the end of the step. In steady
-// motion the shear equals m g and the normal force the squeeze.
+// the engine will add (`HostBody::acceleration`), since it solves for the end of the step. In
+// steady motion the shear equals m g and the normal force the squeeze.
+//
 // SPDX-License-Identifier: BSD-3-Clause
 #include <bristle/hosts/sensor_host.hpp>
 #include <bristle/sensors/tuning.hpp>
@@ -80,10 +81,8 @@ int main() {
     engine.step(dt);
   }
   const auto felt = patch.reading();
-  std::printf("normal force   %6.3f N (squeeze %.3f N)\n", felt.total_normal(),
-              engine.squeeze);
-  std::printf("shear          %6.3f N (m g %.3f N)\n", felt.total_shear(),
-              engine.mass * 9.81);
+  std::printf("normal force   %6.3f N (squeeze %.3f N)\n", felt.total_normal(), engine.squeeze);
+  std::printf("shear          %6.3f N (m g %.3f N)\n", felt.total_shear(), engine.mass * 9.81);
   std::printf("carried along  %6.3f m of %.3f m\n", engine.block.y(), engine.plate.y());
   std::printf("slipping       %zu of %zu\n", felt.slipping(), felt.size());
   return 0;

@@ -1,5 +1,5 @@
-// A two-finger gripper picks a part off an incline, holds it without creep, lets it slip, catches it
-// and sets it down, by resistive sensors alone.
+// A two-finger gripper picks a part off an incline, holds it without creep, lets it slip, catches
+// it and sets it down, by resistive sensors alone.
 //
 //   sag of the held part            m g / (mu_S sum F_N)        it then stays where it is
 //   load at which it starts to slip sum F_N = m g / mu          mu = mu_S sigma_a
@@ -129,7 +129,8 @@ bool print_table(const Settings& settings, const Outcome& o) {
   std::snprintf(text, sizeof text, "m g/mu = %.3f +- 5 %%", o.weight / o.friction);
   good &= row("normal force when slip starts", o.slip_load, "N", text,
               std::abs(o.slip_load * o.friction / o.weight - 1) < 0.05);
-  good &= row("slid before it was caught", 1e3 * o.slid, "mm", "2 to 3", o.slid > 2e-3 && o.slid < 3e-3);
+  good &= row("slid before it was caught", 1e3 * o.slid, "mm", "2 to 3",
+              o.slid > 2e-3 && o.slid < 3e-3);
   good &= row("creep after the catch", 1e6 * o.caught_creep, "um", "< 1 in 0.5 s",
               o.caught_creep < 1e-6 && o.was_caught);
   good &= row("speed after it was set down", o.final_speed, "m/s", "0 on the incline",
@@ -169,9 +170,9 @@ void write_files(const Settings& settings, const Outcome& outcome) {
                         .x_label = "time [s]"};
   plot.width = 860;
   plot.panel_height = 130;
-  plot.panels.push_back({.y_label = "height [mm]",
-                         .series = {curve("part", "part height"),
-                                    curve("gripper", "gripper height")}});
+  plot.panels.push_back(
+      {.y_label = "height [mm]",
+       .series = {curve("part", "part height"), curve("gripper", "gripper height")}});
   plot.panels.push_back({.y_label = "sag in hand [um]",
                          .series = {curve("", "sag")},
                          .references = {{1e6 * outcome.predicted_sag, "m g / (mu_S sum F_N)"}},
@@ -181,8 +182,7 @@ void write_files(const Settings& settings, const Outcome& outcome) {
                          .series = {curve("normal, both pads", "normal force"),
                                     curve("shear on part", "shear force")},
                          .references = {{outcome.weight, "m g"}}});
-  plot.panels.push_back(
-      {.y_label = "slipping sensors", .series = {curve("", "slipping sensors")}});
+  plot.panels.push_back({.y_label = "slipping sensors", .series = {curve("", "slipping sensors")}});
   for (const gripper::Phase& phase : outcome.phases) {
     plot.phases.push_back({phase.start, phase.end, phase.name});
   }

@@ -19,11 +19,11 @@ struct Layout {
   bristle::Vec3<double> part_half{0.03, 0.02, 0.03};
   double finger_mass = 0.2;
   bristle::Vec3<double> finger_half{0.015, 0.02, 0.01};  // z points at the part
-  double open_gap = 0.02;     // pad to part while open
+  double open_gap = 0.02;                                // pad to part while open
   double closing_speed = 0.1;
-  double grip_force = 20;     // of each finger
-  double friction = 0.8;      // wanted of the pads
-  double creep = 1e-3;        // sigma_a
+  double grip_force = 20;  // of each finger
+  double friction = 0.8;   // wanted of the pads
+  double creep = 1e-3;     // sigma_a
   double lift = 0.12;
 };
 
@@ -223,8 +223,9 @@ class Gripper {
     outcome_.was_held = sag_depth() < 0.02 && total_normal() > 0;
   }
 
-  /// Lets the grip go down until most sensors slip, then waits for 2 mm of sliding. The last part is
-  /// slow: while the grip softens the part sinks, and the bristles' damping then carries some load.
+  /// Lets the grip go down until most sensors slip, then waits for 2 mm of sliding. The last part
+  /// is slow: while the grip softens the part sinks, and the bristles' damping then carries some
+  /// load.
   void loosen_until_slip() {
     const double start = time_;
     double depth_at_slip = 0;

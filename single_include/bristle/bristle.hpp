@@ -135,9 +135,7 @@ struct Tolerance {
   static constexpr S round_off() { return S(16) * std::numeric_limits<S>::epsilon(); }
   /// [1] Below it two directions or lengths count as equal: the square root of the precision, where
   /// a first-order error becomes a second-order one.
-  static constexpr S equal() {
-    return std::numeric_limits<S>::digits > 30 ? S(1.5e-8) : S(3.5e-4);
-  }
+  static constexpr S equal() { return std::numeric_limits<S>::digits > 30 ? S(1.5e-8) : S(3.5e-4); }
 };
 
 /// Larger than any distance; what a ray without a hit reports.
@@ -388,8 +386,8 @@ template <Scalar S, typename BoxOf>
 /// @file
 /// Rays: one, and batches of many as structures of arrays.
 ///
-/// A batch lies in one frame and is asked of one shape at a time; answers accumulate, so that asking
-/// several shapes in turn leaves the nearest hit of each ray.
+/// A batch lies in one frame and is asked of one shape at a time; answers accumulate, so that
+/// asking several shapes in turn leaves the nearest hit of each ray.
 // SPDX-License-Identifier: BSD-3-Clause
 
 #include <cstddef>
@@ -476,8 +474,8 @@ struct RayHits {
     tag.assign(n, 0xffffffffu);
   }
   [[nodiscard]] bool is_hit(std::size_t i) const { return distance[i] < infinity<S>; }
-  /// Records a hit that is nearer than what is known. On equal distance the earlier answer stays, so
-  /// asking shapes in order of their tags breaks ties by tag.
+  /// Records a hit that is nearer than what is known. On equal distance the earlier answer stays,
+  /// so asking shapes in order of their tags breaks ties by tag.
   void offer(std::size_t i, const RayHit<S>& hit, std::uint32_t hit_tag) {
     if (hit.distance < distance[i]) {
       distance[i] = hit.distance;
@@ -1125,8 +1123,8 @@ struct ContactPoint {
   Vec3<S> position = Vec3<S>::Zero();
   /// [m] Distance of the surfaces along the normal; negative where they overlap.
   S gap = S(0);
-  /// [-] Which features meet here. The same features give the same number in the next step, which is
-  /// how impulses are carried over.
+  /// [-] Which features meet here. The same features give the same number in the next step, which
+  /// is how impulses are carried over.
   std::uint32_t feature = 0;
 };
 
@@ -1139,7 +1137,8 @@ struct ContactManifold {
   Vec3<S> normal = Vec3<S>::UnitZ();
   std::array<ContactPoint<S>, capacity> points{};
   std::size_t size = 0;
-  /// [-] Tells the manifolds of one pair apart (a triangle's number, say); 0 where there is only one.
+  /// [-] Tells the manifolds of one pair apart (a triangle's number, say); 0 where there is only
+  /// one.
   std::uint32_t key = 0;
 
   void add(const ContactPoint<S>& point) {
@@ -1269,7 +1268,8 @@ class ContactCache {
 
   /// Adds the manifolds of one pair; pairs come in ascending order.
   ///
-  /// @param X_WS  Pose of shape a: [1] its axes in the world, [m] its origin from a's centre of mass.
+  /// @param X_WS  Pose of shape a: [1] its axes in the world, [m] its origin from a's centre of
+  /// mass.
   /// @param p_ab  [m] From a's centre of mass to b's, world axes.
   void add(ShapePair shapes, const ContactManifolds<S>& found, const Mat3<S>& R_WS,
            const Vec3<S>& p_as, const Vec3<S>& p_ab) {
@@ -1317,8 +1317,8 @@ class ContactCache {
     return nullptr;
   }
 
-  /// Gives a point the impulse of its predecessor. Friction is carried over as a vector: the tangents
-  /// of two nearly equal normals may be opposite.
+  /// Gives a point the impulse of its predecessor. Friction is carried over as a vector: the
+  /// tangents of two nearly equal normals may be opposite.
   void inherit(const CachedManifold<S>& old, const Vec3<S>& normal, CachedPoint<S>& point) const {
     for (std::uint32_t i = old.first; i < old.first + old.count; ++i) {
       if (old_points_[i].feature != point.feature) continue;
@@ -1472,7 +1472,8 @@ void require_not_negative(std::string_view field, const S& value) {
   require(isfinite(value) && value >= S(0), field, value, "must be finite and >= 0");
 }
 
-/// Every coefficient of an Eigen expression must be finite; the message names the first that is not.
+/// Every coefficient of an Eigen expression must be finite; the message names the first that is
+/// not.
 template <typename Matrix>
 void require_all_finite(std::string_view field, const Matrix& values) {
   using std::isfinite;
@@ -1500,7 +1501,8 @@ namespace bristle {
 
 /// Runs task(i) once for every i in [0, count), in any order and on any threads, and returns when
 /// all are done. Tasks never write to the same place, so results do not depend on the schedule.
-using ParallelFor = std::function<void(std::size_t count, const std::function<void(std::size_t)>& task)>;
+using ParallelFor =
+    std::function<void(std::size_t count, const std::function<void(std::size_t)>& task)>;
 
 /// The default: one after the other on the calling thread.
 inline void serial_for(std::size_t count, const std::function<void(std::size_t)>& task) {
@@ -2334,8 +2336,8 @@ template <Scalar S>
 
 /// Name of a kind as it stands in messages ("TriangleMesh").
 [[nodiscard]] constexpr const char* name_of(ShapeKind kind) {
-  constexpr const char* names[shape_kind_count] = {"Sphere",    "Box",       "Capsule",
-                                                   "Cylinder",  "Cone",      "Ellipsoid",
+  constexpr const char* names[shape_kind_count] = {"Sphere",    "Box",        "Capsule",
+                                                   "Cylinder",  "Cone",       "Ellipsoid",
                                                    "HalfSpace", "ConvexHull", "TriangleMesh"};
   return names[static_cast<std::size_t>(kind)];
 }
@@ -2349,9 +2351,9 @@ class OptionalShape {
   OptionalShape() = default;
   /// Any shape, or anything a shape can be made from.
   template <typename T>
-    requires std::constructible_from<Shape<S>, T&&> &&
-             (!std::same_as<std::remove_cvref_t<T>, OptionalShape>)
-  OptionalShape(T&& shape) : shape_(std::make_shared<const Shape<S>>(std::forward<T>(shape))) {}
+  requires std::constructible_from<Shape<S>, T &&> &&
+      (!std::same_as<std::remove_cvref_t<T>, OptionalShape>)OptionalShape(T&& shape)
+      : shape_(std::make_shared<const Shape<S>>(std::forward<T>(shape))) {}
 
   [[nodiscard]] explicit operator bool() const noexcept { return shape_ != nullptr; }
   [[nodiscard]] const Shape<S>& operator*() const noexcept { return *shape_; }
@@ -2599,9 +2601,7 @@ struct Body {
   [[nodiscard]] Transform<S> pose() const {
     return {center_pose.rotation, center_pose.translation - center_pose.rotation * center_B};
   }
-  void set_pose(const Transform<S>& X_WB) {
-    center_pose = {X_WB.rotation, X_WB * center_B};
-  }
+  void set_pose(const Transform<S>& X_WB) { center_pose = {X_WB.rotation, X_WB * center_B}; }
   /// [1/(kg m^2)] Inverse inertia along world axes.
   [[nodiscard]] Mat3<S> inverse_inertia_W() const {
     const Mat3<S> R = center_pose.rotation_matrix();
@@ -2666,7 +2666,9 @@ Body<S> make_body(const BodyDef<S>& def, const MassProperties<S>& of_shape) {
   detail::require_all_finite("BodyDef::angular_velocity", def.angular_velocity);
   detail::require_finite("BodyDef::gravity_scale", def.gravity_scale);
   validate(def.material);
-  if (def.center_of_mass) detail::require_all_finite("BodyDef::center_of_mass", *def.center_of_mass);
+  if (def.center_of_mass) {
+    detail::require_all_finite("BodyDef::center_of_mass", *def.center_of_mass);
+  }
 
   Body<S> body;
   body.motion = def.motion;
@@ -2727,8 +2729,9 @@ namespace bristle {
 /// Replaces the lower triangle of the symmetric n x n matrix `a` by its factor L, a = L L^T.
 ///
 /// @param floor  [1] Pivots below `floor` times their diagonal entry are raised to it: 0 for a
-///               matrix that is positive definite, round-off for one that may be singular (redundant
-///               constraints), whose solution then is the one of least norm to working precision.
+///               matrix that is positive definite, round-off for one that may be singular
+///               (redundant constraints), whose solution then is the one of least norm to working
+///               precision.
 /// @return False when a pivot is not positive or not finite; `a` is then spoilt.
 template <Scalar S>
 [[nodiscard]] bool factor_cholesky(S* a, std::size_t n, S floor = S(0)) {
@@ -2797,8 +2800,8 @@ struct ConstraintRow {
   Vec3<S> angular_b = Vec3<S>::Zero();
   /// [m/s or rad/s] Wanted velocity.
   S target = S(0);
-  /// [m or rad] Position error at the start of the step: the gap of a contact or a stop, the offset of
-  /// a joint.
+  /// [m or rad] Position error at the start of the step: the gap of a contact or a stop, the offset
+  /// of a joint.
   S error = S(0);
   /// [N s or N m s] Accumulated impulse.
   S impulse = S(0);
@@ -2806,8 +2809,7 @@ struct ConstraintRow {
   S correction = S(0);
 
   [[nodiscard]] S velocity(const Twist<S>& a, const Twist<S>& b) const {
-    return direction.dot(b.linear - a.linear) + angular_b.dot(b.angular) -
-           angular_a.dot(a.angular);
+    return direction.dot(b.linear - a.linear) + angular_b.dot(b.angular) - angular_a.dot(a.angular);
   }
 };
 
@@ -2874,8 +2876,8 @@ struct BlockResponse {
   void prepare(BlockKind kind, std::size_t count) {
     if (kind != BlockKind::equality) return;
     factor = matrix;
-    // Redundant rows give a singular matrix; the floor softens them just enough to share the load. A
-    // block without any response (between two bodies that nothing moves) gets no impulse.
+    // Redundant rows give a singular matrix; the floor softens them just enough to share the load.
+    // A block without any response (between two bodies that nothing moves) gets no impulse.
     if (!factor_cholesky(factor.data(), count, no_mobility<S>)) {
       factor.fill(S(0));
       for (std::size_t i = 0; i < count; ++i) factor[i * count + i] = infinity<S>;
@@ -2953,8 +2955,8 @@ void solve_block(const ConstraintBlock<S>& block, const BlockResponse<S>& K, con
       return;
     }
     case BlockKind::contact: {
-      const S normal =
-          max(S(0), rows[0].impulse + detail::scalar_change(velocity[0] - rows[0].target, K(0, 0, 3)));
+      const S normal = max(
+          S(0), rows[0].impulse + detail::scalar_change(velocity[0] - rows[0].target, K(0, 0, 3)));
       change[0] = normal - rows[0].impulse;
       rows[0].impulse = normal;
       const S residual[2] = {velocity[1] + K(1, 0, 3) * change[0],
@@ -2982,8 +2984,8 @@ void solve_block(const ConstraintBlock<S>& block, const BlockResponse<S>& K, con
 // === bristle/dynamics/solver_types.hpp
 
 /// @file
-/// What both solvers work on: bodies as the solver sees them, one island's constraints, settings and
-/// what a solve reports.
+/// What both solvers work on: bodies as the solver sees them, one island's constraints, settings
+/// and what a solve reports.
 // SPDX-License-Identifier: BSD-3-Clause
 
 // === bristle/dynamics/soft_block.hpp
@@ -2999,8 +3001,8 @@ namespace bristle {
 /// Impulse that is affine in the relative motion at the end of the step.
 ///
 /// With u = [V; W] the twist of A minus that of B about the point c, body B receives the impulse
-/// p = offset + matrix u about c, and A receives -p. `matrix` is symmetric positive semidefinite, so
-/// the block only ever takes energy out of the motion it is linearised about.
+/// p = offset + matrix u about c, and A receives -p. `matrix` is symmetric positive semidefinite,
+/// so the block only ever takes energy out of the motion it is linearised about.
 template <Scalar S>
 struct SoftBlock {
   /// [-] Slots of the two bodies.
@@ -3037,8 +3039,7 @@ template <Scalar S>
                                const Vec3<S>& arm) {
   const Mat3<S> X = skew(arm);
   Mat6<S> W;
-  W.template topLeftCorner<3, 3>() =
-      inverse_mass * Mat3<S>::Identity() - X * inverse_inertia_W * X;
+  W.template topLeftCorner<3, 3>() = inverse_mass * Mat3<S>::Identity() - X * inverse_inertia_W * X;
   W.template topRightCorner<3, 3>() = -X * inverse_inertia_W;
   W.template bottomLeftCorner<3, 3>() = inverse_inertia_W * X;
   W.template bottomRightCorner<3, 3>() = inverse_inertia_W;
@@ -3113,7 +3114,8 @@ struct Constraints {
   }
 };
 
-/// One island: bodies that act on each other, by their slots, and what acts between them, by number.
+/// One island: bodies that act on each other, by their slots, and what acts between them, by
+/// number.
 struct Island {
   std::span<const std::uint32_t> bodies;
   std::span<const std::uint32_t> blocks;
@@ -3156,8 +3158,7 @@ void local_response(const ConstraintBlock<S>& block, const ConstraintRow<S>* row
     const Vec3<S> turn_b = b.inverse_inertia * rows[j].angular_b;
     for (std::size_t i = 0; i < block.count; ++i) {
       K.matrix[i * block.count + j] = inverse_mass * rows[i].direction.dot(rows[j].direction) +
-                                      rows[i].angular_a.dot(turn_a) +
-                                      rows[i].angular_b.dot(turn_b);
+                                      rows[i].angular_a.dot(turn_a) + rows[i].angular_b.dot(turn_b);
     }
   }
   K.prepare(block.kind, block.count);
@@ -3236,9 +3237,9 @@ void add_contact_rows(const CachedManifold<S>& manifold, const std::vector<Cache
 ///
 /// Soft blocks are linear in the velocities, so they go into the island's mass matrix,
 /// (M + sum G^T A6 G) v = M v_free - sum G^T p6, which stays symmetric positive definite for any
-/// step, stiffness and mass ratio and is factored once. Joints are eliminated exactly by their Schur
-/// complement. What remains, contacts and bounded rows, is a dense problem of few rows that is swept
-/// until it stands still. Nothing is approximate but that last residual.
+/// step, stiffness and mass ratio and is factored once. Joints are eliminated exactly by their
+/// Schur complement. What remains, contacts and bounded rows, is a dense problem of few rows that
+/// is swept until it stands still. Nothing is approximate but that last residual.
 // SPDX-License-Identifier: BSD-3-Clause
 
 #include <algorithm>
@@ -3264,7 +3265,8 @@ class DirectSolver {
   }
 
   /// Finds the velocities at the end of the step and the motion of the soft blocks.
-  /// @return False when the matrix is not positive definite (not finite input); nothing was changed.
+  /// @return False when the matrix is not positive definite (not finite input); nothing was
+  /// changed.
   [[nodiscard]] bool solve(const Island& island, Constraints<S>& constraints,
                            std::span<SolverBody<S>> bodies, const SolveContext<S>& context,
                            SolveReport<S>& report) {
@@ -3537,14 +3539,15 @@ void DirectSolver<S>::start_from_impulses(Constraints<S>& constraints) {
   impulses_.resize(rest);
   for (std::size_t i = 0; i < rest; ++i) {
     ConstraintRow<S>& row = constraints.rows[row_of_[equalities_ + i]];
-    if (reduced_[i * rest + i] == S(0)) row.impulse = S(0);  // Left out: nothing would ever change it.
+    if (reduced_[i * rest + i] == S(0))
+      row.impulse = S(0);  // Left out: nothing would ever change it.
     impulses_[i] = row.impulse;
   }
   for (std::size_t i = 0; i < rest; ++i) {
-    row_velocity_[i] = free_row_velocity_[equalities_ + i] -
-                       detail::dot(coupling_.data() + i * equalities_, equality_.data(),
-                                   equalities_) +
-                       detail::dot(reduced_.data() + i * rest, impulses_.data(), rest);
+    row_velocity_[i] =
+        free_row_velocity_[equalities_ + i] -
+        detail::dot(coupling_.data() + i * equalities_, equality_.data(), equalities_) +
+        detail::dot(reduced_.data() + i * rest, impulses_.data(), rest);
   }
   block_responses_.resize(std::max(block_responses_.size(), unilateral_.size()));
   for (std::size_t k = 0; k < unilateral_.size(); ++k) {
@@ -3702,22 +3705,22 @@ int DirectSolver<S>::correct_positions(const Island& island, Constraints<S>& con
 /// @file
 /// Symplectic Euler: velocities first, then poses with the new velocities.
 ///
-/// The turn of a body in one step keeps angular momentum exactly and kinetic energy to round-off: the
-/// discrete Moser-Veselov equation of the free top with preprocessed inertia (Hairer and Vilmart
-/// 2006, "Preprocessed discrete Moser-Veselov algorithm for the full dynamics of a rigid body"),
-/// fourth order in the step, in parts of at most a radian where the body spins faster.
+/// The turn of a body in one step keeps angular momentum exactly and kinetic energy to round-off:
+/// the discrete Moser-Veselov equation of the free top with preprocessed inertia (Hairer and
+/// Vilmart 2006, "Preprocessed discrete Moser-Veselov algorithm for the full dynamics of a rigid
+/// body"), fourth order in the step, in parts of at most a radian where the body spins faster.
 // SPDX-License-Identifier: BSD-3-Clause
 
 namespace bristle {
 
-/// Velocities of a body after the forces known at the start of the step: gravity and what the caller
-/// applies. The gyroscopic torque is not among them; `step_pose` accounts for it exactly.
+/// Velocities of a body after the forces known at the start of the step: gravity and what the
+/// caller applies. The gyroscopic torque is not among them; `step_pose` accounts for it exactly.
 template <Scalar S>
 [[nodiscard]] Twist<S> free_twist(const Body<S>& body, const Mat3<S>& inverse_inertia_W,
                                   const Vec3<S>& gravity, S dt) {
   if (!body.is_dynamic()) return body.twist;
-  return {body.twist.linear + dt * (body.gravity_scale * gravity +
-                                    body.inverse_mass * body.applied.force),
+  return {body.twist.linear +
+              dt * (body.gravity_scale * gravity + body.inverse_mass * body.applied.force),
           body.twist.angular + dt * (inverse_inertia_W * body.applied.torque)};
 }
 
@@ -3761,8 +3764,7 @@ bool solve_top_step(const Mat3<S>& inertia, const Mat3<S>& inverse_inertia, cons
     const S q0 = sqrt(rest);
     const Vec3<S> Jq = J * q;
     const Vec3<S> residual = q0 * Jq + q.cross(Jq) - target;
-    const Mat3<S> slope =
-        q0 * J - Jq * (q.transpose() / q0) + skew(q) * J - skew(Jq);
+    const Mat3<S> slope = q0 * J - Jq * (q.transpose() / q0) + skew(q) * J - skew(Jq);
     const Vec3<S> change = slope.inverse() * residual;
     q -= change;
     if (change.squaredNorm() <= round_off * round_off * q.squaredNorm()) return true;
@@ -3776,8 +3778,9 @@ template <Scalar S>
   return rest.cwiseAbs().maxCoeff() <= Tolerance<S>::round_off() * inertia(0, 0);
 }
 
-/// Turns a body as a free top: its angular momentum stays, its angular velocity follows its attitude.
-/// The step is halved until each part turns by less than a radian, where the map has its root.
+/// Turns a body as a free top: its angular momentum stays, its angular velocity follows its
+/// attitude. The step is halved until each part turns by less than a radian, where the map has its
+/// root.
 template <Scalar S>
 void turn_free_top(Body<S>& body, S dt) {
   using std::sqrt;
@@ -3834,8 +3837,8 @@ void step_pose(Body<S>& body, const Twist<S>& correction, S dt) {
 
 namespace bristle {
 
-/// Splits bodies and constraints into islands. Bodies that forces do not move belong to none, and do
-/// not connect what touches them.
+/// Splits bodies and constraints into islands. Bodies that forces do not move belong to none, and
+/// do not connect what touches them.
 ///
 /// Islands come in the order of their lowest body slot, and bodies and constraints within each in
 /// ascending order: the same input gives the same islands.
@@ -3989,8 +3992,8 @@ struct JointDef {
   BodyId body_b{};
   /// [m] Pose of the joint frame in the body frame of A.
   Transform<S> X_AJ{};
-  /// [m] Pose of the joint frame in the body frame of B. The joint's position is the x coordinate of
-  /// this frame's origin in A's joint frame.
+  /// [m] Pose of the joint frame in the body frame of B. The joint's position is the x coordinate
+  /// of this frame's origin in A's joint frame.
   Transform<S> X_BJ{};
   /// [m] Smallest position of the free axis; -infinity for no stop.
   S lower_limit = -infinity<S>;
@@ -4074,10 +4077,10 @@ namespace detail {
 /// Where a joint stands: its frame on A in the world and the offset of B's frame from it.
 template <Scalar S>
 struct JointPose {
-  Mat3<S> axes_W;       // Columns: axes of A's joint frame.
+  Mat3<S> axes_W;        // Columns: axes of A's joint frame.
   Vec3<S> arm_a, arm_b;  // From each centre of mass to B's joint origin.
-  Vec3<S> offset_J;     // Of B's origin from A's, in A's joint frame.
-  Vec3<S> angle_J;      // Of B's axes from A's, as a rotation vector in A's joint frame.
+  Vec3<S> offset_J;      // Of B's origin from A's, in A's joint frame.
+  Vec3<S> angle_J;       // Of B's axes from A's, as a rotation vector in A's joint frame.
 };
 
 template <Scalar S>
@@ -4103,7 +4106,8 @@ template <Scalar S>
   using std::min;
   using std::sqrt;
   const S braking = drive.max_force * inverse_mass / S(2);
-  const S speed = min(min(abs(distance) / dt, drive.max_speed), sqrt(S(2) * braking * abs(distance)));
+  const S speed =
+      min(min(abs(distance) / dt, drive.max_speed), sqrt(S(2) * braking * abs(distance)));
   return distance < S(0) ? -speed : speed;
 }
 
@@ -4175,8 +4179,8 @@ void add_joint_rows(Joint<S>& joint, const Body<S>& a, const Body<S>& b, std::ui
                                                     a.inverse_mass + b.inverse_mass, dt);
       axis_row(BlockKind::bounded, S(1), wanted, -limit, limit, detail::drive_impulse);
     }
-    // Like a contact, a stop may be approached as fast as reaches it in this step; what is beyond it
-    // comes back by the position correction, which leaves no speed behind.
+    // Like a contact, a stop may be approached as fast as reaches it in this step; what is beyond
+    // it comes back by the position correction, which leaves no speed behind.
     const auto stop = [&](S sign, S distance, std::size_t slot) {
       axis_row(BlockKind::stop, sign, -max(S(0), distance) / dt, S(0), infinity<S>, slot).error =
           distance;
@@ -4211,7 +4215,8 @@ void store_joint_impulses(Joint<S>& joint, const Constraints<S>& constraints) {
   const JointDef<S>& def = joint.def;
   std::uint32_t block = joint.first_block + 1;
   const auto keep = [&](bool is_there, std::size_t slot) {
-    if (is_there) joint.impulses[slot] = constraints.rows[constraints.blocks[block++].first].impulse;
+    if (is_there)
+      joint.impulses[slot] = constraints.rows[constraints.blocks[block++].first].impulse;
   };
   if (def.kind == JointKind::prismatic) {
     keep(def.drive.mode != DriveMode::none, detail::drive_impulse);
@@ -4227,8 +4232,7 @@ JointReading<S> read_joint(const Joint<S>& joint, const Body<S>& a, const Body<S
   reading.reaction = (S(1) / dt) * joint.total;
   if (joint.def.kind == JointKind::prismatic) {
     reading.position = pose.offset_J.x();
-    reading.velocity =
-        pose.axes_W.col(0).dot(b.twist.at(pose.arm_b) - a.twist.at(pose.arm_a));
+    reading.velocity = pose.axes_W.col(0).dot(b.twist.at(pose.arm_b) - a.twist.at(pose.arm_a));
     reading.drive_force = joint.impulses[detail::drive_impulse] / dt;
   }
   return reading;
@@ -4258,9 +4262,9 @@ class SequentialSolver {
   /// Finds the velocities at the end of the step, starting from the impulses in the rows and soft
   /// blocks (warm start).
   ///
-  /// The motion it leaves in a soft block is the one right after the block's own last turn, where its
-  /// impulse is offset + matrix * motion exactly, however far the sweeps have got: evaluating it
-  /// elsewhere would multiply what is left of the residual by the stiffness.
+  /// The motion it leaves in a soft block is the one right after the block's own last turn, where
+  /// its impulse is offset + matrix * motion exactly, however far the sweeps have got: evaluating
+  /// it elsewhere would multiply what is left of the residual by the stiffness.
   SolveReport<S> solve(const Island& island, Constraints<S>& constraints,
                        std::span<SolverBody<S>> bodies, const SolveContext<S>& context) {
     prepare(island, constraints, bodies);
@@ -4288,8 +4292,8 @@ class SequentialSolver {
   }
 
   /// Finds displacements that close what is left of the position errors after the step, by the same
-  /// sweeps on velocities of their own, so that no kinetic energy comes of it. Uses the responses of
-  /// the `solve` before it.
+  /// sweeps on velocities of their own, so that no kinetic energy comes of it. Uses the responses
+  /// of the `solve` before it.
   /// @return Sweeps done.
   int correct_positions(const Island& island, Constraints<S>& constraints,
                         std::span<SolverBody<S>> bodies, const SolveContext<S>& context) {
@@ -4297,8 +4301,8 @@ class SequentialSolver {
     for (; sweep < context.settings.max_position_sweeps; ++sweep) {
       S residual = S(0);
       for (std::size_t k = 0; k < island.blocks.size(); ++k) {
-        residual = std::max(residual, sweep_position(constraints, island.blocks[k], k, bodies,
-                                                     context.dt));
+        residual = std::max(residual,
+                            sweep_position(constraints, island.blocks[k], k, bodies, context.dt));
       }
       if (residual <= context.velocity_tolerance) break;
     }
@@ -6445,19 +6449,20 @@ namespace bristle {
 ///
 /// All functions are safe to call from several threads at once.
 template <typename B, typename S>
-concept ShapeBackend =
-    Scalar<S> && std::copyable<typename B::template Collidable<S>> &&
+concept ShapeBackend = Scalar<S> && std::copyable<typename B::template Collidable<S>> &&
     requires(const Shape<S>& shape, const typename B::template Collidable<S>& c,
              const Transform<S>& X, S margin, ContactManifolds<S>& manifolds,
              const RayBatch<S>& rays, std::uint32_t tag, RayHits<S>& hits, ShapeKind kind) {
-      { B::template make<S>(shape) } -> std::same_as<typename B::template Collidable<S>>;
-      { B::kind(c) } -> std::same_as<ShapeKind>;
-      { B::bounds(c) } -> std::same_as<Aabb<S>>;
-      { B::mass_properties(c) } -> std::same_as<MassProperties<S>>;
-      { B::can_collide(kind, kind) } -> std::same_as<bool>;
-      { B::collide(c, c, X, margin, manifolds) } noexcept -> std::same_as<ContactStatus>;
-      { B::cast_rays(c, X, rays, tag, hits) } noexcept;
-    };
+  { B::template make<S>(shape) } -> std::same_as<typename B::template Collidable<S>>;
+  { B::kind(c) } -> std::same_as<ShapeKind>;
+  { B::bounds(c) } -> std::same_as<Aabb<S>>;
+  { B::mass_properties(c) } -> std::same_as<MassProperties<S>>;
+  { B::can_collide(kind, kind) } -> std::same_as<bool>;
+  { B::collide(c, c, X, margin, manifolds) }
+  noexcept->std::same_as<ContactStatus>;
+  { B::cast_rays(c, X, rays, tag, hits) }
+  noexcept;
+};
 
 }  // namespace bristle
 
@@ -7677,8 +7682,9 @@ ConvexHull<S> convex_hull(const TriangleMesh<S>& mesh) {
 /// Patches of sensors in somebody else's engine.
 ///
 /// The engine keeps its bodies, its contacts and its solver; it answers rays and takes wrenches. A
-/// `HostPatch` senses, solves the patch implicitly against the free motion of the bodies it touches,
-/// and hands out forces that are stable at any stiffness with a plain "add force" interface.
+/// `HostPatch` senses, solves the patch implicitly against the free motion of the bodies it
+/// touches, and hands out forces that are stable at any stiffness with a plain "add force"
+/// interface.
 // SPDX-License-Identifier: BSD-3-Clause
 
 // === bristle/sensors/passes.hpp
@@ -7695,7 +7701,8 @@ namespace bristle {
 /// for (stuck to slipping, touching to free, another normal force), at most `max_passes` times.
 ///
 /// @param solve        solve(): fills the soft blocks, finds velocities, evaluates impulses.
-/// @param relinearise  bool relinearise(pass, is_last_pass): moves the linearisation to the solution
+/// @param relinearise  bool relinearise(pass, is_last_pass): moves the linearisation to the
+/// solution
 ///                     and says whether that matters. Impulses evaluated before stay valid.
 /// @return Number of solves.
 template <typename Solve, typename Relinearise>
@@ -7777,7 +7784,8 @@ enum class FrictionScaling {
 /// What happens to a bristle stretched beyond sigma_a.
 enum class SlipReset {
   /// It lets go and grips anew (Eq. 2), keeping what the stretch exceeds whole multiples of sigma_a
-  /// by: the paper's saw-tooth in the limit of small steps, without its aliasing at large ones. Mean
+  /// by: the paper's saw-tooth in the limit of small steps, without its aliasing at large ones.
+  /// Mean
   /// sliding friction is half the static one.
   release,
   /// It drags along at sigma_a: Coulomb friction with equal static and sliding coefficients.
@@ -8048,14 +8056,15 @@ struct SensorRay {
 };
 
 /// Wrench of one sensor on its own body A about A's centre of mass, in world axes, and its new
-/// memory: the whole law for one sensor, for embedding by hand and for reading. Patches run the same
-/// functions over arrays.
+/// memory: the whole law for one sensor, for embedding by hand and for reading. Patches run the
+/// same functions over arrays.
 ///
 /// @param distance  [m] Where along the ray B was hit; infinite or >= length when it was not.
 /// @param m         [1] Outward unit normal of B there, world axes.
 /// @param B         The body that was hit. Its wrench is `-wrench` about A's centre of mass.
 /// @param dt        [s] Step length, > 0.
-/// @return Exactly zero without a hit; the memory is then cleared, so a new touch starts unstretched.
+/// @return Exactly zero without a hit; the memory is then cleared, so a new touch starts
+/// unstretched.
 template <Scalar S>
 [[nodiscard]] Wrench<S> sensor_wrench(const SensorParameters<S>& p, const LawOptions& options,
                                       const SensorRay<S>& ray, S distance, const Vec3<S>& m,
@@ -8109,8 +8118,8 @@ enum class SensorState : std::uint8_t {
 /// patch is removed.
 ///
 /// Forces are the impulses that were applied, divided by the step, on the sensor's own body. Shear
-/// is given in each sensor's tangent frame (t1, t2), fixed in its body: `tangent_basis` of the ray's
-/// direction in the body frame.
+/// is given in each sensor's tangent frame (t1, t2), fixed in its body: `tangent_basis` of the
+/// ray's direction in the body frame.
 template <Scalar S>
 struct PatchReading {
   /// [1] Depth e_N at the start of the step, in [0, 1]; 0 where nothing is touched.
@@ -8144,13 +8153,12 @@ struct PatchReading {
   [[nodiscard]] S total_shear() const { return shear_W.norm(); }
   /// [-] Number of sensors that touch something.
   [[nodiscard]] std::size_t touching() const {
-    return size() - static_cast<std::size_t>(
-                        std::count(state.begin(), state.end(), SensorState::free));
+    return size() -
+           static_cast<std::size_t>(std::count(state.begin(), state.end(), SensorState::free));
   }
   /// [-] Number of sensors that slipped.
   [[nodiscard]] std::size_t slipping() const {
-    return static_cast<std::size_t>(
-        std::count(state.begin(), state.end(), SensorState::slipping));
+    return static_cast<std::size_t>(std::count(state.begin(), state.end(), SensorState::slipping));
   }
 };
 
@@ -8421,14 +8429,14 @@ struct SensorPatch {
     return def.per_sensor.empty() ? def.parameters : def.per_sensor[sensor];
   }
   [[nodiscard]] RayBatch<S> rays(S extra_length) const {
-    return {start.x,     start.y,     start.z, direction.x,
-            direction.y, direction.z, length,  extra_length};
+    return {start.x, start.y, start.z, direction.x, direction.y, direction.z, length, extra_length};
   }
   /// Forgets that a sensor touched anything.
   void release(std::size_t sensor) { rooted_in[sensor] = BodyId{}; }
 };
 
-/// Checks a definition and turns it into a patch of a body with its centre of mass at `center_B` [m].
+/// Checks a definition and turns it into a patch of a body with its centre of mass at `center_B`
+/// [m].
 /// @throws InvalidArgument naming the field.
 template <Scalar S>
 [[nodiscard]] SensorPatch<S> make_patch(PatchDef<S> def, BodyId body, const Vec3<S>& center_B) {
@@ -8481,8 +8489,8 @@ struct TouchedBody {
 template <Scalar S>
 void clear_patch(SensorPatch<S>& patch);
 
-/// Fills `contacts` and `pairs` from `hits`; a sensor without a hit lets go of what it held. For the
-/// paper's law the bristles are advanced too.
+/// Fills `contacts` and `pairs` from `hits`; a sensor without a hit lets go of what it held. For
+/// the paper's law the bristles are advanced too.
 ///
 /// @param A        The patch's own body.
 /// @param find     Callable: TouchedBody<S> find(tag), the body that owns the shape with that tag.
@@ -8511,7 +8519,8 @@ bool fill_contact(SensorPatch<S>& patch, std::size_t i, const PatchPair<S>& pair
                   const Body<S>& B, PatchContact<S>& c) {
   c.n = pair.pose.R_WA * patch.direction[i];
   const Vec3<S> m = pair.pose.R_WA * patch.hits.normal[i];
-  if (!(m.dot(c.n) <= grazing_cosine<S>)) return false;  // False for a normal that is no number, too.
+  if (!(m.dot(c.n) <= grazing_cosine<S>))
+    return false;  // False for a normal that is no number, too.
   c.sensor = static_cast<std::uint32_t>(i);
   c.g = depth_gradient(c.n, m);
   c.length = patch.length[i];
@@ -8532,8 +8541,8 @@ void advance_bristle(SensorPatch<S>& patch, const PatchPair<S>& pair, BodyId id_
   }
   Anchor<S> anchor{patch.root_a[c.sensor], patch.root_b[c.sensor]};
   c.stretch = advance_anchor(anchor, patch.rooted_in[c.sensor] == id_b, pair.pose, c.n, c.rho,
-                             patch.parameters(c.sensor).breakaway_distance,
-                             patch.def.options.reset, c.is_slipping);
+                             patch.parameters(c.sensor).breakaway_distance, patch.def.options.reset,
+                             c.is_slipping);
   patch.root_a.set(c.sensor, anchor.q_A);
   patch.root_b.set(c.sensor, anchor.q_B);
   patch.rooted_in[c.sensor] = id_b;
@@ -8671,10 +8680,10 @@ template <Scalar S>
 /// The implicit patch: all sensors that touch one body as one soft 6x6 constraint.
 ///
 /// Every sensor's impulse is made an affine function of the velocity at the end of the step; since
-/// all of them see the same relative motion of two rigid bodies, their sum is one 6x6 matrix and one
-/// 6-vector, whatever their number. Sensors that change state within the step (touch, let go, slip)
-/// are linearised anew around the last solution, a few passes at most. docs/sensors.md derives every
-/// line; the equations are numbered there.
+/// all of them see the same relative motion of two rigid bodies, their sum is one 6x6 matrix and
+/// one 6-vector, whatever their number. Sensors that change state within the step (touch, let go,
+/// slip) are linearised anew around the last solution, a few passes at most. docs/sensors.md
+/// derives every line; the equations are numbered there.
 // SPDX-License-Identifier: BSD-3-Clause
 
 namespace bristle {
@@ -8685,7 +8694,8 @@ namespace bristle {
 template <Scalar S>
 void set_scheme(PatchPair<S>& pair, S bristle_sum, S viscous_sum, S w, S dt);
 
-/// Linearises all contacts of a pair for the first pass, around the motion at the start of the step.
+/// Linearises all contacts of a pair for the first pass, around the motion at the start of the
+/// step.
 template <Scalar S>
 void start_linearisation(SensorPatch<S>& patch, PatchPair<S>& pair, S dt);
 
@@ -8705,8 +8715,7 @@ void fill_block(const SensorPatch<S>& patch, const PatchPair<S>& pair, SoftBlock
 /// Evaluates the impulse of every contact at the motion that was found.
 /// @return [N s, N m s] Their sum on B about c.
 template <Scalar S>
-Wrench<S> evaluate_impulses(SensorPatch<S>& patch, const PatchPair<S>& pair,
-                            const Vec6<S>& motion);
+Wrench<S> evaluate_impulses(SensorPatch<S>& patch, const PatchPair<S>& pair, const Vec6<S>& motion);
 
 // Implementation -----------------------------------------------------------------------------------
 
@@ -8727,8 +8736,8 @@ template <Scalar S>
   return u.template head<3>() + W.cross(rho);
 }
 
-/// Normal part: J_n = dt K_N e_N + a_n g.v' while touching; before, the spring and the damper act on
-/// the depth that is reached within the step only, so that nothing pushes across a gap.
+/// Normal part: J_n = dt K_N e_N + a_n g.v' while touching; before, the spring and the damper act
+/// on the depth that is reached within the step only, so that nothing pushes across a gap.
 template <Scalar S>
 void linearise_normal(const SensorParameters<S>& p, PatchContact<S>& c, S dt) {
   const S slope = dt * p.normal_stiffness + p.normal_damping;
@@ -8753,8 +8762,8 @@ template <Scalar S>
                                       const PatchPair<S>& pair, PatchContact<S>& c, S dt) {
   const S k_t = bristle_stiffness(p, options.scaling, c.force, c.depth);
   const Vec3<S> v0 = tangential(c.start_velocity, c.n);
-  c.a_across = c.a_along = (pair.alpha + pair.beta) * dt * dt * k_t +
-                           pair.theta * dt * p.sliding_friction;
+  c.a_across = c.a_along =
+      (pair.alpha + pair.beta) * dt * dt * k_t + pair.theta * dt * p.sliding_friction;
   c.along.setZero();
   return dt * k_t * (c.stretch - pair.beta * dt * v0) +
          (S(1) - pair.theta) * dt * p.sliding_friction * v0;
@@ -8782,14 +8791,13 @@ template <Scalar S>
 /// Friction of a bristle that slips, linearised around the tangential velocity v.
 template <Scalar S>
 [[nodiscard]] Vec3<S> linearise_slip(const SensorParameters<S>& p, const LawOptions& options,
-                                     const PatchPair<S>& pair, PatchContact<S>& c,
-                                     const Vec3<S>& v, S dt) {
+                                     const PatchPair<S>& pair, PatchContact<S>& c, const Vec3<S>& v,
+                                     S dt) {
   using std::max;
   using std::min;
   using std::sqrt;
   const S k_t = bristle_stiffness(p, options.scaling, c.force, c.depth);
-  const Vec3<S> mean =
-      mean_slip_stretch(pair, c, v, p.breakaway_distance, options.reset, dt);
+  const Vec3<S> mean = mean_slip_stretch(pair, c, v, p.breakaway_distance, options.reset, dt);
   const S speed2 = v.squaredNorm();
   const S stiffest = (pair.alpha + pair.beta) * dt * dt * k_t;
   const S secant =
@@ -8845,8 +8853,7 @@ void start_linearisation(SensorPatch<S>& patch, PatchPair<S>& pair, S dt) {
     const SensorParameters<S>& p = patch.parameters(c.sensor);
     detail::linearise_normal(p, c, dt);
     c.is_pushing = c.normal_constant + c.a_normal * c.g.dot(c.start_velocity) > S(0);
-    c.force =
-        c.is_touching ? normal_force(p, c.depth, c.g.dot(c.start_velocity) / c.length) : S(0);
+    c.force = c.is_touching ? normal_force(p, c.depth, c.g.dot(c.start_velocity) / c.length) : S(0);
     c.normal_impulse = dt * c.force;
     c.is_slipping = false;
     detail::linearise(patch, pair, c, tangential(c.start_velocity, c.n), dt);
@@ -8879,8 +8886,8 @@ void update_normal(PatchContact<S>& c, const Vec3<S>& v, S dt, PassChange<S>& ch
   c.force = force;
 }
 
-/// Whether a touching sensor slips at the tangential velocity v that was found, and whether its slip
-/// has to be damped because it turns around from pass to pass.
+/// Whether a touching sensor slips at the tangential velocity v that was found, and whether its
+/// slip has to be damped because it turns around from pass to pass.
 template <Scalar S>
 void update_slip(PatchContact<S>& c, const Vec3<S>& v, S sigma, SlipReset reset, S dt, int pass,
                  bool is_last_pass, PassChange<S>& change) {
@@ -8917,8 +8924,7 @@ bool update_linearisation(SensorPatch<S>& patch, PatchPair<S>& pair, const Vec6<
     detail::update_slip(c, tangential(v, c.n), patch.parameters(c.sensor).breakaway_distance,
                         patch.def.options.reset, dt, pass, is_last_pass, change);
   }
-  const bool has_changed =
-      change.did_switch || change.force_change > negligible * change.force_sum;
+  const bool has_changed = change.did_switch || change.force_change > negligible * change.force_sum;
   if (!has_changed && !change.has_slip) return false;
 
   S friction_sum = S(0);
@@ -8939,8 +8945,8 @@ bool update_linearisation(SensorPatch<S>& patch, PatchPair<S>& pair, const Vec6<
 
 template <Scalar S>
 void fill_block(const SensorPatch<S>& patch, const PatchPair<S>& pair, SoftBlock<S>& block) {
-  // sum a (I - n n^T) over sensors needs only the moments of `a` up to second order; what depends on
-  // a direction d is the square of the 6-vector [d; rho x d].
+  // sum a (I - n n^T) over sensors needs only the moments of `a` up to second order; what depends
+  // on a direction d is the square of the 6-vector [d; rho x d].
   S m0 = S(0);
   Vec3<S> m1 = Vec3<S>::Zero();
   Mat3<S> m2 = Mat3<S>::Zero();
@@ -8999,10 +9005,10 @@ namespace bristle {
 /// Measures a pair before the step: sets Lambda and the weights of the implicit scheme.
 ///
 /// Lambda = max over tangential and normal of w sum s + w_rot sum s |rho|^2 over the sensors that
-/// touch or can reach the body within the step, with s = dt^2 k_t + 2 dt mu_V or (dt^2 K_N + 2 dt K_D)
-/// / L, and thirds of the traces of the mobility's linear and angular parts. Symplectic Euler is
-/// stable below 4 for one mode (docs/sensors.md); 0.5 leaves room for traces that one axis dominates.
-/// Zero where nothing can move.
+/// touch or can reach the body within the step, with s = dt^2 k_t + 2 dt mu_V or (dt^2 K_N + 2 dt
+/// K_D) / L, and thirds of the traces of the mobility's linear and angular parts. Symplectic Euler
+/// is stable below 4 for one mode (docs/sensors.md); 0.5 leaves room for traces that one axis
+/// dominates. Zero where nothing can move.
 template <Scalar S>
 void measure_pair(const SensorPatch<S>& patch, PatchPair<S>& pair, const SolverBody<S>& a,
                   const SolverBody<S>& b, S dt);
@@ -9051,8 +9057,8 @@ void measure_pair(const SensorPatch<S>& patch, PatchPair<S>& pair, const SolverB
                     mobility(b.inverse_mass, b.inverse_inertia, pair.arm_b);
   const S w = W.template topLeftCorner<3, 3>().trace() / S(3);
   const S w_rot = W.template bottomRightCorner<3, 3>().trace() / S(3);
-  pair.lambda = max(w * tangential_sum + w_rot * tangential_moment,
-                    w * normal_sum + w_rot * normal_moment);
+  pair.lambda =
+      max(w * tangential_sum + w_rot * tangential_moment, w * normal_sum + w_rot * normal_moment);
   set_scheme(pair, bristle_sum, viscous_sum, w, dt);
 }
 
@@ -9138,9 +9144,10 @@ struct HostBody {
   /// [1/kg], [1/(kg m^2)] Zero for bodies that forces do not move.
   S inverse_mass = S(0);
   Mat3<S> inverse_inertia_W = Mat3<S>::Zero();
-  /// [m/s^2] What the host will add by itself in the next step: gravity and applied forces, over the
-  /// mass. The patch solves for the velocity at the end of the step, so what is left out here is
-  /// taken for motion: a force f left out presses a stiff patch deeper by about f dt times its damping.
+  /// [m/s^2] What the host will add by itself in the next step: gravity and applied forces, over
+  /// the mass. The patch solves for the velocity at the end of the step, so what is left out here
+  /// is taken for motion: a force f left out presses a stiff patch deeper by about f dt times its
+  /// damping.
   Vec3<S> acceleration = Vec3<S>::Zero();
   /// [rad/s^2] The same for what turns it.
   Vec3<S> angular_acceleration = Vec3<S>::Zero();
@@ -9155,13 +9162,13 @@ struct HostBody {
 /// - `host.apply_wrench(i, wrench)` adds a wrench [N, N m] about the centre of mass of body i that
 ///   acts during the host's next step.
 template <typename H, typename S>
-concept SensorHost =
-    Scalar<S> && requires(H& host, const H& view, std::uint32_t body, const RayBatch<S>& rays,
-                          RayHits<S>& hits, const Wrench<S>& wrench) {
-      { view.body(body) } -> std::same_as<HostBody<S>>;
-      view.cast_rays(body, rays, hits);
-      host.apply_wrench(body, wrench);
-    };
+concept SensorHost = Scalar<S> &&
+    requires(H& host, const H& view, std::uint32_t body, const RayBatch<S>& rays, RayHits<S>& hits,
+             const Wrench<S>& wrench) {
+  { view.body(body) } -> std::same_as<HostBody<S>>;
+  view.cast_rays(body, rays, hits);
+  host.apply_wrench(body, wrench);
+};
 
 /// A patch on a body of a host.
 ///
@@ -9177,12 +9184,12 @@ class HostPatch {
       : patch_(make_patch(std::move(def), BodyId{body, 0}, Vec3<S>(Vec3<S>::Zero()))),
         body_(body) {}
 
-  /// Senses, and applies to the host's bodies the mean force of the next `dt` [s], which must be the
-  /// host's next step. Applies nothing that is not finite; allocates only until warm. Sensors act from
-  /// the step after the one in which their rays first reach a body.
+  /// Senses, and applies to the host's bodies the mean force of the next `dt` [s], which must be
+  /// the host's next step. Applies nothing that is not finite; allocates only until warm. Sensors
+  /// act from the step after the one in which their rays first reach a body.
   /// @throws InvalidArgument when dt is not finite and > 0, and whatever the host throws.
   template <typename Host>
-    requires SensorHost<Host, S>
+  requires SensorHost<Host, S>
   void step(Host& host, S dt) {
     detail::require_positive("dt", dt);
     sense(host, dt);
@@ -9195,7 +9202,9 @@ class HostPatch {
     discard_what_is_not_finite();
     const Transform<S>& X = bodies_.front().body.center_pose;
     fill_readings<S>(patch_, X.rotation_matrix().transpose(), X.translation, dt,
-                     [](std::uint32_t number) { return BodyId{number, 0}; });
+                     [](std::uint32_t number) {
+                       return BodyId{number, 0};
+                     });
     apply(host, dt);
   }
 
@@ -9266,12 +9275,12 @@ class HostPatch {
     }
     const PatchDef<S>& def = patch_.def;
     for (PatchPair<S>& pair : patch_.pairs) {
-      const bool can_be_implicit =
-          def.options.law == Law::paper && def.integration != Integration::explicit_ &&
-          (solver_bodies_.front().is_moving() ||
-           solver_bodies_[known_slot(pair.body_b)].is_moving());
-      pair.is_implicit = can_be_implicit && (def.integration == Integration::implicit ||
-                                             lambda > def.explicit_below);
+      const bool can_be_implicit = def.options.law == Law::paper &&
+                                   def.integration != Integration::explicit_ &&
+                                   (solver_bodies_.front().is_moving() ||
+                                    solver_bodies_[known_slot(pair.body_b)].is_moving());
+      pair.is_implicit = can_be_implicit &&
+                         (def.integration == Integration::implicit || lambda > def.explicit_below);
     }
   }
 
@@ -11256,7 +11265,8 @@ struct GripWants {
   /// [1] Damping ratio of the normal direction, >= 0.
   S normal_damping_ratio = S(1);
   /// [1] Damping ratio of the bristles, >= 0. 0.7 makes slip start at the same load at every step
-  /// and keeps load changes from pumping energy in; below 0.2 a sudden load slips at half the limit.
+  /// and keeps load changes from pumping energy in; below 0.2 a sudden load slips at half the
+  /// limit.
   S bristle_damping_ratio = S(0.7);
   /// [-] What friction grows with; `none` and `depth` change the unit of the constants.
   FrictionScaling scaling = FrictionScaling::normal_force;
@@ -11273,7 +11283,8 @@ struct Tuning {
   [[nodiscard]] SensorParameters<S> parameters(const SensorLayout<S>& layout) const;
 };
 
-/// Checks wants: `world.add_patch(body, sensors, tuned_for<double>({.friction = 0.8, .load = 20}))`.
+/// Checks wants: `world.add_patch(body, sensors, tuned_for<double>({.friction = 0.8, .load =
+/// 20}))`.
 /// @throws InvalidArgument naming the field.
 template <Scalar S>
 [[nodiscard]] Tuning<S> tuned_for(const GripWants<S>& wants);
@@ -11302,8 +11313,8 @@ struct PatchMeaning {
   /// [1] The same for a load that comes at once: the bristles overshoot by 1 + D with
   /// D = exp(-pi z / sqrt(1 - z^2)), so it is mu / (1 + D); half of mu without damping.
   S sudden_coefficient = S(0);
-  /// [1] Mean shear per normal force while sliding, without the viscous part: mu / 2 with `release`,
-  /// mu with `drag`.
+  /// [1] Mean shear per normal force while sliding, without the viscous part: mu / 2 with
+  /// `release`, mu with `drag`.
   S kinetic_release = S(0);
   S kinetic_drag = S(0);
   /// [N/m] Stiffness against shear of the whole patch, and along the rays.
@@ -11406,11 +11417,10 @@ PatchMeaning<S> meaning_of(const SensorParameters<S>& p, const PatchUse<S>& use,
   out.bristle_frequency = sqrt(out.bristle_stiffness / use.mass);
   const S viscous = n * p.sliding_friction;
   out.bristle_damping_ratio = viscous / (S(2) * sqrt(out.bristle_stiffness * use.mass));
-  out.normal_damping_ratio = n * p.normal_damping / use.length /
-                             (S(2) * sqrt(out.normal_stiffness * use.mass));
+  out.normal_damping_ratio =
+      n * p.normal_damping / use.length / (S(2) * sqrt(out.normal_stiffness * use.mass));
   const S z = out.bristle_damping_ratio;
-  const S overshoot =
-      z < S(1) ? S(exp(-S(EIGEN_PI) * z / sqrt(S(1) - z * z))) : S(0);
+  const S overshoot = z < S(1) ? S(exp(-S(EIGEN_PI) * z / sqrt(S(1) - z * z))) : S(0);
   out.sudden_coefficient = out.holding_coefficient / (S(1) + overshoot);
   const Mode<S> tangential_mode{use.mass, out.bristle_stiffness * use.lever, viscous};
   const Mode<S> normal_mode{use.mass, out.normal_stiffness, n * p.normal_damping / use.length};
@@ -11455,8 +11465,8 @@ struct StepReport {
   /// [-] Patches in the world, and those with a body in reach.
   std::uint64_t patches = 0;
   std::uint64_t patches_near = 0;
-  /// [-] Rays cast (a ray counts once per shape it is asked of), sensors skipped because nothing was
-  /// in reach of their patch, and sensors that touch.
+  /// [-] Rays cast (a ray counts once per shape it is asked of), sensors skipped because nothing
+  /// was in reach of their patch, and sensors that touch.
   std::uint64_t rays_cast = 0;
   std::uint64_t sensors_skipped = 0;
   std::uint64_t sensors_touching = 0;
@@ -11609,8 +11619,8 @@ class ContactStage {
     }
   }
 
-  /// Moves the boxes of shapes that impulses took out of what free motion would sweep, so that queries
-  /// between steps find them.
+  /// Moves the boxes of shapes that impulses took out of what free motion would sweep, so that
+  /// queries between steps find them.
   void settle_boxes(State& state) const {
     for (const std::uint32_t i : moving_) {
       const Collider<S, Backend>& c = state.colliders.at(i);
@@ -11786,10 +11796,11 @@ template <Scalar S, typename Backend>
                             S(0)};
     scratch.reset(1);
     Backend::cast_rays(c.shape, X_RS, batch, tag, scratch);
-    // The order of visits is that of the tree; on equal distance the lower shape wins, as it does for
-    // sensors.
+    // The order of visits is that of the tree; on equal distance the lower shape wins, as it does
+    // for sensors.
     const S distance = scratch.distance[0];
-    if (distance < best.distance || (distance == best.distance && scratch.is_hit(0) && tag < best_tag)) {
+    if (distance < best.distance ||
+        (distance == best.distance && scratch.is_hit(0) && tag < best_tag)) {
       best = {distance, scratch.normal[0]};
       best_tag = tag;
     }
@@ -11885,8 +11896,7 @@ class SensorStage {
   void evaluate(State& state, std::uint32_t soft) const {
     SensorPatch<S>& patch = state.patches.at(owners_[soft].patch);
     SoftBlock<S>& block = state.constraints.soft[soft];
-    const Wrench<S> sum =
-        evaluate_impulses(patch, patch.pairs[owners_[soft].pair], block.motion);
+    const Wrench<S> sum = evaluate_impulses(patch, patch.pairs[owners_[soft].pair], block.motion);
     block.impulse << sum.force, sum.torque;
   }
 
@@ -11973,10 +11983,10 @@ class SensorStage {
     scratch.candidates.clear();
     scratch.rays_cast = 0;
     const Twist<S>& free = state.solver_bodies[patch.body.index].free;
-    const S own_reach = state.def.time_step *
-                        (free.linear.norm() + free.angular.norm() *
-                                                  (patch.box.center().norm() +
-                                                   patch.box.half_extents().norm()));
+    const S own_reach =
+        state.def.time_step *
+        (free.linear.norm() +
+         free.angular.norm() * (patch.box.center().norm() + patch.box.half_extents().norm()));
     const Aabb<S> box = transformed(patch.box, A.center_pose);
     state.broad_phase.overlap(box.inflated(own_reach), [&](std::uint32_t tag) {
       const Collider<S, Backend>& c = state.colliders.at(tag);
@@ -12022,8 +12032,8 @@ class SensorStage {
 
   void apply_explicit(State& state, SensorPatch<S>& patch, const PatchPair<S>& pair) const {
     ++state.report.explicit_pairs;
-    const Wrench<S> sum = explicit_impulses(patch, pair, state.bodies.handle(pair.body_b),
-                                            state.def.time_step);
+    const Wrench<S> sum =
+        explicit_impulses(patch, pair, state.bodies.handle(pair.body_b), state.def.time_step);
     SolverBody<S>& a = state.solver_bodies[patch.body.index];
     SolverBody<S>& b = state.solver_bodies[pair.body_b];
     const auto push = [](SolverBody<S>& body, const Vec3<S>& arm, const Wrench<S>& w) {
@@ -12172,8 +12182,7 @@ class SolveStage {
       is_direct = is_direct &&
                   direct_.solve(island, state.constraints, state.solver_bodies, context, report);
       if (!is_direct) {
-        report.merge(
-            sequential_.solve(island, state.constraints, state.solver_bodies, context));
+        report.merge(sequential_.solve(island, state.constraints, state.solver_bodies, context));
       }
       for (const std::uint32_t soft : island.soft) sensors.evaluate(state, soft);
     };
@@ -12192,11 +12201,10 @@ class SolveStage {
       return;
     }
     if (needs_correction(state, island, context)) {
-      const int sweeps =
-          is_direct ? direct_.correct_positions(island, state.constraints, state.solver_bodies,
-                                                context)
-                    : sequential_.correct_positions(island, state.constraints,
-                                                    state.solver_bodies, context);
+      const int sweeps = is_direct ? direct_.correct_positions(island, state.constraints,
+                                                               state.solver_bodies, context)
+                                   : sequential_.correct_positions(island, state.constraints,
+                                                                   state.solver_bodies, context);
       state.report.position_sweeps += static_cast<std::uint64_t>(sweeps);
     }
     state.report.direct_islands += is_direct ? 1 : 0;
@@ -12290,13 +12298,14 @@ namespace bristle {
 /// @tparam S        Scalar: float or double.
 /// @tparam Backend  What computes geometry; see `ShapeBackend`.
 template <Scalar S, typename Backend = AnalyticBackend>
-  requires ShapeBackend<Backend, S>
+requires ShapeBackend<Backend, S>
 class World {
  public:
   /// @throws InvalidArgument naming the field of the definition.
   explicit World(const WorldDef<S>& def = {});
 
-  // Bodies and shapes ------------------------------------------------------------------------------
+  // Bodies and shapes
+  // ------------------------------------------------------------------------------
 
   /// Adds a body, with its shape if it has one.
   /// @throws InvalidArgument naming the field; or when the backend knows no contact between this
@@ -12318,8 +12327,8 @@ class World {
   /// [-] Number of bodies.
   [[nodiscard]] std::size_t body_count() const noexcept { return state_.bodies.size(); }
 
-  /// Puts a body somewhere else at once; its velocity stays. Its contacts and bristles notice in the
-  /// next step.
+  /// Puts a body somewhere else at once; its velocity stays. Its contacts and bristles notice in
+  /// the next step.
   void set_pose(BodyId id, const Transform<S>& X_WB);
   /// [m/s, rad/s] Sets the velocity of the centre of mass and the angular velocity, world axes. The
   /// body must not be fixed.
@@ -12334,7 +12343,8 @@ class World {
   /// [-] Changes who may touch and sense a body.
   void set_filter(BodyId id, const CollisionFilter& filter);
 
-  // Joints -----------------------------------------------------------------------------------------
+  // Joints
+  // -----------------------------------------------------------------------------------------
 
   JointId add_joint(const JointDef<S>& def);
   void remove_joint(JointId id);
@@ -12343,7 +12353,8 @@ class World {
   /// Position, velocity and forces of a joint in the last step.
   [[nodiscard]] JointReading<S> reading(JointId id) const;
 
-  // Sensors ----------------------------------------------------------------------------------------
+  // Sensors
+  // ----------------------------------------------------------------------------------------
 
   PatchId add_patch(BodyId body, PatchDef<S> def);
   /// A patch whose sensors share constants and integrate automatically.
@@ -12364,7 +12375,8 @@ class World {
   /// explicitly; infinite when it touched nothing that moves.
   [[nodiscard]] S largest_stable_step(PatchId id) const;
 
-  // Queries ----------------------------------------------------------------------------------------
+  // Queries
+  // ----------------------------------------------------------------------------------------
 
   /// Nearest hit of a ray with any shape. O(log n) of the number of shapes.
   [[nodiscard]] WorldRayHit<S> cast_ray(const Ray<S>& ray, const RayFilter& filter = {}) const;
@@ -12372,7 +12384,8 @@ class World {
   void cast_rays(std::span<const Ray<S>> rays, const RayFilter& filter,
                  std::span<WorldRayHit<S>> hits) const;
 
-  // Time -------------------------------------------------------------------------------------------
+  // Time
+  // -------------------------------------------------------------------------------------------
 
   /// Advances the world by one time step.
   void step();
@@ -12416,8 +12429,7 @@ class World {
 namespace bristle {
 
 template <Scalar S, typename Backend>
-  requires ShapeBackend<Backend, S>
-World<S, Backend>::World(const WorldDef<S>& def) {
+requires ShapeBackend<Backend, S> World<S, Backend>::World(const WorldDef<S>& def) {
   detail::require_all_finite("WorldDef::gravity", def.gravity);
   detail::require_positive("WorldDef::time_step", def.time_step);
   detail::require_not_negative("WorldDef::restitution_speed", def.restitution_speed);
@@ -12434,7 +12446,7 @@ World<S, Backend>::World(const WorldDef<S>& def) {
 }
 
 template <Scalar S, typename Backend>
-  requires ShapeBackend<Backend, S>
+requires ShapeBackend<Backend, S>
 void World<S, Backend>::require_known_contacts(BodyId id, bool is_dynamic,
                                                const CollisionFilter& filter,
                                                ShapeKind kind) const {
@@ -12455,9 +12467,9 @@ void World<S, Backend>::require_known_contacts(BodyId id, bool is_dynamic,
 }
 
 template <Scalar S, typename Backend>
-  requires ShapeBackend<Backend, S>
-ShapeId World<S, Backend>::insert_shape(BodyId id, Prepared prepared, const Shape<S>& shape,
-                                        const Transform<S>& X_BS, const Material<S>& material) {
+requires ShapeBackend<Backend, S> ShapeId
+World<S, Backend>::insert_shape(BodyId id, Prepared prepared, const Shape<S>& shape,
+                                const Transform<S>& X_BS, const Material<S>& material) {
   const Body<S>& body = state_.bodies.at(id.index);
   Collider<S, Backend> c;
   c.body = id;
@@ -12472,16 +12484,14 @@ ShapeId World<S, Backend>::insert_shape(BodyId id, Prepared prepared, const Shap
   } else {
     c.radius = (c.X_CmS * c.bounds.center()).norm() + c.bounds.half_extents().norm();
   }
-  const Aabb<S> box =
-      c.half_space ? c.bounds : transformed(c.bounds, body.center_pose * c.X_CmS);
+  const Aabb<S> box = c.half_space ? c.bounds : transformed(c.bounds, body.center_pose * c.X_CmS);
   const ShapeId shape_id = state_.colliders.insert(std::move(c));
   state_.broad_phase.insert(shape_id.index, box);
   return shape_id;
 }
 
 template <Scalar S, typename Backend>
-  requires ShapeBackend<Backend, S>
-BodyId World<S, Backend>::add_body(const BodyDef<S>& def) {
+requires ShapeBackend<Backend, S> BodyId World<S, Backend>::add_body(const BodyDef<S>& def) {
   if (!def.shape) return state_.bodies.insert(make_body(def, MassProperties<S>{}));
   Prepared shape = Backend::template make<S>(*def.shape);
   detail::require(def.motion != Motion::dynamic || kind_of(*def.shape) != ShapeKind::half_space,
@@ -12494,8 +12504,8 @@ BodyId World<S, Backend>::add_body(const BodyDef<S>& def) {
 }
 
 template <Scalar S, typename Backend>
-  requires ShapeBackend<Backend, S>
-ShapeId World<S, Backend>::add_shape(BodyId id, const ShapeDef<S>& def) {
+requires ShapeBackend<Backend, S> ShapeId World<S, Backend>::add_shape(BodyId id,
+                                                                       const ShapeDef<S>& def) {
   const Body<S>& body = state_.bodies.get(id, "BodyId");
   validate(def.material);
   detail::require_all_finite("ShapeDef::X_BS.translation", def.X_BS.translation);
@@ -12508,7 +12518,7 @@ ShapeId World<S, Backend>::add_shape(BodyId id, const ShapeDef<S>& def) {
 }
 
 template <Scalar S, typename Backend>
-  requires ShapeBackend<Backend, S>
+requires ShapeBackend<Backend, S>
 void World<S, Backend>::remove_shape(ShapeId id) {
   (void)state_.colliders.get(id, "ShapeId");
   state_.broad_phase.remove(id.index);
@@ -12517,7 +12527,7 @@ void World<S, Backend>::remove_shape(ShapeId id) {
 }
 
 template <Scalar S, typename Backend>
-  requires ShapeBackend<Backend, S>
+requires ShapeBackend<Backend, S>
 void World<S, Backend>::remove_body(BodyId id) {
   (void)state_.bodies.get(id, "BodyId");
   for (std::uint32_t i = 0; i < state_.joints.slot_count(); ++i) {
@@ -12546,7 +12556,7 @@ void World<S, Backend>::remove_body(BodyId id) {
 }
 
 template <Scalar S, typename Backend>
-  requires ShapeBackend<Backend, S>
+requires ShapeBackend<Backend, S>
 void World<S, Backend>::refresh_boxes(BodyId id) {
   const Body<S>& body = state_.bodies.at(id.index);
   for (std::uint32_t i = 0; i < state_.colliders.slot_count(); ++i) {
@@ -12558,7 +12568,7 @@ void World<S, Backend>::refresh_boxes(BodyId id) {
 }
 
 template <Scalar S, typename Backend>
-  requires ShapeBackend<Backend, S>
+requires ShapeBackend<Backend, S>
 void World<S, Backend>::set_pose(BodyId id, const Transform<S>& X_WB) {
   Body<S>& body = state_.bodies.get(id, "BodyId");
   detail::require_all_finite("X_WB.translation", X_WB.translation);
@@ -12568,7 +12578,7 @@ void World<S, Backend>::set_pose(BodyId id, const Transform<S>& X_WB) {
 }
 
 template <Scalar S, typename Backend>
-  requires ShapeBackend<Backend, S>
+requires ShapeBackend<Backend, S>
 void World<S, Backend>::set_velocity(BodyId id, const Twist<S>& twist) {
   Body<S>& body = state_.bodies.get(id, "BodyId");
   detail::require(body.motion != Motion::fixed, "BodyId", S(0), "must not name a fixed body");
@@ -12578,7 +12588,7 @@ void World<S, Backend>::set_velocity(BodyId id, const Twist<S>& twist) {
 }
 
 template <Scalar S, typename Backend>
-  requires ShapeBackend<Backend, S>
+requires ShapeBackend<Backend, S>
 void World<S, Backend>::move_to(BodyId id, const Transform<S>& X_WB) {
   Body<S>& body = state_.bodies.get(id, "BodyId");
   detail::require(body.motion == Motion::kinematic, "BodyId", S(0), "must name a kinematic body");
@@ -12592,7 +12602,7 @@ void World<S, Backend>::move_to(BodyId id, const Transform<S>& X_WB) {
 }
 
 template <Scalar S, typename Backend>
-  requires ShapeBackend<Backend, S>
+requires ShapeBackend<Backend, S>
 void World<S, Backend>::apply_wrench(BodyId id, const Wrench<S>& wrench) {
   Body<S>& body = state_.bodies.get(id, "BodyId");
   detail::require_all_finite("wrench.force", wrench.force);
@@ -12601,7 +12611,7 @@ void World<S, Backend>::apply_wrench(BodyId id, const Wrench<S>& wrench) {
 }
 
 template <Scalar S, typename Backend>
-  requires ShapeBackend<Backend, S>
+requires ShapeBackend<Backend, S>
 void World<S, Backend>::apply_force(BodyId id, const Vec3<S>& force, const Vec3<S>& point) {
   const Body<S>& body = state_.bodies.get(id, "BodyId");
   detail::require_all_finite("point", point);
@@ -12609,7 +12619,7 @@ void World<S, Backend>::apply_force(BodyId id, const Vec3<S>& force, const Vec3<
 }
 
 template <Scalar S, typename Backend>
-  requires ShapeBackend<Backend, S>
+requires ShapeBackend<Backend, S>
 void World<S, Backend>::set_filter(BodyId id, const CollisionFilter& filter) {
   Body<S>& body = state_.bodies.get(id, "BodyId");
   for (std::uint32_t i = 0; i < state_.colliders.slot_count(); ++i) {
@@ -12620,8 +12630,7 @@ void World<S, Backend>::set_filter(BodyId id, const CollisionFilter& filter) {
 }
 
 template <Scalar S, typename Backend>
-  requires ShapeBackend<Backend, S>
-JointId World<S, Backend>::add_joint(const JointDef<S>& def) {
+requires ShapeBackend<Backend, S> JointId World<S, Backend>::add_joint(const JointDef<S>& def) {
   const Body<S>& a = state_.bodies.get(def.body_a, "JointDef::body_a");
   const Body<S>& b = state_.bodies.get(def.body_b, "JointDef::body_b");
   validate(def);
@@ -12645,7 +12654,7 @@ JointId World<S, Backend>::add_joint(const JointDef<S>& def) {
 }
 
 template <Scalar S, typename Backend>
-  requires ShapeBackend<Backend, S>
+requires ShapeBackend<Backend, S>
 void World<S, Backend>::erase_joint(std::uint32_t index) {
   const JointDef<S>& def = state_.joints.at(index).def;
   if (!def.bodies_collide) {
@@ -12658,14 +12667,14 @@ void World<S, Backend>::erase_joint(std::uint32_t index) {
 }
 
 template <Scalar S, typename Backend>
-  requires ShapeBackend<Backend, S>
+requires ShapeBackend<Backend, S>
 void World<S, Backend>::remove_joint(JointId id) {
   (void)state_.joints.get(id, "JointId");
   erase_joint(id.index);
 }
 
 template <Scalar S, typename Backend>
-  requires ShapeBackend<Backend, S>
+requires ShapeBackend<Backend, S>
 void World<S, Backend>::set_drive(JointId id, const JointDrive<S>& drive) {
   Joint<S>& joint = state_.joints.get(id, "JointId");
   validate(drive);
@@ -12673,25 +12682,24 @@ void World<S, Backend>::set_drive(JointId id, const JointDrive<S>& drive) {
 }
 
 template <Scalar S, typename Backend>
-  requires ShapeBackend<Backend, S>
-JointReading<S> World<S, Backend>::reading(JointId id) const {
+requires ShapeBackend<Backend, S> JointReading<S> World<S, Backend>::reading(JointId id)
+const {
   const Joint<S>& joint = state_.joints.get(id, "JointId");
   return read_joint(joint, state_.bodies.at(joint.def.body_a.index),
                     state_.bodies.at(joint.def.body_b.index), state_.def.time_step);
 }
 
 template <Scalar S, typename Backend>
-  requires ShapeBackend<Backend, S>
-PatchId World<S, Backend>::add_patch(BodyId body, PatchDef<S> def) {
+requires ShapeBackend<Backend, S> PatchId World<S, Backend>::add_patch(BodyId body,
+                                                                       PatchDef<S> def) {
   const Body<S>& owner = state_.bodies.get(body, "BodyId");
   for (const BodyId id : def.excluded) (void)state_.bodies.get(id, "PatchDef::excluded");
   return state_.patches.insert(make_patch(std::move(def), body, owner.center_B));
 }
 
 template <Scalar S, typename Backend>
-  requires ShapeBackend<Backend, S>
-PatchId World<S, Backend>::add_patch(BodyId body, SensorLayout<S> sensors,
-                                     const SensorParameters<S>& parameters) {
+requires ShapeBackend<Backend, S> PatchId World<S, Backend>::add_patch(
+    BodyId body, SensorLayout<S> sensors, const SensorParameters<S>& parameters) {
   PatchDef<S> def;
   def.sensors = std::move(sensors);
   def.parameters = parameters;
@@ -12699,9 +12707,9 @@ PatchId World<S, Backend>::add_patch(BodyId body, SensorLayout<S> sensors,
 }
 
 template <Scalar S, typename Backend>
-  requires ShapeBackend<Backend, S>
-PatchId World<S, Backend>::add_patch(BodyId body, SensorLayout<S> sensors,
-                                     const Tuning<S>& tuning) {
+requires ShapeBackend<Backend, S> PatchId World<S, Backend>::add_patch(BodyId body,
+                                                                       SensorLayout<S> sensors,
+                                                                       const Tuning<S>& tuning) {
   PatchDef<S> def;
   def.parameters = tuning.parameters(sensors);
   def.options.scaling = tuning.wants.scaling;
@@ -12710,14 +12718,14 @@ PatchId World<S, Backend>::add_patch(BodyId body, SensorLayout<S> sensors,
 }
 
 template <Scalar S, typename Backend>
-  requires ShapeBackend<Backend, S>
+requires ShapeBackend<Backend, S>
 void World<S, Backend>::remove_patch(PatchId id) {
   (void)state_.patches.get(id, "PatchId");
   state_.patches.erase(id);
 }
 
 template <Scalar S, typename Backend>
-  requires ShapeBackend<Backend, S>
+requires ShapeBackend<Backend, S>
 void World<S, Backend>::set_parameters(PatchId id, const SensorParameters<S>& parameters) {
   SensorPatch<S>& patch = state_.patches.get(id, "PatchId");
   validate(parameters);
@@ -12726,14 +12734,12 @@ void World<S, Backend>::set_parameters(PatchId id, const SensorParameters<S>& pa
 }
 
 template <Scalar S, typename Backend>
-  requires ShapeBackend<Backend, S>
-PatchReading<S> World<S, Backend>::reading(PatchId id) const {
-  return state_.patches.get(id, "PatchId").readings.view();
-}
+requires ShapeBackend<Backend, S> PatchReading<S> World<S, Backend>::reading(PatchId id)
+const { return state_.patches.get(id, "PatchId").readings.view(); }
 
 template <Scalar S, typename Backend>
-  requires ShapeBackend<Backend, S>
-S World<S, Backend>::largest_stable_step(PatchId id) const {
+requires ShapeBackend<Backend, S> S World<S, Backend>::largest_stable_step(PatchId id)
+const {
   const SensorPatch<S>& patch = state_.patches.get(id, "PatchId");
   return bristle::largest_stable_step(patch, [&](const PatchPair<S>& pair) -> Mat6<S> {
     const Body<S>& a = state_.bodies.at(patch.body.index);
@@ -12744,15 +12750,16 @@ S World<S, Backend>::largest_stable_step(PatchId id) const {
 }
 
 template <Scalar S, typename Backend>
-  requires ShapeBackend<Backend, S>
-WorldRayHit<S> World<S, Backend>::cast_ray(const Ray<S>& ray, const RayFilter& filter) const {
+requires ShapeBackend<Backend, S> WorldRayHit<S> World<S, Backend>::cast_ray(
+    const Ray<S>& ray, const RayFilter& filter)
+const {
   detail::require_ray(ray);
   RayHits<S> scratch;
   return detail::cast_ray(state_, ray, filter, scratch);
 }
 
 template <Scalar S, typename Backend>
-  requires ShapeBackend<Backend, S>
+requires ShapeBackend<Backend, S>
 void World<S, Backend>::cast_rays(std::span<const Ray<S>> rays, const RayFilter& filter,
                                   std::span<WorldRayHit<S>> hits) const {
   detail::require(rays.size() == hits.size(), "hits.size()", static_cast<double>(hits.size()),
@@ -12765,7 +12772,7 @@ void World<S, Backend>::cast_rays(std::span<const Ray<S>> rays, const RayFilter&
 }
 
 template <Scalar S, typename Backend>
-  requires ShapeBackend<Backend, S>
+requires ShapeBackend<Backend, S>
 void World<S, Backend>::set_time_step(S dt) {
   detail::require_positive("dt", dt);
   // Forces go on, so the impulses that the next step starts from follow the step.
@@ -12786,14 +12793,14 @@ void World<S, Backend>::set_time_step(S dt) {
 }
 
 template <Scalar S, typename Backend>
-  requires ShapeBackend<Backend, S>
+requires ShapeBackend<Backend, S>
 void World<S, Backend>::set_gravity(const Vec3<S>& gravity) {
   detail::require_all_finite("gravity", gravity);
   state_.def.gravity = gravity;
 }
 
 template <Scalar S, typename Backend>
-  requires ShapeBackend<Backend, S>
+requires ShapeBackend<Backend, S>
 void World<S, Backend>::step() {
   state_.report = {};
   state_.constraints.clear();

@@ -1,6 +1,6 @@
 /// @file
-/// Contacts along directions in which joints leave no mobility: a finger on its slide that meets the
-/// table. Eliminating the joints leaves nothing of the contact's response but round-off.
+/// Contacts along directions in which joints leave no mobility: a finger on its slide that meets
+/// the table. Eliminating the joints leaves nothing of the contact's response but round-off.
 // SPDX-License-Identifier: BSD-3-Clause
 #include <doctest/doctest.h>
 
@@ -43,7 +43,8 @@ TEST_CASE_TEMPLATE("locked_contact: a still finger that overlaps the floor is no
       // The joint carries the weight; the overlap cannot be closed, and nothing moves by more than
       // the round-off of positions of 0.3 m.
       const double tolerance = static_cast<double>(Tolerance<S>::round_off());
-      CHECK(static_cast<double>((world.pose(finger).translation - def.position).norm()) < tolerance);
+      CHECK(static_cast<double>((world.pose(finger).translation - def.position).norm()) <
+            tolerance);
       CHECK(static_cast<double>(world.body(finger).twist.linear.norm()) < 1e3 * tolerance);
       CHECK(world.report().discarded_islands == 0);
     }

@@ -14,7 +14,8 @@ namespace {
 
 /// `count` boxes of 1 kg over each other, each on a stiff pad, with `gap` m between pad and box.
 struct PadStack {
-  PadStack(int count, double gap, std::uint32_t max_direct_bodies) : world(world_def(max_direct_bodies)) {
+  PadStack(int count, double gap, std::uint32_t max_direct_bodies)
+      : world(world_def(max_direct_bodies)) {
     BodyDef<double> floor;
     floor.motion = Motion::fixed;
     floor.shape = HalfSpace<double>{};

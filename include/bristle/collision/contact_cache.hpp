@@ -57,7 +57,8 @@ class ContactCache {
 
   /// Adds the manifolds of one pair; pairs come in ascending order.
   ///
-  /// @param X_WS  Pose of shape a: [1] its axes in the world, [m] its origin from a's centre of mass.
+  /// @param X_WS  Pose of shape a: [1] its axes in the world, [m] its origin from a's centre of
+  /// mass.
   /// @param p_ab  [m] From a's centre of mass to b's, world axes.
   void add(ShapePair shapes, const ContactManifolds<S>& found, const Mat3<S>& R_WS,
            const Vec3<S>& p_as, const Vec3<S>& p_ab) {
@@ -105,8 +106,8 @@ class ContactCache {
     return nullptr;
   }
 
-  /// Gives a point the impulse of its predecessor. Friction is carried over as a vector: the tangents
-  /// of two nearly equal normals may be opposite.
+  /// Gives a point the impulse of its predecessor. Friction is carried over as a vector: the
+  /// tangents of two nearly equal normals may be opposite.
   void inherit(const CachedManifold<S>& old, const Vec3<S>& normal, CachedPoint<S>& point) const {
     for (std::uint32_t i = old.first; i < old.first + old.count; ++i) {
       if (old_points_[i].feature != point.feature) continue;

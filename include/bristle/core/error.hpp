@@ -103,7 +103,8 @@ void require_not_negative(std::string_view field, const S& value) {
   require(isfinite(value) && value >= S(0), field, value, "must be finite and >= 0");
 }
 
-/// Every coefficient of an Eigen expression must be finite; the message names the first that is not.
+/// Every coefficient of an Eigen expression must be finite; the message names the first that is
+/// not.
 template <typename Matrix>
 void require_all_finite(std::string_view field, const Matrix& values) {
   using std::isfinite;

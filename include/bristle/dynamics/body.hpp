@@ -91,9 +91,7 @@ struct Body {
   [[nodiscard]] Transform<S> pose() const {
     return {center_pose.rotation, center_pose.translation - center_pose.rotation * center_B};
   }
-  void set_pose(const Transform<S>& X_WB) {
-    center_pose = {X_WB.rotation, X_WB * center_B};
-  }
+  void set_pose(const Transform<S>& X_WB) { center_pose = {X_WB.rotation, X_WB * center_B}; }
   /// [1/(kg m^2)] Inverse inertia along world axes.
   [[nodiscard]] Mat3<S> inverse_inertia_W() const {
     const Mat3<S> R = center_pose.rotation_matrix();
@@ -158,7 +156,9 @@ Body<S> make_body(const BodyDef<S>& def, const MassProperties<S>& of_shape) {
   detail::require_all_finite("BodyDef::angular_velocity", def.angular_velocity);
   detail::require_finite("BodyDef::gravity_scale", def.gravity_scale);
   validate(def.material);
-  if (def.center_of_mass) detail::require_all_finite("BodyDef::center_of_mass", *def.center_of_mass);
+  if (def.center_of_mass) {
+    detail::require_all_finite("BodyDef::center_of_mass", *def.center_of_mass);
+  }
 
   Body<S> body;
   body.motion = def.motion;

@@ -32,8 +32,8 @@ struct ConstraintRow {
   Vec3<S> angular_b = Vec3<S>::Zero();
   /// [m/s or rad/s] Wanted velocity.
   S target = S(0);
-  /// [m or rad] Position error at the start of the step: the gap of a contact or a stop, the offset of
-  /// a joint.
+  /// [m or rad] Position error at the start of the step: the gap of a contact or a stop, the offset
+  /// of a joint.
   S error = S(0);
   /// [N s or N m s] Accumulated impulse.
   S impulse = S(0);
@@ -41,8 +41,7 @@ struct ConstraintRow {
   S correction = S(0);
 
   [[nodiscard]] S velocity(const Twist<S>& a, const Twist<S>& b) const {
-    return direction.dot(b.linear - a.linear) + angular_b.dot(b.angular) -
-           angular_a.dot(a.angular);
+    return direction.dot(b.linear - a.linear) + angular_b.dot(b.angular) - angular_a.dot(a.angular);
   }
 };
 
@@ -109,8 +108,8 @@ struct BlockResponse {
   void prepare(BlockKind kind, std::size_t count) {
     if (kind != BlockKind::equality) return;
     factor = matrix;
-    // Redundant rows give a singular matrix; the floor softens them just enough to share the load. A
-    // block without any response (between two bodies that nothing moves) gets no impulse.
+    // Redundant rows give a singular matrix; the floor softens them just enough to share the load.
+    // A block without any response (between two bodies that nothing moves) gets no impulse.
     if (!factor_cholesky(factor.data(), count, no_mobility<S>)) {
       factor.fill(S(0));
       for (std::size_t i = 0; i < count; ++i) factor[i * count + i] = infinity<S>;
@@ -188,8 +187,8 @@ void solve_block(const ConstraintBlock<S>& block, const BlockResponse<S>& K, con
       return;
     }
     case BlockKind::contact: {
-      const S normal =
-          max(S(0), rows[0].impulse + detail::scalar_change(velocity[0] - rows[0].target, K(0, 0, 3)));
+      const S normal = max(
+          S(0), rows[0].impulse + detail::scalar_change(velocity[0] - rows[0].target, K(0, 0, 3)));
       change[0] = normal - rows[0].impulse;
       rows[0].impulse = normal;
       const S residual[2] = {velocity[1] + K(1, 0, 3) * change[0],

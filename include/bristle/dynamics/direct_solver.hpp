@@ -3,9 +3,9 @@
 ///
 /// Soft blocks are linear in the velocities, so they go into the island's mass matrix,
 /// (M + sum G^T A6 G) v = M v_free - sum G^T p6, which stays symmetric positive definite for any
-/// step, stiffness and mass ratio and is factored once. Joints are eliminated exactly by their Schur
-/// complement. What remains, contacts and bounded rows, is a dense problem of few rows that is swept
-/// until it stands still. Nothing is approximate but that last residual.
+/// step, stiffness and mass ratio and is factored once. Joints are eliminated exactly by their
+/// Schur complement. What remains, contacts and bounded rows, is a dense problem of few rows that
+/// is swept until it stands still. Nothing is approximate but that last residual.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -34,7 +34,8 @@ class DirectSolver {
   }
 
   /// Finds the velocities at the end of the step and the motion of the soft blocks.
-  /// @return False when the matrix is not positive definite (not finite input); nothing was changed.
+  /// @return False when the matrix is not positive definite (not finite input); nothing was
+  /// changed.
   [[nodiscard]] bool solve(const Island& island, Constraints<S>& constraints,
                            std::span<SolverBody<S>> bodies, const SolveContext<S>& context,
                            SolveReport<S>& report) {
@@ -307,14 +308,15 @@ void DirectSolver<S>::start_from_impulses(Constraints<S>& constraints) {
   impulses_.resize(rest);
   for (std::size_t i = 0; i < rest; ++i) {
     ConstraintRow<S>& row = constraints.rows[row_of_[equalities_ + i]];
-    if (reduced_[i * rest + i] == S(0)) row.impulse = S(0);  // Left out: nothing would ever change it.
+    if (reduced_[i * rest + i] == S(0))
+      row.impulse = S(0);  // Left out: nothing would ever change it.
     impulses_[i] = row.impulse;
   }
   for (std::size_t i = 0; i < rest; ++i) {
-    row_velocity_[i] = free_row_velocity_[equalities_ + i] -
-                       detail::dot(coupling_.data() + i * equalities_, equality_.data(),
-                                   equalities_) +
-                       detail::dot(reduced_.data() + i * rest, impulses_.data(), rest);
+    row_velocity_[i] =
+        free_row_velocity_[equalities_ + i] -
+        detail::dot(coupling_.data() + i * equalities_, equality_.data(), equalities_) +
+        detail::dot(reduced_.data() + i * rest, impulses_.data(), rest);
   }
   block_responses_.resize(std::max(block_responses_.size(), unilateral_.size()));
   for (std::size_t k = 0; k < unilateral_.size(); ++k) {

@@ -1,10 +1,10 @@
 /// @file
 /// Symplectic Euler: velocities first, then poses with the new velocities.
 ///
-/// The turn of a body in one step keeps angular momentum exactly and kinetic energy to round-off: the
-/// discrete Moser-Veselov equation of the free top with preprocessed inertia (Hairer and Vilmart
-/// 2006, "Preprocessed discrete Moser-Veselov algorithm for the full dynamics of a rigid body"),
-/// fourth order in the step, in parts of at most a radian where the body spins faster.
+/// The turn of a body in one step keeps angular momentum exactly and kinetic energy to round-off:
+/// the discrete Moser-Veselov equation of the free top with preprocessed inertia (Hairer and
+/// Vilmart 2006, "Preprocessed discrete Moser-Veselov algorithm for the full dynamics of a rigid
+/// body"), fourth order in the step, in parts of at most a radian where the body spins faster.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -13,14 +13,14 @@
 
 namespace bristle {
 
-/// Velocities of a body after the forces known at the start of the step: gravity and what the caller
-/// applies. The gyroscopic torque is not among them; `step_pose` accounts for it exactly.
+/// Velocities of a body after the forces known at the start of the step: gravity and what the
+/// caller applies. The gyroscopic torque is not among them; `step_pose` accounts for it exactly.
 template <Scalar S>
 [[nodiscard]] Twist<S> free_twist(const Body<S>& body, const Mat3<S>& inverse_inertia_W,
                                   const Vec3<S>& gravity, S dt) {
   if (!body.is_dynamic()) return body.twist;
-  return {body.twist.linear + dt * (body.gravity_scale * gravity +
-                                    body.inverse_mass * body.applied.force),
+  return {body.twist.linear +
+              dt * (body.gravity_scale * gravity + body.inverse_mass * body.applied.force),
           body.twist.angular + dt * (inverse_inertia_W * body.applied.torque)};
 }
 
@@ -64,8 +64,7 @@ bool solve_top_step(const Mat3<S>& inertia, const Mat3<S>& inverse_inertia, cons
     const S q0 = sqrt(rest);
     const Vec3<S> Jq = J * q;
     const Vec3<S> residual = q0 * Jq + q.cross(Jq) - target;
-    const Mat3<S> slope =
-        q0 * J - Jq * (q.transpose() / q0) + skew(q) * J - skew(Jq);
+    const Mat3<S> slope = q0 * J - Jq * (q.transpose() / q0) + skew(q) * J - skew(Jq);
     const Vec3<S> change = slope.inverse() * residual;
     q -= change;
     if (change.squaredNorm() <= round_off * round_off * q.squaredNorm()) return true;
@@ -79,8 +78,9 @@ template <Scalar S>
   return rest.cwiseAbs().maxCoeff() <= Tolerance<S>::round_off() * inertia(0, 0);
 }
 
-/// Turns a body as a free top: its angular momentum stays, its angular velocity follows its attitude.
-/// The step is halved until each part turns by less than a radian, where the map has its root.
+/// Turns a body as a free top: its angular momentum stays, its angular velocity follows its
+/// attitude. The step is halved until each part turns by less than a radian, where the map has its
+/// root.
 template <Scalar S>
 void turn_free_top(Body<S>& body, S dt) {
   using std::sqrt;

@@ -10,8 +10,8 @@
 
 namespace bristle {
 
-/// Splits bodies and constraints into islands. Bodies that forces do not move belong to none, and do
-/// not connect what touches them.
+/// Splits bodies and constraints into islands. Bodies that forces do not move belong to none, and
+/// do not connect what touches them.
 ///
 /// Islands come in the order of their lowest body slot, and bodies and constraints within each in
 /// ascending order: the same input gives the same islands.

@@ -56,8 +56,8 @@ struct JointDef {
   BodyId body_b{};
   /// [m] Pose of the joint frame in the body frame of A.
   Transform<S> X_AJ{};
-  /// [m] Pose of the joint frame in the body frame of B. The joint's position is the x coordinate of
-  /// this frame's origin in A's joint frame.
+  /// [m] Pose of the joint frame in the body frame of B. The joint's position is the x coordinate
+  /// of this frame's origin in A's joint frame.
   Transform<S> X_BJ{};
   /// [m] Smallest position of the free axis; -infinity for no stop.
   S lower_limit = -infinity<S>;
@@ -141,10 +141,10 @@ namespace detail {
 /// Where a joint stands: its frame on A in the world and the offset of B's frame from it.
 template <Scalar S>
 struct JointPose {
-  Mat3<S> axes_W;       // Columns: axes of A's joint frame.
+  Mat3<S> axes_W;        // Columns: axes of A's joint frame.
   Vec3<S> arm_a, arm_b;  // From each centre of mass to B's joint origin.
-  Vec3<S> offset_J;     // Of B's origin from A's, in A's joint frame.
-  Vec3<S> angle_J;      // Of B's axes from A's, as a rotation vector in A's joint frame.
+  Vec3<S> offset_J;      // Of B's origin from A's, in A's joint frame.
+  Vec3<S> angle_J;       // Of B's axes from A's, as a rotation vector in A's joint frame.
 };
 
 template <Scalar S>
@@ -170,7 +170,8 @@ template <Scalar S>
   using std::min;
   using std::sqrt;
   const S braking = drive.max_force * inverse_mass / S(2);
-  const S speed = min(min(abs(distance) / dt, drive.max_speed), sqrt(S(2) * braking * abs(distance)));
+  const S speed =
+      min(min(abs(distance) / dt, drive.max_speed), sqrt(S(2) * braking * abs(distance)));
   return distance < S(0) ? -speed : speed;
 }
 
@@ -242,8 +243,8 @@ void add_joint_rows(Joint<S>& joint, const Body<S>& a, const Body<S>& b, std::ui
                                                     a.inverse_mass + b.inverse_mass, dt);
       axis_row(BlockKind::bounded, S(1), wanted, -limit, limit, detail::drive_impulse);
     }
-    // Like a contact, a stop may be approached as fast as reaches it in this step; what is beyond it
-    // comes back by the position correction, which leaves no speed behind.
+    // Like a contact, a stop may be approached as fast as reaches it in this step; what is beyond
+    // it comes back by the position correction, which leaves no speed behind.
     const auto stop = [&](S sign, S distance, std::size_t slot) {
       axis_row(BlockKind::stop, sign, -max(S(0), distance) / dt, S(0), infinity<S>, slot).error =
           distance;
@@ -278,7 +279,8 @@ void store_joint_impulses(Joint<S>& joint, const Constraints<S>& constraints) {
   const JointDef<S>& def = joint.def;
   std::uint32_t block = joint.first_block + 1;
   const auto keep = [&](bool is_there, std::size_t slot) {
-    if (is_there) joint.impulses[slot] = constraints.rows[constraints.blocks[block++].first].impulse;
+    if (is_there)
+      joint.impulses[slot] = constraints.rows[constraints.blocks[block++].first].impulse;
   };
   if (def.kind == JointKind::prismatic) {
     keep(def.drive.mode != DriveMode::none, detail::drive_impulse);
@@ -294,8 +296,7 @@ JointReading<S> read_joint(const Joint<S>& joint, const Body<S>& a, const Body<S
   reading.reaction = (S(1) / dt) * joint.total;
   if (joint.def.kind == JointKind::prismatic) {
     reading.position = pose.offset_J.x();
-    reading.velocity =
-        pose.axes_W.col(0).dot(b.twist.at(pose.arm_b) - a.twist.at(pose.arm_a));
+    reading.velocity = pose.axes_W.col(0).dot(b.twist.at(pose.arm_b) - a.twist.at(pose.arm_a));
     reading.drive_force = joint.impulses[detail::drive_impulse] / dt;
   }
   return reading;

@@ -21,9 +21,9 @@ class SequentialSolver {
   /// Finds the velocities at the end of the step, starting from the impulses in the rows and soft
   /// blocks (warm start).
   ///
-  /// The motion it leaves in a soft block is the one right after the block's own last turn, where its
-  /// impulse is offset + matrix * motion exactly, however far the sweeps have got: evaluating it
-  /// elsewhere would multiply what is left of the residual by the stiffness.
+  /// The motion it leaves in a soft block is the one right after the block's own last turn, where
+  /// its impulse is offset + matrix * motion exactly, however far the sweeps have got: evaluating
+  /// it elsewhere would multiply what is left of the residual by the stiffness.
   SolveReport<S> solve(const Island& island, Constraints<S>& constraints,
                        std::span<SolverBody<S>> bodies, const SolveContext<S>& context) {
     prepare(island, constraints, bodies);
@@ -51,8 +51,8 @@ class SequentialSolver {
   }
 
   /// Finds displacements that close what is left of the position errors after the step, by the same
-  /// sweeps on velocities of their own, so that no kinetic energy comes of it. Uses the responses of
-  /// the `solve` before it.
+  /// sweeps on velocities of their own, so that no kinetic energy comes of it. Uses the responses
+  /// of the `solve` before it.
   /// @return Sweeps done.
   int correct_positions(const Island& island, Constraints<S>& constraints,
                         std::span<SolverBody<S>> bodies, const SolveContext<S>& context) {
@@ -60,8 +60,8 @@ class SequentialSolver {
     for (; sweep < context.settings.max_position_sweeps; ++sweep) {
       S residual = S(0);
       for (std::size_t k = 0; k < island.blocks.size(); ++k) {
-        residual = std::max(residual, sweep_position(constraints, island.blocks[k], k, bodies,
-                                                     context.dt));
+        residual = std::max(residual,
+                            sweep_position(constraints, island.blocks[k], k, bodies, context.dt));
       }
       if (residual <= context.velocity_tolerance) break;
     }

@@ -14,8 +14,8 @@ namespace bristle {
 /// Impulse that is affine in the relative motion at the end of the step.
 ///
 /// With u = [V; W] the twist of A minus that of B about the point c, body B receives the impulse
-/// p = offset + matrix u about c, and A receives -p. `matrix` is symmetric positive semidefinite, so
-/// the block only ever takes energy out of the motion it is linearised about.
+/// p = offset + matrix u about c, and A receives -p. `matrix` is symmetric positive semidefinite,
+/// so the block only ever takes energy out of the motion it is linearised about.
 template <Scalar S>
 struct SoftBlock {
   /// [-] Slots of the two bodies.
@@ -52,8 +52,7 @@ template <Scalar S>
                                const Vec3<S>& arm) {
   const Mat3<S> X = skew(arm);
   Mat6<S> W;
-  W.template topLeftCorner<3, 3>() =
-      inverse_mass * Mat3<S>::Identity() - X * inverse_inertia_W * X;
+  W.template topLeftCorner<3, 3>() = inverse_mass * Mat3<S>::Identity() - X * inverse_inertia_W * X;
   W.template topRightCorner<3, 3>() = -X * inverse_inertia_W;
   W.template bottomLeftCorner<3, 3>() = inverse_inertia_W * X;
   W.template bottomRightCorner<3, 3>() = inverse_inertia_W;

@@ -1,6 +1,6 @@
 /// @file
-/// What both solvers work on: bodies as the solver sees them, one island's constraints, settings and
-/// what a solve reports.
+/// What both solvers work on: bodies as the solver sees them, one island's constraints, settings
+/// and what a solve reports.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -73,7 +73,8 @@ struct Constraints {
   }
 };
 
-/// One island: bodies that act on each other, by their slots, and what acts between them, by number.
+/// One island: bodies that act on each other, by their slots, and what acts between them, by
+/// number.
 struct Island {
   std::span<const std::uint32_t> bodies;
   std::span<const std::uint32_t> blocks;
@@ -116,8 +117,7 @@ void local_response(const ConstraintBlock<S>& block, const ConstraintRow<S>* row
     const Vec3<S> turn_b = b.inverse_inertia * rows[j].angular_b;
     for (std::size_t i = 0; i < block.count; ++i) {
       K.matrix[i * block.count + j] = inverse_mass * rows[i].direction.dot(rows[j].direction) +
-                                      rows[i].angular_a.dot(turn_a) +
-                                      rows[i].angular_b.dot(turn_b);
+                                      rows[i].angular_a.dot(turn_a) + rows[i].angular_b.dot(turn_b);
     }
   }
   K.prepare(block.kind, block.count);

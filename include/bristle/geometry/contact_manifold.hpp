@@ -19,8 +19,8 @@ struct ContactPoint {
   Vec3<S> position = Vec3<S>::Zero();
   /// [m] Distance of the surfaces along the normal; negative where they overlap.
   S gap = S(0);
-  /// [-] Which features meet here. The same features give the same number in the next step, which is
-  /// how impulses are carried over.
+  /// [-] Which features meet here. The same features give the same number in the next step, which
+  /// is how impulses are carried over.
   std::uint32_t feature = 0;
 };
 
@@ -33,7 +33,8 @@ struct ContactManifold {
   Vec3<S> normal = Vec3<S>::UnitZ();
   std::array<ContactPoint<S>, capacity> points{};
   std::size_t size = 0;
-  /// [-] Tells the manifolds of one pair apart (a triangle's number, say); 0 where there is only one.
+  /// [-] Tells the manifolds of one pair apart (a triangle's number, say); 0 where there is only
+  /// one.
   std::uint32_t key = 0;
 
   void add(const ContactPoint<S>& point) {

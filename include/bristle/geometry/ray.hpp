@@ -1,8 +1,8 @@
 /// @file
 /// Rays: one, and batches of many as structures of arrays.
 ///
-/// A batch lies in one frame and is asked of one shape at a time; answers accumulate, so that asking
-/// several shapes in turn leaves the nearest hit of each ray.
+/// A batch lies in one frame and is asked of one shape at a time; answers accumulate, so that
+/// asking several shapes in turn leaves the nearest hit of each ray.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -92,8 +92,8 @@ struct RayHits {
     tag.assign(n, 0xffffffffu);
   }
   [[nodiscard]] bool is_hit(std::size_t i) const { return distance[i] < infinity<S>; }
-  /// Records a hit that is nearer than what is known. On equal distance the earlier answer stays, so
-  /// asking shapes in order of their tags breaks ties by tag.
+  /// Records a hit that is nearer than what is known. On equal distance the earlier answer stays,
+  /// so asking shapes in order of their tags breaks ties by tag.
   void offer(std::size_t i, const RayHit<S>& hit, std::uint32_t hit_tag) {
     if (hit.distance < distance[i]) {
       distance[i] = hit.distance;

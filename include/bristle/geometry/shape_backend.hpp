@@ -36,18 +36,19 @@ namespace bristle {
 ///
 /// All functions are safe to call from several threads at once.
 template <typename B, typename S>
-concept ShapeBackend =
-    Scalar<S> && std::copyable<typename B::template Collidable<S>> &&
+concept ShapeBackend = Scalar<S> && std::copyable<typename B::template Collidable<S>> &&
     requires(const Shape<S>& shape, const typename B::template Collidable<S>& c,
              const Transform<S>& X, S margin, ContactManifolds<S>& manifolds,
              const RayBatch<S>& rays, std::uint32_t tag, RayHits<S>& hits, ShapeKind kind) {
-      { B::template make<S>(shape) } -> std::same_as<typename B::template Collidable<S>>;
-      { B::kind(c) } -> std::same_as<ShapeKind>;
-      { B::bounds(c) } -> std::same_as<Aabb<S>>;
-      { B::mass_properties(c) } -> std::same_as<MassProperties<S>>;
-      { B::can_collide(kind, kind) } -> std::same_as<bool>;
-      { B::collide(c, c, X, margin, manifolds) } noexcept -> std::same_as<ContactStatus>;
-      { B::cast_rays(c, X, rays, tag, hits) } noexcept;
-    };
+  { B::template make<S>(shape) } -> std::same_as<typename B::template Collidable<S>>;
+  { B::kind(c) } -> std::same_as<ShapeKind>;
+  { B::bounds(c) } -> std::same_as<Aabb<S>>;
+  { B::mass_properties(c) } -> std::same_as<MassProperties<S>>;
+  { B::can_collide(kind, kind) } -> std::same_as<bool>;
+  { B::collide(c, c, X, margin, manifolds) }
+  noexcept->std::same_as<ContactStatus>;
+  { B::cast_rays(c, X, rays, tag, hits) }
+  noexcept;
+};
 
 }  // namespace bristle

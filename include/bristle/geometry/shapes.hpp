@@ -105,8 +105,8 @@ template <Scalar S>
 
 /// Name of a kind as it stands in messages ("TriangleMesh").
 [[nodiscard]] constexpr const char* name_of(ShapeKind kind) {
-  constexpr const char* names[shape_kind_count] = {"Sphere",    "Box",       "Capsule",
-                                                   "Cylinder",  "Cone",      "Ellipsoid",
+  constexpr const char* names[shape_kind_count] = {"Sphere",    "Box",        "Capsule",
+                                                   "Cylinder",  "Cone",       "Ellipsoid",
                                                    "HalfSpace", "ConvexHull", "TriangleMesh"};
   return names[static_cast<std::size_t>(kind)];
 }
@@ -120,9 +120,9 @@ class OptionalShape {
   OptionalShape() = default;
   /// Any shape, or anything a shape can be made from.
   template <typename T>
-    requires std::constructible_from<Shape<S>, T&&> &&
-             (!std::same_as<std::remove_cvref_t<T>, OptionalShape>)
-  OptionalShape(T&& shape) : shape_(std::make_shared<const Shape<S>>(std::forward<T>(shape))) {}
+  requires std::constructible_from<Shape<S>, T &&> &&
+      (!std::same_as<std::remove_cvref_t<T>, OptionalShape>)OptionalShape(T&& shape)
+      : shape_(std::make_shared<const Shape<S>>(std::forward<T>(shape))) {}
 
   [[nodiscard]] explicit operator bool() const noexcept { return shape_ != nullptr; }
   [[nodiscard]] const Shape<S>& operator*() const noexcept { return *shape_; }

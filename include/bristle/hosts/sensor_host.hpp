@@ -2,8 +2,9 @@
 /// Patches of sensors in somebody else's engine.
 ///
 /// The engine keeps its bodies, its contacts and its solver; it answers rays and takes wrenches. A
-/// `HostPatch` senses, solves the patch implicitly against the free motion of the bodies it touches,
-/// and hands out forces that are stable at any stiffness with a plain "add force" interface.
+/// `HostPatch` senses, solves the patch implicitly against the free motion of the bodies it
+/// touches, and hands out forces that are stable at any stiffness with a plain "add force"
+/// interface.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -27,9 +28,10 @@ struct HostBody {
   /// [1/kg], [1/(kg m^2)] Zero for bodies that forces do not move.
   S inverse_mass = S(0);
   Mat3<S> inverse_inertia_W = Mat3<S>::Zero();
-  /// [m/s^2] What the host will add by itself in the next step: gravity and applied forces, over the
-  /// mass. The patch solves for the velocity at the end of the step, so what is left out here is
-  /// taken for motion: a force f left out presses a stiff patch deeper by about f dt times its damping.
+  /// [m/s^2] What the host will add by itself in the next step: gravity and applied forces, over
+  /// the mass. The patch solves for the velocity at the end of the step, so what is left out here
+  /// is taken for motion: a force f left out presses a stiff patch deeper by about f dt times its
+  /// damping.
   Vec3<S> acceleration = Vec3<S>::Zero();
   /// [rad/s^2] The same for what turns it.
   Vec3<S> angular_acceleration = Vec3<S>::Zero();
@@ -44,13 +46,13 @@ struct HostBody {
 /// - `host.apply_wrench(i, wrench)` adds a wrench [N, N m] about the centre of mass of body i that
 ///   acts during the host's next step.
 template <typename H, typename S>
-concept SensorHost =
-    Scalar<S> && requires(H& host, const H& view, std::uint32_t body, const RayBatch<S>& rays,
-                          RayHits<S>& hits, const Wrench<S>& wrench) {
-      { view.body(body) } -> std::same_as<HostBody<S>>;
-      view.cast_rays(body, rays, hits);
-      host.apply_wrench(body, wrench);
-    };
+concept SensorHost = Scalar<S> &&
+    requires(H& host, const H& view, std::uint32_t body, const RayBatch<S>& rays, RayHits<S>& hits,
+             const Wrench<S>& wrench) {
+  { view.body(body) } -> std::same_as<HostBody<S>>;
+  view.cast_rays(body, rays, hits);
+  host.apply_wrench(body, wrench);
+};
 
 /// A patch on a body of a host.
 ///
@@ -66,12 +68,12 @@ class HostPatch {
       : patch_(make_patch(std::move(def), BodyId{body, 0}, Vec3<S>(Vec3<S>::Zero()))),
         body_(body) {}
 
-  /// Senses, and applies to the host's bodies the mean force of the next `dt` [s], which must be the
-  /// host's next step. Applies nothing that is not finite; allocates only until warm. Sensors act from
-  /// the step after the one in which their rays first reach a body.
+  /// Senses, and applies to the host's bodies the mean force of the next `dt` [s], which must be
+  /// the host's next step. Applies nothing that is not finite; allocates only until warm. Sensors
+  /// act from the step after the one in which their rays first reach a body.
   /// @throws InvalidArgument when dt is not finite and > 0, and whatever the host throws.
   template <typename Host>
-    requires SensorHost<Host, S>
+  requires SensorHost<Host, S>
   void step(Host& host, S dt) {
     detail::require_positive("dt", dt);
     sense(host, dt);
@@ -84,7 +86,9 @@ class HostPatch {
     discard_what_is_not_finite();
     const Transform<S>& X = bodies_.front().body.center_pose;
     fill_readings<S>(patch_, X.rotation_matrix().transpose(), X.translation, dt,
-                     [](std::uint32_t number) { return BodyId{number, 0}; });
+                     [](std::uint32_t number) {
+                       return BodyId{number, 0};
+                     });
     apply(host, dt);
   }
 
@@ -155,12 +159,12 @@ class HostPatch {
     }
     const PatchDef<S>& def = patch_.def;
     for (PatchPair<S>& pair : patch_.pairs) {
-      const bool can_be_implicit =
-          def.options.law == Law::paper && def.integration != Integration::explicit_ &&
-          (solver_bodies_.front().is_moving() ||
-           solver_bodies_[known_slot(pair.body_b)].is_moving());
-      pair.is_implicit = can_be_implicit && (def.integration == Integration::implicit ||
-                                             lambda > def.explicit_below);
+      const bool can_be_implicit = def.options.law == Law::paper &&
+                                   def.integration != Integration::explicit_ &&
+                                   (solver_bodies_.front().is_moving() ||
+                                    solver_bodies_[known_slot(pair.body_b)].is_moving());
+      pair.is_implicit = can_be_implicit &&
+                         (def.integration == Integration::implicit || lambda > def.explicit_below);
     }
   }
 

@@ -15,8 +15,9 @@ namespace bristle {
 /// Replaces the lower triangle of the symmetric n x n matrix `a` by its factor L, a = L L^T.
 ///
 /// @param floor  [1] Pivots below `floor` times their diagonal entry are raised to it: 0 for a
-///               matrix that is positive definite, round-off for one that may be singular (redundant
-///               constraints), whose solution then is the one of least norm to working precision.
+///               matrix that is positive definite, round-off for one that may be singular
+///               (redundant constraints), whose solution then is the one of least norm to working
+///               precision.
 /// @return False when a pivot is not positive or not finite; `a` is then spoilt.
 template <Scalar S>
 [[nodiscard]] bool factor_cholesky(S* a, std::size_t n, S floor = S(0)) {

@@ -44,9 +44,7 @@ struct Tolerance {
   static constexpr S round_off() { return S(16) * std::numeric_limits<S>::epsilon(); }
   /// [1] Below it two directions or lengths count as equal: the square root of the precision, where
   /// a first-order error becomes a second-order one.
-  static constexpr S equal() {
-    return std::numeric_limits<S>::digits > 30 ? S(1.5e-8) : S(3.5e-4);
-  }
+  static constexpr S equal() { return std::numeric_limits<S>::digits > 30 ? S(1.5e-8) : S(3.5e-4); }
 };
 
 /// Larger than any distance; what a ray without a hit reports.

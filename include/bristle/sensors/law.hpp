@@ -226,14 +226,15 @@ struct SensorRay {
 };
 
 /// Wrench of one sensor on its own body A about A's centre of mass, in world axes, and its new
-/// memory: the whole law for one sensor, for embedding by hand and for reading. Patches run the same
-/// functions over arrays.
+/// memory: the whole law for one sensor, for embedding by hand and for reading. Patches run the
+/// same functions over arrays.
 ///
 /// @param distance  [m] Where along the ray B was hit; infinite or >= length when it was not.
 /// @param m         [1] Outward unit normal of B there, world axes.
 /// @param B         The body that was hit. Its wrench is `-wrench` about A's centre of mass.
 /// @param dt        [s] Step length, > 0.
-/// @return Exactly zero without a hit; the memory is then cleared, so a new touch starts unstretched.
+/// @return Exactly zero without a hit; the memory is then cleared, so a new touch starts
+/// unstretched.
 template <Scalar S>
 [[nodiscard]] Wrench<S> sensor_wrench(const SensorParameters<S>& p, const LawOptions& options,
                                       const SensorRay<S>& ray, S distance, const Vec3<S>& m,

@@ -11,7 +11,8 @@ namespace bristle {
 /// for (stuck to slipping, touching to free, another normal force), at most `max_passes` times.
 ///
 /// @param solve        solve(): fills the soft blocks, finds velocities, evaluates impulses.
-/// @param relinearise  bool relinearise(pass, is_last_pass): moves the linearisation to the solution
+/// @param relinearise  bool relinearise(pass, is_last_pass): moves the linearisation to the
+/// solution
 ///                     and says whether that matters. Impulses evaluated before stay valid.
 /// @return Number of solves.
 template <typename Solve, typename Relinearise>

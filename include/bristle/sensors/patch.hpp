@@ -147,14 +147,14 @@ struct SensorPatch {
     return def.per_sensor.empty() ? def.parameters : def.per_sensor[sensor];
   }
   [[nodiscard]] RayBatch<S> rays(S extra_length) const {
-    return {start.x,     start.y,     start.z, direction.x,
-            direction.y, direction.z, length,  extra_length};
+    return {start.x, start.y, start.z, direction.x, direction.y, direction.z, length, extra_length};
   }
   /// Forgets that a sensor touched anything.
   void release(std::size_t sensor) { rooted_in[sensor] = BodyId{}; }
 };
 
-/// Checks a definition and turns it into a patch of a body with its centre of mass at `center_B` [m].
+/// Checks a definition and turns it into a patch of a body with its centre of mass at `center_B`
+/// [m].
 /// @throws InvalidArgument naming the field.
 template <Scalar S>
 [[nodiscard]] SensorPatch<S> make_patch(PatchDef<S> def, BodyId body, const Vec3<S>& center_B) {

@@ -2,10 +2,10 @@
 /// The implicit patch: all sensors that touch one body as one soft 6x6 constraint.
 ///
 /// Every sensor's impulse is made an affine function of the velocity at the end of the step; since
-/// all of them see the same relative motion of two rigid bodies, their sum is one 6x6 matrix and one
-/// 6-vector, whatever their number. Sensors that change state within the step (touch, let go, slip)
-/// are linearised anew around the last solution, a few passes at most. docs/sensors.md derives every
-/// line; the equations are numbered there.
+/// all of them see the same relative motion of two rigid bodies, their sum is one 6x6 matrix and
+/// one 6-vector, whatever their number. Sensors that change state within the step (touch, let go,
+/// slip) are linearised anew around the last solution, a few passes at most. docs/sensors.md
+/// derives every line; the equations are numbered there.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -20,7 +20,8 @@ namespace bristle {
 template <Scalar S>
 void set_scheme(PatchPair<S>& pair, S bristle_sum, S viscous_sum, S w, S dt);
 
-/// Linearises all contacts of a pair for the first pass, around the motion at the start of the step.
+/// Linearises all contacts of a pair for the first pass, around the motion at the start of the
+/// step.
 template <Scalar S>
 void start_linearisation(SensorPatch<S>& patch, PatchPair<S>& pair, S dt);
 
@@ -40,8 +41,7 @@ void fill_block(const SensorPatch<S>& patch, const PatchPair<S>& pair, SoftBlock
 /// Evaluates the impulse of every contact at the motion that was found.
 /// @return [N s, N m s] Their sum on B about c.
 template <Scalar S>
-Wrench<S> evaluate_impulses(SensorPatch<S>& patch, const PatchPair<S>& pair,
-                            const Vec6<S>& motion);
+Wrench<S> evaluate_impulses(SensorPatch<S>& patch, const PatchPair<S>& pair, const Vec6<S>& motion);
 
 // Implementation -----------------------------------------------------------------------------------
 
@@ -62,8 +62,8 @@ template <Scalar S>
   return u.template head<3>() + W.cross(rho);
 }
 
-/// Normal part: J_n = dt K_N e_N + a_n g.v' while touching; before, the spring and the damper act on
-/// the depth that is reached within the step only, so that nothing pushes across a gap.
+/// Normal part: J_n = dt K_N e_N + a_n g.v' while touching; before, the spring and the damper act
+/// on the depth that is reached within the step only, so that nothing pushes across a gap.
 template <Scalar S>
 void linearise_normal(const SensorParameters<S>& p, PatchContact<S>& c, S dt) {
   const S slope = dt * p.normal_stiffness + p.normal_damping;
@@ -88,8 +88,8 @@ template <Scalar S>
                                       const PatchPair<S>& pair, PatchContact<S>& c, S dt) {
   const S k_t = bristle_stiffness(p, options.scaling, c.force, c.depth);
   const Vec3<S> v0 = tangential(c.start_velocity, c.n);
-  c.a_across = c.a_along = (pair.alpha + pair.beta) * dt * dt * k_t +
-                           pair.theta * dt * p.sliding_friction;
+  c.a_across = c.a_along =
+      (pair.alpha + pair.beta) * dt * dt * k_t + pair.theta * dt * p.sliding_friction;
   c.along.setZero();
   return dt * k_t * (c.stretch - pair.beta * dt * v0) +
          (S(1) - pair.theta) * dt * p.sliding_friction * v0;
@@ -117,14 +117,13 @@ template <Scalar S>
 /// Friction of a bristle that slips, linearised around the tangential velocity v.
 template <Scalar S>
 [[nodiscard]] Vec3<S> linearise_slip(const SensorParameters<S>& p, const LawOptions& options,
-                                     const PatchPair<S>& pair, PatchContact<S>& c,
-                                     const Vec3<S>& v, S dt) {
+                                     const PatchPair<S>& pair, PatchContact<S>& c, const Vec3<S>& v,
+                                     S dt) {
   using std::max;
   using std::min;
   using std::sqrt;
   const S k_t = bristle_stiffness(p, options.scaling, c.force, c.depth);
-  const Vec3<S> mean =
-      mean_slip_stretch(pair, c, v, p.breakaway_distance, options.reset, dt);
+  const Vec3<S> mean = mean_slip_stretch(pair, c, v, p.breakaway_distance, options.reset, dt);
   const S speed2 = v.squaredNorm();
   const S stiffest = (pair.alpha + pair.beta) * dt * dt * k_t;
   const S secant =
@@ -180,8 +179,7 @@ void start_linearisation(SensorPatch<S>& patch, PatchPair<S>& pair, S dt) {
     const SensorParameters<S>& p = patch.parameters(c.sensor);
     detail::linearise_normal(p, c, dt);
     c.is_pushing = c.normal_constant + c.a_normal * c.g.dot(c.start_velocity) > S(0);
-    c.force =
-        c.is_touching ? normal_force(p, c.depth, c.g.dot(c.start_velocity) / c.length) : S(0);
+    c.force = c.is_touching ? normal_force(p, c.depth, c.g.dot(c.start_velocity) / c.length) : S(0);
     c.normal_impulse = dt * c.force;
     c.is_slipping = false;
     detail::linearise(patch, pair, c, tangential(c.start_velocity, c.n), dt);
@@ -214,8 +212,8 @@ void update_normal(PatchContact<S>& c, const Vec3<S>& v, S dt, PassChange<S>& ch
   c.force = force;
 }
 
-/// Whether a touching sensor slips at the tangential velocity v that was found, and whether its slip
-/// has to be damped because it turns around from pass to pass.
+/// Whether a touching sensor slips at the tangential velocity v that was found, and whether its
+/// slip has to be damped because it turns around from pass to pass.
 template <Scalar S>
 void update_slip(PatchContact<S>& c, const Vec3<S>& v, S sigma, SlipReset reset, S dt, int pass,
                  bool is_last_pass, PassChange<S>& change) {
@@ -252,8 +250,7 @@ bool update_linearisation(SensorPatch<S>& patch, PatchPair<S>& pair, const Vec6<
     detail::update_slip(c, tangential(v, c.n), patch.parameters(c.sensor).breakaway_distance,
                         patch.def.options.reset, dt, pass, is_last_pass, change);
   }
-  const bool has_changed =
-      change.did_switch || change.force_change > negligible * change.force_sum;
+  const bool has_changed = change.did_switch || change.force_change > negligible * change.force_sum;
   if (!has_changed && !change.has_slip) return false;
 
   S friction_sum = S(0);
@@ -274,8 +271,8 @@ bool update_linearisation(SensorPatch<S>& patch, PatchPair<S>& pair, const Vec6<
 
 template <Scalar S>
 void fill_block(const SensorPatch<S>& patch, const PatchPair<S>& pair, SoftBlock<S>& block) {
-  // sum a (I - n n^T) over sensors needs only the moments of `a` up to second order; what depends on
-  // a direction d is the square of the 6-vector [d; rho x d].
+  // sum a (I - n n^T) over sensors needs only the moments of `a` up to second order; what depends
+  // on a direction d is the square of the 6-vector [d; rho x d].
   S m0 = S(0);
   Vec3<S> m1 = Vec3<S>::Zero();
   Mat3<S> m2 = Mat3<S>::Zero();

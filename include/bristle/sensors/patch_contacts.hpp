@@ -18,8 +18,8 @@ struct TouchedBody {
 template <Scalar S>
 void clear_patch(SensorPatch<S>& patch);
 
-/// Fills `contacts` and `pairs` from `hits`; a sensor without a hit lets go of what it held. For the
-/// paper's law the bristles are advanced too.
+/// Fills `contacts` and `pairs` from `hits`; a sensor without a hit lets go of what it held. For
+/// the paper's law the bristles are advanced too.
 ///
 /// @param A        The patch's own body.
 /// @param find     Callable: TouchedBody<S> find(tag), the body that owns the shape with that tag.
@@ -48,7 +48,8 @@ bool fill_contact(SensorPatch<S>& patch, std::size_t i, const PatchPair<S>& pair
                   const Body<S>& B, PatchContact<S>& c) {
   c.n = pair.pose.R_WA * patch.direction[i];
   const Vec3<S> m = pair.pose.R_WA * patch.hits.normal[i];
-  if (!(m.dot(c.n) <= grazing_cosine<S>)) return false;  // False for a normal that is no number, too.
+  if (!(m.dot(c.n) <= grazing_cosine<S>))
+    return false;  // False for a normal that is no number, too.
   c.sensor = static_cast<std::uint32_t>(i);
   c.g = depth_gradient(c.n, m);
   c.length = patch.length[i];
@@ -69,8 +70,8 @@ void advance_bristle(SensorPatch<S>& patch, const PatchPair<S>& pair, BodyId id_
   }
   Anchor<S> anchor{patch.root_a[c.sensor], patch.root_b[c.sensor]};
   c.stretch = advance_anchor(anchor, patch.rooted_in[c.sensor] == id_b, pair.pose, c.n, c.rho,
-                             patch.parameters(c.sensor).breakaway_distance,
-                             patch.def.options.reset, c.is_slipping);
+                             patch.parameters(c.sensor).breakaway_distance, patch.def.options.reset,
+                             c.is_slipping);
   patch.root_a.set(c.sensor, anchor.q_A);
   patch.root_b.set(c.sensor, anchor.q_B);
   patch.rooted_in[c.sensor] = id_b;

@@ -14,10 +14,10 @@ namespace bristle {
 /// Measures a pair before the step: sets Lambda and the weights of the implicit scheme.
 ///
 /// Lambda = max over tangential and normal of w sum s + w_rot sum s |rho|^2 over the sensors that
-/// touch or can reach the body within the step, with s = dt^2 k_t + 2 dt mu_V or (dt^2 K_N + 2 dt K_D)
-/// / L, and thirds of the traces of the mobility's linear and angular parts. Symplectic Euler is
-/// stable below 4 for one mode (docs/sensors.md); 0.5 leaves room for traces that one axis dominates.
-/// Zero where nothing can move.
+/// touch or can reach the body within the step, with s = dt^2 k_t + 2 dt mu_V or (dt^2 K_N + 2 dt
+/// K_D) / L, and thirds of the traces of the mobility's linear and angular parts. Symplectic Euler
+/// is stable below 4 for one mode (docs/sensors.md); 0.5 leaves room for traces that one axis
+/// dominates. Zero where nothing can move.
 template <Scalar S>
 void measure_pair(const SensorPatch<S>& patch, PatchPair<S>& pair, const SolverBody<S>& a,
                   const SolverBody<S>& b, S dt);
@@ -66,8 +66,8 @@ void measure_pair(const SensorPatch<S>& patch, PatchPair<S>& pair, const SolverB
                     mobility(b.inverse_mass, b.inverse_inertia, pair.arm_b);
   const S w = W.template topLeftCorner<3, 3>().trace() / S(3);
   const S w_rot = W.template bottomRightCorner<3, 3>().trace() / S(3);
-  pair.lambda = max(w * tangential_sum + w_rot * tangential_moment,
-                    w * normal_sum + w_rot * normal_moment);
+  pair.lambda =
+      max(w * tangential_sum + w_rot * tangential_moment, w * normal_sum + w_rot * normal_moment);
   set_scheme(pair, bristle_sum, viscous_sum, w, dt);
 }
 

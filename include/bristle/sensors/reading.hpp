@@ -29,8 +29,8 @@ enum class SensorState : std::uint8_t {
 /// patch is removed.
 ///
 /// Forces are the impulses that were applied, divided by the step, on the sensor's own body. Shear
-/// is given in each sensor's tangent frame (t1, t2), fixed in its body: `tangent_basis` of the ray's
-/// direction in the body frame.
+/// is given in each sensor's tangent frame (t1, t2), fixed in its body: `tangent_basis` of the
+/// ray's direction in the body frame.
 template <Scalar S>
 struct PatchReading {
   /// [1] Depth e_N at the start of the step, in [0, 1]; 0 where nothing is touched.
@@ -64,13 +64,12 @@ struct PatchReading {
   [[nodiscard]] S total_shear() const { return shear_W.norm(); }
   /// [-] Number of sensors that touch something.
   [[nodiscard]] std::size_t touching() const {
-    return size() - static_cast<std::size_t>(
-                        std::count(state.begin(), state.end(), SensorState::free));
+    return size() -
+           static_cast<std::size_t>(std::count(state.begin(), state.end(), SensorState::free));
   }
   /// [-] Number of sensors that slipped.
   [[nodiscard]] std::size_t slipping() const {
-    return static_cast<std::size_t>(
-        std::count(state.begin(), state.end(), SensorState::slipping));
+    return static_cast<std::size_t>(std::count(state.begin(), state.end(), SensorState::slipping));
   }
 };
 

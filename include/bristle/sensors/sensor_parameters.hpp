@@ -43,7 +43,8 @@ enum class FrictionScaling {
 /// What happens to a bristle stretched beyond sigma_a.
 enum class SlipReset {
   /// It lets go and grips anew (Eq. 2), keeping what the stretch exceeds whole multiples of sigma_a
-  /// by: the paper's saw-tooth in the limit of small steps, without its aliasing at large ones. Mean
+  /// by: the paper's saw-tooth in the limit of small steps, without its aliasing at large ones.
+  /// Mean
   /// sliding friction is half the static one.
   release,
   /// It drags along at sigma_a: Coulomb friction with equal static and sliding coefficients.

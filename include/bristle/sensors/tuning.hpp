@@ -31,7 +31,8 @@ struct GripWants {
   /// [1] Damping ratio of the normal direction, >= 0.
   S normal_damping_ratio = S(1);
   /// [1] Damping ratio of the bristles, >= 0. 0.7 makes slip start at the same load at every step
-  /// and keeps load changes from pumping energy in; below 0.2 a sudden load slips at half the limit.
+  /// and keeps load changes from pumping energy in; below 0.2 a sudden load slips at half the
+  /// limit.
   S bristle_damping_ratio = S(0.7);
   /// [-] What friction grows with; `none` and `depth` change the unit of the constants.
   FrictionScaling scaling = FrictionScaling::normal_force;
@@ -48,7 +49,8 @@ struct Tuning {
   [[nodiscard]] SensorParameters<S> parameters(const SensorLayout<S>& layout) const;
 };
 
-/// Checks wants: `world.add_patch(body, sensors, tuned_for<double>({.friction = 0.8, .load = 20}))`.
+/// Checks wants: `world.add_patch(body, sensors, tuned_for<double>({.friction = 0.8, .load =
+/// 20}))`.
 /// @throws InvalidArgument naming the field.
 template <Scalar S>
 [[nodiscard]] Tuning<S> tuned_for(const GripWants<S>& wants);
@@ -77,8 +79,8 @@ struct PatchMeaning {
   /// [1] The same for a load that comes at once: the bristles overshoot by 1 + D with
   /// D = exp(-pi z / sqrt(1 - z^2)), so it is mu / (1 + D); half of mu without damping.
   S sudden_coefficient = S(0);
-  /// [1] Mean shear per normal force while sliding, without the viscous part: mu / 2 with `release`,
-  /// mu with `drag`.
+  /// [1] Mean shear per normal force while sliding, without the viscous part: mu / 2 with
+  /// `release`, mu with `drag`.
   S kinetic_release = S(0);
   S kinetic_drag = S(0);
   /// [N/m] Stiffness against shear of the whole patch, and along the rays.
@@ -181,11 +183,10 @@ PatchMeaning<S> meaning_of(const SensorParameters<S>& p, const PatchUse<S>& use,
   out.bristle_frequency = sqrt(out.bristle_stiffness / use.mass);
   const S viscous = n * p.sliding_friction;
   out.bristle_damping_ratio = viscous / (S(2) * sqrt(out.bristle_stiffness * use.mass));
-  out.normal_damping_ratio = n * p.normal_damping / use.length /
-                             (S(2) * sqrt(out.normal_stiffness * use.mass));
+  out.normal_damping_ratio =
+      n * p.normal_damping / use.length / (S(2) * sqrt(out.normal_stiffness * use.mass));
   const S z = out.bristle_damping_ratio;
-  const S overshoot =
-      z < S(1) ? S(exp(-S(EIGEN_PI) * z / sqrt(S(1) - z * z))) : S(0);
+  const S overshoot = z < S(1) ? S(exp(-S(EIGEN_PI) * z / sqrt(S(1) - z * z))) : S(0);
   out.sudden_coefficient = out.holding_coefficient / (S(1) + overshoot);
   const Mode<S> tangential_mode{use.mass, out.bristle_stiffness * use.lever, viscous};
   const Mode<S> normal_mode{use.mass, out.normal_stiffness, n * p.normal_damping / use.length};

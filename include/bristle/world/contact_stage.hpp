@@ -42,8 +42,8 @@ class ContactStage {
     }
   }
 
-  /// Moves the boxes of shapes that impulses took out of what free motion would sweep, so that queries
-  /// between steps find them.
+  /// Moves the boxes of shapes that impulses took out of what free motion would sweep, so that
+  /// queries between steps find them.
   void settle_boxes(State& state) const {
     for (const std::uint32_t i : moving_) {
       const Collider<S, Backend>& c = state.colliders.at(i);

@@ -73,10 +73,11 @@ template <Scalar S, typename Backend>
                             S(0)};
     scratch.reset(1);
     Backend::cast_rays(c.shape, X_RS, batch, tag, scratch);
-    // The order of visits is that of the tree; on equal distance the lower shape wins, as it does for
-    // sensors.
+    // The order of visits is that of the tree; on equal distance the lower shape wins, as it does
+    // for sensors.
     const S distance = scratch.distance[0];
-    if (distance < best.distance || (distance == best.distance && scratch.is_hit(0) && tag < best_tag)) {
+    if (distance < best.distance ||
+        (distance == best.distance && scratch.is_hit(0) && tag < best_tag)) {
       best = {distance, scratch.normal[0]};
       best_tag = tag;
     }

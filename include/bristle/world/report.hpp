@@ -20,8 +20,8 @@ struct StepReport {
   /// [-] Patches in the world, and those with a body in reach.
   std::uint64_t patches = 0;
   std::uint64_t patches_near = 0;
-  /// [-] Rays cast (a ray counts once per shape it is asked of), sensors skipped because nothing was
-  /// in reach of their patch, and sensors that touch.
+  /// [-] Rays cast (a ray counts once per shape it is asked of), sensors skipped because nothing
+  /// was in reach of their patch, and sensors that touch.
   std::uint64_t rays_cast = 0;
   std::uint64_t sensors_skipped = 0;
   std::uint64_t sensors_touching = 0;

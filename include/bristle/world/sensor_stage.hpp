@@ -78,8 +78,7 @@ class SensorStage {
   void evaluate(State& state, std::uint32_t soft) const {
     SensorPatch<S>& patch = state.patches.at(owners_[soft].patch);
     SoftBlock<S>& block = state.constraints.soft[soft];
-    const Wrench<S> sum =
-        evaluate_impulses(patch, patch.pairs[owners_[soft].pair], block.motion);
+    const Wrench<S> sum = evaluate_impulses(patch, patch.pairs[owners_[soft].pair], block.motion);
     block.impulse << sum.force, sum.torque;
   }
 
@@ -166,10 +165,10 @@ class SensorStage {
     scratch.candidates.clear();
     scratch.rays_cast = 0;
     const Twist<S>& free = state.solver_bodies[patch.body.index].free;
-    const S own_reach = state.def.time_step *
-                        (free.linear.norm() + free.angular.norm() *
-                                                  (patch.box.center().norm() +
-                                                   patch.box.half_extents().norm()));
+    const S own_reach =
+        state.def.time_step *
+        (free.linear.norm() +
+         free.angular.norm() * (patch.box.center().norm() + patch.box.half_extents().norm()));
     const Aabb<S> box = transformed(patch.box, A.center_pose);
     state.broad_phase.overlap(box.inflated(own_reach), [&](std::uint32_t tag) {
       const Collider<S, Backend>& c = state.colliders.at(tag);
@@ -215,8 +214,8 @@ class SensorStage {
 
   void apply_explicit(State& state, SensorPatch<S>& patch, const PatchPair<S>& pair) const {
     ++state.report.explicit_pairs;
-    const Wrench<S> sum = explicit_impulses(patch, pair, state.bodies.handle(pair.body_b),
-                                            state.def.time_step);
+    const Wrench<S> sum =
+        explicit_impulses(patch, pair, state.bodies.handle(pair.body_b), state.def.time_step);
     SolverBody<S>& a = state.solver_bodies[patch.body.index];
     SolverBody<S>& b = state.solver_bodies[pair.body_b];
     const auto push = [](SolverBody<S>& body, const Vec3<S>& arm, const Wrench<S>& w) {

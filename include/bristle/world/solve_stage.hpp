@@ -119,8 +119,7 @@ class SolveStage {
       is_direct = is_direct &&
                   direct_.solve(island, state.constraints, state.solver_bodies, context, report);
       if (!is_direct) {
-        report.merge(
-            sequential_.solve(island, state.constraints, state.solver_bodies, context));
+        report.merge(sequential_.solve(island, state.constraints, state.solver_bodies, context));
       }
       for (const std::uint32_t soft : island.soft) sensors.evaluate(state, soft);
     };
@@ -139,11 +138,10 @@ class SolveStage {
       return;
     }
     if (needs_correction(state, island, context)) {
-      const int sweeps =
-          is_direct ? direct_.correct_positions(island, state.constraints, state.solver_bodies,
-                                                context)
-                    : sequential_.correct_positions(island, state.constraints,
-                                                    state.solver_bodies, context);
+      const int sweeps = is_direct ? direct_.correct_positions(island, state.constraints,
+                                                               state.solver_bodies, context)
+                                   : sequential_.correct_positions(island, state.constraints,
+                                                                   state.solver_bodies, context);
       state.report.position_sweeps += static_cast<std::uint64_t>(sweeps);
     }
     state.report.direct_islands += is_direct ? 1 : 0;

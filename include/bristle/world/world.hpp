@@ -31,13 +31,14 @@ namespace bristle {
 /// @tparam S        Scalar: float or double.
 /// @tparam Backend  What computes geometry; see `ShapeBackend`.
 template <Scalar S, typename Backend = AnalyticBackend>
-  requires ShapeBackend<Backend, S>
+requires ShapeBackend<Backend, S>
 class World {
  public:
   /// @throws InvalidArgument naming the field of the definition.
   explicit World(const WorldDef<S>& def = {});
 
-  // Bodies and shapes ------------------------------------------------------------------------------
+  // Bodies and shapes
+  // ------------------------------------------------------------------------------
 
   /// Adds a body, with its shape if it has one.
   /// @throws InvalidArgument naming the field; or when the backend knows no contact between this
@@ -59,8 +60,8 @@ class World {
   /// [-] Number of bodies.
   [[nodiscard]] std::size_t body_count() const noexcept { return state_.bodies.size(); }
 
-  /// Puts a body somewhere else at once; its velocity stays. Its contacts and bristles notice in the
-  /// next step.
+  /// Puts a body somewhere else at once; its velocity stays. Its contacts and bristles notice in
+  /// the next step.
   void set_pose(BodyId id, const Transform<S>& X_WB);
   /// [m/s, rad/s] Sets the velocity of the centre of mass and the angular velocity, world axes. The
   /// body must not be fixed.
@@ -75,7 +76,8 @@ class World {
   /// [-] Changes who may touch and sense a body.
   void set_filter(BodyId id, const CollisionFilter& filter);
 
-  // Joints -----------------------------------------------------------------------------------------
+  // Joints
+  // -----------------------------------------------------------------------------------------
 
   JointId add_joint(const JointDef<S>& def);
   void remove_joint(JointId id);
@@ -84,7 +86,8 @@ class World {
   /// Position, velocity and forces of a joint in the last step.
   [[nodiscard]] JointReading<S> reading(JointId id) const;
 
-  // Sensors ----------------------------------------------------------------------------------------
+  // Sensors
+  // ----------------------------------------------------------------------------------------
 
   PatchId add_patch(BodyId body, PatchDef<S> def);
   /// A patch whose sensors share constants and integrate automatically.
@@ -105,7 +108,8 @@ class World {
   /// explicitly; infinite when it touched nothing that moves.
   [[nodiscard]] S largest_stable_step(PatchId id) const;
 
-  // Queries ----------------------------------------------------------------------------------------
+  // Queries
+  // ----------------------------------------------------------------------------------------
 
   /// Nearest hit of a ray with any shape. O(log n) of the number of shapes.
   [[nodiscard]] WorldRayHit<S> cast_ray(const Ray<S>& ray, const RayFilter& filter = {}) const;
@@ -113,7 +117,8 @@ class World {
   void cast_rays(std::span<const Ray<S>> rays, const RayFilter& filter,
                  std::span<WorldRayHit<S>> hits) const;
 
-  // Time -------------------------------------------------------------------------------------------
+  // Time
+  // -------------------------------------------------------------------------------------------
 
   /// Advances the world by one time step.
   void step();

@@ -8,8 +8,7 @@
 namespace bristle {
 
 template <Scalar S, typename Backend>
-  requires ShapeBackend<Backend, S>
-World<S, Backend>::World(const WorldDef<S>& def) {
+requires ShapeBackend<Backend, S> World<S, Backend>::World(const WorldDef<S>& def) {
   detail::require_all_finite("WorldDef::gravity", def.gravity);
   detail::require_positive("WorldDef::time_step", def.time_step);
   detail::require_not_negative("WorldDef::restitution_speed", def.restitution_speed);
@@ -26,7 +25,7 @@ World<S, Backend>::World(const WorldDef<S>& def) {
 }
 
 template <Scalar S, typename Backend>
-  requires ShapeBackend<Backend, S>
+requires ShapeBackend<Backend, S>
 void World<S, Backend>::require_known_contacts(BodyId id, bool is_dynamic,
                                                const CollisionFilter& filter,
                                                ShapeKind kind) const {
@@ -47,9 +46,9 @@ void World<S, Backend>::require_known_contacts(BodyId id, bool is_dynamic,
 }
 
 template <Scalar S, typename Backend>
-  requires ShapeBackend<Backend, S>
-ShapeId World<S, Backend>::insert_shape(BodyId id, Prepared prepared, const Shape<S>& shape,
-                                        const Transform<S>& X_BS, const Material<S>& material) {
+requires ShapeBackend<Backend, S> ShapeId
+World<S, Backend>::insert_shape(BodyId id, Prepared prepared, const Shape<S>& shape,
+                                const Transform<S>& X_BS, const Material<S>& material) {
   const Body<S>& body = state_.bodies.at(id.index);
   Collider<S, Backend> c;
   c.body = id;
@@ -64,16 +63,14 @@ ShapeId World<S, Backend>::insert_shape(BodyId id, Prepared prepared, const Shap
   } else {
     c.radius = (c.X_CmS * c.bounds.center()).norm() + c.bounds.half_extents().norm();
   }
-  const Aabb<S> box =
-      c.half_space ? c.bounds : transformed(c.bounds, body.center_pose * c.X_CmS);
+  const Aabb<S> box = c.half_space ? c.bounds : transformed(c.bounds, body.center_pose * c.X_CmS);
   const ShapeId shape_id = state_.colliders.insert(std::move(c));
   state_.broad_phase.insert(shape_id.index, box);
   return shape_id;
 }
 
 template <Scalar S, typename Backend>
-  requires ShapeBackend<Backend, S>
-BodyId World<S, Backend>::add_body(const BodyDef<S>& def) {
+requires ShapeBackend<Backend, S> BodyId World<S, Backend>::add_body(const BodyDef<S>& def) {
   if (!def.shape) return state_.bodies.insert(make_body(def, MassProperties<S>{}));
   Prepared shape = Backend::template make<S>(*def.shape);
   detail::require(def.motion != Motion::dynamic || kind_of(*def.shape) != ShapeKind::half_space,
@@ -86,8 +83,8 @@ BodyId World<S, Backend>::add_body(const BodyDef<S>& def) {
 }
 
 template <Scalar S, typename Backend>
-  requires ShapeBackend<Backend, S>
-ShapeId World<S, Backend>::add_shape(BodyId id, const ShapeDef<S>& def) {
+requires ShapeBackend<Backend, S> ShapeId World<S, Backend>::add_shape(BodyId id,
+                                                                       const ShapeDef<S>& def) {
   const Body<S>& body = state_.bodies.get(id, "BodyId");
   validate(def.material);
   detail::require_all_finite("ShapeDef::X_BS.translation", def.X_BS.translation);
@@ -100,7 +97,7 @@ ShapeId World<S, Backend>::add_shape(BodyId id, const ShapeDef<S>& def) {
 }
 
 template <Scalar S, typename Backend>
-  requires ShapeBackend<Backend, S>
+requires ShapeBackend<Backend, S>
 void World<S, Backend>::remove_shape(ShapeId id) {
   (void)state_.colliders.get(id, "ShapeId");
   state_.broad_phase.remove(id.index);
@@ -109,7 +106,7 @@ void World<S, Backend>::remove_shape(ShapeId id) {
 }
 
 template <Scalar S, typename Backend>
-  requires ShapeBackend<Backend, S>
+requires ShapeBackend<Backend, S>
 void World<S, Backend>::remove_body(BodyId id) {
   (void)state_.bodies.get(id, "BodyId");
   for (std::uint32_t i = 0; i < state_.joints.slot_count(); ++i) {
@@ -138,7 +135,7 @@ void World<S, Backend>::remove_body(BodyId id) {
 }
 
 template <Scalar S, typename Backend>
-  requires ShapeBackend<Backend, S>
+requires ShapeBackend<Backend, S>
 void World<S, Backend>::refresh_boxes(BodyId id) {
   const Body<S>& body = state_.bodies.at(id.index);
   for (std::uint32_t i = 0; i < state_.colliders.slot_count(); ++i) {
@@ -150,7 +147,7 @@ void World<S, Backend>::refresh_boxes(BodyId id) {
 }
 
 template <Scalar S, typename Backend>
-  requires ShapeBackend<Backend, S>
+requires ShapeBackend<Backend, S>
 void World<S, Backend>::set_pose(BodyId id, const Transform<S>& X_WB) {
   Body<S>& body = state_.bodies.get(id, "BodyId");
   detail::require_all_finite("X_WB.translation", X_WB.translation);
@@ -160,7 +157,7 @@ void World<S, Backend>::set_pose(BodyId id, const Transform<S>& X_WB) {
 }
 
 template <Scalar S, typename Backend>
-  requires ShapeBackend<Backend, S>
+requires ShapeBackend<Backend, S>
 void World<S, Backend>::set_velocity(BodyId id, const Twist<S>& twist) {
   Body<S>& body = state_.bodies.get(id, "BodyId");
   detail::require(body.motion != Motion::fixed, "BodyId", S(0), "must not name a fixed body");
@@ -170,7 +167,7 @@ void World<S, Backend>::set_velocity(BodyId id, const Twist<S>& twist) {
 }
 
 template <Scalar S, typename Backend>
-  requires ShapeBackend<Backend, S>
+requires ShapeBackend<Backend, S>
 void World<S, Backend>::move_to(BodyId id, const Transform<S>& X_WB) {
   Body<S>& body = state_.bodies.get(id, "BodyId");
   detail::require(body.motion == Motion::kinematic, "BodyId", S(0), "must name a kinematic body");
@@ -184,7 +181,7 @@ void World<S, Backend>::move_to(BodyId id, const Transform<S>& X_WB) {
 }
 
 template <Scalar S, typename Backend>
-  requires ShapeBackend<Backend, S>
+requires ShapeBackend<Backend, S>
 void World<S, Backend>::apply_wrench(BodyId id, const Wrench<S>& wrench) {
   Body<S>& body = state_.bodies.get(id, "BodyId");
   detail::require_all_finite("wrench.force", wrench.force);
@@ -193,7 +190,7 @@ void World<S, Backend>::apply_wrench(BodyId id, const Wrench<S>& wrench) {
 }
 
 template <Scalar S, typename Backend>
-  requires ShapeBackend<Backend, S>
+requires ShapeBackend<Backend, S>
 void World<S, Backend>::apply_force(BodyId id, const Vec3<S>& force, const Vec3<S>& point) {
   const Body<S>& body = state_.bodies.get(id, "BodyId");
   detail::require_all_finite("point", point);
@@ -201,7 +198,7 @@ void World<S, Backend>::apply_force(BodyId id, const Vec3<S>& force, const Vec3<
 }
 
 template <Scalar S, typename Backend>
-  requires ShapeBackend<Backend, S>
+requires ShapeBackend<Backend, S>
 void World<S, Backend>::set_filter(BodyId id, const CollisionFilter& filter) {
   Body<S>& body = state_.bodies.get(id, "BodyId");
   for (std::uint32_t i = 0; i < state_.colliders.slot_count(); ++i) {
@@ -212,8 +209,7 @@ void World<S, Backend>::set_filter(BodyId id, const CollisionFilter& filter) {
 }
 
 template <Scalar S, typename Backend>
-  requires ShapeBackend<Backend, S>
-JointId World<S, Backend>::add_joint(const JointDef<S>& def) {
+requires ShapeBackend<Backend, S> JointId World<S, Backend>::add_joint(const JointDef<S>& def) {
   const Body<S>& a = state_.bodies.get(def.body_a, "JointDef::body_a");
   const Body<S>& b = state_.bodies.get(def.body_b, "JointDef::body_b");
   validate(def);
@@ -237,7 +233,7 @@ JointId World<S, Backend>::add_joint(const JointDef<S>& def) {
 }
 
 template <Scalar S, typename Backend>
-  requires ShapeBackend<Backend, S>
+requires ShapeBackend<Backend, S>
 void World<S, Backend>::erase_joint(std::uint32_t index) {
   const JointDef<S>& def = state_.joints.at(index).def;
   if (!def.bodies_collide) {
@@ -250,14 +246,14 @@ void World<S, Backend>::erase_joint(std::uint32_t index) {
 }
 
 template <Scalar S, typename Backend>
-  requires ShapeBackend<Backend, S>
+requires ShapeBackend<Backend, S>
 void World<S, Backend>::remove_joint(JointId id) {
   (void)state_.joints.get(id, "JointId");
   erase_joint(id.index);
 }
 
 template <Scalar S, typename Backend>
-  requires ShapeBackend<Backend, S>
+requires ShapeBackend<Backend, S>
 void World<S, Backend>::set_drive(JointId id, const JointDrive<S>& drive) {
   Joint<S>& joint = state_.joints.get(id, "JointId");
   validate(drive);
@@ -265,25 +261,24 @@ void World<S, Backend>::set_drive(JointId id, const JointDrive<S>& drive) {
 }
 
 template <Scalar S, typename Backend>
-  requires ShapeBackend<Backend, S>
-JointReading<S> World<S, Backend>::reading(JointId id) const {
+requires ShapeBackend<Backend, S> JointReading<S> World<S, Backend>::reading(JointId id)
+const {
   const Joint<S>& joint = state_.joints.get(id, "JointId");
   return read_joint(joint, state_.bodies.at(joint.def.body_a.index),
                     state_.bodies.at(joint.def.body_b.index), state_.def.time_step);
 }
 
 template <Scalar S, typename Backend>
-  requires ShapeBackend<Backend, S>
-PatchId World<S, Backend>::add_patch(BodyId body, PatchDef<S> def) {
+requires ShapeBackend<Backend, S> PatchId World<S, Backend>::add_patch(BodyId body,
+                                                                       PatchDef<S> def) {
   const Body<S>& owner = state_.bodies.get(body, "BodyId");
   for (const BodyId id : def.excluded) (void)state_.bodies.get(id, "PatchDef::excluded");
   return state_.patches.insert(make_patch(std::move(def), body, owner.center_B));
 }
 
 template <Scalar S, typename Backend>
-  requires ShapeBackend<Backend, S>
-PatchId World<S, Backend>::add_patch(BodyId body, SensorLayout<S> sensors,
-                                     const SensorParameters<S>& parameters) {
+requires ShapeBackend<Backend, S> PatchId World<S, Backend>::add_patch(
+    BodyId body, SensorLayout<S> sensors, const SensorParameters<S>& parameters) {
   PatchDef<S> def;
   def.sensors = std::move(sensors);
   def.parameters = parameters;
@@ -291,9 +286,9 @@ PatchId World<S, Backend>::add_patch(BodyId body, SensorLayout<S> sensors,
 }
 
 template <Scalar S, typename Backend>
-  requires ShapeBackend<Backend, S>
-PatchId World<S, Backend>::add_patch(BodyId body, SensorLayout<S> sensors,
-                                     const Tuning<S>& tuning) {
+requires ShapeBackend<Backend, S> PatchId World<S, Backend>::add_patch(BodyId body,
+                                                                       SensorLayout<S> sensors,
+                                                                       const Tuning<S>& tuning) {
   PatchDef<S> def;
   def.parameters = tuning.parameters(sensors);
   def.options.scaling = tuning.wants.scaling;
@@ -302,14 +297,14 @@ PatchId World<S, Backend>::add_patch(BodyId body, SensorLayout<S> sensors,
 }
 
 template <Scalar S, typename Backend>
-  requires ShapeBackend<Backend, S>
+requires ShapeBackend<Backend, S>
 void World<S, Backend>::remove_patch(PatchId id) {
   (void)state_.patches.get(id, "PatchId");
   state_.patches.erase(id);
 }
 
 template <Scalar S, typename Backend>
-  requires ShapeBackend<Backend, S>
+requires ShapeBackend<Backend, S>
 void World<S, Backend>::set_parameters(PatchId id, const SensorParameters<S>& parameters) {
   SensorPatch<S>& patch = state_.patches.get(id, "PatchId");
   validate(parameters);
@@ -318,14 +313,12 @@ void World<S, Backend>::set_parameters(PatchId id, const SensorParameters<S>& pa
 }
 
 template <Scalar S, typename Backend>
-  requires ShapeBackend<Backend, S>
-PatchReading<S> World<S, Backend>::reading(PatchId id) const {
-  return state_.patches.get(id, "PatchId").readings.view();
-}
+requires ShapeBackend<Backend, S> PatchReading<S> World<S, Backend>::reading(PatchId id)
+const { return state_.patches.get(id, "PatchId").readings.view(); }
 
 template <Scalar S, typename Backend>
-  requires ShapeBackend<Backend, S>
-S World<S, Backend>::largest_stable_step(PatchId id) const {
+requires ShapeBackend<Backend, S> S World<S, Backend>::largest_stable_step(PatchId id)
+const {
   const SensorPatch<S>& patch = state_.patches.get(id, "PatchId");
   return bristle::largest_stable_step(patch, [&](const PatchPair<S>& pair) -> Mat6<S> {
     const Body<S>& a = state_.bodies.at(patch.body.index);
@@ -336,15 +329,16 @@ S World<S, Backend>::largest_stable_step(PatchId id) const {
 }
 
 template <Scalar S, typename Backend>
-  requires ShapeBackend<Backend, S>
-WorldRayHit<S> World<S, Backend>::cast_ray(const Ray<S>& ray, const RayFilter& filter) const {
+requires ShapeBackend<Backend, S> WorldRayHit<S> World<S, Backend>::cast_ray(
+    const Ray<S>& ray, const RayFilter& filter)
+const {
   detail::require_ray(ray);
   RayHits<S> scratch;
   return detail::cast_ray(state_, ray, filter, scratch);
 }
 
 template <Scalar S, typename Backend>
-  requires ShapeBackend<Backend, S>
+requires ShapeBackend<Backend, S>
 void World<S, Backend>::cast_rays(std::span<const Ray<S>> rays, const RayFilter& filter,
                                   std::span<WorldRayHit<S>> hits) const {
   detail::require(rays.size() == hits.size(), "hits.size()", static_cast<double>(hits.size()),
@@ -357,7 +351,7 @@ void World<S, Backend>::cast_rays(std::span<const Ray<S>> rays, const RayFilter&
 }
 
 template <Scalar S, typename Backend>
-  requires ShapeBackend<Backend, S>
+requires ShapeBackend<Backend, S>
 void World<S, Backend>::set_time_step(S dt) {
   detail::require_positive("dt", dt);
   // Forces go on, so the impulses that the next step starts from follow the step.
@@ -378,14 +372,14 @@ void World<S, Backend>::set_time_step(S dt) {
 }
 
 template <Scalar S, typename Backend>
-  requires ShapeBackend<Backend, S>
+requires ShapeBackend<Backend, S>
 void World<S, Backend>::set_gravity(const Vec3<S>& gravity) {
   detail::require_all_finite("gravity", gravity);
   state_.def.gravity = gravity;
 }
 
 template <Scalar S, typename Backend>
-  requires ShapeBackend<Backend, S>
+requires ShapeBackend<Backend, S>
 void World<S, Backend>::step() {
   state_.report = {};
   state_.constraints.clear();

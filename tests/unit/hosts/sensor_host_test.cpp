@@ -14,8 +14,8 @@ using namespace bristle;
 
 namespace {
 
-/// Body 0 is a still plate whose sensors look up along +z; body 1 a block without rotation that lies
-/// on it, integrated by symplectic Euler.
+/// Body 0 is a still plate whose sensors look up along +z; body 1 a block without rotation that
+/// lies on it, integrated by symplectic Euler.
 template <typename S>
 struct BlockOnPlate {
   Vec3<S> block = Vec3<S>(S(0), S(0), S(0.008));
