@@ -11,6 +11,7 @@
 #include <bristle/core/error.hpp>
 #include <bristle/io/svg_plot.hpp>
 
+#include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <optional>
@@ -29,7 +30,8 @@ constexpr const char* usage =
   --integration MODE          explicit, implicit or automatic (automatic)
   --dt SECONDS                length of a step; also as a fraction, 1/60 (0.001)
   --law paper|drag|ambf       the sensors' law: the paper's (bristles release), Coulomb drag, or
-                              what the paper's own simulator computes (paper)
+                              what the paper's own simulator computes, which is explicit only and
+                              does not hold the part still: it ends with status 1 (paper)
   --pad FILE                  mesh of a finger's pad, .stl or .obj (the one beside this example)
   --output PREFIX             writes PREFIX.csv and PREFIX.svg (gripper_on_incline)
   --help                      this text
@@ -136,6 +138,12 @@ bool print_table(const Settings& settings, const Outcome& o) {
   good &= row("speed after it was set down", o.final_speed, "m/s", "0 on the incline",
               o.final_speed < 1e-4 && o.final_height_error < 1e-4);
 
+  if (!o.was_held) {
+    std::printf("  The part was lost before the end of the hold%s.\n",
+                settings.integration == bristle::Integration::explicit_
+                    ? "; explicit integration needs a shorter step"
+                    : "");
+  }
   std::printf("  %-34s %12.1f      simulated %.2f s in %.3f s of processor time\n",
               "real-time factor", o.simulated_time / o.cpu_time, o.simulated_time, o.cpu_time);
   std::printf("  %-34s %12llu      %llu skipped with nothing in reach\n", "rays cast",
@@ -173,11 +181,11 @@ void write_files(const Settings& settings, const Outcome& outcome) {
   plot.panels.push_back(
       {.y_label = "height [mm]",
        .series = {curve("part", "part height"), curve("gripper", "gripper height")}});
-  plot.panels.push_back({.y_label = "sag in hand [um]",
-                         .series = {curve("", "sag")},
-                         .references = {{1e6 * outcome.predicted_sag, "m g / (mu_S sum F_N)"}},
-                         .y_low = -100,
-                         .y_high = 1000});
+  plot.panels.push_back(
+      {.y_label = "sag in hand [um]", .series = {curve("", "sag")}, .y_low = -200, .y_high = 3500});
+  if (std::isfinite(outcome.predicted_sag)) {
+    plot.panels.back().references = {{1e6 * outcome.predicted_sag, "m g / (mu_S sum F_N)"}};
+  }
   plot.panels.push_back({.y_label = "force [N]",
                          .series = {curve("normal, both pads", "normal force"),
                                     curve("shear on part", "shear force")},

@@ -185,12 +185,15 @@ class Gripper {
     outcome_.explicit_pairs += report.explicit_pairs;
     outcome_.implicit_pairs += report.implicit_pairs;
     outcome_.backend_failures += report.backend_failures;
+    // A bristle that lets go slips for one step only, which a record every few steps would miss.
+    most_slipping_ = std::max(most_slipping_, slipping());
     if (time_ + 1e-9 < next_record_) return;
     next_record_ += 0.005;
     outcome_.trace.add_row({time_, 1e3 * double(world_.pose(part_).translation.z()),
                             1e3 * double(world_.pose(palm_).translation.z()), 1e6 * sag_depth(),
-                            total_normal(), double(force_on_part().z()), double(slipping()),
+                            total_normal(), double(force_on_part().z()), double(most_slipping_),
                             double(world_.reading(slides_[1]).drive_force)});
+    most_slipping_ = 0;
   }
 
   /// Steps for `duration` [s], calling `before_step(t)` with the time [s] at the end of each step.
@@ -289,6 +292,7 @@ class Gripper {
   double height_ = 0;
   double time_ = 0;
   double next_record_ = 0;
+  std::size_t most_slipping_ = 0;
   Outcome outcome_;
 };
 

@@ -1626,10 +1626,11 @@ class SlotMap {
 
   void check(Handle id, std::string_view field) const {
     if (!contains(id)) {
-      detail::raise(InvalidArgument(
-          std::string(field),
-          "{" + std::to_string(id.index) + ", " + std::to_string(id.generation) + "}",
-          "must name something that exists (unknown or removed handle)"));
+      std::string text("{");
+      text.append(std::to_string(id.index)).append(", ");
+      text.append(std::to_string(id.generation)).append("}");
+      detail::raise(InvalidArgument(std::string(field), std::move(text),
+                                    "must name something that exists (unknown or removed handle)"));
     }
   }
 
@@ -2670,6 +2671,11 @@ Body<S> make_body(const BodyDef<S>& def, const MassProperties<S>& of_shape) {
     detail::require_all_finite("BodyDef::center_of_mass", *def.center_of_mass);
   }
 
+  const auto require_set = [](const MassProperties<S>& shape, const char* field) {
+    if (shape.mass > S(0)) return;
+    detail::raise(InvalidArgument(field, "unset",
+                                  "must be set where there is no shape with a finite volume"));
+  };
   Body<S> body;
   body.motion = def.motion;
   body.filter = def.filter;
@@ -2680,16 +2686,14 @@ Body<S> make_body(const BodyDef<S>& def, const MassProperties<S>& of_shape) {
       detail::require_positive("BodyDef::mass", *def.mass);
     } else {
       detail::require_positive("BodyDef::density", def.density);
-      detail::require(of_shape.mass > S(0), "BodyDef::mass", of_shape.mass,
-                      "must be set, since there is no shape with a finite volume");
+      require_set(of_shape, "BodyDef::mass");
     }
     body.mass = def.mass.value_or(def.density * of_shape.mass);
     if (def.inertia) {
       detail::require_possible_inertia<S>(*def.inertia);
       body.inertia_B = S(0.5) * (*def.inertia + def.inertia->transpose());
     } else {
-      detail::require(of_shape.mass > S(0), "BodyDef::inertia", of_shape.mass,
-                      "must be set, since there is no shape with a finite volume");
+      require_set(of_shape, "BodyDef::inertia");
       body.inertia_B = (body.mass / of_shape.mass) * of_shape.inertia;
       const Vec3<S> shift = body.center_B - of_shape.center;
       body.inertia_B += point_inertia<S>(body.mass, shift);
@@ -9201,7 +9205,7 @@ class HostPatch {
     solve(dt);
     discard_what_is_not_finite();
     const Transform<S>& X = bodies_.front().body.center_pose;
-    fill_readings<S>(patch_, X.rotation_matrix().transpose(), X.translation, dt,
+    fill_readings<S>(patch_, X.rotation.conjugate().toRotationMatrix(), X.translation, dt,
                      [](std::uint32_t number) {
                        return BodyId{number, 0};
                      });
@@ -10934,9 +10938,9 @@ struct SensorGridDef {
   /// [m] Middle of the rectangle.
   Vec3<S> center = Vec3<S>::Zero();
   /// [m] One whole side of the rectangle. The rays point along side_u x side_v.
-  Vec3<S> side_u = Vec3<S>::UnitX();
+  Vec3<S> side_u = Vec3<S>::Zero();
   /// [m] The other whole side; must not be parallel to side_u.
-  Vec3<S> side_v = Vec3<S>::UnitY();
+  Vec3<S> side_v = Vec3<S>::Zero();
   /// [-] Number of sensors along side_u, >= 1.
   std::size_t count_u = 1;
   /// [-] Number of sensors along side_v, >= 1.
@@ -11389,6 +11393,8 @@ SensorParameters<S> Tuning<S>::parameters(std::size_t count, S length) const {
 template <Scalar S>
 SensorParameters<S> Tuning<S>::parameters(const SensorLayout<S>& layout) const {
   layout.validate();
+  detail::require(layout.size() > 0, "SensorLayout::size()", S(0),
+                  "must be > 0: it has no sensors");
   S sum = S(0);
   for (const S length : layout.length) sum += length;
   return parameters(layout.size(), sum / static_cast<S>(layout.size()));
@@ -11931,7 +11937,8 @@ class SensorStage {
             {state.bodies.handle(pair.body_b), state.constraints.soft[pair.soft].impulse});
       }
       const Transform<S>& X = state.bodies.at(patch.body.index).center_pose;
-      fill_readings<S>(patch, X.rotation_matrix().transpose(), X.translation, state.def.time_step,
+      fill_readings<S>(patch, X.rotation.conjugate().toRotationMatrix(), X.translation,
+                       state.def.time_step,
                        [&](std::uint32_t slot) { return state.bodies.handle(slot); });
       state.report.sensors_touching += patch.felt.size();
     }

@@ -114,10 +114,11 @@ class SlotMap {
 
   void check(Handle id, std::string_view field) const {
     if (!contains(id)) {
-      detail::raise(InvalidArgument(
-          std::string(field),
-          "{" + std::to_string(id.index) + ", " + std::to_string(id.generation) + "}",
-          "must name something that exists (unknown or removed handle)"));
+      std::string text("{");
+      text.append(std::to_string(id.index)).append(", ");
+      text.append(std::to_string(id.generation)).append("}");
+      detail::raise(InvalidArgument(std::string(field), std::move(text),
+                                    "must name something that exists (unknown or removed handle)"));
     }
   }
 

@@ -160,6 +160,11 @@ Body<S> make_body(const BodyDef<S>& def, const MassProperties<S>& of_shape) {
     detail::require_all_finite("BodyDef::center_of_mass", *def.center_of_mass);
   }
 
+  const auto require_set = [](const MassProperties<S>& shape, const char* field) {
+    if (shape.mass > S(0)) return;
+    detail::raise(InvalidArgument(field, "unset",
+                                  "must be set where there is no shape with a finite volume"));
+  };
   Body<S> body;
   body.motion = def.motion;
   body.filter = def.filter;
@@ -170,16 +175,14 @@ Body<S> make_body(const BodyDef<S>& def, const MassProperties<S>& of_shape) {
       detail::require_positive("BodyDef::mass", *def.mass);
     } else {
       detail::require_positive("BodyDef::density", def.density);
-      detail::require(of_shape.mass > S(0), "BodyDef::mass", of_shape.mass,
-                      "must be set, since there is no shape with a finite volume");
+      require_set(of_shape, "BodyDef::mass");
     }
     body.mass = def.mass.value_or(def.density * of_shape.mass);
     if (def.inertia) {
       detail::require_possible_inertia<S>(*def.inertia);
       body.inertia_B = S(0.5) * (*def.inertia + def.inertia->transpose());
     } else {
-      detail::require(of_shape.mass > S(0), "BodyDef::inertia", of_shape.mass,
-                      "must be set, since there is no shape with a finite volume");
+      require_set(of_shape, "BodyDef::inertia");
       body.inertia_B = (body.mass / of_shape.mass) * of_shape.inertia;
       const Vec3<S> shift = body.center_B - of_shape.center;
       body.inertia_B += point_inertia<S>(body.mass, shift);

@@ -85,7 +85,7 @@ class HostPatch {
     solve(dt);
     discard_what_is_not_finite();
     const Transform<S>& X = bodies_.front().body.center_pose;
-    fill_readings<S>(patch_, X.rotation_matrix().transpose(), X.translation, dt,
+    fill_readings<S>(patch_, X.rotation.conjugate().toRotationMatrix(), X.translation, dt,
                      [](std::uint32_t number) {
                        return BodyId{number, 0};
                      });

@@ -75,9 +75,9 @@ struct SensorGridDef {
   /// [m] Middle of the rectangle.
   Vec3<S> center = Vec3<S>::Zero();
   /// [m] One whole side of the rectangle. The rays point along side_u x side_v.
-  Vec3<S> side_u = Vec3<S>::UnitX();
+  Vec3<S> side_u = Vec3<S>::Zero();
   /// [m] The other whole side; must not be parallel to side_u.
-  Vec3<S> side_v = Vec3<S>::UnitY();
+  Vec3<S> side_v = Vec3<S>::Zero();
   /// [-] Number of sensors along side_u, >= 1.
   std::size_t count_u = 1;
   /// [-] Number of sensors along side_v, >= 1.

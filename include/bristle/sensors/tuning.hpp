@@ -155,6 +155,8 @@ SensorParameters<S> Tuning<S>::parameters(std::size_t count, S length) const {
 template <Scalar S>
 SensorParameters<S> Tuning<S>::parameters(const SensorLayout<S>& layout) const {
   layout.validate();
+  detail::require(layout.size() > 0, "SensorLayout::size()", S(0),
+                  "must be > 0: it has no sensors");
   S sum = S(0);
   for (const S length : layout.length) sum += length;
   return parameters(layout.size(), sum / static_cast<S>(layout.size()));

@@ -113,7 +113,8 @@ class SensorStage {
             {state.bodies.handle(pair.body_b), state.constraints.soft[pair.soft].impulse});
       }
       const Transform<S>& X = state.bodies.at(patch.body.index).center_pose;
-      fill_readings<S>(patch, X.rotation_matrix().transpose(), X.translation, state.def.time_step,
+      fill_readings<S>(patch, X.rotation.conjugate().toRotationMatrix(), X.translation,
+                       state.def.time_step,
                        [&](std::uint32_t slot) { return state.bodies.handle(slot); });
       state.report.sensors_touching += patch.felt.size();
     }
