@@ -3,7 +3,8 @@
 // While gravity is off the fingers close on the box; then it sags by m g / (mu_S sum F_N) and
 // stays. The prismatic joints slide along the x axis of their frames, which point at the box; the
 // rays of a grid run along side_u x side_v, out of the finger. Expected output:
-// 09_two_fingers.expected SPDX-License-Identifier: BSD-3-Clause
+// 09_two_fingers.expected
+// SPDX-License-Identifier: BSD-3-Clause
 #include <bristle/bristle.hpp>
 
 #include <cstdio>
