@@ -55,12 +55,12 @@ std::vector<std::uint32_t> met(const AabbTree<S>& tree, const Ray<S>& ray) {
 template <typename S>
 bool meets(const Aabb<S>& box, const Ray<S>& ray) {
   long double enter = 0;
-  long double leave = ray.length;
+  long double leave = static_cast<long double>(ray.length);
   for (int i = 0; i < 3; ++i) {
-    const long double o = ray.origin[i];
-    const long double d = ray.direction[i];
-    const long double low = box.lower[i];
-    const long double high = box.upper[i];
+    const long double o = static_cast<long double>(ray.origin[i]);
+    const long double d = static_cast<long double>(ray.direction[i]);
+    const long double low = static_cast<long double>(box.lower[i]);
+    const long double high = static_cast<long double>(box.upper[i]);
     if (d == 0) {
       if (o < low || o > high) return false;
     } else {
