@@ -1002,7 +1002,6 @@ class BroadPhase {
     if (entries_.size() <= tag) entries_.resize(tag + 1);
     Entry& entry = entries_[tag];
     entry = Entry{};
-    entry.is_present = true;
     entry.swept = box;
     if (is_bounded(box)) {
       entry.node = tree_.insert(box, tag);
@@ -1083,7 +1082,6 @@ class BroadPhase {
   struct Entry {
     typename AabbTree<S>::NodeId node = AabbTree<S>::null;
     Aabb<S> swept{};
-    bool is_present = false;
   };
 
   [[nodiscard]] static bool is_bounded(const Aabb<S>& box) {
@@ -3307,7 +3305,6 @@ class DirectSolver {
     std::uint32_t first;
   };
 
-  [[nodiscard]] std::size_t unknowns() const { return unknowns_; }
   [[nodiscard]] S* projected(std::size_t row) { return projected_.data() + row * unknowns_; }
 
   bool factor_mass(const Island& island, Constraints<S>& constraints,
@@ -8382,8 +8379,6 @@ struct PatchPair {
   /// [m] From each centre of mass to the reference point c.
   Vec3<S> arm_a = Vec3<S>::Zero();
   Vec3<S> arm_b = Vec3<S>::Zero();
-  /// [m/s, rad/s] Motion of A relative to B at c, at the start of the step.
-  Twist<S> start_motion{};
   /// [1] Lambda of these contacts alone.
   S lambda = S(0);
   bool is_implicit = false;
@@ -8573,18 +8568,16 @@ void collect_contacts(SensorPatch<S>& patch, const Body<S>& A, FindBody&& find) 
   const Mat3<S> R_WA = A.center_pose.rotation_matrix();
   for (PatchPair<S>& pair : patch.pairs) {
     pair.first = static_cast<std::uint32_t>(patch.contacts.size());
-    bool is_posed = false;
     const Body<S>* B = nullptr;
     Vec3<S> sum = Vec3<S>::Zero();
     for (std::size_t i = 0; i < n; ++i) {
       if (!patch.hits.is_hit(i)) continue;
       const TouchedBody<S> touched = find(patch.hits.tag[i]);
       if (touched.id.index != pair.body_b) continue;
-      if (!is_posed) {
+      if (B == nullptr) {
         B = touched.body;
         pair.pose = {R_WA, B->center_pose.rotation_matrix(),
                      B->center_pose.translation - A.center_pose.translation};
-        is_posed = true;
       }
       PatchContact<S> contact;
       if (!detail::fill_contact(patch, i, pair, A, *B, contact)) {
@@ -8602,7 +8595,6 @@ void collect_contacts(SensorPatch<S>& patch, const Body<S>& A, FindBody&& find) 
     // Moments are taken about the middle of the contacts, where they are smallest.
     pair.arm_a = sum / S(pair.count);
     pair.arm_b = pair.arm_a - pair.pose.p_AB_W;
-    pair.start_motion = A.twist.shifted(pair.arm_a) - B->twist.shifted(pair.arm_b);
     for (std::uint32_t k = 0; k < pair.count; ++k) {
       patch.contacts[pair.first + k].rho -= pair.arm_a;
     }

@@ -30,7 +30,6 @@ class BroadPhase {
     if (entries_.size() <= tag) entries_.resize(tag + 1);
     Entry& entry = entries_[tag];
     entry = Entry{};
-    entry.is_present = true;
     entry.swept = box;
     if (is_bounded(box)) {
       entry.node = tree_.insert(box, tag);
@@ -111,7 +110,6 @@ class BroadPhase {
   struct Entry {
     typename AabbTree<S>::NodeId node = AabbTree<S>::null;
     Aabb<S> swept{};
-    bool is_present = false;
   };
 
   [[nodiscard]] static bool is_bounded(const Aabb<S>& box) {

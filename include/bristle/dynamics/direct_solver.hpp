@@ -72,7 +72,6 @@ class DirectSolver {
     std::uint32_t first;
   };
 
-  [[nodiscard]] std::size_t unknowns() const { return unknowns_; }
   [[nodiscard]] S* projected(std::size_t row) { return projected_.data() + row * unknowns_; }
 
   bool factor_mass(const Island& island, Constraints<S>& constraints,

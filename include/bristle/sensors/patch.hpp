@@ -96,8 +96,6 @@ struct PatchPair {
   /// [m] From each centre of mass to the reference point c.
   Vec3<S> arm_a = Vec3<S>::Zero();
   Vec3<S> arm_b = Vec3<S>::Zero();
-  /// [m/s, rad/s] Motion of A relative to B at c, at the start of the step.
-  Twist<S> start_motion{};
   /// [1] Lambda of these contacts alone.
   S lambda = S(0);
   bool is_implicit = false;

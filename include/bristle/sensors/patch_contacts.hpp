@@ -98,18 +98,16 @@ void collect_contacts(SensorPatch<S>& patch, const Body<S>& A, FindBody&& find) 
   const Mat3<S> R_WA = A.center_pose.rotation_matrix();
   for (PatchPair<S>& pair : patch.pairs) {
     pair.first = static_cast<std::uint32_t>(patch.contacts.size());
-    bool is_posed = false;
     const Body<S>* B = nullptr;
     Vec3<S> sum = Vec3<S>::Zero();
     for (std::size_t i = 0; i < n; ++i) {
       if (!patch.hits.is_hit(i)) continue;
       const TouchedBody<S> touched = find(patch.hits.tag[i]);
       if (touched.id.index != pair.body_b) continue;
-      if (!is_posed) {
+      if (B == nullptr) {
         B = touched.body;
         pair.pose = {R_WA, B->center_pose.rotation_matrix(),
                      B->center_pose.translation - A.center_pose.translation};
-        is_posed = true;
       }
       PatchContact<S> contact;
       if (!detail::fill_contact(patch, i, pair, A, *B, contact)) {
@@ -127,7 +125,6 @@ void collect_contacts(SensorPatch<S>& patch, const Body<S>& A, FindBody&& find) 
     // Moments are taken about the middle of the contacts, where they are smallest.
     pair.arm_a = sum / S(pair.count);
     pair.arm_b = pair.arm_a - pair.pose.p_AB_W;
-    pair.start_motion = A.twist.shifted(pair.arm_a) - B->twist.shifted(pair.arm_b);
     for (std::uint32_t k = 0; k < pair.count; ++k) {
       patch.contacts[pair.first + k].rho -= pair.arm_a;
     }
