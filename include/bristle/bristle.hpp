@@ -59,6 +59,7 @@
 #include <bristle/io/text_scanner.hpp>
 #include <bristle/io/trace.hpp>
 #include <bristle/math/cholesky.hpp>
+#include <bristle/math/envelope_cholesky.hpp>
 #include <bristle/math/mass_properties.hpp>
 #include <bristle/math/rotation.hpp>
 #include <bristle/math/spatial.hpp>

@@ -11,6 +11,7 @@
 #include <bristle/math/spatial.hpp>
 #include <bristle/math/transform.hpp>
 
+#include <array>
 #include <optional>
 
 namespace bristle {
@@ -27,6 +28,17 @@ enum class Motion {
   kinematic,
   /// Forces and impulses.
   dynamic
+};
+
+/// Axes of the world along and about which a body cannot move. Whatever holds it there is not
+/// simulated: it costs nothing and never gives way.
+struct LockedAxes {
+  /// [-] Whether the centre of mass keeps its x, y, z.
+  std::array<bool, 3> linear{};
+  /// [-] Whether the body cannot turn about x, y, z.
+  std::array<bool, 3> angular{};
+
+  [[nodiscard]] bool any_angular() const { return angular[0] || angular[1] || angular[2]; }
 };
 
 /// Describes a body to `World::add_body`.
@@ -61,6 +73,9 @@ struct BodyDef {
   Vec3<S> angular_velocity = Vec3<S>::Zero();
   /// [1] Factor on the world's gravity.
   S gravity_scale = S(1);
+  /// [-] Axes along and about which it cannot move; its velocity there must be zero. Ignored unless
+  /// dynamic.
+  LockedAxes locked{};
 };
 
 /// A body as the step sees it: everything about its centre of mass, axes of the body frame.
@@ -76,6 +91,7 @@ struct Body {
   Mat3<S> inertia_B = Mat3<S>::Zero();
   Mat3<S> inverse_inertia_B = Mat3<S>::Zero();
   S gravity_scale = S(1);
+  LockedAxes locked{};
   CollisionFilter filter{};
 
   /// [m] Centre of mass in the world; [1] axes of the body.
@@ -92,10 +108,31 @@ struct Body {
     return {center_pose.rotation, center_pose.translation - center_pose.rotation * center_B};
   }
   void set_pose(const Transform<S>& X_WB) { center_pose = {X_WB.rotation, X_WB * center_B}; }
-  /// [1/(kg m^2)] Inverse inertia along world axes.
+  /// [1/kg] Inverse mass along the axes of the world, zero for locked ones.
+  [[nodiscard]] Vec3<S> inverse_mass_W() const {
+    Vec3<S> result;
+    for (std::size_t i = 0; i < 3; ++i) {
+      result[static_cast<Eigen::Index>(i)] = locked.linear[i] ? S(0) : inverse_mass;
+    }
+    return result;
+  }
+  /// [1/(kg m^2)] Inverse inertia along world axes: that of the axes that are free, among which
+  /// alone torques turn the body.
   [[nodiscard]] Mat3<S> inverse_inertia_W() const {
     const Mat3<S> R = center_pose.rotation_matrix();
-    return R * inverse_inertia_B * R.transpose();
+    if (!locked.any_angular() || !is_dynamic()) return R * inverse_inertia_B * R.transpose();
+    Mat3<S> inertia = R * inertia_B * R.transpose();
+    for (Eigen::Index i = 0; i < 3; ++i) {
+      if (!locked.angular[static_cast<std::size_t>(i)]) continue;
+      inertia.row(i).setZero();
+      inertia.col(i).setZero();
+      inertia(i, i) = S(1);
+    }
+    Mat3<S> inverse = inertia.inverse();
+    for (Eigen::Index i = 0; i < 3; ++i) {
+      if (locked.angular[static_cast<std::size_t>(i)]) inverse(i, i) = S(0);
+    }
+    return inverse;
   }
   /// [kg m^2/s] Angular momentum about the centre of mass, world axes.
   [[nodiscard]] Vec3<S> angular_momentum() const {
@@ -146,6 +183,18 @@ void require_possible_inertia(const Mat3<S>& inertia) {
           "must satisfy the triangle inequality of principal moments");
 }
 
+/// A velocity along a locked axis would have to be taken away: better to say so.
+template <Scalar S>
+void require_still(const LockedAxes& locked, const Twist<S>& twist) {
+  for (std::size_t i = 0; i < 3; ++i) {
+    const auto axis = static_cast<Eigen::Index>(i);
+    require(!locked.linear[i] || twist.linear[axis] == S(0), "velocity", twist.linear[axis],
+            "must be zero along locked axes");
+    require(!locked.angular[i] || twist.angular[axis] == S(0), "angular_velocity",
+            twist.angular[axis], "must be zero about locked axes");
+  }
+}
+
 }  // namespace detail
 
 template <Scalar S>
@@ -169,6 +218,10 @@ Body<S> make_body(const BodyDef<S>& def, const MassProperties<S>& of_shape) {
   body.motion = def.motion;
   body.filter = def.filter;
   body.gravity_scale = def.gravity_scale;
+  if (def.motion == Motion::dynamic) {
+    detail::require_still(def.locked, Twist<S>{def.velocity, def.angular_velocity});
+    body.locked = def.locked;
+  }
   body.center_B = def.center_of_mass.value_or(of_shape.center);
   if (def.motion == Motion::dynamic) {
     if (def.mass) {

@@ -77,6 +77,7 @@ class DirectSolver {
   bool factor_mass(const Island& island, Constraints<S>& constraints,
                    std::span<SolverBody<S>> bodies);
   void add_soft(const SoftBlock<S>& soft, std::span<const SolverBody<S>> bodies);
+  void hold_locked(const SolverBody<S>& body, std::uint32_t unknown);
   void number_rows(const Island& island, const Constraints<S>& constraints);
   void project_rows(const Island& island, Constraints<S>& constraints,
                     std::span<const SolverBody<S>> bodies);
@@ -145,6 +146,7 @@ bool DirectSolver<S>::factor_mass(const Island& island, Constraints<S>& constrai
     next += 6;
   }
   for (const std::uint32_t s : island.soft) add_soft(constraints.soft[s], bodies);
+  for (const std::uint32_t slot : island.bodies) hold_locked(bodies[slot], unknown_of_[slot]);
   if (!factor_cholesky(mass_.data(), unknowns_)) return false;
   solve_lower(mass_.data(), unknowns_, velocity_.data());
   return true;
@@ -190,6 +192,20 @@ void DirectSolver<S>::add_soft(const SoftBlock<S>& soft, std::span<const SolverB
   }
 }
 
+/// Takes the axes on which nothing moves a body out of the system.
+template <Scalar S>
+void DirectSolver<S>::hold_locked(const SolverBody<S>& body, std::uint32_t unknown) {
+  for (Eigen::Index axis = 0; axis < 6; ++axis) {
+    if (!body.is_locked(axis)) continue;
+    const std::size_t i = unknown + static_cast<std::size_t>(axis);
+    for (std::size_t k = 0; k < unknowns_; ++k) {
+      mass_[i * unknowns_ + k] = mass_[k * unknowns_ + i] = S(0);
+    }
+    mass_[i * unknowns_ + i] = S(1);
+    velocity_[i] = S(0);
+  }
+}
+
 template <Scalar S>
 void DirectSolver<S>::number_rows(const Island& island, const Constraints<S>& constraints) {
   row_of_.clear();
@@ -230,8 +246,9 @@ void DirectSolver<S>::project_rows(const Island& island, Constraints<S>& constra
         }
         first = std::min<std::size_t>(first, u);
         for (std::size_t k = 0; k < 3; ++k) {
-          p[u + k] += sign * row.direction[static_cast<Eigen::Index>(k)];
-          p[u + 3 + k] += sign * angular[static_cast<Eigen::Index>(k)];
+          const auto axis = static_cast<Eigen::Index>(k);
+          if (!bodies[slot].is_locked(axis)) p[u + k] += sign * row.direction[axis];
+          if (!bodies[slot].is_locked(axis + 3)) p[u + 3 + k] += sign * angular[axis];
         }
       };
       put(block.body_a, S(-1), row.angular_a);

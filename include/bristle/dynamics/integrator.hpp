@@ -19,8 +19,11 @@ template <Scalar S>
 [[nodiscard]] Twist<S> free_twist(const Body<S>& body, const Mat3<S>& inverse_inertia_W,
                                   const Vec3<S>& gravity, S dt) {
   if (!body.is_dynamic()) return body.twist;
-  return {body.twist.linear +
-              dt * (body.gravity_scale * gravity + body.inverse_mass * body.applied.force),
+  Vec3<S> acceleration = body.gravity_scale * gravity + body.inverse_mass * body.applied.force;
+  for (std::size_t i = 0; i < 3; ++i) {
+    if (body.locked.linear[i]) acceleration[static_cast<Eigen::Index>(i)] = S(0);
+  }
+  return {body.twist.linear + dt * acceleration,
           body.twist.angular + dt * (inverse_inertia_W * body.applied.torque)};
 }
 
@@ -114,7 +117,7 @@ void step_pose(Body<S>& body, const Twist<S>& correction, S dt) {
   Transform<S>& X = body.center_pose;
   X.translation += dt * (body.twist.linear + correction.linear);
 
-  if (body.is_dynamic() && !detail::is_isotropic(body.inertia_B)) {
+  if (body.is_dynamic() && !body.locked.any_angular() && !detail::is_isotropic(body.inertia_B)) {
     detail::turn_free_top(body, dt);
   } else {
     X.rotation = step_rotation(X.rotation, body.twist.angular, dt);

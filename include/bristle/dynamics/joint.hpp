@@ -19,7 +19,9 @@ enum class JointKind {
   /// Nothing.
   fixed,
   /// Sliding along the x axis of the joint frame.
-  prismatic
+  prismatic,
+  /// Turning about the origin of the joint frame.
+  ball
 };
 
 /// What drives the free axis of a joint.
@@ -44,6 +46,19 @@ struct JointDrive {
   /// [m/s] Largest speed of a position drive, > 0. It goes slower where it could not brake in time.
   S max_speed = infinity<S>;
 };
+
+/// [-] How many relative velocities a joint keeps at zero.
+[[nodiscard]] constexpr std::uint32_t locked_rows(JointKind kind) {
+  switch (kind) {
+    case JointKind::fixed:
+      break;
+    case JointKind::prismatic:
+      return 5;
+    case JointKind::ball:
+      return 3;
+  }
+  return 6;
+}
 
 /// Describes a joint to `World::add_joint`.
 template <Scalar S>
@@ -72,7 +87,7 @@ struct JointDef {
 /// What a joint did in the last step.
 template <Scalar S>
 struct JointReading {
-  /// [m] Position of the free axis at the end of the step; 0 for a fixed joint.
+  /// [m] Position of the free axis at the end of the step; 0 for a joint that does not slide.
   S position = S(0);
   /// [m/s] Its velocity.
   S velocity = S(0);
@@ -89,7 +104,7 @@ struct Joint {
   /// Frames about the centres of mass.
   Transform<S> X_CmA_J{};
   Transform<S> X_CmB_J{};
-  /// [N s, N m s] Impulses of the last step, for warm start: five or six locked axes, then drive,
+  /// [N s, N m s] Impulses of the last step, for warm start: three to six locked axes, then drive,
   /// lower and upper stop.
   std::array<S, 9> impulses{};
   /// [N s, N m s] All of them on B about B's joint origin, world axes of the step they acted in.
@@ -208,9 +223,9 @@ void add_joint_rows(Joint<S>& joint, const Body<S>& a, const Body<S>& b, std::ui
   };
 
   const int first_locked = def.kind == JointKind::prismatic ? 1 : 0;
-  open_block(BlockKind::equality).count = static_cast<std::uint32_t>(6 - first_locked);
+  open_block(BlockKind::equality).count = locked_rows(def.kind);
   for (int axis = first_locked; axis < 3; ++axis) out.rows.push_back(linear_row(axis, S(1)));
-  for (int axis = 0; axis < 3; ++axis) {
+  for (int axis = 0; axis < 3 && def.kind != JointKind::ball; ++axis) {
     ConstraintRow<S> row;
     row.angular_a = row.angular_b = pose.axes_W.col(axis);
     row.error = pose.angle_J[axis];

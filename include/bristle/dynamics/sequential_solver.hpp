@@ -179,9 +179,9 @@ class SequentialSolver {
 
   static void push_correction(const ConstraintRow<S>& row, S x, SolverBody<S>& a,
                               SolverBody<S>& b) {
-    a.correction.linear -= (a.inverse_mass * x) * row.direction;
+    a.correction.linear -= x * a.inverse_mass.cwiseProduct(row.direction);
     a.correction.angular -= a.inverse_inertia * (x * row.angular_a);
-    b.correction.linear += (b.inverse_mass * x) * row.direction;
+    b.correction.linear += x * b.inverse_mass.cwiseProduct(row.direction);
     b.correction.angular += b.inverse_inertia * (x * row.angular_b);
   }
 

@@ -48,11 +48,11 @@ template <Scalar S>
 /// Mobility W of one body about the point at `arm` from its centre of mass: the change of its twist
 /// there per unit impulse there.
 template <Scalar S>
-[[nodiscard]] Mat6<S> mobility(S inverse_mass, const Mat3<S>& inverse_inertia_W,
+[[nodiscard]] Mat6<S> mobility(const Vec3<S>& inverse_mass, const Mat3<S>& inverse_inertia_W,
                                const Vec3<S>& arm) {
   const Mat3<S> X = skew(arm);
   Mat6<S> W;
-  W.template topLeftCorner<3, 3>() = inverse_mass * Mat3<S>::Identity() - X * inverse_inertia_W * X;
+  W.template topLeftCorner<3, 3>() = Mat3<S>(inverse_mass.asDiagonal()) - X * inverse_inertia_W * X;
   W.template topRightCorner<3, 3>() = -X * inverse_inertia_W;
   W.template bottomLeftCorner<3, 3>() = inverse_inertia_W * X;
   W.template bottomRightCorner<3, 3>() = inverse_inertia_W;

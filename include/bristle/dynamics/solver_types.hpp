@@ -44,17 +44,23 @@ struct SolverBody {
   Twist<S> start{};
   /// Displacement of the position correction, divided by the step.
   Twist<S> correction{};
-  /// [1/kg, 1/(kg m^2)] Zero for bodies that forces do not move.
-  S inverse_mass = S(0);
+  /// [1/kg, 1/(kg m^2)] World axes; zero along and about axes on which forces do not move it.
+  Vec3<S> inverse_mass = Vec3<S>::Zero();
   Mat3<S> inverse_inertia = Mat3<S>::Zero();
-  /// [kg, kg m^2] Their inverses, world axes.
+  /// [kg, kg m^2] Of the whole body, world axes.
   S mass = S(0);
   Mat3<S> inertia = Mat3<S>::Zero();
+  /// Whether forces move it along or about any axis.
+  bool moves = false;
 
-  [[nodiscard]] bool is_moving() const { return inverse_mass > S(0); }
+  [[nodiscard]] bool is_moving() const { return moves; }
+  /// Whether nothing moves it along (0 to 2) or about (3 to 5) an axis of the world.
+  [[nodiscard]] bool is_locked(Eigen::Index axis) const {
+    return (axis < 3 ? inverse_mass[axis] : inverse_inertia(axis - 3, axis - 3)) == S(0);
+  }
   /// Adds an impulse about the centre of mass.
   void push(const Vec3<S>& impulse, const Vec3<S>& angular_impulse) {
-    twist.linear += inverse_mass * impulse;
+    twist.linear += inverse_mass.cwiseProduct(impulse);
     twist.angular += inverse_inertia * angular_impulse;
   }
 };
@@ -111,13 +117,14 @@ struct SolveContext {
 template <Scalar S>
 void local_response(const ConstraintBlock<S>& block, const ConstraintRow<S>* rows,
                     const SolverBody<S>& a, const SolverBody<S>& b, BlockResponse<S>& K) {
-  const S inverse_mass = a.inverse_mass + b.inverse_mass;
+  const Vec3<S> inverse_mass = a.inverse_mass + b.inverse_mass;
   for (std::size_t j = 0; j < block.count; ++j) {
     const Vec3<S> turn_a = a.inverse_inertia * rows[j].angular_a;
     const Vec3<S> turn_b = b.inverse_inertia * rows[j].angular_b;
+    const Vec3<S> move = inverse_mass.cwiseProduct(rows[j].direction);
     for (std::size_t i = 0; i < block.count; ++i) {
-      K.matrix[i * block.count + j] = inverse_mass * rows[i].direction.dot(rows[j].direction) +
-                                      rows[i].angular_a.dot(turn_a) + rows[i].angular_b.dot(turn_b);
+      K.matrix[i * block.count + j] = rows[i].direction.dot(move) + rows[i].angular_a.dot(turn_a) +
+                                      rows[i].angular_b.dot(turn_b);
     }
   }
   K.prepare(block.kind, block.count);

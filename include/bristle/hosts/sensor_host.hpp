@@ -116,7 +116,8 @@ class HostPatch {
     SolverBody<S> solver;
     solver.start = solver.free = state.motion.twist;
     if (state.inverse_mass > S(0)) {
-      solver.inverse_mass = state.inverse_mass;
+      solver.inverse_mass.setConstant(state.inverse_mass);
+      solver.moves = true;
       solver.mass = S(1) / state.inverse_mass;
       solver.inverse_inertia = state.inverse_inertia_W;
       solver.inertia = state.inverse_inertia_W.inverse();

@@ -220,7 +220,7 @@ class SensorStage {
     SolverBody<S>& a = state.solver_bodies[patch.body.index];
     SolverBody<S>& b = state.solver_bodies[pair.body_b];
     const auto push = [](SolverBody<S>& body, const Vec3<S>& arm, const Wrench<S>& w) {
-      body.free.linear += body.inverse_mass * w.force;
+      body.free.linear += body.inverse_mass.cwiseProduct(w.force);
       body.free.angular += body.inverse_inertia * (w.torque + arm.cross(w.force));
     };
     push(a, pair.arm_a, -sum);

@@ -31,9 +31,10 @@ class SolveStage {
       if (body.is_dynamic()) {
         const Mat3<S> R = body.center_pose.rotation_matrix();
         out.mass = body.mass;
-        out.inverse_mass = body.inverse_mass;
+        out.inverse_mass = body.inverse_mass_W();
         out.inertia = R * body.inertia_B * R.transpose();
-        out.inverse_inertia = R * body.inverse_inertia_B * R.transpose();
+        out.inverse_inertia = body.inverse_inertia_W();
+        out.moves = out.inverse_mass.maxCoeff() > S(0) || out.inverse_inertia.trace() > S(0);
       }
       out.free = free_twist(body, out.inverse_inertia, state.def.gravity, state.def.time_step);
       out.twist = out.free;
@@ -100,8 +101,8 @@ class SolveStage {
     }
     for (const std::uint32_t i : island.blocks) {
       const ConstraintBlock<S>& block = state.constraints.blocks[i];
-      const S mobility = max(state.solver_bodies[block.body_a].inverse_mass,
-                             state.solver_bodies[block.body_b].inverse_mass);
+      const S mobility = max(state.solver_bodies[block.body_a].inverse_mass.maxCoeff(),
+                             state.solver_bodies[block.body_b].inverse_mass.maxCoeff());
       change = max(change, mobility * abs(state.constraints.rows[block.first].impulse));
     }
     // Relative to that, but not below what the arithmetic of the present speed resolves.

@@ -163,6 +163,7 @@ void World<S, Backend>::set_velocity(BodyId id, const Twist<S>& twist) {
   detail::require(body.motion != Motion::fixed, "BodyId", S(0), "must not name a fixed body");
   detail::require_all_finite("twist.linear", twist.linear);
   detail::require_all_finite("twist.angular", twist.angular);
+  detail::require_still(body.locked, twist);
   body.twist = twist;
 }
 
@@ -323,8 +324,8 @@ const {
   return bristle::largest_stable_step(patch, [&](const PatchPair<S>& pair) -> Mat6<S> {
     const Body<S>& a = state_.bodies.at(patch.body.index);
     const Body<S>& b = state_.bodies.at(pair.body_b);
-    return mobility(a.inverse_mass, a.inverse_inertia_W(), pair.arm_a) +
-           mobility(b.inverse_mass, b.inverse_inertia_W(), pair.arm_b);
+    return mobility(a.inverse_mass_W(), a.inverse_inertia_W(), pair.arm_a) +
+           mobility(b.inverse_mass_W(), b.inverse_inertia_W(), pair.arm_b);
   });
 }
 

@@ -13,7 +13,7 @@ namespace {
 std::vector<SolverBody<double>> bodies(std::initializer_list<bool> moving) {
   std::vector<SolverBody<double>> out;
   for (const bool moves : moving) {
-    out.emplace_back().inverse_mass = moves ? 1.0 : 0.0;
+    out.emplace_back().moves = moves;
   }
   return out;
 }
@@ -72,7 +72,7 @@ TEST_CASE("IslandBuilder: a long chain is one island however it is listed") {
   const std::uint32_t n = 200;
   const std::vector<SolverBody<double>> b = [&] {
     std::vector<SolverBody<double>> out(n);
-    for (auto& body : out) body.inverse_mass = 1;
+    for (auto& body : out) body.moves = true;
     return out;
   }();
   Constraints<double> c;

@@ -22,7 +22,8 @@ Pair random_pair(test::Random& random) {
   Pair pair;
   for (SolverBody<double>& body : pair.bodies) {
     body.mass = random.uniform(0.5, 3.0);
-    body.inverse_mass = 1 / body.mass;
+    body.inverse_mass.setConstant(1 / body.mass);
+    body.moves = true;
     const Mat3<double> R = random.rotation<double>().toRotationMatrix();
     body.inertia = R * Vec3<double>(0.02, 0.03, 0.04).asDiagonal() * R.transpose();
     body.inverse_inertia = body.inertia.inverse();
@@ -118,7 +119,9 @@ TEST_CASE("DirectSolver and SequentialSolver: both solve a soft block exactly, a
 TEST_CASE("DirectSolver: a body that does not move enters with its motion") {
   test::Random random(3);
   Pair pair = random_pair(random);
-  pair.bodies[1].mass = pair.bodies[1].inverse_mass = 0;
+  pair.bodies[1].mass = 0;
+  pair.bodies[1].inverse_mass.setZero();
+  pair.bodies[1].moves = false;
   pair.bodies[1].inertia.setZero();
   pair.bodies[1].inverse_inertia.setZero();
   const std::uint32_t first[] = {0};

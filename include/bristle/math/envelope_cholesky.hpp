@@ -1,0 +1,98 @@
+/// @file
+/// Cholesky factorisation of a sparse symmetric matrix within its envelope.
+///
+/// Row i is kept from its first entry that is not zero up to the diagonal; all fill of the
+/// factorisation falls inside (Jennings 1966). Stacks and chains numbered end to end give narrow
+/// envelopes, so their cost grows with their length and not with its cube.
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <bristle/math/types.hpp>
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace bristle {
+
+/// Lower triangle of a symmetric positive definite matrix, and its factor in the same place.
+template <Scalar S>
+class EnvelopeMatrix {
+ public:
+  /// Sets the shape and all entries to zero.
+  /// @param first  Column of the first entry of each row, at most the row's own number.
+  void reset(std::span<const std::uint32_t> first) {
+    first_.assign(first.begin(), first.end());
+    start_.resize(first.size());
+    std::size_t size = 0;
+    for (std::size_t i = 0; i < first.size(); ++i) {
+      start_[i] = size - first[i];  // Wraps around; only sums with a column are used.
+      size += i - first[i] + 1;
+    }
+    values_.assign(size, S(0));
+  }
+
+  [[nodiscard]] std::size_t size() const { return first_.size(); }
+  [[nodiscard]] std::uint32_t first(std::size_t row) const { return first_[row]; }
+  /// Entry of the lower triangle: first(i) <= j <= i.
+  [[nodiscard]] S& at(std::size_t i, std::size_t j) { return values_[start_[i] + j]; }
+  [[nodiscard]] S at(std::size_t i, std::size_t j) const { return values_[start_[i] + j]; }
+
+  /// Replaces the matrix A by its factor L, A = L L^T.
+  /// @param floor  [1] As for `factor_cholesky`.
+  /// @return False when a pivot is not positive or not finite; the matrix is then spoilt.
+  [[nodiscard]] bool factor(S floor = S(0)) {
+    using std::sqrt;
+    for (std::size_t i = 0; i < size(); ++i) {
+      S* row_i = row(i);
+      for (std::size_t j = first_[i]; j < i; ++j) {
+        const S* row_j = row(j);
+        const std::size_t from = std::max(first_[i], first_[j]);
+        row_i[j] = (row_i[j] - dot(row_i + from, row_j + from, j - from)) / row_j[j];
+      }
+      const S diagonal = row_i[i];
+      S pivot = diagonal - dot(row_i + first_[i], row_i + first_[i], i - first_[i]);
+      if (pivot < floor * diagonal) pivot = floor * diagonal;
+      if (!(pivot > S(0)) || !(pivot < infinity<S>)) return false;
+      row_i[i] = sqrt(pivot);
+    }
+    return true;
+  }
+
+  /// x := A^-1 x, once factored.
+  void solve(S* x) const {
+    for (std::size_t i = 0; i < size(); ++i) {
+      const S* row_i = row(i);
+      x[i] = (x[i] - dot(row_i + first_[i], x + first_[i], i - first_[i])) / row_i[i];
+    }
+    for (std::size_t i = size(); i-- > 0;) {
+      const S* row_i = row(i);
+      x[i] /= row_i[i];
+      for (std::size_t k = first_[i]; k < i; ++k) x[k] -= row_i[k] * x[i];
+    }
+  }
+
+ private:
+  /// Pointer such that row(i)[j] is entry (i, j).
+  [[nodiscard]] S* row(std::size_t i) { return values_.data() + start_[i]; }
+  [[nodiscard]] const S* row(std::size_t i) const { return values_.data() + start_[i]; }
+
+  /// Four sums side by side: the compiler may not reorder one sum to fill its vector lanes.
+  [[nodiscard]] static S dot(const S* a, const S* b, std::size_t n) {
+    S sum[4] = {S(0), S(0), S(0), S(0)};
+    std::size_t i = 0;
+    for (; i + 4 <= n; i += 4) {
+      for (std::size_t k = 0; k < 4; ++k) sum[k] += a[i + k] * b[i + k];
+    }
+    for (; i < n; ++i) sum[0] += a[i] * b[i];
+    return (sum[0] + sum[1]) + (sum[2] + sum[3]);
+  }
+
+  std::vector<std::uint32_t> first_;
+  std::vector<std::size_t> start_;  // Of each row in `values_`, less its first column.
+  std::vector<S> values_;
+};
+
+}  // namespace bristle
