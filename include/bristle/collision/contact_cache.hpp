@@ -26,6 +26,10 @@ struct CachedPoint {
   std::uint32_t feature = 0;
   /// [N s] Impulse along the normal, and along the two tangents of `tangent_basis`.
   std::array<S, 3> impulse{};
+  /// Whether no contact of the last step tells what to expect of this one.
+  bool is_fresh = true;
+  /// Whether the impulse stopped an approach, and says nothing about the step to come.
+  bool took_impact = false;
 };
 
 /// Points with one normal between two shapes.
@@ -87,7 +91,7 @@ class ContactCache {
   void forget(std::uint32_t tag) {
     for (CachedManifold<S>& m : manifolds_) {
       if (m.shapes.a != tag && m.shapes.b != tag) continue;
-      for (std::uint32_t i = m.first; i < m.first + m.count; ++i) points_[i].impulse = {};
+      for (std::uint32_t i = m.first; i < m.first + m.count; ++i) points_[i].took_impact = true;
     }
   }
 
@@ -110,13 +114,14 @@ class ContactCache {
   /// tangents of two nearly equal normals may be opposite.
   void inherit(const CachedManifold<S>& old, const Vec3<S>& normal, CachedPoint<S>& point) const {
     for (std::uint32_t i = old.first; i < old.first + old.count; ++i) {
-      if (old_points_[i].feature != point.feature) continue;
+      if (old_points_[i].feature != point.feature || old_points_[i].took_impact) continue;
       const std::array<S, 3>& impulse = old_points_[i].impulse;
       Vec3<S> t1, t2;
       tangent_basis<S>(old.normal, t1, t2);
       const Vec3<S> friction = impulse[1] * t1 + impulse[2] * t2;
       tangent_basis<S>(normal, t1, t2);
       point.impulse = {impulse[0], friction.dot(t1), friction.dot(t2)};
+      point.is_fresh = false;
       return;
     }
   }

@@ -1,11 +1,12 @@
 /// @file
-/// Velocity constraints as rows in blocks, and the exact solution of one block.
+/// Velocity constraints of joints as rows in blocks, and the exact solution of one block.
 ///
-/// Contacts and joints both become blocks. The sequential and the direct solver differ only in how
-/// an impulse of one block changes the velocities of the others; what a block wants is here.
+/// The sequential and the proximal solver differ only in how an impulse of one block changes the
+/// velocities of the others; what a block wants is here.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <bristle/dynamics/contact_constraint.hpp>
 #include <bristle/math/cholesky.hpp>
 #include <bristle/math/spatial.hpp>
 #include <bristle/math/types.hpp>
@@ -15,11 +16,6 @@
 #include <cstdint>
 
 namespace bristle {
-
-/// [1] Share of a row's response below which nothing is left of it but round-off, once other rows
-/// hold: a thousand roundings, for what elimination adds up.
-template <Scalar S>
-inline constexpr S no_mobility = S(1000) * Tolerance<S>::round_off();
 
 /// One scalar velocity constraint between bodies A and B. Its velocity is
 /// d . (v_B - v_A) + angular_b . w_B - angular_a . w_A, and an impulse x adds d x to B's momentum.
@@ -32,8 +28,8 @@ struct ConstraintRow {
   Vec3<S> angular_b = Vec3<S>::Zero();
   /// [m/s or rad/s] Wanted velocity.
   S target = S(0);
-  /// [m or rad] Position error at the start of the step: the gap of a contact or a stop, the offset
-  /// of a joint.
+  /// [m or rad] Position error at the start of the step: the distance to a stop, the offset of a
+  /// joint.
   S error = S(0);
   /// [N s or N m s] Accumulated impulse.
   S impulse = S(0);
@@ -52,9 +48,7 @@ enum class BlockKind : std::uint8_t {
   /// One row within [lower, upper]: a drive.
   bounded,
   /// One row that only pushes and keeps an error from falling below zero: a stop.
-  stop,
-  /// Three rows (normal, two tangents): no pull, and friction within a disk.
-  contact
+  stop
 };
 
 /// Rows that are solved together.
@@ -69,22 +63,19 @@ struct ConstraintBlock {
   std::uint32_t first = 0;
   std::uint32_t count = 0;
   BlockKind kind = BlockKind::equality;
-  /// [1] Friction coefficient of a contact.
-  S friction = S(0);
   /// [N s or N m s] Bounds of a bounded row or a stop.
   S lower = S(0);
   S upper = S(0);
 };
 
-/// How many rows of a block the position correction closes, from its first one: all of a joint, the
-/// normal of a contact, a stop; none of a drive.
+/// How many rows of a block the position correction closes: all of a joint, a stop; none of a
+/// drive.
 template <Scalar S>
 [[nodiscard]] std::uint32_t corrected_rows(const ConstraintBlock<S>& block) {
   switch (block.kind) {
     case BlockKind::equality:
       return block.count;
     case BlockKind::stop:
-    case BlockKind::contact:
       return 1;
     case BlockKind::bounded:
       break;
@@ -117,48 +108,6 @@ struct BlockResponse {
   }
 };
 
-namespace detail {
-
-/// Impulse change that brings one row to its target, 0 where nothing can move.
-template <Scalar S>
-[[nodiscard]] S scalar_change(S residual, S response) {
-  return response > S(0) ? -residual / response : S(0);
-}
-
-/// Friction of a contact block: the exact 2x2 solution if it lies in the disk of `radius`; else one
-/// projected-gradient step of length 1 / lambda_max, whose fixed point is the point of the disk's
-/// edge that opposes the slip (Coulomb's direction, also where the 2x2 matrix is not isotropic).
-template <Scalar S>
-void solve_friction(const BlockResponse<S>& K, const S* residual, S radius, S& t1, S& t2) {
-  using std::sqrt;
-  const S a = K(1, 1, 3);
-  const S b = K(1, 2, 3);
-  const S c = K(2, 2, 3);
-  const S determinant = a * c - b * b;
-  if (determinant > no_mobility<S> * a * c) {
-    const S u = t1 - (c * residual[0] - b * residual[1]) / determinant;
-    const S v = t2 - (a * residual[1] - b * residual[0]) / determinant;
-    if (u * u + v * v <= radius * radius) {
-      t1 = u;
-      t2 = v;
-      return;
-    }
-  }
-  const S mean = S(0.5) * (a + c);
-  const S largest = mean + sqrt(S(0.25) * (a - c) * (a - c) + b * b);
-  if (!(largest > S(0))) return;
-  t1 -= residual[0] / largest;
-  t2 -= residual[1] / largest;
-  const S size2 = t1 * t1 + t2 * t2;
-  if (size2 > radius * radius) {
-    const S shrink = radius / sqrt(size2);
-    t1 *= shrink;
-    t2 *= shrink;
-  }
-}
-
-}  // namespace detail
-
 /// Solves one block with everything else held still.
 ///
 /// @param K         Response of the block's velocities to its impulses.
@@ -184,22 +133,6 @@ void solve_block(const ConstraintBlock<S>& block, const BlockResponse<S>& K, con
       const S impulse = min(max(wanted, block.lower), block.upper);
       change[0] = impulse - rows[0].impulse;
       rows[0].impulse = impulse;
-      return;
-    }
-    case BlockKind::contact: {
-      const S normal = max(
-          S(0), rows[0].impulse + detail::scalar_change(velocity[0] - rows[0].target, K(0, 0, 3)));
-      change[0] = normal - rows[0].impulse;
-      rows[0].impulse = normal;
-      const S residual[2] = {velocity[1] + K(1, 0, 3) * change[0],
-                             velocity[2] + K(2, 0, 3) * change[0]};
-      S t1 = rows[1].impulse;
-      S t2 = rows[2].impulse;
-      detail::solve_friction(K, residual, block.friction * normal, t1, t2);
-      change[1] = t1 - rows[1].impulse;
-      change[2] = t2 - rows[2].impulse;
-      rows[1].impulse = t1;
-      rows[2].impulse = t2;
       return;
     }
   }

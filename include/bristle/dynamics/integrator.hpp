@@ -1,5 +1,5 @@
 /// @file
-/// Symplectic Euler: velocities first, then poses with the new velocities.
+/// Free velocities, and poses from velocities.
 ///
 /// The turn of a body in one step keeps angular momentum exactly and kinetic energy to round-off:
 /// the discrete Moser-Veselov equation of the free top with preprocessed inertia (Hairer and
@@ -27,12 +27,13 @@ template <Scalar S>
           body.twist.angular + dt * (inverse_inertia_W * body.applied.torque)};
 }
 
-/// Moves a body by one step with the velocity it has now, plus a displacement that leaves its
-/// velocity alone (`correction`, as a twist times the step).
+/// Moves a body by one step.
 ///
-/// A dynamic body keeps its angular momentum, so its angular velocity changes as it turns.
+/// A dynamic body keeps its angular momentum, so its angular velocity, which comes in as at the old
+/// attitude, changes as it turns.
+/// @param motion  [m/s, rad/s] Displacement divided by the step, at the old attitude.
 template <Scalar S>
-void step_pose(Body<S>& body, const Twist<S>& correction, S dt);
+void step_pose(Body<S>& body, const Twist<S>& motion, S dt);
 
 // Implementation -----------------------------------------------------------------------------------
 
@@ -81,15 +82,16 @@ template <Scalar S>
   return rest.cwiseAbs().maxCoeff() <= Tolerance<S>::round_off() * inertia(0, 0);
 }
 
-/// Turns a body as a free top: its angular momentum stays, its angular velocity follows its
-/// attitude. The step is halved until each part turns by less than a radian, where the map has its
+/// Turns a body as a free top that has the angular velocity w [rad/s, world axes] now; the body's own
+/// angular momentum stays, its angular velocity follows its attitude. The step is halved until each part turns by less than a radian, where the map has its
 /// root.
 template <Scalar S>
-void turn_free_top(Body<S>& body, S dt) {
+void turn_free_top(Body<S>& body, const Vec3<S>& w, S dt) {
   using std::sqrt;
   Quat<S>& rotation = body.center_pose.rotation;
-  const Vec3<S> L_W = body.angular_momentum();
-  if (!(L_W.squaredNorm() > S(0))) return;
+  const Vec3<S> own_L_W = body.angular_momentum();
+  const Vec3<S> L_W = rotation * (body.inertia_B * (rotation.conjugate() * w));
+  if (!(L_W.squaredNorm() > S(0)) && !(own_L_W.squaredNorm() > S(0))) return;
   // The fastest that this momentum can ever turn the body, whatever its attitude becomes.
   const S fastest = dt * L_W.norm() * body.inverse_inertia_B.norm();
   constexpr int most_parts = 4096;
@@ -107,23 +109,19 @@ void turn_free_top(Body<S>& body, S dt) {
       rotation = step_rotation<S>(rotation, rotation * (body.inverse_inertia_B * y), h);
     }
   }
-  body.twist.angular = rotation * (body.inverse_inertia_B * (rotation.conjugate() * L_W));
+  body.twist.angular = rotation * (body.inverse_inertia_B * (rotation.conjugate() * own_L_W));
 }
 
 }  // namespace detail
 
 template <Scalar S>
-void step_pose(Body<S>& body, const Twist<S>& correction, S dt) {
+void step_pose(Body<S>& body, const Twist<S>& motion, S dt) {
   Transform<S>& X = body.center_pose;
-  X.translation += dt * (body.twist.linear + correction.linear);
-
+  X.translation += dt * motion.linear;
   if (body.is_dynamic() && !body.locked.any_angular() && !detail::is_isotropic(body.inertia_B)) {
-    detail::turn_free_top(body, dt);
+    detail::turn_free_top(body, motion.angular, dt);
   } else {
-    X.rotation = step_rotation(X.rotation, body.twist.angular, dt);
-  }
-  if (correction.angular.squaredNorm() > S(0)) {
-    X.rotation = step_rotation(X.rotation, correction.angular, dt);
+    X.rotation = step_rotation(X.rotation, motion.angular, dt);
   }
 }
 

@@ -27,6 +27,7 @@ class IslandBuilder {
     const auto connect = [&](std::uint32_t a, std::uint32_t b) {
       if (bodies[a].is_moving() && bodies[b].is_moving()) join(a, b);
     };
+    for (const ContactConstraint<S>& c : constraints.contacts) connect(c.body_a, c.body_b);
     for (const ConstraintBlock<S>& c : constraints.blocks) connect(c.body_a, c.body_b);
     for (const SoftBlock<S>& s : constraints.soft) connect(s.body_a, s.body_b);
 
@@ -43,6 +44,9 @@ class IslandBuilder {
       return bodies[a].is_moving() ? number_[a] : bodies[b].is_moving() ? number_[b] : none;
     };
     distribute(islands, count, bodies_, [&](std::size_t i) { return number_[i]; });
+    distribute(islands, constraints.contacts.size(), contacts_, [&](std::size_t i) {
+      return island_of(constraints.contacts[i].body_a, constraints.contacts[i].body_b);
+    });
     distribute(islands, constraints.blocks.size(), blocks_, [&](std::size_t i) {
       return island_of(constraints.blocks[i].body_a, constraints.blocks[i].body_b);
     });
@@ -51,7 +55,7 @@ class IslandBuilder {
     });
     islands_.resize(islands);
     for (std::uint32_t i = 0; i < islands; ++i) {
-      islands_[i] = {bodies_.part(i), blocks_.part(i), soft_.part(i)};
+      islands_[i] = {bodies_.part(i), contacts_.part(i), blocks_.part(i), soft_.part(i)};
     }
     return islands_;
   }
@@ -105,7 +109,7 @@ class IslandBuilder {
   }
 
   std::vector<std::uint32_t> parent_, number_, next_;
-  Members bodies_, blocks_, soft_;
+  Members bodies_, contacts_, blocks_, soft_;
   std::vector<Island> islands_;
 };
 

@@ -1,9 +1,8 @@
 /// @file
-/// Sequential impulses: sweeps over an island's blocks, each solved exactly in its turn.
+/// Sequential impulses: sweeps over an island's constraints, each solved exactly in its turn.
 ///
-/// The general solver: cost proportional to the number of constraints, memory none. Stacks of like
-/// masses converge in a few sweeps from the impulses of the last step; islands with joints or
-/// sensors are better off with the direct solver while they are small.
+/// The general solver: cost proportional to the number of constraints, memory none. What rests or
+/// slides converges in one sweep from the impulses of the last step.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -18,59 +17,14 @@ namespace bristle {
 template <Scalar S>
 class SequentialSolver {
  public:
-  /// Finds the velocities at the end of the step, starting from the impulses in the rows and soft
-  /// blocks (warm start).
-  ///
-  /// The motion it leaves in a soft block is the one right after the block's own last turn, where
-  /// its impulse is offset + matrix * motion exactly, however far the sweeps have got: evaluating
-  /// it elsewhere would multiply what is left of the residual by the stiffness.
-  SolveReport<S> solve(const Island& island, Constraints<S>& constraints,
-                       std::span<SolverBody<S>> bodies, const SolveContext<S>& context) {
-    prepare(island, constraints, bodies);
-    for (const std::uint32_t slot : island.bodies) bodies[slot].twist = bodies[slot].free;
-    apply_accumulated(island, constraints, bodies);
-
-    SolveReport<S> report;
-    for (int sweep = 0; sweep < context.settings.max_sweeps; ++sweep) {
-      report.residual = S(0);
-      for (std::size_t k = 0; k < island.soft.size(); ++k) {
-        report.residual =
-            std::max(report.residual, sweep_soft(constraints.soft[island.soft[k]], k, bodies));
-      }
-      // There and back: information crosses a stack in one pair of sweeps instead of one per layer.
-      const std::size_t count = island.blocks.size();
-      for (std::size_t k = 0; k < count; ++k) {
-        const std::size_t i = sweep % 2 == 0 ? k : count - 1 - k;
-        report.residual =
-            std::max(report.residual, sweep_block(constraints, island.blocks[i], i, bodies));
-      }
-      ++report.sweeps;
-      if (report.residual <= context.velocity_tolerance) break;
+  /// Sets up the sweeps over an island and the velocities that the impulses in its constraints give
+  /// (warm start).
+  void start(const Island& island, Constraints<S>& constraints, std::span<SolverBody<S>> bodies) {
+    contact_responses_.resize(std::max(contact_responses_.size(), island.contacts.size()));
+    for (std::size_t k = 0; k < island.contacts.size(); ++k) {
+      const ContactConstraint<S>& c = constraints.contacts[island.contacts[k]];
+      contact_responses_[k] = contact_response(c, bodies[c.body_a], bodies[c.body_b]);
     }
-    return report;
-  }
-
-  /// Finds displacements that close what is left of the position errors after the step, by the same
-  /// sweeps on velocities of their own, so that no kinetic energy comes of it. Uses the responses
-  /// of the `solve` before it.
-  /// @return Sweeps done.
-  int correct_positions(const Island& island, Constraints<S>& constraints,
-                        std::span<SolverBody<S>> bodies, const SolveContext<S>& context) {
-    int sweep = 0;
-    for (; sweep < context.settings.max_position_sweeps; ++sweep) {
-      S residual = S(0);
-      for (std::size_t k = 0; k < island.blocks.size(); ++k) {
-        residual = std::max(residual,
-                            sweep_position(constraints, island.blocks[k], k, bodies, context.dt));
-      }
-      if (residual <= context.velocity_tolerance) break;
-    }
-    return sweep;
-  }
-
- private:
-  void prepare(const Island& island, const Constraints<S>& constraints,
-               std::span<const SolverBody<S>> bodies) {
     responses_.resize(std::max(responses_.size(), island.blocks.size()));
     for (std::size_t k = 0; k < island.blocks.size(); ++k) {
       const ConstraintBlock<S>& block = constraints.blocks[island.blocks[k]];
@@ -81,6 +35,55 @@ class SequentialSolver {
     for (std::size_t k = 0; k < island.soft.size(); ++k) {
       gains_[k] = soft_gain(constraints.soft[island.soft[k]], bodies);
     }
+    apply_impulses(island, constraints, bodies);
+  }
+
+  /// One sweep over all constraints, there or back: information crosses a stack in one pair of
+  /// sweeps instead of one per layer.
+  ///
+  /// The motion it leaves in a soft block is the one right after the block's own last turn, where
+  /// its impulse is offset + matrix * motion exactly, however far the sweeps have got: evaluating
+  /// it elsewhere would multiply what is left of the residual by the stiffness.
+  ///
+  /// @return [m/s] Largest velocity change.
+  S sweep(const Island& island, Constraints<S>& constraints, std::span<SolverBody<S>> bodies,
+          bool backwards) {
+    S largest = S(0);
+    for (std::size_t k = 0; k < island.soft.size(); ++k) {
+      largest = std::max(largest, sweep_soft(constraints.soft[island.soft[k]], k, bodies));
+    }
+    for_each(island.blocks.size(), backwards, [&](std::size_t k) {
+      largest = std::max(largest, sweep_block(constraints, island.blocks[k], k, bodies));
+    });
+    for_each(island.contacts.size(), backwards, [&](std::size_t k) {
+      largest =
+          std::max(largest, sweep_contact(constraints.contacts[island.contacts[k]], k, bodies));
+    });
+    return largest;
+  }
+
+  /// One sweep of the position problem over the displacements in `SolverBody::motion`: contacts
+  /// move their bodies apart by a larger share of their impulse, or together by a smaller one,
+  /// until surfaces that touch do not overlap. Velocities, and so kinetic energy, stay out of it.
+  ///
+  /// @return [m/s] Largest change of a displacement, divided by the step.
+  S sweep_positions(const Island& island, Constraints<S>& constraints,
+                    std::span<SolverBody<S>> bodies, S dt, bool backwards) {
+    S largest = S(0);
+    for_each(island.blocks.size(), backwards, [&](std::size_t k) {
+      largest = std::max(largest, place_block(constraints, island.blocks[k], k, bodies, dt));
+    });
+    for_each(island.contacts.size(), backwards, [&](std::size_t k) {
+      largest = std::max(
+          largest, place_contact(constraints.contacts[island.contacts[k]], k, bodies, dt));
+    });
+    return largest;
+  }
+
+ private:
+  template <typename Visit>
+  static void for_each(std::size_t count, bool backwards, Visit&& visit) {
+    for (std::size_t k = 0; k < count; ++k) visit(backwards ? count - 1 - k : k);
   }
 
   /// (I + A W)^-1: turns the residual p(u) - p of a soft block into the change of its impulse. Via
@@ -109,21 +112,6 @@ class SequentialSolver {
     return gain;
   }
 
-  void apply_accumulated(const Island& island, Constraints<S>& constraints,
-                         std::span<SolverBody<S>> bodies) {
-    for (const std::uint32_t i : island.blocks) {
-      const ConstraintBlock<S>& block = constraints.blocks[i];
-      for (std::uint32_t r = block.first; r < block.first + block.count; ++r) {
-        apply_row(constraints.rows[r], constraints.rows[r].impulse, bodies[block.body_a],
-                  bodies[block.body_b]);
-      }
-    }
-    for (const std::uint32_t s : island.soft) {
-      const SoftBlock<S>& soft = constraints.soft[s];
-      apply_soft(soft, soft.impulse, bodies[soft.body_a], bodies[soft.body_b]);
-    }
-  }
-
   S sweep_soft(SoftBlock<S>& soft, std::size_t k, std::span<SolverBody<S>> bodies) {
     SolverBody<S>& a = bodies[soft.body_a];
     SolverBody<S>& b = bodies[soft.body_b];
@@ -148,14 +136,27 @@ class SequentialSolver {
     solve_block(block, responses_[k], velocity, rows, change);
     S largest = S(0);
     for (std::size_t i = 0; i < block.count; ++i) {
-      apply_row(rows[i], change[i], a, b);
+      apply_row(rows[i], change[i], a, b, velocity_of);
       largest = std::max(largest, abs(change[i]) * responses_[k](i, i, block.count));
     }
     return largest;
   }
 
-  S sweep_position(Constraints<S>& constraints, std::uint32_t index, std::size_t k,
-                   std::span<SolverBody<S>> bodies, S dt) {
+  S sweep_contact(ContactConstraint<S>& c, std::size_t k, std::span<SolverBody<S>> bodies) {
+    using std::abs;
+    using std::max;
+    SolverBody<S>& a = bodies[c.body_a];
+    SolverBody<S>& b = bodies[c.body_b];
+    const ContactResponse<S>& K = contact_responses_[k];
+    const std::array<S, 3> x = solve_contact(c, K, c.velocity(a.twist, b.twist));
+    if (x[0] == S(0) && x[1] == S(0) && x[2] == S(0)) return S(0);
+    apply_at_contact<S>(c, x[0] * c.axes[0] + x[1] * c.axes[1] + x[2] * c.axes[2], a, b,
+                        velocity_of);
+    return max(abs(x[0]) * K.nn, max(abs(x[1]), abs(x[2])) * K.largest);
+  }
+
+  S place_block(Constraints<S>& constraints, std::uint32_t index, std::size_t k,
+                std::span<SolverBody<S>> bodies, S dt) {
     using std::abs;
     const ConstraintBlock<S>& block = constraints.blocks[index];
     ConstraintRow<S>* rows = &constraints.rows[block.first];
@@ -165,26 +166,33 @@ class SequentialSolver {
     S largest = S(0);
     for (std::size_t i = 0; i < count; ++i) {
       const S response = responses_[k](i, i, block.count);
-      const S left = rows[i].error / dt + rows[i].velocity(a.twist, b.twist) +
-                     rows[i].velocity(a.correction, b.correction);
+      const S left = rows[i].error / dt + rows[i].velocity(a.motion, b.motion);
       S wanted = rows[i].correction + detail::scalar_change(left, response);
       if (block.kind != BlockKind::equality) wanted = std::max(S(0), wanted);
       const S change = wanted - rows[i].correction;
       rows[i].correction = wanted;
-      push_correction(rows[i], change, a, b);
+      apply_row(rows[i], change, a, b, motion_of);
       largest = std::max(largest, abs(change) * response);
     }
     return largest;
   }
 
-  static void push_correction(const ConstraintRow<S>& row, S x, SolverBody<S>& a,
-                              SolverBody<S>& b) {
-    a.correction.linear -= x * a.inverse_mass.cwiseProduct(row.direction);
-    a.correction.angular -= a.inverse_inertia * (x * row.angular_a);
-    b.correction.linear += x * b.inverse_mass.cwiseProduct(row.direction);
-    b.correction.angular += b.inverse_inertia * (x * row.angular_b);
+  S place_contact(ContactConstraint<S>& c, std::size_t k, std::span<SolverBody<S>> bodies, S dt) {
+    using std::abs;
+    using std::max;
+    SolverBody<S>& a = bodies[c.body_a];
+    SolverBody<S>& b = bodies[c.body_b];
+    const S response = contact_responses_[k].nn;
+    const S left = c.gap / dt + c.normal_velocity(a.motion, b.motion);
+    const S wanted = max(c.least_placed, c.placed + detail::scalar_change(left, response));
+    const S change = wanted - c.placed;
+    if (change == S(0)) return S(0);
+    c.placed = wanted;
+    apply_at_contact<S>(c, change * c.axes[0], a, b, motion_of);
+    return abs(change) * response;
   }
 
+  std::vector<ContactResponse<S>> contact_responses_;
   std::vector<BlockResponse<S>> responses_;
   std::vector<Mat6<S>> gains_;
 };

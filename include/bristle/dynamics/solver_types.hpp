@@ -4,6 +4,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <bristle/dynamics/contact_constraint.hpp>
 #include <bristle/dynamics/constraint.hpp>
 #include <bristle/dynamics/soft_block.hpp>
 
@@ -13,12 +14,22 @@
 
 namespace bristle {
 
+/// How positions follow from velocities; docs/solver.md compares them.
+enum class Integrator {
+  /// With the mean of the velocities at both ends of the step: second order, exact under constant
+  /// forces. Bodies that sensors push are stepped by symplectic Euler all the same, with which the
+  /// law of the bristles is integrated.
+  trapezoidal,
+  /// With the velocity at the end of the step: first order, as the paper has it.
+  symplectic_euler
+};
+
 /// Settings of the solver. The defaults are made for holding things still.
 template <Scalar S>
 struct SolverDef {
   /// [-] Most sweeps over an island's constraints a step.
   int max_sweeps = 100;
-  /// [-] Most sweeps of the position correction a step.
+  /// [-] Most sweeps of the position problem a step.
   int max_position_sweeps = 30;
   /// [-] Most times an island is solved anew because its sensors changed state (stuck to slipping,
   /// touching to free, normal force).
@@ -27,10 +38,11 @@ struct SolverDef {
   /// gravity in a step is the last one. Tight on purpose: a state that is not at rest to this
   /// precision never becomes the fixed point that makes the next step one sweep.
   S tolerance = std::numeric_limits<S>::digits > 30 ? S(1e-9) : S(1e-5);
-  /// [-] Most moving bodies of an island that is solved by factorisation; larger ones are swept.
-  std::uint32_t max_direct_bodies = 32;
-  /// [-] Most constraint rows of an island that is solved by factorisation.
-  std::uint32_t max_direct_rows = 384;
+  /// [-] Most moving bodies of an island that is solved by factorisation where sweeps converge too
+  /// slowly; larger ones are swept only. 0 for plain sequential impulses.
+  std::uint32_t max_direct_bodies = 64;
+  /// [-] Most Newton steps of one such solve: the bound on the cost of the worst step.
+  int max_newton_steps = 60;
 };
 
 /// A body in the solver.
@@ -42,8 +54,8 @@ struct SolverBody {
   Twist<S> free{};
   /// Velocities at the start of the step.
   Twist<S> start{};
-  /// Displacement of the position correction, divided by the step.
-  Twist<S> correction{};
+  /// Displacement of the step, divided by the step.
+  Twist<S> motion{};
   /// [1/kg, 1/(kg m^2)] World axes; zero along and about axes on which forces do not move it.
   Vec3<S> inverse_mass = Vec3<S>::Zero();
   Mat3<S> inverse_inertia = Mat3<S>::Zero();
@@ -52,27 +64,31 @@ struct SolverBody {
   Mat3<S> inertia = Mat3<S>::Zero();
   /// Whether forces move it along or about any axis.
   bool moves = false;
+  /// Whether sensors push it: it is then stepped by symplectic Euler.
+  bool is_sensed = false;
 
   [[nodiscard]] bool is_moving() const { return moves; }
   /// Whether nothing moves it along (0 to 2) or about (3 to 5) an axis of the world.
   [[nodiscard]] bool is_locked(Eigen::Index axis) const {
     return (axis < 3 ? inverse_mass[axis] : inverse_inertia(axis - 3, axis - 3)) == S(0);
   }
-  /// Adds an impulse about the centre of mass.
-  void push(const Vec3<S>& impulse, const Vec3<S>& angular_impulse) {
-    twist.linear += inverse_mass.cwiseProduct(impulse);
-    twist.angular += inverse_inertia * angular_impulse;
+  /// Adds what an impulse about the centre of mass does to a velocity.
+  void push(Twist<S>& velocity, const Vec3<S>& impulse, const Vec3<S>& angular_impulse) const {
+    velocity.linear += inverse_mass.cwiseProduct(impulse);
+    velocity.angular += inverse_inertia * angular_impulse;
   }
 };
 
 /// Everything that acts between bodies in one step, for all islands.
 template <Scalar S>
 struct Constraints {
+  std::vector<ContactConstraint<S>> contacts;
   std::vector<ConstraintRow<S>> rows;
   std::vector<ConstraintBlock<S>> blocks;
   std::vector<SoftBlock<S>> soft;
 
   void clear() {
+    contacts.clear();
     rows.clear();
     blocks.clear();
     soft.clear();
@@ -83,6 +99,7 @@ struct Constraints {
 /// number.
 struct Island {
   std::span<const std::uint32_t> bodies;
+  std::span<const std::uint32_t> contacts;
   std::span<const std::uint32_t> blocks;
   std::span<const std::uint32_t> soft;
 };
@@ -90,17 +107,13 @@ struct Island {
 /// How a solve went.
 template <Scalar S>
 struct SolveReport {
-  /// [-] Sweeps, and factorisations of an island's matrix.
+  /// [-] Sweeps of the velocity and of the position problem, and factorisations of an island's
+  /// matrix.
   int sweeps = 0;
+  int position_sweeps = 0;
   int factorisations = 0;
-  /// [m/s] Largest velocity change of the last sweep.
+  /// [m/s] What is left to solve: the largest velocity change of the last sweep.
   S residual = S(0);
-
-  void merge(const SolveReport& other) {
-    sweeps += other.sweeps;
-    factorisations += other.factorisations;
-    residual = std::max(residual, other.residual);
-  }
 };
 
 /// What one solve needs to know of the step.
@@ -108,8 +121,14 @@ template <Scalar S>
 struct SolveContext {
   /// [s] Step length.
   S dt = S(0);
+  /// [-] How the island's positions follow from its velocities.
+  Integrator integrator = Integrator::trapezoidal;
   /// [m/s] Velocity changes below this do not count.
   S velocity_tolerance = S(0);
+  /// [m] Position errors below this do not count.
+  S position_tolerance = S(0);
+  /// [m/s] Impacts slower than this do not bounce.
+  S restitution_speed = S(0);
   SolverDef<S> settings{};
 };
 
@@ -130,11 +149,45 @@ void local_response(const ConstraintBlock<S>& block, const ConstraintRow<S>* row
   K.prepare(block.kind, block.count);
 }
 
-/// Applies the impulse x of a row to both bodies.
+/// Response of a contact's velocities to its impulses when only its two bodies move.
 template <Scalar S>
-void apply_row(const ConstraintRow<S>& row, S x, SolverBody<S>& a, SolverBody<S>& b) {
-  a.push(-x * row.direction, -x * row.angular_a);
-  b.push(x * row.direction, x * row.angular_b);
+[[nodiscard]] ContactResponse<S> contact_response(const ContactConstraint<S>& c,
+                                                  const SolverBody<S>& a, const SolverBody<S>& b) {
+  using std::sqrt;
+  const Vec3<S> inverse_mass = a.inverse_mass + b.inverse_mass;
+  // Velocity of the point for a unit impulse along each axis.
+  std::array<Vec3<S>, 3> answer;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const Vec3<S>& d = c.axes[k];
+    answer[k] = inverse_mass.cwiseProduct(d) +
+                (a.inverse_inertia * c.arm_a.cross(d)).cross(c.arm_a) +
+                (b.inverse_inertia * c.arm_b.cross(d)).cross(c.arm_b);
+  }
+  ContactResponse<S> K;
+  K.nn = c.axes[0].dot(answer[0]);
+  K.n1 = c.axes[1].dot(answer[0]);
+  K.n2 = c.axes[2].dot(answer[0]);
+  K.a = c.axes[1].dot(answer[1]);
+  K.b = c.axes[2].dot(answer[1]);
+  K.c = c.axes[2].dot(answer[2]);
+  const S mean = S(0.5) * (K.a + K.c);
+  K.largest = mean + sqrt(S(0.25) * (K.a - K.c) * (K.a - K.c) + K.b * K.b);
+  return K;
+}
+
+/// Applies an impulse on B at a contact, and its reaction on A, to whichever velocities `of` picks.
+template <Scalar S, typename Of>
+void apply_at_contact(const ContactConstraint<S>& c, const Vec3<S>& impulse, SolverBody<S>& a,
+                      SolverBody<S>& b, Of&& of) {
+  a.push(of(a), -impulse, -c.arm_a.cross(impulse));
+  b.push(of(b), impulse, c.arm_b.cross(impulse));
+}
+
+/// Applies the impulse x of a row to both bodies.
+template <Scalar S, typename Of>
+void apply_row(const ConstraintRow<S>& row, S x, SolverBody<S>& a, SolverBody<S>& b, Of&& of) {
+  a.push(of(a), -x * row.direction, -x * row.angular_a);
+  b.push(of(b), x * row.direction, x * row.angular_b);
 }
 
 /// Applies the impulse p of a soft block to both bodies: p on B, -p on A.
@@ -142,8 +195,48 @@ template <Scalar S>
 void apply_soft(const SoftBlock<S>& block, const Vec6<S>& p, SolverBody<S>& a, SolverBody<S>& b) {
   const Vec3<S> force = p.template head<3>();
   const Vec3<S> torque = p.template tail<3>();
-  a.push(-force, -torque - block.arm_a.cross(force));
-  b.push(force, torque + block.arm_b.cross(force));
+  a.push(a.twist, -force, -torque - block.arm_a.cross(force));
+  b.push(b.twist, force, torque + block.arm_b.cross(force));
+}
+
+/// Sets the velocities of an island to free motion plus everything its constraints hold: what
+/// sensors, contacts and joints report is then exactly what moves the bodies, to the round-off of
+/// this sum and not of a matrix.
+template <Scalar S>
+void apply_impulses(const Island& island, const Constraints<S>& constraints,
+                    std::span<SolverBody<S>> bodies);
+
+/// Displacement of a body in a step, divided by it, from its velocities.
+template <Scalar S>
+[[nodiscard]] Twist<S> mean_motion(const SolverBody<S>& body, Integrator integrator) {
+  if (integrator == Integrator::symplectic_euler) return body.twist;
+  return {S(0.5) * (body.start.linear + body.twist.linear),
+          S(0.5) * (body.start.angular + body.twist.angular)};
+}
+
+/// Picks the velocity at the end of the step, or the displacement of it, for the functions above.
+inline constexpr auto velocity_of = [](auto& body) -> auto& { return body.twist; };
+inline constexpr auto motion_of = [](auto& body) -> auto& { return body.motion; };
+
+template <Scalar S>
+void apply_impulses(const Island& island, const Constraints<S>& constraints,
+                    std::span<SolverBody<S>> bodies) {
+  for (const std::uint32_t slot : island.bodies) bodies[slot].twist = bodies[slot].free;
+  for (const std::uint32_t i : island.contacts) {
+    const ContactConstraint<S>& c = constraints.contacts[i];
+    apply_at_contact(c, c.impulse_W(), bodies[c.body_a], bodies[c.body_b], velocity_of);
+  }
+  for (const std::uint32_t i : island.blocks) {
+    const ConstraintBlock<S>& block = constraints.blocks[i];
+    for (std::uint32_t r = block.first; r < block.first + block.count; ++r) {
+      apply_row(constraints.rows[r], constraints.rows[r].impulse, bodies[block.body_a],
+                bodies[block.body_b], velocity_of);
+    }
+  }
+  for (const std::uint32_t s : island.soft) {
+    const SoftBlock<S>& soft = constraints.soft[s];
+    apply_soft(soft, soft.impulse, bodies[soft.body_a], bodies[soft.body_b]);
+  }
 }
 
 }  // namespace bristle

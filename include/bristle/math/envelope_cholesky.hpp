@@ -40,6 +40,15 @@ class EnvelopeMatrix {
   [[nodiscard]] S& at(std::size_t i, std::size_t j) { return values_[start_[i] + j]; }
   [[nodiscard]] S at(std::size_t i, std::size_t j) const { return values_[start_[i] + j]; }
 
+  /// y := A x, before it is factored.
+  void multiply(const S* x, S* y) const {
+    for (std::size_t i = 0; i < size(); ++i) {
+      const S* row_i = row(i);
+      y[i] = dot(row_i + first_[i], x + first_[i], i - first_[i] + 1);
+      for (std::size_t k = first_[i]; k < i; ++k) y[k] += row_i[k] * x[i];
+    }
+  }
+
   /// Replaces the matrix A by its factor L, A = L L^T.
   /// @param floor  [1] As for `factor_cholesky`.
   /// @return False when a pivot is not positive or not finite; the matrix is then spoilt.

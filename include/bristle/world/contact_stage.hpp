@@ -3,7 +3,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <bristle/dynamics/contact_rows.hpp>
+#include <bristle/dynamics/contact_aim.hpp>
 #include <bristle/world/world_state.hpp>
 
 #include <vector>
@@ -30,15 +30,13 @@ class ContactStage {
     state.report.contact_points = state.contacts.points().size();
   }
 
-  /// Adds the rows of all contacts.
-  void add_rows(State& state) const {
+  /// Adds the constraints of all contacts.
+  void add_constraints(State& state) const {
     for (const CachedManifold<S>& m : state.contacts.manifolds()) {
       const Collider<S, Backend>& a = state.colliders.at(m.shapes.a);
       const Collider<S, Backend>& b = state.colliders.at(m.shapes.b);
-      add_contact_rows(m, state.contacts.points(), combined(a.material, b.material), a.body.index,
-                       b.body.index, state.solver_bodies[a.body.index],
-                       state.solver_bodies[b.body.index], state.def.restitution_speed,
-                       state.def.time_step, state.constraints);
+      add_contacts(m, state.contacts.points(), combined(a.material, b.material), a.body.index,
+                   b.body.index, state.constraints);
     }
   }
 
@@ -52,15 +50,12 @@ class ContactStage {
     }
   }
 
-  /// Keeps the impulses that the solver found. Contact blocks come first among all blocks, in the
-  /// order of the points.
+  /// Keeps the impulses that the solver found.
   void store_impulses(State& state) const {
     std::vector<CachedPoint<S>>& points = state.contacts.points();
     for (std::size_t i = 0; i < points.size(); ++i) {
-      const std::uint32_t first = state.constraints.blocks[i].first;
-      for (std::uint32_t k = 0; k < 3; ++k) {
-        points[i].impulse[k] = state.constraints.rows[first + k].impulse;
-      }
+      points[i].impulse = state.constraints.contacts[i].impulse;
+      points[i].took_impact = state.constraints.contacts[i].is_impact;
     }
   }
 

@@ -225,6 +225,7 @@ class SensorStage {
     };
     push(a, pair.arm_a, -sum);
     push(b, pair.arm_b, sum);
+    a.is_sensed = b.is_sensed = true;
   }
 
   void add_soft_block(State& state, SensorPatch<S>& patch, PatchPair<S>& pair, SoftOwner owner) {

@@ -3,10 +3,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <bristle/dynamics/direct_solver.hpp>
+#include <bristle/dynamics/contact_aim.hpp>
 #include <bristle/dynamics/integrator.hpp>
+#include <bristle/dynamics/island_solver.hpp>
 #include <bristle/dynamics/islands.hpp>
-#include <bristle/dynamics/sequential_solver.hpp>
 #include <bristle/sensors/passes.hpp>
 #include <bristle/world/sensor_stage.hpp>
 #include <bristle/world/world_state.hpp>
@@ -50,11 +50,13 @@ class SolveStage {
         ++state.report.frozen_bodies;
       }
       body.twist = body.free;
+      body.motion = mean_motion(body, integrator_of(state, body));
     }
-    state.report.rows = state.constraints.rows.size() + 6 * state.constraints.soft.size();
+    state.report.rows = 3 * state.constraints.contacts.size() + state.constraints.rows.size() +
+                        6 * state.constraints.soft.size();
     if (state.report.rows == 0) return;
     for (const Island& island : islands_.build(state.solver_bodies, state.constraints)) {
-      if (island.blocks.empty() && island.soft.empty()) continue;
+      if (island.contacts.empty() && island.blocks.empty() && island.soft.empty()) continue;
       ++state.report.islands;
       solve_island(state, sensors, island);
     }
@@ -69,7 +71,7 @@ class SolveStage {
       if (body.motion == Motion::fixed) continue;
       const Transform<S> start = body.center_pose;
       if (body.is_dynamic()) body.twist = state.solver_bodies[i].twist;
-      step_pose(body, state.solver_bodies[i].correction, state.def.time_step);
+      step_pose(body, state.solver_bodies[i].motion, state.def.time_step);
       if (is_finite(body.twist) && body.center_pose.translation.allFinite() &&
           body.center_pose.rotation.coeffs().allFinite()) {
         continue;
@@ -85,43 +87,64 @@ class SolveStage {
     return twist.linear.allFinite() && twist.angular.allFinite();
   }
 
+  [[nodiscard]] static Integrator integrator_of(const State& state, const SolverBody<S>& body) {
+    return body.is_sensed || !body.is_moving() ? Integrator::symplectic_euler
+                                               : state.def.integrator;
+  }
+
   [[nodiscard]] SolveContext<S> context_of(const State& state, const Island& island) const {
     using std::abs;
     using std::max;
     SolveContext<S> context;
     context.dt = state.def.time_step;
     context.settings = state.def.solver;
+    context.restitution_speed = state.def.restitution_speed;
+    context.integrator =
+        island.soft.empty() ? state.def.integrator : Integrator::symplectic_euler;
     // What a step changes velocities by: gravity, other forces, and the impulses of the last step.
     S change = state.def.gravity.norm() * context.dt;
     S speed = S(0);
+    S extent = S(0);
     for (const std::uint32_t slot : island.bodies) {
       const SolverBody<S>& body = state.solver_bodies[slot];
       change = max(change, (body.free.linear - body.start.linear).norm());
       speed = max(speed, body.free.linear.norm());
+      extent = max(extent, state.bodies.at(slot).center_pose.translation.cwiseAbs().maxCoeff());
+      if (body.is_sensed) context.integrator = Integrator::symplectic_euler;
+    }
+    const auto add_impulse = [&](std::uint32_t slot_a, std::uint32_t slot_b, S impulse) {
+      const S mobility = max(state.solver_bodies[slot_a].inverse_mass.maxCoeff(),
+                             state.solver_bodies[slot_b].inverse_mass.maxCoeff());
+      change = max(change, mobility * abs(impulse));
+    };
+    for (const std::uint32_t i : island.contacts) {
+      const ContactConstraint<S>& c = state.constraints.contacts[i];
+      add_impulse(c.body_a, c.body_b, c.impulse[0]);
     }
     for (const std::uint32_t i : island.blocks) {
       const ConstraintBlock<S>& block = state.constraints.blocks[i];
-      const S mobility = max(state.solver_bodies[block.body_a].inverse_mass.maxCoeff(),
-                             state.solver_bodies[block.body_b].inverse_mass.maxCoeff());
-      change = max(change, mobility * abs(state.constraints.rows[block.first].impulse));
+      add_impulse(block.body_a, block.body_b, state.constraints.rows[block.first].impulse);
     }
-    // Relative to that, but not below what the arithmetic of the present speed resolves.
+    // Relative to that, but not below what the arithmetic of the present state resolves.
     context.velocity_tolerance =
         max(context.settings.tolerance * change, Tolerance<S>::round_off() * speed);
+    context.position_tolerance =
+        max(context.dt * context.velocity_tolerance, Tolerance<S>::round_off() * extent);
     return context;
   }
 
   void solve_island(State& state, const SensorStage<S, Backend>& sensors, const Island& island) {
     const SolveContext<S> context = context_of(state, island);
+    Constraints<S>& constraints = state.constraints;
+    std::span<SolverBody<S>> bodies = state.solver_bodies;
+    for (const std::uint32_t i : island.contacts) {
+      ContactConstraint<S>& c = constraints.contacts[i];
+      aim_contact(c, bodies[c.body_a], bodies[c.body_b], context);
+    }
     SolveReport<S> report;
-    bool is_direct = DirectSolver<S>::applies_to(island, state.constraints, context.settings);
     const auto solve_once = [&] {
       for (const std::uint32_t soft : island.soft) sensors.fill(state, soft);
-      is_direct = is_direct &&
-                  direct_.solve(island, state.constraints, state.solver_bodies, context, report);
-      if (!is_direct) {
-        report.merge(sequential_.solve(island, state.constraints, state.solver_bodies, context));
-      }
+      solver_.solve(island, constraints, bodies, context, report);
       for (const std::uint32_t soft : island.soft) sensors.evaluate(state, soft);
     };
     const auto relinearise = [&](int pass, bool is_last_pass) {
@@ -132,48 +155,23 @@ class SolveStage {
       return has_changed;
     };
     solve_in_passes(context.settings.max_passes, solve_once, relinearise);
-    rebuild_velocities(state, island);
+    apply_impulses(island, constraints, bodies);
     for (const std::uint32_t slot : island.bodies) {
-      if (is_finite(state.solver_bodies[slot].twist)) continue;
+      if (is_finite(bodies[slot].twist)) continue;
       discard(state, sensors, island);
       return;
     }
-    if (needs_correction(state, island, context)) {
-      const int sweeps = is_direct ? direct_.correct_positions(island, state.constraints,
-                                                               state.solver_bodies, context)
-                                   : sequential_.correct_positions(island, state.constraints,
-                                                                   state.solver_bodies, context);
-      state.report.position_sweeps += static_cast<std::uint64_t>(sweeps);
-    }
-    state.report.direct_islands += is_direct ? 1 : 0;
+    solver_.place(island, constraints, bodies, context, report);
+    state.report.position_sweeps += static_cast<std::uint64_t>(report.position_sweeps);
+    state.report.direct_islands += report.factorisations > 0 ? 1 : 0;
     state.report.sweeps += static_cast<std::uint64_t>(report.sweeps);
     state.report.factorisations += static_cast<std::uint64_t>(report.factorisations);
     state.report.residual = std::max(state.report.residual, report.residual);
   }
 
-  /// Velocities as free motion plus all impulses: what sensors, contacts and joints report is then
-  /// exactly what moved the bodies, to the round-off of this sum and not of a matrix.
-  void rebuild_velocities(State& state, const Island& island) const {
-    for (const std::uint32_t slot : island.bodies) {
-      state.solver_bodies[slot].twist = state.solver_bodies[slot].free;
-    }
-    for (const std::uint32_t i : island.blocks) {
-      const ConstraintBlock<S>& block = state.constraints.blocks[i];
-      for (std::uint32_t r = block.first; r < block.first + block.count; ++r) {
-        const ConstraintRow<S>& row = state.constraints.rows[r];
-        apply_row(row, row.impulse, state.solver_bodies[block.body_a],
-                  state.solver_bodies[block.body_b]);
-      }
-    }
-    for (const std::uint32_t s : island.soft) {
-      const SoftBlock<S>& soft = state.constraints.soft[s];
-      apply_soft(soft, soft.impulse, state.solver_bodies[soft.body_a],
-                 state.solver_bodies[soft.body_b]);
-    }
-  }
-
   /// Leaves an island to free motion when its solution is not finite, and remembers nothing of it.
   void discard(State& state, const SensorStage<S, Backend>& sensors, const Island& island) const {
+    for (const std::uint32_t i : island.contacts) state.constraints.contacts[i].impulse = {};
     for (const std::uint32_t i : island.blocks) {
       const ConstraintBlock<S>& block = state.constraints.blocks[i];
       for (std::uint32_t r = block.first; r < block.first + block.count; ++r) {
@@ -181,32 +179,16 @@ class SolveStage {
       }
     }
     for (const std::uint32_t soft : island.soft) sensors.discard(state, soft);
-    rebuild_velocities(state, island);
+    apply_impulses<S>(island, state.constraints, state.solver_bodies);
+    for (const std::uint32_t slot : island.bodies) {
+      SolverBody<S>& body = state.solver_bodies[slot];
+      body.motion = mean_motion(body, integrator_of(state, body));
+    }
     ++state.report.discarded_islands;
   }
 
-  [[nodiscard]] bool needs_correction(const State& state, const Island& island,
-                                      const SolveContext<S>& context) const {
-    using std::abs;
-    const S tolerance = context.dt * context.velocity_tolerance;
-    for (const std::uint32_t i : island.blocks) {
-      const ConstraintBlock<S>& block = state.constraints.blocks[i];
-      const Twist<S>& a = state.solver_bodies[block.body_a].twist;
-      const Twist<S>& b = state.solver_bodies[block.body_b].twist;
-      for (std::uint32_t r = block.first; r < block.first + corrected_rows(block); ++r) {
-        const ConstraintRow<S>& row = state.constraints.rows[r];
-        const S left = row.error + context.dt * row.velocity(a, b);
-        if (left < -tolerance || (block.kind == BlockKind::equality && left > tolerance)) {
-          return true;
-        }
-      }
-    }
-    return false;
-  }
-
   IslandBuilder<S> islands_;
-  DirectSolver<S> direct_;
-  SequentialSolver<S> sequential_;
+  IslandSolver<S> solver_;
 };
 
 }  // namespace bristle

@@ -390,7 +390,7 @@ void World<S, Backend>::step() {
   sensor_stage_.sense(state_);
   sensor_stage_.apply(state_);
 
-  contact_stage_.add_rows(state_);
+  contact_stage_.add_constraints(state_);
   for (std::uint32_t i = 0; i < state_.joints.slot_count(); ++i) {
     if (!state_.joints.is_live(i)) continue;
     Joint<S>& joint = state_.joints.at(i);

@@ -33,6 +33,8 @@ struct WorldDef {
   S time_step = S(1) / S(240);
   /// [m/s] Impacts slower than this do not bounce, >= 0.
   S restitution_speed = S(0.01);
+  /// [-] How positions follow from velocities.
+  Integrator integrator = Integrator::trapezoidal;
   /// [-] The solver.
   SolverDef<S> solver{};
   /// [-] Runs independent tasks, on threads of the host if it likes; the results are the same.

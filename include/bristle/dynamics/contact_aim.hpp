@@ -1,0 +1,117 @@
+/// @file
+/// From points of contact to constraints, and what a contact aims at within one step.
+///
+/// A contact is judged by the gap that motion without it would leave at the end of the step. Where
+/// that is not negative the surfaces may approach by what there is and no more (a speculative
+/// contact); where it is, they must not approach any more at the end. Bounces are placed at the
+/// time of impact within the step. docs/solver.md derives all of it.
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <bristle/collision/contact_cache.hpp>
+#include <bristle/dynamics/material.hpp>
+#include <bristle/dynamics/solver_types.hpp>
+#include <bristle/math/rotation.hpp>
+
+namespace bristle {
+
+/// Adds one constraint for every point of a manifold, warm with the impulses it has.
+template <Scalar S>
+void add_contacts(const CachedManifold<S>& manifold, const std::vector<CachedPoint<S>>& points,
+                  const Material<S>& material, std::uint32_t slot_a, std::uint32_t slot_b,
+                  Constraints<S>& out) {
+  ContactConstraint<S> c;
+  c.body_a = slot_a;
+  c.body_b = slot_b;
+  c.axes[0] = manifold.normal;
+  tangent_basis<S>(manifold.normal, c.axes[1], c.axes[2]);
+  c.friction = material.friction;
+  c.restitution = material.restitution;
+  for (std::uint32_t i = manifold.first; i < manifold.first + manifold.count; ++i) {
+    const CachedPoint<S>& point = points[i];
+    c.arm_a = point.arm_a;
+    c.arm_b = point.arm_b;
+    c.gap = point.gap;
+    c.impulse = point.impulse;
+    c.is_fresh = point.is_fresh;
+    out.contacts.push_back(c);
+  }
+}
+
+/// Sets what a contact wants of the velocities at the end of the step.
+template <Scalar S>
+void aim_contact(ContactConstraint<S>& c, const SolverBody<S>& a, const SolverBody<S>& b,
+                 const SolveContext<S>& context);
+
+/// Share of the impulse that a contact will have taken when the step ends, by default and for
+/// bounces; to be called when impulses are known.
+template <Scalar S>
+void place_contact(ContactConstraint<S>& c, Integrator integrator) {
+  const S usual = integrator == Integrator::trapezoidal ? S(0.5) : S(1);
+  if (c.bounce_share >= S(0)) {
+    c.placed = c.least_placed = c.bounce_share * c.impulse[0];
+  } else {
+    c.placed = usual * c.impulse[0];
+    c.least_placed = integrator == Integrator::trapezoidal ? S(0) : c.placed;
+  }
+}
+
+// Implementation -----------------------------------------------------------------------------------
+
+namespace detail {
+
+/// [1] When, as a share of the step, a gap closes that opens at the speed v0 and accelerates by a:
+/// the first root of gap + v0 t + a t^2 / 2 in units of the step (v0 and a given in metres a step).
+template <Scalar S>
+[[nodiscard]] S closing_time(S gap, S v0, S a) {
+  using std::max;
+  using std::min;
+  using std::sqrt;
+  if (gap <= S(0)) return S(0);
+  // In the form that loses no digits where a is small; v0 < 0.
+  const S root = sqrt(max(S(0), v0 * v0 - S(2) * a * gap));
+  return min(S(1), S(2) * gap / (root - v0));
+}
+
+}  // namespace detail
+
+template <Scalar S>
+void aim_contact(ContactConstraint<S>& c, const SolverBody<S>& a, const SolverBody<S>& b,
+                 const SolveContext<S>& context) {
+  using std::abs;
+  using std::max;
+  using std::min;
+  const S dt = context.dt;
+  const bool is_trapezoidal = context.integrator == Integrator::trapezoidal;
+  const S start = c.normal_velocity(a.start, b.start);
+  const S free = c.normal_velocity(a.free, b.free);
+  const S change = free - start;  // What forces do to the normal velocity within the step.
+  const bool closes = c.gap + dt * (is_trapezoidal ? S(0.5) * (start + free) : free) < S(0);
+  const bool bounces = c.restitution > S(0) && closes && start < -context.restitution_speed;
+  c.bounce_share = S(-1);
+  c.is_impact = closes && start < S(0) && -start > abs(change);
+  // An impact says nothing about the load that follows, nor the load about the impact.
+  if (c.is_impact) c.impulse = {};
+
+  if (!is_trapezoidal) {
+    c.target = c.gap > S(0) ? -c.gap / dt : S(0);
+    if (bounces) c.target = max(c.target, -c.restitution * start);
+    return;
+  }
+  if (bounces) {
+    const S time = detail::closing_time(c.gap, dt * start, dt * change);
+    const S after = -c.restitution * (start + time * change);
+    const S rest = (S(1) - time) * change;
+    // A bounce too low to leave the surface within this step is none.
+    if (S(2) * after > -rest) {
+      c.target = after + rest;
+      c.bounce_share = S(1) - time;
+      return;
+    }
+  }
+  // Free flight that does not touch must not feel the contact; others may still push the bodies
+  // together, by the gap at most.
+  c.target = closes || c.gap <= context.position_tolerance ? S(0) : min(free, -c.gap / dt);
+}
+
+}  // namespace bristle

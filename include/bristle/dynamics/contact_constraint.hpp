@@ -1,0 +1,135 @@
+/// @file
+/// One point of contact as the solvers see it, and the exact solution of it alone.
+///
+/// Velocities and positions are two complementarity problems with one matrix (docs/solver.md): the
+/// impulse `impulse` keeps the surfaces from approaching at the end of the step, and the share
+/// `placed` of it that acts early enough to move the bodies within the step keeps them from
+/// overlapping. For a contact at rest the second is half of the first.
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <bristle/math/spatial.hpp>
+#include <bristle/math/types.hpp>
+
+#include <array>
+#include <cmath>
+#include <cstdint>
+
+namespace bristle {
+
+/// [1] Share of a row's response below which nothing is left of it but round-off, once other rows
+/// hold: a thousand roundings, for what elimination adds up.
+template <Scalar S>
+inline constexpr S no_mobility = S(1000) * Tolerance<S>::round_off();
+
+/// A point of contact between bodies A and B: impulses on B along the normal (from A to B) and two
+/// tangents.
+template <Scalar S>
+struct ContactConstraint {
+  /// [-] Slots of the two bodies.
+  std::uint32_t body_a = 0;
+  std::uint32_t body_b = 0;
+  /// [m] From each centre of mass to the point, world axes.
+  Vec3<S> arm_a = Vec3<S>::Zero();
+  Vec3<S> arm_b = Vec3<S>::Zero();
+  /// [1] Normal and two tangents, world axes.
+  std::array<Vec3<S>, 3> axes{Vec3<S>::Zero(), Vec3<S>::Zero(), Vec3<S>::Zero()};
+  /// [1] Coulomb friction coefficient and coefficient of restitution.
+  S friction = S(0);
+  S restitution = S(0);
+  /// [m] Distance of the surfaces at the start of the step.
+  S gap = S(0);
+  /// [m/s] Least normal velocity at the end of the step.
+  S target = S(0);
+  /// [N s] Impulse along the axes.
+  std::array<S, 3> impulse{};
+  /// [N s] What of the normal impulse moves the bodies within the step, and the least it may be.
+  S placed = S(0);
+  S least_placed = S(0);
+  /// [1] Share of the step that is left after a bounce, which is the share of its impulse that
+  /// moves the bodies; negative where nothing bounces.
+  S bounce_share = S(-1);
+  /// Whether the impulse of the last step says nothing about this one: a new contact, or one that
+  /// took an impact.
+  bool is_fresh = true;
+  /// Whether it stops an approach in this step rather than carrying a load.
+  bool is_impact = false;
+
+  /// [m/s] Velocity of B's material relative to A's at the point.
+  [[nodiscard]] Vec3<S> velocity(const Twist<S>& a, const Twist<S>& b) const {
+    return b.at(arm_b) - a.at(arm_a);
+  }
+  /// [m/s] Its normal part.
+  [[nodiscard]] S normal_velocity(const Twist<S>& a, const Twist<S>& b) const {
+    return axes[0].dot(velocity(a, b));
+  }
+  /// [N s] The impulse as a vector of the world.
+  [[nodiscard]] Vec3<S> impulse_W() const {
+    return impulse[0] * axes[0] + impulse[1] * axes[1] + impulse[2] * axes[2];
+  }
+  /// [1] Share of the impulse that moves the bodies within the step.
+  [[nodiscard]] S share() const { return impulse[0] > S(0) ? placed / impulse[0] : S(0); }
+};
+
+/// Response of a contact's velocities along its axes to its impulses, when only its own bodies
+/// move: a symmetric 3x3 matrix.
+template <Scalar S>
+struct ContactResponse {
+  S nn = S(0), n1 = S(0), n2 = S(0), a = S(0), b = S(0), c = S(0);
+  /// Largest eigenvalue of the tangential part [[a, b], [b, c]].
+  S largest = S(0);
+};
+
+namespace detail {
+
+/// Impulse change that brings one velocity to its target, 0 where nothing can move.
+template <Scalar S>
+[[nodiscard]] S scalar_change(S residual, S response) {
+  return response > S(0) ? -residual / response : S(0);
+}
+
+/// Friction of a contact: the exact 2x2 solution if it lies in the disk of `radius`; else one
+/// projected-gradient step of length 1 / lambda_max, whose fixed point is the point of the disk's
+/// edge that opposes the slip (Coulomb's direction, also where the 2x2 matrix is not isotropic).
+template <Scalar S>
+void solve_friction(const ContactResponse<S>& K, S v1, S v2, S radius, S& t1, S& t2) {
+  using std::sqrt;
+  const S determinant = K.a * K.c - K.b * K.b;
+  if (determinant > no_mobility<S> * K.a * K.c) {
+    const S x = t1 - (K.c * v1 - K.b * v2) / determinant;
+    const S y = t2 - (K.a * v2 - K.b * v1) / determinant;
+    if (x * x + y * y <= radius * radius) {
+      t1 = x;
+      t2 = y;
+      return;
+    }
+  }
+  if (!(K.largest > S(0))) return;
+  t1 -= v1 / K.largest;
+  t2 -= v2 / K.largest;
+  const S size2 = t1 * t1 + t2 * t2;
+  if (size2 > radius * radius) {
+    const S shrink = radius / sqrt(size2);
+    t1 *= shrink;
+    t2 *= shrink;
+  }
+}
+
+}  // namespace detail
+
+/// Solves one contact with everything else held still.
+/// @param v  [m/s] Velocity at the point as it is now.
+/// @return [N s] Change of the impulse, along the axes.
+template <Scalar S>
+std::array<S, 3> solve_contact(ContactConstraint<S>& c, const ContactResponse<S>& K,
+                               const Vec3<S>& v) {
+  const std::array<S, 3> before = c.impulse;
+  const S wanted = before[0] + detail::scalar_change(c.axes[0].dot(v) - c.target, K.nn);
+  c.impulse[0] = wanted > S(0) ? wanted : S(0);
+  const S change = c.impulse[0] - before[0];
+  detail::solve_friction(K, c.axes[1].dot(v) + K.n1 * change, c.axes[2].dot(v) + K.n2 * change,
+                         c.friction * c.impulse[0], c.impulse[1], c.impulse[2]);
+  return {change, c.impulse[1] - before[1], c.impulse[2] - before[2]};
+}
+
+}  // namespace bristle

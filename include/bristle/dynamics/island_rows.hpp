@@ -1,0 +1,450 @@
+/// @file
+/// The constraints of one island as rows over its unknown velocities, for `ProximalSolver`.
+///
+/// A row has a Jacobian J over the two bodies, a multiplier, and a rule for what the multiplier may
+/// be. Bodies that forces do not move, and axes on which they do not, have no unknowns: their known
+/// velocity goes into the rows' targets.
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <bristle/dynamics/island_order.hpp>
+#include <bristle/dynamics/solver_types.hpp>
+#include <bristle/math/envelope_cholesky.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace bristle {
+
+/// Rows of one island after the other. Keeps its memory.
+/// @tparam Real  Scalar of the arithmetic.
+template <Scalar S, typename Real>
+class IslandRows {
+ public:
+  static constexpr std::uint32_t none = IslandOrder::none;
+
+  /// Starts an island: numbers its unknowns.
+  void number(const Island& island, const Constraints<S>& constraints,
+              std::span<const SolverBody<S>> bodies) {
+    order_.build(island, constraints, bodies.size());
+    const std::size_t count = island.bodies.size();
+    unknowns_ = 6 * count;
+    unknown_.resize(std::max(unknown_.size(), bodies.size()), none);
+    envelope_.resize(unknowns_);
+    for (const std::uint32_t slot : island.bodies) {
+      const std::uint32_t n = order_.number(slot);
+      unknown_[slot] = 6 * n;
+      for (std::size_t i = 0; i < 6; ++i) envelope_[6 * n + i] = 6 * order_.lowest(n);
+    }
+    for (const std::uint32_t slot : last_) {
+      if (order_.number(slot) == none) unknown_[slot] = none;
+    }
+    last_.assign(island.bodies.begin(), island.bodies.end());
+    order_.clear(island);
+    rows_.clear();
+    can_switch_ = false;
+  }
+
+  /// One row for each velocity that a constraint acts on.
+  void add_velocity_rows(const Island& island, const Constraints<S>& constraints,
+                         std::span<const SolverBody<S>> bodies) {
+    const auto velocity = [](const SolverBody<S>& b) -> const Twist<S>& { return b.free; };
+    for (const std::uint32_t i : island.contacts) {
+      const ContactConstraint<S>& c = constraints.contacts[i];
+      for (std::size_t k = 0; k < 3; ++k) {
+        Row& row = add(c, k, bodies, velocity);
+        row.lambda = Real(c.impulse[k]);
+        row.friction = Real(c.friction);
+        row.kind = k == 0 ? Kind::normal : k == 1 ? Kind::tangents : Kind::second_tangent;
+        if (k == 0) {
+          row.target += Real(c.target);
+          row.upper = infinity<Real>;
+        }
+      }
+      // One response for both tangents, so that a disk stays one.
+      Row* last = &rows_.back();
+      last[0].response = last[-1].response = std::max(last[0].response, last[-1].response);
+    }
+    for (const std::uint32_t i : island.blocks) {
+      const ConstraintBlock<S>& block = constraints.blocks[i];
+      for (std::uint32_t r = block.first; r < block.first + block.count; ++r) {
+        Row& row = add(block, constraints.rows[r], bodies, velocity);
+        row.lambda = Real(constraints.rows[r].impulse);
+        row.target += Real(constraints.rows[r].target);
+        if (block.kind != BlockKind::equality) {
+          row.kind = Kind::bounded;
+          row.lower = Real(block.lower);
+          row.upper = Real(block.upper);
+        }
+      }
+    }
+    find_switches();
+  }
+
+  /// One row for each position that a constraint keeps.
+  void add_position_rows(const Island& island, const Constraints<S>& constraints,
+                         std::span<const SolverBody<S>> bodies, S dt) {
+    const auto motion = [](const SolverBody<S>& b) -> const Twist<S>& { return b.motion; };
+    for (const std::uint32_t i : island.contacts) {
+      const ContactConstraint<S>& c = constraints.contacts[i];
+      Row& row = add(c, 0, bodies, motion);
+      row.target -= Real(c.gap / dt);
+      row.lambda = Real(c.placed);
+      row.lower = Real(c.least_placed);
+      row.upper = infinity<Real>;
+      row.kind = Kind::bounded;
+    }
+    for (const std::uint32_t i : island.blocks) {
+      const ConstraintBlock<S>& block = constraints.blocks[i];
+      for (std::uint32_t r = block.first; r < block.first + corrected_rows(block); ++r) {
+        Row& row = add(block, constraints.rows[r], bodies, motion);
+        row.target -= Real(constraints.rows[r].error / dt);
+        row.lambda = Real(constraints.rows[r].correction);
+        if (block.kind == BlockKind::equality) continue;
+        row.kind = Kind::bounded;
+        row.lower = Real(0);
+        row.upper = infinity<Real>;
+      }
+    }
+    find_switches();
+  }
+
+  [[nodiscard]] std::size_t unknowns() const { return unknowns_; }
+  /// First of a body's six unknowns, or `none`.
+  [[nodiscard]] std::uint32_t unknown(std::uint32_t slot) const { return unknown_[slot]; }
+  [[nodiscard]] std::span<const std::uint32_t> envelope() const { return envelope_; }
+  /// Whether any row may change its state: without one the problem is linear.
+  [[nodiscard]] bool can_switch() const { return can_switch_; }
+
+  /// Writes a body's velocity to the unknowns.
+  void put(std::uint32_t slot, const Twist<S>& twist, std::vector<Real>& v) const {
+    for (std::size_t i = 0; i < 3; ++i) {
+      v[unknown_[slot] + i] = Real(twist.linear[static_cast<Eigen::Index>(i)]);
+      v[unknown_[slot] + 3 + i] = Real(twist.angular[static_cast<Eigen::Index>(i)]);
+    }
+  }
+  /// Velocity of a body: of its unknowns, or what is known of it.
+  [[nodiscard]] Twist<S> twist(std::uint32_t slot, const std::vector<Real>& v,
+                               std::span<const SolverBody<S>> bodies) const {
+    if (unknown_[slot] == none) return bodies[slot].free;
+    const Real* u = v.data() + unknown_[slot];
+    return {{S(u[0]), S(u[1]), S(u[2])}, {S(u[3]), S(u[4]), S(u[5])}};
+  }
+
+  /// Velocities of all rows, relative to their targets, for velocities of the bodies.
+  void evaluate(const std::vector<Real>& v) {
+    for (Row& row : rows_) row.velocity = row.times(v) - row.target;
+  }
+  /// How they change along a step of the bodies' velocities.
+  void evaluate_step(const std::vector<Real>& step) {
+    for (Row& row : rows_) row.change = row.times(step);
+  }
+  /// Moves them by a part of that step.
+  void move(Real s) {
+    for (Row& row : rows_) {
+      row.velocity += s * row.change;
+      row.change = Real(0);
+    }
+  }
+
+  /// Sets the friction disks by the present normal impulses.
+  void set_radii() {
+    for (std::size_t i = 0; i < rows_.size(); ++i) {
+      if (rows_[i].kind == Kind::tangents) {
+        rows_[i].upper = rows_[i].friction * std::max(Real(0), rows_[i - 1].lambda);
+      }
+    }
+  }
+
+  /// g -= J^T lambda+.
+  void subtract_impulses(Real eps, std::vector<Real>& g) const {
+    for_each_impulse(eps, Real(0), [&](const Row& row, Real x) {
+      if (x != Real(0)) row.add_to(g, -x);
+    });
+  }
+  /// lambda+ . J step, a part s of the way along the step: what constraints add to the derivative
+  /// on the line.
+  [[nodiscard]] Real work(Real eps, Real s) const {
+    Real sum = Real(0);
+    for_each_impulse(eps, s, [&](const Row& row, Real x) { sum += x * row.change; });
+    return sum;
+  }
+  /// Adds J^T D J, D the derivative of -lambda+ by J v, and remembers on which side of their bounds
+  /// the rows are.
+  void add_hessian(Real eps, EnvelopeMatrix<Real>& h);
+  /// Whether lambda+ is still the linear function of J v that `add_hessian` took the slope of.
+  [[nodiscard]] bool is_linear(Real eps) const {
+    for (std::size_t i = 0; i < rows_.size(); ++i) {
+      const Row& row = rows_[i];
+      if (!(row.response > Real(0)) || row.kind == Kind::second_tangent) continue;
+      if (row.side == Side::sliding || side_of(i, eps) != row.side) return false;
+    }
+    return true;
+  }
+  /// lambda := lambda+.
+  void accept(Real eps) {
+    for_each_impulse(eps, Real(0), [](const Row& row, Real x) { row.next = x; });
+    for (Row& row : rows_) row.lambda = row.next;
+  }
+  /// Largest distance of a row from its rule, as the velocity that its own response makes of it.
+  [[nodiscard]] Real residual() const {
+    Real largest = Real(0);
+    for (std::size_t i = 0; i < rows_.size(); ++i) {
+      const Row& row = rows_[i];
+      const Real K = row.response;
+      if (!(K > Real(0)) || row.kind == Kind::second_tangent) continue;
+      if (row.kind != Kind::tangents) {
+        const Real x = row.clamped(row.lambda - row.velocity / K);
+        largest = std::max(largest, K * std::abs(row.lambda - x));
+        continue;
+      }
+      const Row& second = rows_[i + 1];
+      Real x = row.lambda - row.velocity / K;
+      Real y = second.lambda - second.velocity / K;
+      shrink(row.friction * std::max(Real(0), rows_[i - 1].lambda), x, y);
+      largest = std::max(largest, K * std::hypot(row.lambda - x, second.lambda - y));
+    }
+    return largest;
+  }
+
+  /// r := Mt v - J^T lambda.
+  void remove_impulses(const std::vector<Real>& v, std::vector<Real>& r,
+                       const EnvelopeMatrix<Real>& matrix) const {
+    matrix.multiply(v.data(), r.data());
+    for (const Row& row : rows_) row.add_to(r, -row.lambda);
+  }
+
+  /// Writes the multipliers back to where the velocity rows came from, friction within its disk.
+  void store_impulses(const Island& island, Constraints<S>& constraints) const {
+    std::size_t r = 0;
+    for (const std::uint32_t i : island.contacts) {
+      ContactConstraint<S>& c = constraints.contacts[i];
+      Real x = rows_[r + 1].lambda;
+      Real y = rows_[r + 2].lambda;
+      shrink(rows_[r + 1].friction * rows_[r].lambda, x, y);
+      c.impulse = {S(rows_[r].lambda), S(x), S(y)};
+      r += 3;
+    }
+    for (const std::uint32_t i : island.blocks) {
+      const ConstraintBlock<S>& block = constraints.blocks[i];
+      for (std::uint32_t k = 0; k < block.count; ++k) {
+        constraints.rows[block.first + k].impulse = S(rows_[r++].lambda);
+      }
+    }
+  }
+  /// The same for the position rows.
+  void store_placed(const Island& island, Constraints<S>& constraints) const {
+    std::size_t r = 0;
+    for (const std::uint32_t i : island.contacts) {
+      constraints.contacts[i].placed = S(rows_[r++].lambda);
+    }
+    for (const std::uint32_t i : island.blocks) {
+      const ConstraintBlock<S>& block = constraints.blocks[i];
+      for (std::uint32_t k = 0; k < corrected_rows(block); ++k) {
+        constraints.rows[block.first + k].correction = S(rows_[r++].lambda);
+      }
+    }
+  }
+
+ private:
+  enum class Kind : std::uint8_t { free, bounded, normal, tangents, second_tangent };
+  /// Which part of its rule a row is on.
+  enum class Side : std::uint8_t { inside, at_bound, sliding };
+
+  struct Row {
+    std::uint32_t a = none;  // First unknown of each body.
+    std::uint32_t b = none;
+    Kind kind = Kind::free;
+    Side side = Side::inside;
+    std::array<Real, 6> jacobian_a{};
+    std::array<Real, 6> jacobian_b{};
+    Real target = Real(0);
+    Real response = Real(0);  // K: velocity per own impulse.
+    Real lower = Real(0);
+    Real upper = Real(0);  // Radius of the disk for tangents.
+    Real friction = Real(0);
+    Real lambda = Real(0);
+    Real velocity = Real(0);
+    Real change = Real(0);
+    mutable Real next = Real(0);
+
+    [[nodiscard]] Real times(const std::vector<Real>& v) const {
+      Real sum = Real(0);
+      if (a != none) {
+        for (std::size_t i = 0; i < 6; ++i) sum += jacobian_a[i] * v[a + i];
+      }
+      if (b != none) {
+        for (std::size_t i = 0; i < 6; ++i) sum += jacobian_b[i] * v[b + i];
+      }
+      return sum;
+    }
+    void add_to(std::vector<Real>& g, Real x) const {
+      if (a != none) {
+        for (std::size_t i = 0; i < 6; ++i) g[a + i] += x * jacobian_a[i];
+      }
+      if (b != none) {
+        for (std::size_t i = 0; i < 6; ++i) g[b + i] += x * jacobian_b[i];
+      }
+    }
+    [[nodiscard]] Real clamped(Real x) const {
+      return kind == Kind::free ? x : std::min(std::max(x, lower), upper);
+    }
+  };
+
+  /// Moves a point into a disk, radially.
+  static void shrink(Real radius, Real& x, Real& y) {
+    const Real length = std::hypot(x, y);
+    if (length <= radius) return;
+    x *= radius / length;
+    y *= radius / length;
+  }
+
+  [[nodiscard]] Side side_of(std::size_t i, Real eps) const {
+    const Row& row = rows_[i];
+    const Real x = row.lambda - row.velocity / (eps * row.response);
+    if (row.kind == Kind::free) return Side::inside;
+    if (row.kind != Kind::tangents) {
+      return x > row.lower && x < row.upper ? Side::inside : Side::at_bound;
+    }
+    const Row& second = rows_[i + 1];
+    const Real y = second.lambda - second.velocity / (eps * second.response);
+    if (std::hypot(x, y) <= row.upper) return Side::inside;
+    return row.upper > Real(0) ? Side::sliding : Side::at_bound;
+  }
+
+  /// Calls use(row, lambda+) for all rows, a part s of the way along the step.
+  template <typename Use>
+  void for_each_impulse(Real eps, Real s, Use&& use) const {
+    const auto proposed = [&](const Row& row) {
+      return row.response > Real(0)
+                 ? row.lambda - (row.velocity + s * row.change) / (eps * row.response)
+                 : Real(0);
+    };
+    for (std::size_t i = 0; i < rows_.size(); ++i) {
+      const Row& row = rows_[i];
+      if (row.kind != Kind::tangents) {
+        use(row, row.clamped(proposed(row)));
+        continue;
+      }
+      const Row& second = rows_[++i];
+      Real x = proposed(row);
+      Real y = proposed(second);
+      shrink(row.upper, x, y);
+      use(row, x);
+      use(second, y);
+    }
+  }
+
+  template <typename Velocity>
+  Row& add(const ContactConstraint<S>& c, std::size_t axis, std::span<const SolverBody<S>> bodies,
+           Velocity&& velocity) {
+    const Vec3<S>& d = c.axes[axis];
+    return add(c.body_a, c.body_b, d, c.arm_a.cross(d), c.arm_b.cross(d), bodies, velocity);
+  }
+  template <typename Velocity>
+  Row& add(const ConstraintBlock<S>& block, const ConstraintRow<S>& row,
+           std::span<const SolverBody<S>> bodies, Velocity&& velocity) {
+    return add(block.body_a, block.body_b, row.direction, row.angular_a, row.angular_b, bodies,
+               velocity);
+  }
+  /// Adds a row without a rule, its target at rest relative to what does not move.
+  template <typename Velocity>
+  Row& add(std::uint32_t slot_a, std::uint32_t slot_b, const Vec3<S>& d, const Vec3<S>& angular_a,
+           const Vec3<S>& angular_b, std::span<const SolverBody<S>> bodies, Velocity&& velocity) {
+    Row row;
+    row.a = fill(bodies[slot_a], slot_a, -d, -angular_a, velocity, row.jacobian_a, row);
+    row.b = fill(bodies[slot_b], slot_b, d, angular_b, velocity, row.jacobian_b, row);
+    rows_.push_back(row);
+    return rows_.back();
+  }
+  template <typename Velocity>
+  std::uint32_t fill(const SolverBody<S>& body, std::uint32_t slot, const Vec3<S>& linear,
+                     const Vec3<S>& angular, Velocity&& velocity, std::array<Real, 6>& jacobian,
+                     Row& row) const {
+    if (unknown_[slot] == none) {
+      const Twist<S>& known = velocity(body);
+      row.target -= Real(linear.dot(known.linear) + angular.dot(known.angular));
+      return none;
+    }
+    for (std::size_t i = 0; i < 3; ++i) {
+      const auto axis = static_cast<Eigen::Index>(i);
+      jacobian[i] = body.is_locked(axis) ? Real(0) : Real(linear[axis]);
+      jacobian[i + 3] = body.is_locked(axis + 3) ? Real(0) : Real(angular[axis]);
+    }
+    row.response += Real(linear.dot(body.inverse_mass.cwiseProduct(linear)) +
+                         angular.dot(body.inverse_inertia * angular));
+    return unknown_[slot];
+  }
+
+  void find_switches() {
+    can_switch_ = std::any_of(rows_.begin(), rows_.end(),
+                              [](const Row& row) { return row.kind != Kind::free; });
+  }
+
+  /// h += weight j j^T, j the Jacobian x row + y other (the same bodies).
+  static void add_square(EnvelopeMatrix<Real>& h, Real weight, const Row& row, Real x,
+                         const Row& other, Real y);
+
+  IslandOrder order_;
+  std::size_t unknowns_ = 0;
+  std::vector<std::uint32_t> unknown_, last_, envelope_;
+  std::vector<Row> rows_;
+  bool can_switch_ = false;
+};
+
+// Implementation -----------------------------------------------------------------------------------
+
+template <Scalar S, typename Real>
+void IslandRows<S, Real>::add_hessian(Real eps, EnvelopeMatrix<Real>& h) {
+  for (std::size_t i = 0; i < rows_.size(); ++i) {
+    Row& row = rows_[i];
+    if (!(row.response > Real(0)) || row.kind == Kind::second_tangent) continue;
+    const Real stiffness = Real(1) / (eps * row.response);
+    row.side = side_of(i, eps);
+    if (row.side == Side::at_bound) continue;
+    if (row.kind != Kind::tangents) {
+      add_square(h, stiffness, row, Real(1), row, Real(0));
+      continue;
+    }
+    const Row& second = rows_[i + 1];
+    if (row.side == Side::inside) {
+      add_square(h, stiffness, row, Real(1), second, Real(0));
+      add_square(h, stiffness, row, Real(0), second, Real(1));
+      continue;
+    }
+    // On the edge of the disk only the direction may give.
+    const Real x = row.lambda - stiffness * row.velocity;
+    const Real y = second.lambda - stiffness * second.velocity;
+    const Real length = std::hypot(x, y);
+    add_square(h, stiffness * row.upper / length, row, -y / length, second, x / length);
+  }
+}
+
+template <Scalar S, typename Real>
+void IslandRows<S, Real>::add_square(EnvelopeMatrix<Real>& h, Real weight, const Row& row, Real x,
+                                     const Row& other, Real y) {
+  std::array<Real, 6> j[2];
+  for (std::size_t i = 0; i < 6; ++i) {
+    j[0][i] = x * row.jacobian_a[i] + y * other.jacobian_a[i];
+    j[1][i] = x * row.jacobian_b[i] + y * other.jacobian_b[i];
+  }
+  const std::uint32_t unknown[2] = {row.a, row.b};
+  for (std::size_t k = 0; k < 2; ++k) {
+    if (unknown[k] == none) continue;
+    for (std::size_t l = 0; l < 2; ++l) {
+      if (unknown[l] == none || unknown[l] > unknown[k]) continue;
+      for (std::size_t p = 0; p < 6; ++p) {
+        const Real left = weight * j[k][p];
+        const std::size_t end = k == l ? p + 1 : 6;
+        Real* out = &h.at(unknown[k] + p, unknown[l]);
+        for (std::size_t q = 0; q < end; ++q) out[q] += left * j[l][q];
+      }
+    }
+  }
+}
+
+}  // namespace bristle

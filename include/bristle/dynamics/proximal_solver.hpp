@@ -1,0 +1,280 @@
+/// @file
+/// The solver of small stiff islands: stacks of unlike masses, grips, mechanisms, patches of
+/// sensors, all in one system.
+///
+/// Unknown are the velocities v of the bodies. Soft blocks are linear in v and belong to the matrix
+/// Mt = M + sum G^T A6 G. Every other constraint i has a multiplier and a projection P_i onto what
+/// its impulse may be (any value, an interval, no pull, a disk), and the proximal-point method
+///     lambda+ = P(lambda - (J v - b) / R),   Mt v = r + J^T lambda+
+/// is iterated with R = eps K, K the response of each constraint by itself. For given lambda the
+/// two equations are the gradient of a convex function of v, which Newton's method with an exact
+/// line search minimises from anywhere; its Hessian Mt + J^T D J is sparse like the island and is
+/// factored within its envelope. Redundant constraints share their load evenly, since nothing is
+/// ever divided by their (singular) response. docs/solver.md tells why eps falls from 1e-2 to 1e-6
+/// and why friction disks follow the normal impulse of the iteration before.
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <bristle/dynamics/island_rows.hpp>
+#include <bristle/dynamics/solver_types.hpp>
+
+#include <algorithm>
+#include <type_traits>
+#include <vector>
+
+namespace bristle {
+
+/// Scratch memory and the algorithm. One object serves many islands, one after the other. Islands
+/// of floats are solved in double: eps^-1 leaves float no digits.
+template <Scalar S>
+class ProximalSolver {
+ public:
+  using Real = std::conditional_t<std::is_same_v<S, float>, double, S>;
+
+  /// Finds the impulses of all constraints and the motion of the soft blocks, starting from the
+  /// impulses there are.
+  ///
+  /// @return [m/s] What is left to solve, in the worst constraint; infinite when the matrix is not
+  ///         positive definite (input that is not finite), and nothing was changed then.
+  Real solve(const Island& island, Constraints<S>& constraints, std::span<SolverBody<S>> bodies,
+             const SolveContext<S>& context, SolveReport<S>& report) {
+    rows_.number(island, constraints, bodies);
+    rows_.add_velocity_rows(island, constraints, bodies);
+    make_matrix(island, constraints, bodies);
+    v_.resize(rows_.unknowns());
+    for (const std::uint32_t slot : island.bodies) {
+      rows_.put(slot, bodies[slot].twist, v_);
+    }
+    const Real left = iterate(Real(context.velocity_tolerance), context.settings, report);
+    if (!(left < infinity<Real>)) return left;
+    rows_.store_impulses(island, constraints);
+    for (const std::uint32_t s : island.soft) {
+      SoftBlock<S>& soft = constraints.soft[s];
+      soft.motion = relative_motion(soft, rows_.twist(soft.body_a, v_, bodies),
+                                    rows_.twist(soft.body_b, v_, bodies));
+      soft.impulse = soft.offset + soft.matrix * soft.motion;
+    }
+    return left;
+  }
+
+  /// Solves the position problem (`SequentialSolver::sweep_positions`) of the same island: finds
+  /// the placed impulses, and the motion that they give.
+  /// @return [m/s] As above, for displacements divided by the step.
+  Real place(const Island& island, Constraints<S>& constraints, std::span<SolverBody<S>> bodies,
+             const SolveContext<S>& context, SolveReport<S>& report) {
+    rows_.number(island, constraints, bodies);
+    rows_.add_position_rows(island, constraints, bodies, context.dt);
+    make_mass(island, bodies);
+    // The motion without any placed impulse: the present one with them taken out again.
+    v_.resize(rows_.unknowns());
+    for (const std::uint32_t slot : island.bodies) rows_.put(slot, bodies[slot].motion, v_);
+    rows_.remove_impulses(v_, rhs_, matrix_);
+    const Real left =
+        iterate(Real(context.position_tolerance / context.dt), context.settings, report);
+    if (!(left < infinity<Real>)) return left;
+    rows_.store_placed(island, constraints);
+    for (const std::uint32_t slot : island.bodies) {
+      bodies[slot].motion = rows_.twist(slot, v_, bodies);
+    }
+    return left;
+  }
+
+ private:
+  void make_mass(const Island& island, std::span<const SolverBody<S>> bodies);
+  void make_matrix(const Island& island, const Constraints<S>& constraints,
+                   std::span<const SolverBody<S>> bodies);
+  void add_soft(const SoftBlock<S>& soft, std::span<const SolverBody<S>> bodies);
+  Real iterate(Real tolerance, const SolverDef<S>& settings, SolveReport<S>& report);
+  bool minimise(Real eps, Real tolerance, int& steps, int most_steps);
+  void find_gradient(Real eps);
+  void search_line(Real eps);
+
+  IslandRows<S, Real> rows_;
+  EnvelopeMatrix<Real> matrix_;   // Mt.
+  EnvelopeMatrix<Real> hessian_;  // Mt + J^T D J, then its factor.
+  std::vector<Real> rhs_;         // r.
+  std::vector<Real> v_, gradient_, step_, product_;
+};
+
+// Implementation -----------------------------------------------------------------------------------
+
+template <Scalar S>
+void ProximalSolver<S>::make_mass(const Island& island, std::span<const SolverBody<S>> bodies) {
+  matrix_.reset(rows_.envelope());
+  rhs_.assign(rows_.unknowns(), Real(0));
+  for (const std::uint32_t slot : island.bodies) {
+    const SolverBody<S>& body = bodies[slot];
+    const std::size_t u = rows_.unknown(slot);
+    for (std::size_t i = 0; i < 3; ++i) {
+      const auto e = static_cast<Eigen::Index>(i);
+      matrix_.at(u + i, u + i) = body.is_locked(e) ? Real(1) : Real(body.mass);
+      matrix_.at(u + 3 + i, u + 3 + i) =
+          body.is_locked(e + 3) ? Real(1) : Real(body.inertia(e, e));
+      for (std::size_t j = 0; j < i; ++j) {
+        const auto f = static_cast<Eigen::Index>(j);
+        const bool is_free = !body.is_locked(e + 3) && !body.is_locked(f + 3);
+        matrix_.at(u + 3 + i, u + 3 + j) = is_free ? Real(body.inertia(e, f)) : Real(0);
+      }
+    }
+  }
+}
+
+template <Scalar S>
+void ProximalSolver<S>::make_matrix(const Island& island, const Constraints<S>& constraints,
+                                    std::span<const SolverBody<S>> bodies) {
+  make_mass(island, bodies);
+  v_.resize(rows_.unknowns());
+  for (const std::uint32_t slot : island.bodies) rows_.put(slot, bodies[slot].free, v_);
+  matrix_.multiply(v_.data(), rhs_.data());
+  for (const std::uint32_t s : island.soft) add_soft(constraints.soft[s], bodies);
+}
+
+template <Scalar S>
+void ProximalSolver<S>::add_soft(const SoftBlock<S>& soft, std::span<const SolverBody<S>> bodies) {
+  using Matrix = Eigen::Matrix<Real, 6, 6, Eigen::DontAlign>;
+  using Vector = Eigen::Matrix<Real, 6, 1, Eigen::DontAlign>;
+  // G maps the twist of a body to the block's motion: V_c = v - arm x w for A, its negative for B.
+  // Columns of axes on which nothing moves the body are left out.
+  const auto motion_of_body = [&](std::uint32_t slot, const Vec3<S>& arm, Real sign) {
+    Matrix G = sign * Matrix::Identity();
+    G.template topRightCorner<3, 3>() = -sign * skew(arm).template cast<Real>();
+    for (Eigen::Index axis = 0; axis < 6; ++axis) {
+      if (rows_.unknown(slot) != rows_.none && bodies[slot].is_locked(axis)) G.col(axis).setZero();
+    }
+    return G;
+  };
+  const std::uint32_t slots[2] = {soft.body_a, soft.body_b};
+  const Matrix G[2] = {motion_of_body(slots[0], soft.arm_a, Real(1)),
+                       motion_of_body(slots[1], soft.arm_b, Real(-1))};
+  const Matrix A = soft.matrix.template cast<Real>();
+  // Bodies that forces do not move contribute their known motion to the constant part.
+  Vector constant = soft.offset.template cast<Real>();
+  for (int k = 0; k < 2; ++k) {
+    if (rows_.unknown(slots[k]) != rows_.none) continue;
+    Vector known;
+    known << bodies[slots[k]].free.linear.template cast<Real>(),
+        bodies[slots[k]].free.angular.template cast<Real>();
+    constant += A * (G[k] * known);
+  }
+  for (int k = 0; k < 2; ++k) {
+    const std::size_t row = rows_.unknown(slots[k]);
+    if (row == rows_.none) continue;
+    const Matrix left = G[k].transpose() * A;
+    const Vector load = G[k].transpose() * constant;
+    for (std::size_t i = 0; i < 6; ++i) rhs_[row + i] -= load[static_cast<Eigen::Index>(i)];
+    for (int l = 0; l < 2; ++l) {
+      const std::size_t column = rows_.unknown(slots[l]);
+      if (column == rows_.none || column > row) continue;  // Lower triangle only.
+      const Matrix product = left * G[l];
+      for (std::size_t i = 0; i < 6; ++i) {
+        for (std::size_t j = 0; j < (row == column ? i + 1 : 6); ++j) {
+          matrix_.at(row + i, column + j) +=
+              product(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j));
+        }
+      }
+    }
+  }
+}
+
+/// The outer loop: multipliers, friction disks, eps.
+template <Scalar S>
+auto ProximalSolver<S>::iterate(Real tolerance, const SolverDef<S>& settings,
+                                SolveReport<S>& report) -> Real {
+  // Smaller eps is a stiffer penalty: fewer outer iterations, but none that starts from far away
+  // finds its active set. Where nothing can switch the smallest is right at once.
+  const Real smallest = Real(1e-6);
+  Real eps = rows_.can_switch() ? Real(1e-2) : smallest;
+  Real left = infinity<Real>;
+  int steps = 0;
+  for (int outer = 0; steps < settings.max_newton_steps; ++outer) {
+    rows_.set_radii();
+    if (!minimise(eps, tolerance, steps, settings.max_newton_steps)) {
+      left = infinity<Real>;
+      break;
+    }
+    rows_.accept(eps);
+    const Real before = left;
+    left = rows_.residual();
+    if (left <= tolerance) break;
+    // Friction radii that keep moving leave a residual that no longer falls.
+    if (outer >= 10 && left > Real(0.9) * before) break;
+    eps = std::max(smallest, eps / Real(10));
+  }
+  report.factorisations += steps;
+  return left;
+}
+
+/// The inner loop: Newton with line search, to velocities far below what the outer loop asks for.
+template <Scalar S>
+bool ProximalSolver<S>::minimise(Real eps, Real tolerance, int& steps, int most_steps) {
+  rows_.evaluate(v_);
+  for (;;) {
+    find_gradient(eps);
+    hessian_ = matrix_;
+    rows_.add_hessian(eps, hessian_);
+    if (!hessian_.factor()) return false;
+    ++steps;
+    step_.resize(gradient_.size());
+    for (std::size_t i = 0; i < step_.size(); ++i) step_[i] = -gradient_[i];
+    hessian_.solve(step_.data());
+    Real size = Real(0);
+    for (const Real x : step_) size = std::max(size, std::abs(x));
+    if (!(size < infinity<Real>)) return false;
+    search_line(eps);
+    if (size <= Real(0.1) * tolerance || rows_.is_linear(eps) || steps >= most_steps) return true;
+  }
+}
+
+/// gradient := Mt v - r - J^T lambda+.
+template <Scalar S>
+void ProximalSolver<S>::find_gradient(Real eps) {
+  gradient_.resize(v_.size());
+  matrix_.multiply(v_.data(), gradient_.data());
+  for (std::size_t i = 0; i < v_.size(); ++i) gradient_[i] -= rhs_[i];
+  rows_.subtract_impulses(eps, gradient_);
+}
+
+/// Moves v along the step to the minimum of the convex function on that line: the root of its
+/// derivative, which grows along the line, by the Illinois method.
+template <Scalar S>
+void ProximalSolver<S>::search_line(Real eps) {
+  rows_.evaluate_step(step_);
+  product_.resize(v_.size());
+  matrix_.multiply(step_.data(), product_.data());
+  Real constant = Real(0);
+  Real slope = Real(0);
+  for (std::size_t i = 0; i < v_.size(); ++i) {
+    constant += product_[i] * v_[i] - step_[i] * rhs_[i];
+    slope += product_[i] * step_[i];
+  }
+  const auto derivative = [&](Real s) { return constant + s * slope - rows_.work(eps, s); };
+  Real low = Real(0);
+  Real at_low = derivative(low);
+  Real high = Real(1);
+  Real at_high = derivative(high);
+  const Real small = Real(0.01) * std::abs(at_low);
+  Real s = high;
+  if (at_high > small && at_low < Real(0)) {
+    int side = 0;
+    for (int i = 0; i < 20; ++i) {
+      s = (low * at_high - high * at_low) / (at_high - at_low);
+      const Real at_s = derivative(s);
+      if (std::abs(at_s) <= small) break;
+      if (at_s > Real(0)) {
+        high = s;
+        at_high = at_s;
+        if (side == 1) at_low /= Real(2);
+        side = 1;
+      } else {
+        low = s;
+        at_low = at_s;
+        if (side == -1) at_high /= Real(2);
+        side = -1;
+      }
+    }
+  }
+  for (std::size_t i = 0; i < v_.size(); ++i) v_[i] += s * step_[i];
+  rows_.move(s);
+}
+
+}  // namespace bristle
