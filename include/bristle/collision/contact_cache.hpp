@@ -46,7 +46,9 @@ struct CachedManifold {
 };
 
 /// Two generations of manifolds, sorted by pair. The older one gives its impulses to points of the
-/// younger one with the same pair, key and feature.
+/// younger one with the same pair, key and feature. Where features change names while nothing moves
+/// (corners of equal boxes coincide, and either box may name them) the point in the same place is
+/// taken.
 template <Scalar S>
 class ContactCache {
  public:
@@ -80,9 +82,9 @@ class ContactCache {
         point.arm_b = point.arm_a - p_ab;
         point.gap = m.points[i].gap;
         point.feature = m.points[i].feature;
-        if (old != nullptr) inherit(*old, cached.normal, point);
         points_.push_back(point);
       }
+      if (old != nullptr) inherit(*old, cached);
       manifolds_.push_back(cached);
     }
   }
@@ -110,20 +112,44 @@ class ContactCache {
     return nullptr;
   }
 
-  /// Gives a point the impulse of its predecessor. Friction is carried over as a vector: the
-  /// tangents of two nearly equal normals may be opposite.
-  void inherit(const CachedManifold<S>& old, const Vec3<S>& normal, CachedPoint<S>& point) const {
-    for (std::uint32_t i = old.first; i < old.first + old.count; ++i) {
-      if (old_points_[i].feature != point.feature || old_points_[i].took_impact) continue;
-      const std::array<S, 3>& impulse = old_points_[i].impulse;
-      Vec3<S> t1, t2;
-      tangent_basis<S>(old.normal, t1, t2);
-      const Vec3<S> friction = impulse[1] * t1 + impulse[2] * t2;
-      tangent_basis<S>(normal, t1, t2);
-      point.impulse = {impulse[0], friction.dot(t1), friction.dot(t2)};
-      point.is_fresh = false;
-      return;
+  /// Gives the points of a manifold the impulses of their predecessors: first by feature, then what
+  /// is left by place.
+  void inherit(const CachedManifold<S>& old, const CachedManifold<S>& young) {
+    std::array<bool, ContactManifold<S>::capacity> is_taken{};
+    const auto match = [&](const auto& is_same) {
+      for (std::uint32_t i = young.first; i < young.first + young.count; ++i) {
+        CachedPoint<S>& point = points_[i];
+        for (std::uint32_t k = 0; k < old.count && point.is_fresh; ++k) {
+          const CachedPoint<S>& other = old_points_[old.first + k];
+          if (is_taken[k] || other.took_impact || !is_same(point, other)) continue;
+          is_taken[k] = true;
+          point.is_fresh = false;
+          point.impulse = turned(other.impulse, old.normal, young.normal);
+        }
+      }
+    };
+    match([](const CachedPoint<S>& a, const CachedPoint<S>& b) { return a.feature == b.feature; });
+    // A hundredth of the patch is much more than resting points move and much less than they are
+    // apart.
+    S extent2 = S(0);
+    for (std::uint32_t k = 0; k < old.count; ++k) {
+      extent2 = std::max(
+          extent2, (old_points_[old.first + k].arm_a - old_points_[old.first].arm_a).squaredNorm());
     }
+    match([&](const CachedPoint<S>& a, const CachedPoint<S>& b) {
+      return (a.arm_a - b.arm_a).squaredNorm() <= S(1e-4) * extent2;
+    });
+  }
+
+  /// Friction is carried over as a vector: the tangents of two nearly equal normals may be
+  /// opposite.
+  [[nodiscard]] static std::array<S, 3> turned(const std::array<S, 3>& impulse, const Vec3<S>& from,
+                                               const Vec3<S>& to) {
+    Vec3<S> t1, t2;
+    tangent_basis<S>(from, t1, t2);
+    const Vec3<S> friction = impulse[1] * t1 + impulse[2] * t2;
+    tangent_basis<S>(to, t1, t2);
+    return {impulse[0], friction.dot(t1), friction.dot(t2)};
   }
 
   std::vector<CachedManifold<S>> manifolds_, old_manifolds_;

@@ -78,7 +78,6 @@ template <Scalar S>
 template <Scalar S>
 void aim_contact(ContactConstraint<S>& c, const SolverBody<S>& a, const SolverBody<S>& b,
                  const SolveContext<S>& context) {
-  using std::abs;
   using std::max;
   using std::min;
   const S dt = context.dt;
@@ -89,7 +88,7 @@ void aim_contact(ContactConstraint<S>& c, const SolverBody<S>& a, const SolverBo
   const bool closes = c.gap + dt * (is_trapezoidal ? S(0.5) * (start + free) : free) < S(0);
   const bool bounces = c.restitution > S(0) && closes && start < -context.restitution_speed;
   c.bounce_share = S(-1);
-  c.is_impact = closes && start < S(0) && -start > abs(change);
+  c.is_impact = closes && -start > context.speed_change;
   // An impact says nothing about the load that follows, nor the load about the impact.
   if (c.is_impact) c.impulse = {};
 

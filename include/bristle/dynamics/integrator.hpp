@@ -82,9 +82,9 @@ template <Scalar S>
   return rest.cwiseAbs().maxCoeff() <= Tolerance<S>::round_off() * inertia(0, 0);
 }
 
-/// Turns a body as a free top that has the angular velocity w [rad/s, world axes] now; the body's own
-/// angular momentum stays, its angular velocity follows its attitude. The step is halved until each part turns by less than a radian, where the map has its
-/// root.
+/// Turns a body as a free top that has the angular velocity w [rad/s, world axes] now; the body's
+/// own angular momentum stays, its angular velocity follows its attitude. The step is halved until
+/// each part turns by less than a radian, where the map has its root.
 template <Scalar S>
 void turn_free_top(Body<S>& body, const Vec3<S>& w, S dt) {
   using std::sqrt;

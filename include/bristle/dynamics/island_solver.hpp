@@ -29,13 +29,12 @@ class IslandSolver {
     const bool is_small = island.bodies.size() <= context.settings.max_direct_bodies;
     sequential_.start(island, constraints, bodies);
     if (is_small && wants_even_load(island, constraints)) {
-      const S left =
-          S(proximal_.solve(island, constraints, bodies, context, report));
+      const S left = S(proximal_.solve(island, constraints, bodies, context, report));
       report.residual = left;
+      apply_impulses(island, constraints, bodies);
       // Sweeps would only wear down what factorisations leave of soft blocks and joints.
       const bool is_stiff = !island.soft.empty() || !island.blocks.empty();
       if (left < infinity<S> && (is_stiff || left <= context.velocity_tolerance)) return;
-      apply_impulses(island, constraints, bodies);
     }
     Convergence progress(context.velocity_tolerance);
     bool may_factor = is_small && island.soft.empty();
@@ -47,7 +46,7 @@ class IslandSolver {
       if (may_factor && progress.is_slow()) {
         may_factor = false;
         try_proximal(island, constraints, bodies, context, residual, report);
-        if (report.residual <= context.velocity_tolerance) break;
+        if (progress.is_done(report.residual)) break;
       }
     }
   }
@@ -124,7 +123,8 @@ class IslandSolver {
                        [&](std::uint32_t i) { return constraints.contacts[i].is_fresh; });
   }
 
-  /// Factors, and keeps the result only if a sweep finds less to do there than before.
+  /// Factors, and keeps the result if it is exact, or if a sweep finds less to do there than
+  /// before.
   void try_proximal(const Island& island, Constraints<S>& constraints,
                     std::span<SolverBody<S>> bodies, const SolveContext<S>& context, S residual,
                     SolveReport<S>& report) {
@@ -132,9 +132,11 @@ class IslandSolver {
     for (const std::uint32_t i : island.contacts) {
       saved_.push_back(constraints.contacts[i].impulse);
     }
-    const auto left = proximal_.solve(island, constraints, bodies, context, report);
+    const auto left = S(proximal_.solve(island, constraints, bodies, context, report));
     if (left < infinity<S>) {
       apply_impulses(island, constraints, bodies);
+      report.residual = left;
+      if (left <= context.velocity_tolerance) return;
       report.residual = sequential_.sweep(island, constraints, bodies, false);
       ++report.sweeps;
       if (report.residual < residual) return;

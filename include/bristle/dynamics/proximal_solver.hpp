@@ -45,7 +45,9 @@ class ProximalSolver {
     for (const std::uint32_t slot : island.bodies) {
       rows_.put(slot, bodies[slot].twist, v_);
     }
-    const Real left = iterate(Real(context.velocity_tolerance), context.settings, report);
+    // Well below what counts, so that a sweep over the result finds nothing to do.
+    const Real left =
+        iterate(Real(0.1) * Real(context.velocity_tolerance), context.settings, report);
     if (!(left < infinity<Real>)) return left;
     rows_.store_impulses(island, constraints);
     for (const std::uint32_t s : island.soft) {
@@ -108,8 +110,7 @@ void ProximalSolver<S>::make_mass(const Island& island, std::span<const SolverBo
     for (std::size_t i = 0; i < 3; ++i) {
       const auto e = static_cast<Eigen::Index>(i);
       matrix_.at(u + i, u + i) = body.is_locked(e) ? Real(1) : Real(body.mass);
-      matrix_.at(u + 3 + i, u + 3 + i) =
-          body.is_locked(e + 3) ? Real(1) : Real(body.inertia(e, e));
+      matrix_.at(u + 3 + i, u + 3 + i) = body.is_locked(e + 3) ? Real(1) : Real(body.inertia(e, e));
       for (std::size_t j = 0; j < i; ++j) {
         const auto f = static_cast<Eigen::Index>(j);
         const bool is_free = !body.is_locked(e + 3) && !body.is_locked(f + 3);

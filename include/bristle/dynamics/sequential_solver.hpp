@@ -74,8 +74,8 @@ class SequentialSolver {
       largest = std::max(largest, place_block(constraints, island.blocks[k], k, bodies, dt));
     });
     for_each(island.contacts.size(), backwards, [&](std::size_t k) {
-      largest = std::max(
-          largest, place_contact(constraints.contacts[island.contacts[k]], k, bodies, dt));
+      largest =
+          std::max(largest, place_contact(constraints.contacts[island.contacts[k]], k, bodies, dt));
     });
     return largest;
   }

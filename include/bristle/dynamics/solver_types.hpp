@@ -4,8 +4,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <bristle/dynamics/contact_constraint.hpp>
 #include <bristle/dynamics/constraint.hpp>
+#include <bristle/dynamics/contact_constraint.hpp>
 #include <bristle/dynamics/soft_block.hpp>
 
 #include <cstdint>
@@ -37,7 +37,10 @@ struct SolverDef {
   /// [1] A sweep that changes no velocity by more than this fraction of the speed gained from
   /// gravity in a step is the last one. Tight on purpose: a state that is not at rest to this
   /// precision never becomes the fixed point that makes the next step one sweep.
-  S tolerance = std::numeric_limits<S>::digits > 30 ? S(1e-9) : S(1e-5);
+  S tolerance = std::numeric_limits<S>::digits > 30 ? S(1e-8) : S(1e-5);
+  /// [1] Position errors below this fraction of what gravity moves a body by in a step are left
+  /// alone. Positions do not act back on velocities, so this may be looser.
+  S position_tolerance = std::numeric_limits<S>::digits > 30 ? S(1e-6) : S(1e-3);
   /// [-] Most moving bodies of an island that is solved by factorisation where sweeps converge too
   /// slowly; larger ones are swept only. 0 for plain sequential impulses.
   std::uint32_t max_direct_bodies = 64;
@@ -123,6 +126,8 @@ struct SolveContext {
   S dt = S(0);
   /// [-] How the island's positions follow from its velocities.
   Integrator integrator = Integrator::trapezoidal;
+  /// [m/s] By how much forces change the velocity of any of the island's bodies within the step.
+  S speed_change = S(0);
   /// [m/s] Velocity changes below this do not count.
   S velocity_tolerance = S(0);
   /// [m] Position errors below this do not count.
@@ -154,15 +159,17 @@ template <Scalar S>
 [[nodiscard]] ContactResponse<S> contact_response(const ContactConstraint<S>& c,
                                                   const SolverBody<S>& a, const SolverBody<S>& b) {
   using std::sqrt;
-  const Vec3<S> inverse_mass = a.inverse_mass + b.inverse_mass;
   // Velocity of the point for a unit impulse along each axis.
-  std::array<Vec3<S>, 3> answer;
-  for (std::size_t k = 0; k < 3; ++k) {
-    const Vec3<S>& d = c.axes[k];
-    answer[k] = inverse_mass.cwiseProduct(d) +
-                (a.inverse_inertia * c.arm_a.cross(d)).cross(c.arm_a) +
-                (b.inverse_inertia * c.arm_b.cross(d)).cross(c.arm_b);
-  }
+  std::array<Vec3<S>, 3> answer{Vec3<S>::Zero(), Vec3<S>::Zero(), Vec3<S>::Zero()};
+  const auto add = [&](const SolverBody<S>& body, const Vec3<S>& arm) {
+    if (!body.moves) return;
+    for (std::size_t k = 0; k < 3; ++k) {
+      answer[k] += body.inverse_mass.cwiseProduct(c.axes[k]) +
+                   (body.inverse_inertia * arm.cross(c.axes[k])).cross(arm);
+    }
+  };
+  add(a, c.arm_a);
+  add(b, c.arm_b);
   ContactResponse<S> K;
   K.nn = c.axes[0].dot(answer[0]);
   K.n1 = c.axes[1].dot(answer[0]);
@@ -179,8 +186,8 @@ template <Scalar S>
 template <Scalar S, typename Of>
 void apply_at_contact(const ContactConstraint<S>& c, const Vec3<S>& impulse, SolverBody<S>& a,
                       SolverBody<S>& b, Of&& of) {
-  a.push(of(a), -impulse, -c.arm_a.cross(impulse));
-  b.push(of(b), impulse, c.arm_b.cross(impulse));
+  if (a.moves) a.push(of(a), -impulse, -c.arm_a.cross(impulse));
+  if (b.moves) b.push(of(b), impulse, c.arm_b.cross(impulse));
 }
 
 /// Applies the impulse x of a row to both bodies.

@@ -366,7 +366,7 @@ template <Scalar S>
   const HeightField<S> field_b(b, t1, t2, normal, 2);
   const S extent = std::max(field_a.extent(), field_b.extent());
   ClipContacts<S> contacts(margin, extent);
-  intersect(field_a, field_b, Tolerance<S>::round_off() * extent, contacts);
+  intersect(field_a, field_b, Tolerance<S>::equal() * extent, contacts);
   contacts.thin(a.is_round || b.is_round ? 4 : ContactManifold<S>::capacity);
 
   ContactManifold<S> manifold;

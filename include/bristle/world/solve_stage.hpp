@@ -99,8 +99,7 @@ class SolveStage {
     context.dt = state.def.time_step;
     context.settings = state.def.solver;
     context.restitution_speed = state.def.restitution_speed;
-    context.integrator =
-        island.soft.empty() ? state.def.integrator : Integrator::symplectic_euler;
+    context.integrator = island.soft.empty() ? state.def.integrator : Integrator::symplectic_euler;
     // What a step changes velocities by: gravity, other forces, and the impulses of the last step.
     S change = state.def.gravity.norm() * context.dt;
     S speed = S(0);
@@ -112,6 +111,7 @@ class SolveStage {
       extent = max(extent, state.bodies.at(slot).center_pose.translation.cwiseAbs().maxCoeff());
       if (body.is_sensed) context.integrator = Integrator::symplectic_euler;
     }
+    context.speed_change = change;
     const auto add_impulse = [&](std::uint32_t slot_a, std::uint32_t slot_b, S impulse) {
       const S mobility = max(state.solver_bodies[slot_a].inverse_mass.maxCoeff(),
                              state.solver_bodies[slot_b].inverse_mass.maxCoeff());
@@ -126,10 +126,11 @@ class SolveStage {
       add_impulse(block.body_a, block.body_b, state.constraints.rows[block.first].impulse);
     }
     // Relative to that, but not below what the arithmetic of the present state resolves.
-    context.velocity_tolerance =
-        max(context.settings.tolerance * change, Tolerance<S>::round_off() * speed);
+    context.velocity_tolerance = max(context.settings.tolerance * context.speed_change,
+                                     Tolerance<S>::round_off() * max(speed, change));
     context.position_tolerance =
-        max(context.dt * context.velocity_tolerance, Tolerance<S>::round_off() * extent);
+        max(context.settings.position_tolerance * context.dt * context.speed_change,
+            Tolerance<S>::round_off() * extent);
     return context;
   }
 
@@ -155,7 +156,8 @@ class SolveStage {
       return has_changed;
     };
     solve_in_passes(context.settings.max_passes, solve_once, relinearise);
-    apply_impulses(island, constraints, bodies);
+    // What the sensors gave is the sum of their evaluated impulses.
+    if (!island.soft.empty()) apply_impulses(island, constraints, bodies);
     for (const std::uint32_t slot : island.bodies) {
       if (is_finite(bodies[slot].twist)) continue;
       discard(state, sensors, island);
