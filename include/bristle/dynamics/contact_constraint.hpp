@@ -78,6 +78,11 @@ struct ContactResponse {
   S nn = S(0), n1 = S(0), n2 = S(0), a = S(0), b = S(0), c = S(0);
   /// Largest eigenvalue of the tangential part [[a, b], [b, c]].
   S largest = S(0);
+
+  void find_largest() {
+    using std::sqrt;
+    largest = S(0.5) * (a + c) + sqrt(S(0.25) * (a - c) * (a - c) + b * b);
+  }
 };
 
 namespace detail {

@@ -26,18 +26,50 @@ class IslandSolver {
   /// velocities at the end of the step.
   void solve(const Island& island, Constraints<S>& constraints, std::span<SolverBody<S>> bodies,
              const SolveContext<S>& context, SolveReport<S>& report) {
-    const bool is_small = island.bodies.size() <= context.settings.max_direct_bodies;
-    sequential_.start(island, constraints, bodies);
-    if (is_small && wants_even_load(island, constraints)) {
-      const S left = S(proximal_.solve(island, constraints, bodies, context, report));
-      report.residual = left;
+    if (is_large(island, context)) {
+      solve_large(island, constraints, bodies, context, report);
+    } else {
+      aim(island, constraints, bodies, context);
+      solve_small(island, constraints, bodies, context, report);
+    }
+  }
+
+  /// Finds the displacements of the step, once velocities are known. In a quiet step they follow
+  /// from the velocities and nothing is to be solved.
+  void place(const Island& island, Constraints<S>& constraints, std::span<SolverBody<S>> bodies,
+             const SolveContext<S>& context, SolveReport<S>& report) {
+    // Large islands are placed part by part as they are solved.
+    if (is_large(island, context) && island.soft.empty()) return;
+    place(island, constraints, bodies, context, context.settings.max_position_sweeps, report);
+  }
+
+ private:
+  [[nodiscard]] static bool is_large(const Island& island, const SolveContext<S>& context) {
+    return island.bodies.size() > context.settings.max_direct_bodies;
+  }
+
+  static void aim(const Island& island, Constraints<S>& constraints,
+                  std::span<const SolverBody<S>> bodies, const SolveContext<S>& context) {
+    for (const std::uint32_t i : island.contacts) {
+      ContactConstraint<S>& c = constraints.contacts[i];
+      aim_contact(c, bodies[c.body_a], bodies[c.body_b], context);
+    }
+  }
+
+  void solve_small(const Island& island, Constraints<S>& constraints,
+                   std::span<SolverBody<S>> bodies, const SolveContext<S>& context,
+                   SolveReport<S>& report) {
+    sequential_.start(island, constraints, bodies, false);
+    if (wants_even_load(island, constraints)) {
+      report.residual = S(proximal_.solve(island, constraints, bodies, context, report));
       apply_impulses(island, constraints, bodies);
       // Sweeps would only wear down what factorisations leave of soft blocks and joints.
       const bool is_stiff = !island.soft.empty() || !island.blocks.empty();
-      if (left < infinity<S> && (is_stiff || left <= context.velocity_tolerance)) return;
+      if (report.residual <= context.velocity_tolerance) return;
+      if (is_stiff && report.residual < infinity<S>) return;
     }
     Convergence progress(context.velocity_tolerance);
-    bool may_factor = is_small && island.soft.empty();
+    bool may_factor = island.soft.empty();
     for (int n = 0; n < context.settings.max_sweeps; ++n) {
       const S residual = sequential_.sweep(island, constraints, bodies, n % 2 != 0);
       ++report.sweeps;
@@ -51,10 +83,124 @@ class IslandSolver {
     }
   }
 
-  /// Finds the displacements of the step, once velocities are known. In a quiet step they follow
-  /// from the velocities and nothing is to be solved.
+  /// A large island: few sweeps, in parts of the step that are short enough for them. Gaps follow
+  /// the motion from part to part; arms and normals stay.
+  void solve_large(const Island& island, Constraints<S>& constraints,
+                   std::span<SolverBody<S>> bodies, const SolveContext<S>& context,
+                   SolveReport<S>& report) {
+    using std::ceil;
+    // Soft blocks are linearised over the whole step.
+    const S parts = island.soft.empty() ? ceil(context.dt / context.settings.longest_part) : S(1);
+    const SolveContext<S> part = context.part(parts);
+    begin_parts(island, constraints, bodies, parts);
+    for (S k = S(0); k < parts; k += S(1)) {
+      for (std::size_t n = 0; n < island.bodies.size(); ++n) {
+        SolverBody<S>& body = bodies[island.bodies[n]];
+        body.start = k > S(0) ? body.twist : body.start;
+        body.free = {body.start.linear + parts_[n].change.linear,
+                     body.start.angular + parts_[n].change.angular};
+      }
+      aim(island, constraints, bodies, part);
+      if (k == S(0)) {
+        sequential_.start(island, constraints, bodies, true);
+      } else {
+        sequential_.restart(island, constraints, bodies);
+      }
+      const int most = is_cold_ ? context.settings.max_sweeps : context.settings.large_sweeps;
+      for (int n = 0; n < most; ++n) {
+        report.residual = sequential_.sweep(island, constraints, bodies, n % 2 != 0);
+        ++report.sweeps;
+        if (report.residual <= part.velocity_tolerance) break;
+      }
+      sequential_.finish(island, constraints);
+      if (!island.soft.empty()) break;  // Placed when their sensors have settled.
+      place(island, constraints, bodies, part, context.settings.large_position_sweeps, report);
+      end_part(island, constraints, bodies, part.dt, parts);
+    }
+    end_parts(island, constraints, bodies);
+  }
+
+  /// Remembers the whole step of each body and makes warm impulses those of a part.
+  void begin_parts(const Island& island, Constraints<S>& constraints,
+                   std::span<SolverBody<S>> bodies, S parts) {
+    parts_.resize(std::max(parts_.size(), island.bodies.size()));
+    for (std::size_t n = 0; n < island.bodies.size(); ++n) {
+      const SolverBody<S>& body = bodies[island.bodies[n]];
+      parts_[n].start = body.start;
+      parts_[n].free = body.free;
+      parts_[n].change = {(body.free.linear - body.start.linear) / parts,
+                          (body.free.angular - body.start.angular) / parts};
+      parts_[n].motion = {};
+    }
+    totals_.assign(island.contacts.size(), {});
+    row_totals_.clear();
+    std::size_t fresh = 0;
+    for (const std::uint32_t i : island.contacts) {
+      ContactConstraint<S>& c = constraints.contacts[i];
+      fresh += c.is_fresh ? 1u : 0u;
+      for (S& x : c.impulse) x /= parts;
+    }
+    is_cold_ = 2 * fresh > island.contacts.size();
+    for_each_row(island, constraints, [&](ConstraintRow<S>& row) {
+      row.impulse /= parts;
+      row_totals_.push_back(S(0));
+    });
+  }
+
+  void end_part(const Island& island, Constraints<S>& constraints, std::span<SolverBody<S>> bodies,
+                S dt, S parts) {
+    for (std::size_t k = 0; k < island.contacts.size(); ++k) {
+      ContactConstraint<S>& c = constraints.contacts[island.contacts[k]];
+      c.gap += dt * c.normal_velocity(bodies[c.body_a].motion, bodies[c.body_b].motion);
+      for (std::size_t i = 0; i < 3; ++i) totals_[k][i] += c.impulse[i];
+    }
+    std::size_t r = 0;
+    for_each_row(island, constraints,
+                 [&](ConstraintRow<S>& row) { row_totals_[r++] += row.impulse; });
+    for (const std::uint32_t i : island.blocks) {
+      const ConstraintBlock<S>& block = constraints.blocks[i];
+      for (std::uint32_t k = block.first; k < block.first + block.count; ++k) {
+        ConstraintRow<S>& row = constraints.rows[k];
+        row.error += dt * row.velocity(bodies[block.body_a].motion, bodies[block.body_b].motion);
+        row.correction = S(0);
+      }
+    }
+    for (std::size_t n = 0; n < island.bodies.size(); ++n) {
+      const Twist<S>& motion = bodies[island.bodies[n]].motion;
+      parts_[n].motion.linear += motion.linear / parts;
+      parts_[n].motion.angular += motion.angular / parts;
+    }
+  }
+
+  /// Puts the whole step back: all impulses, the velocities at both ends, the displacement.
+  void end_parts(const Island& island, Constraints<S>& constraints,
+                 std::span<SolverBody<S>> bodies) {
+    for (std::size_t n = 0; n < island.bodies.size(); ++n) {
+      SolverBody<S>& body = bodies[island.bodies[n]];
+      body.start = parts_[n].start;
+      body.free = parts_[n].free;
+      body.motion = parts_[n].motion;
+    }
+    if (!island.soft.empty()) return;
+    for (std::size_t k = 0; k < island.contacts.size(); ++k) {
+      constraints.contacts[island.contacts[k]].impulse = totals_[k];
+    }
+    std::size_t r = 0;
+    for_each_row(island, constraints,
+                 [&](ConstraintRow<S>& row) { row.impulse = row_totals_[r++]; });
+    apply_impulses(island, constraints, bodies);
+  }
+
+  template <typename Use>
+  static void for_each_row(const Island& island, Constraints<S>& constraints, Use&& use) {
+    for (const std::uint32_t i : island.blocks) {
+      const ConstraintBlock<S>& block = constraints.blocks[i];
+      for (std::uint32_t r = 0; r < block.count; ++r) use(constraints.rows[block.first + r]);
+    }
+  }
+
   void place(const Island& island, Constraints<S>& constraints, std::span<SolverBody<S>> bodies,
-             const SolveContext<S>& context, SolveReport<S>& report) {
+             const SolveContext<S>& context, int most_sweeps, SolveReport<S>& report) {
     const S usual = context.integrator == Integrator::trapezoidal ? S(0.5) : S(1);
     for (const std::uint32_t slot : island.bodies) {
       bodies[slot].motion = mean_motion(bodies[slot], context.integrator);
@@ -67,22 +213,19 @@ class IslandSolver {
                           bodies[c.body_b], motion_of);
     }
     if (!has_position_error(island, constraints, bodies, context)) return;
-    const S tolerance = context.position_tolerance / context.dt;
-    Convergence progress(tolerance);
-    bool may_factor = island.bodies.size() <= context.settings.max_direct_bodies;
-    for (int n = 0; n < context.settings.max_position_sweeps; ++n) {
+    Convergence progress(context.position_tolerance / context.dt);
+    for (int n = 0; n < most_sweeps; ++n) {
       const S residual =
           sequential_.sweep_positions(island, constraints, bodies, context.dt, n % 2 != 0);
       ++report.position_sweeps;
       if (progress.is_done(residual)) break;
-      if (may_factor && progress.is_slow()) {
+      if (!is_large(island, context) && progress.is_slow()) {
         proximal_.place(island, constraints, bodies, context, report);
         break;
       }
     }
   }
 
- private:
   /// Watches a sequence of residuals and tells whether sweeps are worth going on with.
   class Convergence {
    public:
@@ -181,6 +324,15 @@ class IslandSolver {
   SequentialSolver<S> sequential_;
   ProximalSolver<S> proximal_;
   std::vector<std::array<S, 3>> saved_;
+
+  /// The whole step of a body that is solved in parts, and what one part adds to its velocity.
+  struct Parts {
+    Twist<S> start, free, change, motion;
+  };
+  std::vector<Parts> parts_;
+  std::vector<std::array<S, 3>> totals_;  // Impulses of all parts.
+  std::vector<S> row_totals_;
+  bool is_cold_ = false;
 };
 
 }  // namespace bristle

@@ -6,6 +6,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <bristle/dynamics/manifold_sweeps.hpp>
 #include <bristle/dynamics/solver_types.hpp>
 
 #include <algorithm>
@@ -19,11 +20,14 @@ class SequentialSolver {
  public:
   /// Sets up the sweeps over an island and the velocities that the impulses in its constraints give
   /// (warm start).
-  void start(const Island& island, Constraints<S>& constraints, std::span<SolverBody<S>> bodies) {
-    contact_responses_.resize(std::max(contact_responses_.size(), island.contacts.size()));
-    for (std::size_t k = 0; k < island.contacts.size(); ++k) {
-      const ContactConstraint<S>& c = constraints.contacts[island.contacts[k]];
-      contact_responses_[k] = contact_response(c, bodies[c.body_a], bodies[c.body_b]);
+  /// @param by_manifold  Whether the points of a manifold share their friction.
+  void start(const Island& island, Constraints<S>& constraints, std::span<SolverBody<S>> bodies,
+             bool by_manifold) {
+    by_manifold_ = by_manifold;
+    if (by_manifold) {
+      manifolds_.start(island, constraints, bodies);
+    } else {
+      start_points(island, constraints, bodies);
     }
     responses_.resize(std::max(responses_.size(), island.blocks.size()));
     for (std::size_t k = 0; k < island.blocks.size(); ++k) {
@@ -55,11 +59,24 @@ class SequentialSolver {
     for_each(island.blocks.size(), backwards, [&](std::size_t k) {
       largest = std::max(largest, sweep_block(constraints, island.blocks[k], k, bodies));
     });
+    if (by_manifold_) return std::max(largest, manifolds_.sweep(bodies, backwards));
     for_each(island.contacts.size(), backwards, [&](std::size_t k) {
       largest =
           std::max(largest, sweep_contact(constraints.contacts[island.contacts[k]], k, bodies));
     });
     return largest;
+  }
+
+  /// Goes on with the same contacts in the next part of a step: new free velocities and targets,
+  /// the impulses found so far.
+  void restart(const Island& island, Constraints<S>& constraints, std::span<SolverBody<S>> bodies) {
+    manifolds_.aim(island, constraints);
+    apply_impulses(island, constraints, bodies);
+  }
+
+  /// Writes impulses that the sweeps kept to themselves back to the constraints.
+  void finish(const Island& island, Constraints<S>& constraints) const {
+    manifolds_.store(island, constraints);
   }
 
   /// One sweep of the position problem over the displacements in `SolverBody::motion`: contacts
@@ -73,6 +90,9 @@ class SequentialSolver {
     for_each(island.blocks.size(), backwards, [&](std::size_t k) {
       largest = std::max(largest, place_block(constraints, island.blocks[k], k, bodies, dt));
     });
+    if (by_manifold_) {
+      return std::max(largest, manifolds_.place(island, constraints, bodies, dt, backwards));
+    }
     for_each(island.contacts.size(), backwards, [&](std::size_t k) {
       largest =
           std::max(largest, place_contact(constraints.contacts[island.contacts[k]], k, bodies, dt));
@@ -81,6 +101,15 @@ class SequentialSolver {
   }
 
  private:
+  void start_points(const Island& island, const Constraints<S>& constraints,
+                    std::span<const SolverBody<S>> bodies) {
+    contact_responses_.resize(std::max(contact_responses_.size(), island.contacts.size()));
+    for (std::size_t k = 0; k < island.contacts.size(); ++k) {
+      const ContactConstraint<S>& c = constraints.contacts[island.contacts[k]];
+      contact_responses_[k] = contact_response(c, bodies[c.body_a], bodies[c.body_b]);
+    }
+  }
+
   template <typename Visit>
   static void for_each(std::size_t count, bool backwards, Visit&& visit) {
     for (std::size_t k = 0; k < count; ++k) visit(backwards ? count - 1 - k : k);
@@ -192,6 +221,8 @@ class SequentialSolver {
     return abs(change) * response;
   }
 
+  bool by_manifold_ = false;
+  ManifoldSweeps<S> manifolds_;
   std::vector<ContactResponse<S>> contact_responses_;
   std::vector<BlockResponse<S>> responses_;
   std::vector<Mat6<S>> gains_;

@@ -46,6 +46,12 @@ struct SolverDef {
   std::uint32_t max_direct_bodies = 64;
   /// [-] Most Newton steps of one such solve: the bound on the cost of the worst step.
   int max_newton_steps = 60;
+  /// [-] Most sweeps over an island with more bodies than that, and of its position problem;
+  /// `max_sweeps` where most of its contacts are new.
+  int large_sweeps = 10;
+  int large_position_sweeps = 4;
+  /// [s] Longest part of a step over which such an island is solved at once.
+  S longest_part = S(1) / S(240);
 };
 
 /// A body in the solver.
@@ -135,6 +141,15 @@ struct SolveContext {
   /// [m/s] Impacts slower than this do not bounce.
   S restitution_speed = S(0);
   SolverDef<S> settings{};
+
+  /// The same for one of several equal parts of the step.
+  [[nodiscard]] SolveContext part(S parts) const {
+    SolveContext result = *this;
+    result.dt /= parts;
+    result.speed_change /= parts;
+    result.velocity_tolerance /= parts;
+    return result;
+  }
 };
 
 /// Response of a block's rows to its own impulses when only its two bodies move.
@@ -158,7 +173,6 @@ void local_response(const ConstraintBlock<S>& block, const ConstraintRow<S>* row
 template <Scalar S>
 [[nodiscard]] ContactResponse<S> contact_response(const ContactConstraint<S>& c,
                                                   const SolverBody<S>& a, const SolverBody<S>& b) {
-  using std::sqrt;
   // Velocity of the point for a unit impulse along each axis.
   std::array<Vec3<S>, 3> answer{Vec3<S>::Zero(), Vec3<S>::Zero(), Vec3<S>::Zero()};
   const auto add = [&](const SolverBody<S>& body, const Vec3<S>& arm) {
@@ -177,8 +191,7 @@ template <Scalar S>
   K.a = c.axes[1].dot(answer[1]);
   K.b = c.axes[2].dot(answer[1]);
   K.c = c.axes[2].dot(answer[2]);
-  const S mean = S(0.5) * (K.a + K.c);
-  K.largest = mean + sqrt(S(0.25) * (K.a - K.c) * (K.a - K.c) + K.b * K.b);
+  K.find_largest();
   return K;
 }
 

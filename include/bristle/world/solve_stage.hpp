@@ -138,10 +138,6 @@ class SolveStage {
     const SolveContext<S> context = context_of(state, island);
     Constraints<S>& constraints = state.constraints;
     std::span<SolverBody<S>> bodies = state.solver_bodies;
-    for (const std::uint32_t i : island.contacts) {
-      ContactConstraint<S>& c = constraints.contacts[i];
-      aim_contact(c, bodies[c.body_a], bodies[c.body_b], context);
-    }
     SolveReport<S> report;
     const auto solve_once = [&] {
       for (const std::uint32_t soft : island.soft) sensors.fill(state, soft);
