@@ -8,7 +8,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <bristle/dynamics/direct_solver.hpp>
+#include <bristle/dynamics/proximal_solver.hpp>
 #include <bristle/sensors/passes.hpp>
 #include <bristle/sensors/patch_contacts.hpp>
 #include <bristle/sensors/patch_explicit.hpp>
@@ -196,7 +196,7 @@ class HostPatch {
     }
     SolveContext<S> context;
     context.dt = dt;
-    const Island island{moving_, {}, soft_numbers_};
+    const Island island{moving_, {}, {}, soft_numbers_};
     solve_in_passes(
         context.settings.max_passes, [&] { solve_once(island, context); },
         [&](int pass, bool is_last_pass) {
@@ -218,7 +218,8 @@ class HostPatch {
       }
     }
     SolveReport<S> report;
-    const bool is_solved = solver_.solve(island, constraints_, solver_bodies_, context, report);
+    const bool is_solved =
+        solver_.solve(island, constraints_, solver_bodies_, context, report) < infinity<S>;
     for (std::size_t k = 0; k < patch_.pairs.size(); ++k) {
       const PatchPair<S>& pair = patch_.pairs[k];
       if (!pair.is_implicit || pair.count == 0) continue;
@@ -259,7 +260,7 @@ class HostPatch {
   std::vector<std::uint32_t> soft_numbers_;
   std::vector<Wrench<S>> impulses_;
   Constraints<S> constraints_;
-  DirectSolver<S> solver_;
+  ProximalSolver<S> solver_;
 };
 
 }  // namespace bristle
