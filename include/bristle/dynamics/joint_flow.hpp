@@ -14,7 +14,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <bristle/dynamics/joint_system.hpp>
+#include <bristle/dynamics/joint_projection.hpp>
 #include <bristle/math/dormand_prince.hpp>
 
 #include <vector>
@@ -72,21 +72,17 @@ class JointFlow {
 
   void choose_reference();
   [[nodiscard]] bool find_held();
-  [[nodiscard]] bool has_open_velocities() const;
-  void close_velocities();
-  [[nodiscard]] bool close_gaps();
   void accelerate();
   bool move_straight(S dt);
   bool integrate(S dt);
   void carry(S t);
   void read_values(const S* y);
-  [[nodiscard]] Wrench<S> momentum() const;
-  void restore_momentum(const Wrench<S>& wanted);
   [[nodiscard]] bool write(std::span<Transform<S>> end_poses, std::span<Twist<S>> end_twists,
                            std::span<Wrench<S>> impulses) const;
 
   JointFlowDef<S> def_;
   JointSystem<S> system_;
+  JointProjection<S> projection_;
   DormandPrince<S> integrator_;
   std::vector<S> values_;
   std::vector<Twist<S>> wanted_;  // Relative motion of each joint that `solve` shall give.
@@ -200,7 +196,7 @@ bool JointFlow<S>::move_straight(S dt) {
   for (Node& node : nodes) node.now.x += (dt / S(2)) * node.now.twist.linear;
   system_.place();
   if (!system_.factor()) return false;
-  if (has_open_velocities()) close_velocities();
+  if (projection_.has_open_velocities(system_)) projection_.close_velocities(system_, impulses_);
   accelerate();
   for (Node& node : nodes) {
     const Vec3<S> gain = dt * node.acceleration.linear;
@@ -212,17 +208,17 @@ bool JointFlow<S>::move_straight(S dt) {
     impulses_[i] += dt * system_.wrenches()[i];
   }
   system_.place();
-  if (!close_gaps()) return false;
-  close_velocities();
+  if (!projection_.close_gaps(system_)) return false;
+  projection_.close_velocities(system_, impulses_);
   return true;
 }
 
 template <Scalar S>
 bool JointFlow<S>::integrate(S dt) {
   const auto nodes = system_.nodes();
-  if (has_open_velocities()) {
+  if (projection_.has_open_velocities(system_)) {
     if (!system_.factor()) return false;
-    close_velocities();
+    projection_.close_velocities(system_, impulses_);
   }
   std::size_t state = 0;
   for (const Node& node : nodes) state += node.def->moves_by_forces ? body_values : 0;
@@ -239,7 +235,8 @@ bool JointFlow<S>::integrate(S dt) {
     w = now.twist.angular;
     y += body_values;
   }
-  Wrench<S> wanted = momentum();
+  Wrench<S> wanted;
+  if (is_free_) wanted = momentum_about(reference_point_, system_);
 
   const bool arrived = integrator_.advance(values_, state, dt, *this, def_.max_substeps);
   substeps_ = integrator_.substeps();
@@ -253,13 +250,13 @@ bool JointFlow<S>::integrate(S dt) {
     impulses_[i].force += Vec3<S>(impulse[0], impulse[1], impulse[2]);
     impulses_[i].torque += Vec3<S>(impulse[3], impulse[4], impulse[5]);
   }
-  if (!close_gaps()) return false;
-  close_velocities();
+  if (!projection_.close_gaps(system_)) return false;
+  projection_.close_velocities(system_, impulses_);
   if (is_free_) {
     for (const Node& node : nodes) wanted.force += dt * node.def->load.force;
     const S* turned = values_.data() + values_.size() - 3;
     wanted.torque += Vec3<S>(turned[0], turned[1], turned[2]);
-    restore_momentum(wanted);
+    set_momentum(reference_point_, wanted, system_);
   }
   return true;
 }
@@ -375,120 +372,6 @@ S JointFlow<S>::error_ratio(const S*, const S* error, S h) {
   // No tighter than what the arithmetic of accelerations and of the speeds themselves resolves.
   return sqrt(error2) / (max(def_.tolerance, round_off) * (sqrt(seen2) + h * free_acceleration_) +
                          round_off * sqrt(total2));
-}
-
-/// A group may arrive with velocities that its joints do not allow: set by the caller, or left by a
-/// step in which something hit it. They are closed at once, as in an impact without rebound.
-template <Scalar S>
-bool JointFlow<S>::has_open_velocities() const {
-  using std::max;
-  S turning2 = S(0), speed2 = S(0), gap_v2 = S(0), gap_w2 = S(0);
-  for (const Node& node : system_.nodes()) {
-    speed2 = max(speed2, node.now.twist.linear.squaredNorm());
-    turning2 = max(turning2, node.now.twist.angular.squaredNorm());
-  }
-  for (std::size_t i = 0; i < wanted_.size(); ++i) {
-    const Twist<S> gap =
-        system_.held(i, [](const Node& node) -> const Twist<S>& { return node.now.twist; });
-    gap_v2 = max(gap_v2, gap.linear.squaredNorm());
-    gap_w2 = max(gap_w2, gap.angular.squaredNorm());
-  }
-  const S size = system_.size();
-  const S size2 = size * size;
-  const S small2 = Tolerance<S>::equal() * Tolerance<S>::equal();
-  return gap_v2 + size2 * gap_w2 > small2 * (speed2 + size2 * turning2);
-}
-
-/// Impulses in the joints that take away what velocities they have left across themselves.
-template <Scalar S>
-void JointFlow<S>::close_velocities() {
-  for (std::size_t i = 0; i < wanted_.size(); ++i) {
-    wanted_[i] = Twist<S>{} - system_.held(i, [](const Node& node) -> const Twist<S>& {
-      return node.now.twist;
-    });
-  }
-  system_.solve(wanted_);
-  for (Node& node : system_.nodes()) node.now.twist = node.now.twist + node.change;
-  for (std::size_t i = 0; i < impulses_.size(); ++i) impulses_[i] += system_.wrenches()[i];
-}
-
-/// Displacements that close the gaps, by Newton. One is enough for what a step leaves: the error
-/// after it is of the order of its square.
-/// @return False when gaps stay open.
-template <Scalar S>
-bool JointFlow<S>::close_gaps() {
-  using std::max;
-  using std::sqrt;
-  constexpr int most_passes = 8;
-  const S size = system_.size();
-  S far2 = S(0);
-  for (const Node& node : system_.nodes()) far2 = max(far2, node.now.x.squaredNorm());
-  const S resolved = Tolerance<S>::round_off() * sqrt(far2);
-  const S closed = S(256) * Tolerance<S>::round_off() * size + resolved;
-  S gap = S(0);
-  for (int pass = 0; pass < most_passes; ++pass) {
-    S gap2 = S(0);
-    for (std::size_t i = 0; i < wanted_.size(); ++i) {
-      const Twist<S> left = system_.gap(i);
-      gap2 = max(gap2, left.linear.squaredNorm() + size * size * left.angular.squaredNorm());
-      wanted_[i] = Twist<S>{} - left;
-    }
-    gap = sqrt(gap2);
-    if (gap <= closed) return true;
-    // The matrix is of a place nearby, good for gaps that are small.
-    if (pass > 0 && gap > S(1e-3) * size && !system_.factor()) return false;
-    system_.solve(wanted_);
-    for (Node& node : system_.nodes()) {
-      if (!node.def->moves_by_forces) continue;
-      node.now.x += node.change.linear;
-      // A turn to first order, like the rest of Newton's step; the length is set right at the end.
-      const Vec3<S> half = node.change.angular / S(2);
-      const Quat<S>& q = node.now.q;
-      const Quat<S> change = Quat<S>(S(0), half.x(), half.y(), half.z()) * q;
-      node.now.set_axes(Quat<S>(Eigen::Matrix<S, 4, 1>(q.coeffs() + change.coeffs())));
-    }
-    system_.place();
-    if (gap * gap <= closed * size) return true;
-  }
-  return gap <= Tolerance<S>::equal() * size + resolved;
-}
-
-/// Momentum, and angular momentum about the reference point.
-template <Scalar S>
-Wrench<S> JointFlow<S>::momentum() const {
-  Wrench<S> sum;
-  for (const Node& node : system_.nodes()) {
-    const Mat3<S>& R = node.now.R;
-    const Vec3<S> p = node.def->mass * node.now.twist.linear;
-    const Vec3<S> L_B = node.def->inertia_B * Vec3<S>(R.transpose() * node.now.twist.angular);
-    sum += Wrench<S>{p, (node.now.x - reference_point_).cross(p) + R * L_B};
-  }
-  return sum;
-}
-
-/// Joints give a free group no momentum. Runge-Kutta keeps the linear one but angular momentum only
-/// to its error; what is missing comes back as a motion of the group as one rigid body, which no
-/// joint minds.
-template <Scalar S>
-void JointFlow<S>::restore_momentum(const Wrench<S>& wanted) {
-  S mass = S(0);
-  Vec3<S> center = Vec3<S>::Zero();
-  for (const Node& node : system_.nodes()) {
-    mass += node.def->mass;
-    center += node.def->mass * (node.now.x - reference_point_);
-  }
-  center /= mass;
-  Mat3<S> inertia = Mat3<S>::Zero();
-  for (const Node& node : system_.nodes()) {
-    const Mat3<S>& R = node.now.R;
-    inertia += R * node.def->inertia_B * R.transpose();
-    inertia += point_inertia<S>(node.def->mass, node.now.x - reference_point_ - center);
-  }
-  const Wrench<S> missing = (wanted + -momentum()).shifted(center);
-  const Twist<S> motion{missing.force / mass, inertia.inverse() * missing.torque};
-  for (Node& node : system_.nodes()) {
-    node.now.twist = node.now.twist + motion.shifted(node.now.x - reference_point_ - center);
-  }
 }
 
 template <Scalar S>
