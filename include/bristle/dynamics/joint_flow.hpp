@@ -44,8 +44,9 @@ class JointFlow {
   /// @throws InvalidArgument if the settings are not valid.
   explicit JointFlow(const JointFlowDef<S>& def = {}) : def_(def) { validate(def); }
 
-  /// Finds the state of a group of bodies that joints connect, one step later. Joints may be in a
-  /// state that they do not allow: velocities are closed by impulses at the start, gaps at the end.
+  /// Finds the state of one connected group of bodies, one step later. Joints may be in a state
+  /// that they do not allow: velocities are closed by impulses at the start, gaps at the end.
+  /// Drives and stops are not looked at.
   ///
   /// @param end_poses  Of all bodies, as `JointFlowBody::center_pose`.
   /// @param impulses  [N s, N m s] Of each joint on B about B's joint origin, along world axes.

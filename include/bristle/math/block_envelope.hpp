@@ -2,8 +2,8 @@
 /// Factorisation of a sparse symmetric matrix of 3x3 blocks within its envelope.
 ///
 /// The same idea as `EnvelopeMatrix`, for matrices whose rows come in threes: the joints of a
-/// mechanism, say. Blocks keep the compiler in straight-line code and take one dependent division
-/// per row instead of one per entry and a square root, which makes a chain four times cheaper.
+/// mechanism, say. Blocks keep the compiler in straight-line code and take one division per row
+/// instead of one per entry and a square root, which makes a chain more than three times cheaper.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
