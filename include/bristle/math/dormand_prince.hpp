@@ -1,0 +1,144 @@
+/// @file
+/// Explicit Runge-Kutta integration of fifth order with error control.
+///
+/// The pair of Dormand and Prince 1980, "A family of embedded Runge-Kutta formulae". Its seventh
+/// stage is the derivative at the end, which is the first of the next substep: six evaluations for
+/// each substep and one more for the whole.
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <bristle/math/types.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <utility>
+#include <vector>
+
+namespace bristle {
+
+/// Scratch memory and the algorithm.
+template <Scalar S>
+class DormandPrince {
+ public:
+  /// Advances y over `duration` in substeps that end exactly on it.
+  ///
+  /// `system` has two members. `bool derivative(S t, const S* y, S* dy)`; false ends the
+  /// integration. `S error_ratio(const S* y, const S* error, S h)` is the error [1] of a substep
+  /// that ends in y, relative to what is allowed; it is called right after the derivative at y.
+  ///
+  /// @param y  Values, changed only on success.
+  /// @param state  [-] How many of them, from the first, the derivative depends on. The others are
+  ///               integrals along the way.
+  /// @param max_substeps  [-] Most substeps tried.
+  /// @return False when the system failed, an error was not a number, or the limit was met.
+  template <typename System>
+  [[nodiscard]] bool advance(std::span<S> y, std::size_t state, S duration, System& system,
+                             int max_substeps);
+
+  /// Substeps tried in the last call, with the rejected ones.
+  [[nodiscard]] int substeps() const { return substeps_; }
+
+ private:
+  static constexpr std::size_t stages = 7;
+
+  /// to := from + h * sum of weights[i] * slope i, over the first `count` entries.
+  template <std::size_t n>
+  void combine(const S* from, const std::array<S, n>& weights, S h, std::size_t count, S* to) const;
+
+  std::array<std::vector<S>, stages> slopes_;
+  std::vector<S> start_, end_, error_;
+  int substeps_ = 0;
+};
+
+// Implementation -----------------------------------------------------------------------------------
+
+template <Scalar S>
+template <std::size_t n>
+void DormandPrince<S>::combine(const S* from, const std::array<S, n>& weights, S h,
+                               std::size_t count, S* to) const {
+  std::array<const S*, n> k;
+  std::array<S, n> c;
+  for (std::size_t s = 0; s < n; ++s) {
+    k[s] = slopes_[s].data();
+    c[s] = h * weights[s];
+  }
+  for (std::size_t i = 0; i < count; ++i) {
+    S sum = c[0] * k[0][i];
+    for (std::size_t s = 1; s < n; ++s) sum += c[s] * k[s][i];
+    to[i] = from[i] + sum;
+  }
+}
+
+template <Scalar S>
+template <typename System>
+bool DormandPrince<S>::advance(std::span<S> y, std::size_t state, S duration, System& system,
+                               int max_substeps) {
+  using std::pow;
+  const auto f = [](int above, int below) { return S(above) / S(below); };
+  const std::array<S, 1> a2{f(1, 5)};
+  const std::array<S, 2> a3{f(3, 40), f(9, 40)};
+  const std::array<S, 3> a4{f(44, 45), f(-56, 15), f(32, 9)};
+  const std::array<S, 4> a5{f(19372, 6561), f(-25360, 2187), f(64448, 6561), f(-212, 729)};
+  const std::array<S, 5> a6{f(9017, 3168), f(-355, 33), f(46732, 5247), f(49, 176),
+                            f(-5103, 18656)};
+  const std::array<S, 6> b{f(35, 384), S(0), f(500, 1113), f(125, 192), f(-2187, 6784), f(11, 84)};
+  // What the fifth order adds to the fourth.
+  const std::array<S, 7> e{f(71, 57600),      S(0),       f(-71, 16695), f(71, 1920),
+                           f(-17253, 339200), f(22, 525), f(-1, 40)};
+
+  for (std::vector<S>& slope : slopes_) slope.resize(y.size());
+  start_.assign(y.begin(), y.end());
+  end_.resize(y.size());
+  error_.resize(state);
+
+  substeps_ = 0;
+  S t = S(0);
+  S h = duration;
+  bool is_last = true;
+  if (!system.derivative(t, start_.data(), slopes_[0].data())) return false;
+  while (true) {
+    if (substeps_ == max_substeps) return false;
+    ++substeps_;
+    const auto stage = [&](S c, const auto& weights, std::size_t slope) {
+      combine(start_.data(), weights, h, state, end_.data());
+      return system.derivative(t + c * h, end_.data(), slopes_[slope].data());
+    };
+    if (!stage(f(1, 5), a2, 1) || !stage(f(3, 10), a3, 2) || !stage(f(4, 5), a4, 3) ||
+        !stage(f(8, 9), a5, 4) || !stage(S(1), a6, 5)) {
+      return false;
+    }
+    combine(start_.data(), b, h, y.size(), end_.data());
+    if (!system.derivative(t + h, end_.data(), slopes_[6].data())) return false;
+    std::fill(error_.begin(), error_.end(), S(0));
+    combine(error_.data(), e, h, state, error_.data());
+
+    const S ratio = system.error_ratio(end_.data(), error_.data(), h);
+    if (!(ratio < infinity<S>)) return false;
+    const bool is_accepted = ratio <= S(1);
+    if (is_accepted) {
+      t += h;
+      std::swap(start_, end_);
+      std::swap(slopes_[0], slopes_[6]);
+      if (is_last) break;
+    }
+    // The error of a substep grows with the fifth power of its length. Aimed a little below what is
+    // allowed, and never changed by more than five times on the word of one estimate.
+    const S factor = ratio > S(0) ? S(0.9) * pow(ratio, S(-0.2)) : S(5);
+    h *= std::clamp(factor, S(0.2), is_accepted ? S(5) : S(0.9));
+    // The rest is cut into equal parts, so that no sliver is left for the last one.
+    const S rest = duration - t;
+    is_last = h >= rest;
+    if (is_last) {
+      h = rest;
+    } else if (S(2) * h > rest) {
+      h = rest / S(2);
+    }
+  }
+  std::copy(start_.begin(), start_.end(), y.begin());
+  return true;
+}
+
+}  // namespace bristle

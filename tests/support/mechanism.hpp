@@ -1,0 +1,133 @@
+/// @file
+/// Mechanisms without a world: bodies and joints for `JointFlow`, stepped one after the other.
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <bristle/dynamics/joint_flow.hpp>
+
+#include <cmath>
+#include <vector>
+
+namespace bristle::test {
+
+template <typename S>
+struct Mechanism {
+  JointFlow<S> flow{};
+  std::vector<JointFlowBody<S>> bodies{};
+  std::vector<JointFlowJoint<S>> joints{};
+  std::vector<Wrench<S>> impulses{};
+  Vec3<S> gravity = Vec3<S>(0, 0, S(-9.81));
+
+  std::uint32_t add_fixed(const Vec3<S>& position = Vec3<S>::Zero()) {
+    JointFlowBody<S> body;
+    body.center_pose.translation = position;
+    bodies.push_back(body);
+    return static_cast<std::uint32_t>(bodies.size() - 1);
+  }
+  std::uint32_t add(S mass, const Mat3<S>& inertia, const Vec3<S>& position,
+                    const Quat<S>& orientation = Quat<S>::Identity()) {
+    JointFlowBody<S> body;
+    body.moves_by_forces = true;
+    body.mass = mass;
+    body.inertia_B = inertia;
+    body.inverse_inertia_B = inertia.inverse();
+    body.center_pose = {orientation, position};
+    body.load.force = mass * gravity;
+    bodies.push_back(body);
+    return static_cast<std::uint32_t>(bodies.size() - 1);
+  }
+  /// Joins two bodies as they stand, at a point of the world and with x along `axis`.
+  void join(JointKind kind, std::uint32_t a, std::uint32_t b, const Vec3<S>& point,
+            const Vec3<S>& axis = Vec3<S>::UnitX()) {
+    const Transform<S> X_WJ{Quat<S>::FromTwoVectors(Vec3<S>::UnitX(), axis), point};
+    joints.push_back({kind, a, b, bodies[a].center_pose.inverse() * X_WJ,
+                      bodies[b].center_pose.inverse() * X_WJ});
+  }
+
+  bool step(S dt) {
+    std::vector<Transform<S>> poses(bodies.size());
+    std::vector<Twist<S>> twists(bodies.size());
+    impulses.resize(joints.size());
+    if (!flow.advance(bodies, joints, dt, poses, twists, impulses)) return false;
+    for (std::size_t i = 0; i < bodies.size(); ++i) {
+      bodies[i].center_pose = poses[i];
+      bodies[i].twist = twists[i];
+    }
+    return true;
+  }
+  bool run(S seconds, S dt) {
+    const long steps = std::lround(static_cast<double>(seconds / dt));
+    for (long i = 0; i < steps; ++i) {
+      if (!step(dt)) return false;
+    }
+    return true;
+  }
+
+  [[nodiscard]] static Vec3<S> spin_of(const JointFlowBody<S>& body) {
+    const Mat3<S> R = body.center_pose.rotation_matrix();
+    return R * (body.inertia_B * (R.transpose() * body.twist.angular));
+  }
+  /// [J] Kinetic energy and energy under the (constant) forces.
+  [[nodiscard]] S energy() const {
+    S sum = S(0);
+    for (const JointFlowBody<S>& body : bodies) {
+      if (!body.moves_by_forces) continue;
+      sum += S(0.5) *
+             (body.mass * body.twist.linear.squaredNorm() + body.twist.angular.dot(spin_of(body)));
+      sum -= body.load.force.dot(body.center_pose.translation);
+    }
+    return sum;
+  }
+  /// [N s, N m s] Momentum, and angular momentum about the world's origin.
+  [[nodiscard]] Wrench<S> momentum() const {
+    Wrench<S> sum;
+    for (const JointFlowBody<S>& body : bodies) {
+      const Vec3<S> p = body.mass * body.twist.linear;
+      sum += Wrench<S>{p, body.center_pose.translation.cross(p) + spin_of(body)};
+    }
+    return sum;
+  }
+  /// [m] Largest distance of two joint origins that a joint without a slide keeps together.
+  [[nodiscard]] S largest_gap() const {
+    S largest = S(0);
+    for (const JointFlowJoint<S>& joint : joints) {
+      if (joint.kind == JointKind::prismatic) continue;
+      const Vec3<S> p = bodies[joint.body_a].center_pose * joint.X_CmA_J.translation;
+      const Vec3<S> q = bodies[joint.body_b].center_pose * joint.X_CmB_J.translation;
+      largest = std::max(largest, (p - q).norm());
+    }
+    return largest;
+  }
+};
+
+/// Box of 1 kg, half sizes 0.1, 0.02, 0.02 m, about its centre.
+template <typename S>
+Mat3<S> link_inertia() {
+  return Vec3<S>(S(2 * 0.02 * 0.02 / 3), S((0.01 + 0.0004) / 3), S((0.01 + 0.0004) / 3))
+      .asDiagonal();
+}
+
+/// Chain of n such links along x; body 0 is fixed at the origin, where it hangs.
+template <typename S>
+Mechanism<S> chain(int n, bool is_anchored = true) {
+  Mechanism<S> m;
+  if (is_anchored) m.add_fixed();
+  for (int i = 0; i < n; ++i) {
+    const std::uint32_t link = m.add(S(1), link_inertia<S>(), {S(0.2) * S(i) + S(0.1), 0, 0});
+    if (link > 0) m.join(JointKind::ball, link - 1, link, {S(0.2) * S(i), 0, 0});
+  }
+  return m;
+}
+
+/// [s] Period of a pendulum whose small swings take 2 pi / w0, by the arithmetic-geometric mean.
+inline double pendulum_period(double w0, double amplitude) {
+  double a = 1, b = std::cos(amplitude / 2);
+  for (int i = 0; i < 10; ++i) {
+    const double mean = (a + b) / 2;
+    b = std::sqrt(a * b);
+    a = mean;
+  }
+  return 2 * 3.14159265358979323846 / (w0 * a);
+}
+
+}  // namespace bristle::test

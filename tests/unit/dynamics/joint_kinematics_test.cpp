@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <bristle/dynamics/joint_kinematics.hpp>
+
+#include <doctest/doctest.h>
+
+using namespace bristle;
+
+namespace {
+
+using V = Vec3<double>;
+
+JointFlowJoint<double> joint_of(JointKind kind) {
+  JointFlowJoint<double> joint;
+  joint.kind = kind;
+  joint.X_CmA_J = {exp_rotation<double>({0.3, -0.5, 0.2}), V(0.4, 0.1, -0.2)};
+  joint.X_CmB_J = {exp_rotation<double>({-0.1, 0.7, 0.4}), V(-0.3, 0.2, 0.25)};
+  return joint;
+}
+
+/// Bodies that satisfy the joint at t = 0 in position and velocity, moving with constant twists.
+struct Pair {
+  JointFlowJoint<double> joint;
+  Transform<double> start_a, start_b;
+  Twist<double> twist_a, twist_b;
+
+  [[nodiscard]] static BodyInstant<double> instant(const Transform<double>& start,
+                                                   const Twist<double>& twist, double t) {
+    BodyInstant<double> body;
+    body.x = start.translation + t * twist.linear;
+    body.set_axes(step_rotation<double>(start.rotation, twist.angular, t));
+    body.twist = twist;
+    return body;
+  }
+  [[nodiscard]] BodyInstant<double> a(double t) const { return instant(start_a, twist_a, t); }
+  [[nodiscard]] BodyInstant<double> b(double t) const { return instant(start_b, twist_b, t); }
+  [[nodiscard]] JointInstant<double> at(double t) const { return joint_instant(joint, a(t), b(t)); }
+};
+
+Pair pair_of(JointKind kind) {
+  Pair pair;
+  pair.joint = joint_of(kind);
+  pair.start_a = {exp_rotation<double>({0.8, 0.1, -0.6}), V(1, 2, 3)};
+  pair.twist_a = {V(0.3, -0.2, 0.5), V(1.1, -0.7, 0.9)};
+  pair.twist_b.angular = kind == JointKind::ball ? V(-0.4, 1.3, 0.6) : pair.twist_a.angular;
+  const double slide = kind == JointKind::prismatic ? 0.35 : 0.0;
+  const Transform<double> X_WJ = pair.start_a * pair.joint.X_CmA_J *
+                                 Transform<double>{Quat<double>::Identity(), V(slide, 0, 0)};
+  pair.start_b = X_WJ * pair.joint.X_CmB_J.inverse();
+  const JointInstant<double> at = pair.at(0);
+  // B's origin moves with A, plus 0.8 m/s along the slide.
+  pair.twist_b.linear =
+      pair.twist_a.at(at.arm_a) + 0.8 * at.slide - pair.twist_b.angular.cross(at.arm_b);
+  return pair;
+}
+
+constexpr JointKind kinds[] = {JointKind::fixed, JointKind::prismatic, JointKind::ball};
+
+}  // namespace
+
+TEST_CASE("joint kinematics: no gap and no velocity where the joint holds") {
+  for (const JointKind kind : kinds) {
+    CAPTURE(static_cast<int>(kind));
+    const Pair pair = pair_of(kind);
+    const Twist<double> gap = held_gap(pair.joint, pair.at(0), pair.a(0), pair.b(0));
+    const Twist<double> rate = held_velocity(kind, pair.at(0), pair.twist_a, pair.twist_b);
+    CHECK(gap.linear.norm() + gap.angular.norm() < 1e-14);
+    CHECK(rate.linear.norm() + rate.angular.norm() < 1e-14);
+  }
+}
+
+TEST_CASE("joint kinematics: the velocity is the rate of the gap") {
+  for (const JointKind kind : kinds) {
+    CAPTURE(static_cast<int>(kind));
+    Pair pair = pair_of(kind);
+    pair.twist_b.linear += V(0.2, 0.4, -0.3);  // Breaks what the joint holds.
+    pair.twist_b.angular += V(-0.5, 0.1, 0.2);
+    const double h = 1e-6;
+    const auto gap = [&](double t) {
+      const Twist<double> g = held_gap(pair.joint, pair.at(t), pair.a(t), pair.b(t));
+      return Twist<double>{g.linear, g.angular};
+    };
+    const Twist<double> rate = held_velocity(kind, pair.at(0), pair.twist_a, pair.twist_b);
+    // Central differences: h^2 from the method, 1e-16 / h from the arithmetic.
+    CHECK(((gap(h).linear - gap(-h).linear) / (2 * h) - rate.linear).norm() < 1e-9);
+    CHECK(((gap(h).angular - gap(-h).angular) / (2 * h) - rate.angular).norm() < 1e-9);
+  }
+}
+
+TEST_CASE("joint kinematics: the bias is the rate of the velocity in A's axes") {
+  for (const JointKind kind : kinds) {
+    CAPTURE(static_cast<int>(kind));
+    const Pair pair = pair_of(kind);
+    const double h = 1e-6;
+    // With constant twists J v' is zero, so what changes is J' v. In A's axes, as the joint holds.
+    const auto velocity_A = [&](double t) {
+      const Twist<double> held = held_velocity(kind, pair.at(t), pair.twist_a, pair.twist_b);
+      return V(pair.a(t).R.transpose() * held.linear);
+    };
+    const V rate = pair.a(0).R * V((velocity_A(h) - velocity_A(-h)) / (2 * h));
+    const V bias = held_acceleration_bias(kind, pair.at(0), pair.twist_a, pair.twist_b);
+    CHECK((rate - bias).norm() < 1e-9);
+    CHECK(bias.norm() > 0.1);  // There is something to get wrong.
+  }
+}
+
+TEST_CASE_TEMPLATE("BodyInstant: axes do not depend on the length of the quaternion", S, float,
+                   double) {
+  const Quat<S> q = exp_rotation<S>({S(0.3), S(-1.2), S(0.7)});
+  BodyInstant<S> body;
+  body.set_axes(Quat<S>(typename Quat<S>::Coefficients(S(1.7) * q.coeffs())));
+  CHECK((body.R - q.toRotationMatrix()).norm() < Tolerance<S>::round_off());
+}
