@@ -22,6 +22,11 @@
 #include <bristle/dynamics/island_solver.hpp>
 #include <bristle/dynamics/islands.hpp>
 #include <bristle/dynamics/joint.hpp>
+#include <bristle/dynamics/joint_flow.hpp>
+#include <bristle/dynamics/joint_kinematics.hpp>
+#include <bristle/dynamics/joint_order.hpp>
+#include <bristle/dynamics/joint_projection.hpp>
+#include <bristle/dynamics/joint_system.hpp>
 #include <bristle/dynamics/manifold_sweeps.hpp>
 #include <bristle/dynamics/material.hpp>
 #include <bristle/dynamics/proximal_solver.hpp>
@@ -63,7 +68,9 @@
 #include <bristle/io/svg_writer.hpp>
 #include <bristle/io/text_scanner.hpp>
 #include <bristle/io/trace.hpp>
+#include <bristle/math/block_envelope.hpp>
 #include <bristle/math/cholesky.hpp>
+#include <bristle/math/dormand_prince.hpp>
 #include <bristle/math/envelope_cholesky.hpp>
 #include <bristle/math/mass_properties.hpp>
 #include <bristle/math/rotation.hpp>
@@ -84,6 +91,7 @@
 #include <bristle/sensors/stability.hpp>
 #include <bristle/sensors/tuning.hpp>
 #include <bristle/world/contact_stage.hpp>
+#include <bristle/world/mechanism_stage.hpp>
 #include <bristle/world/ray_query.hpp>
 #include <bristle/world/report.hpp>
 #include <bristle/world/sensor_stage.hpp>

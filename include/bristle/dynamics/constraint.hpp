@@ -63,6 +63,8 @@ struct ConstraintBlock {
   std::uint32_t first = 0;
   std::uint32_t count = 0;
   BlockKind kind = BlockKind::equality;
+  /// [-] Slot of the joint that it comes from.
+  std::uint32_t joint = 0;
   /// [N s or N m s] Bounds of a bounded row or a stop.
   S lower = S(0);
   S upper = S(0);

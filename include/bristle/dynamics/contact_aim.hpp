@@ -85,7 +85,7 @@ void aim_contact(ContactConstraint<S>& c, const SolverBody<S>& a, const SolverBo
   const S start = c.normal_velocity(a.start, b.start);
   const S free = c.normal_velocity(a.free, b.free);
   const S change = free - start;  // What forces do to the normal velocity within the step.
-  const bool closes = c.gap + dt * (is_trapezoidal ? S(0.5) * (start + free) : free) < S(0);
+  const bool closes = c.gap + dt * c.normal_velocity(a.free_motion, b.free_motion) < S(0);
   const bool bounces = c.restitution > S(0) && closes && start < -context.restitution_speed;
   c.bounce_share = S(-1);
   c.is_impact = closes && -start > context.speed_change;

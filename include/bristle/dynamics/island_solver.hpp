@@ -97,8 +97,8 @@ class IslandSolver {
       for (std::size_t n = 0; n < island.bodies.size(); ++n) {
         SolverBody<S>& body = bodies[island.bodies[n]];
         body.start = k > S(0) ? body.twist : body.start;
-        body.free = {body.start.linear + parts_[n].change.linear,
-                     body.start.angular + parts_[n].change.angular};
+        body.free = body.start + parts_[n].change;
+        body.free_motion = mean_free_motion(body, context.integrator);
       }
       aim(island, constraints, bodies, part);
       if (k == S(0)) {
@@ -128,8 +128,7 @@ class IslandSolver {
       const SolverBody<S>& body = bodies[island.bodies[n]];
       parts_[n].start = body.start;
       parts_[n].free = body.free;
-      parts_[n].change = {(body.free.linear - body.start.linear) / parts,
-                          (body.free.angular - body.start.angular) / parts};
+      parts_[n].change = (S(1) / parts) * (body.free - body.start);
       parts_[n].motion = {};
     }
     totals_.assign(island.contacts.size(), {});
@@ -166,9 +165,7 @@ class IslandSolver {
       }
     }
     for (std::size_t n = 0; n < island.bodies.size(); ++n) {
-      const Twist<S>& motion = bodies[island.bodies[n]].motion;
-      parts_[n].motion.linear += motion.linear / parts;
-      parts_[n].motion.angular += motion.angular / parts;
+      parts_[n].motion = parts_[n].motion + (S(1) / parts) * bodies[island.bodies[n]].motion;
     }
   }
 

@@ -137,8 +137,15 @@ void validate(const JointDef<S>& def) {
 /// Adds a joint's rows for this step: locked axes as one equality block, then the drive, then the
 /// stops.
 template <Scalar S>
-void add_joint_rows(Joint<S>& joint, const Body<S>& a, const Body<S>& b, std::uint32_t slot_a,
-                    std::uint32_t slot_b, S dt, Constraints<S>& out);
+void add_joint_rows(Joint<S>& joint, std::uint32_t joint_slot, const Body<S>& a, const Body<S>& b,
+                    S dt, Constraints<S>& out);
+
+/// Turns the rows of the locked axes to where the bodies will be at the end of the step, for bodies
+/// whose free motion obeys the joint: they then only answer to what else acts, and have no error.
+/// @param motion_a, motion_b  [m/s, rad/s] Displacements of the free motion, divided by the step.
+template <Scalar S>
+void turn_joint_rows(const Joint<S>& joint, const Transform<S>& X_WA, const Transform<S>& X_WB,
+                     const Twist<S>& motion_a, const Twist<S>& motion_b, S dt, Constraints<S>& out);
 
 /// Keeps the impulses that the solver found.
 template <Scalar S>
@@ -163,15 +170,16 @@ struct JointPose {
 };
 
 template <Scalar S>
-[[nodiscard]] JointPose<S> joint_pose(const Joint<S>& joint, const Body<S>& a, const Body<S>& b) {
+[[nodiscard]] JointPose<S> joint_pose(const Joint<S>& joint, const Transform<S>& X_WA,
+                                      const Transform<S>& X_WB) {
   JointPose<S> pose;
-  const Quat<S> R_WJa = a.center_pose.rotation * joint.X_CmA_J.rotation;
-  const Quat<S> R_WJb = b.center_pose.rotation * joint.X_CmB_J.rotation;
+  const Quat<S> R_WJa = X_WA.rotation * joint.X_CmA_J.rotation;
+  const Quat<S> R_WJb = X_WB.rotation * joint.X_CmB_J.rotation;
   pose.axes_W = R_WJa.toRotationMatrix();
-  pose.arm_b = b.center_pose.rotation * joint.X_CmB_J.translation;
+  pose.arm_b = X_WB.rotation * joint.X_CmB_J.translation;
   // Centres of mass are subtracted first, so nothing is lost far from the world's origin.
-  pose.arm_a = (b.center_pose.translation - a.center_pose.translation) + pose.arm_b;
-  const Vec3<S> offset_W = pose.arm_a - a.center_pose.rotation * joint.X_CmA_J.translation;
+  pose.arm_a = (X_WB.translation - X_WA.translation) + pose.arm_b;
+  const Vec3<S> offset_W = pose.arm_a - X_WA.rotation * joint.X_CmA_J.translation;
   pose.offset_J = pose.axes_W.transpose() * offset_W;
   pose.angle_J = log_rotation<S>(R_WJa.conjugate() * R_WJb);
   return pose;
@@ -190,6 +198,32 @@ template <Scalar S>
   return distance < S(0) ? -speed : speed;
 }
 
+/// Row along an axis of A's joint frame, or against it, at B's joint origin.
+template <Scalar S>
+[[nodiscard]] ConstraintRow<S> linear_row(const JointPose<S>& pose, int axis, S sign) {
+  ConstraintRow<S> row;
+  row.direction = sign * pose.axes_W.col(axis);
+  row.angular_a = pose.arm_a.cross(row.direction);
+  row.angular_b = pose.arm_b.cross(row.direction);
+  row.error = sign * pose.offset_J[axis];
+  return row;
+}
+
+/// Calls use(row) for each row that a joint keeps at zero, `locked_rows` in all.
+template <Scalar S, typename Use>
+void for_each_locked_row(JointKind kind, const JointPose<S>& pose, Use&& use) {
+  for (int axis = kind == JointKind::prismatic ? 1 : 0; axis < 3; ++axis) {
+    use(linear_row(pose, axis, S(1)));
+  }
+  if (kind == JointKind::ball) return;
+  for (int axis = 0; axis < 3; ++axis) {
+    ConstraintRow<S> row;
+    row.angular_a = row.angular_b = pose.axes_W.col(axis);
+    row.error = pose.angle_J[axis];
+    use(row);
+  }
+}
+
 inline constexpr std::size_t drive_impulse = 6;
 inline constexpr std::size_t lower_impulse = 7;
 inline constexpr std::size_t upper_impulse = 8;
@@ -197,43 +231,29 @@ inline constexpr std::size_t upper_impulse = 8;
 }  // namespace detail
 
 template <Scalar S>
-void add_joint_rows(Joint<S>& joint, const Body<S>& a, const Body<S>& b, std::uint32_t slot_a,
-                    std::uint32_t slot_b, S dt, Constraints<S>& out) {
+void add_joint_rows(Joint<S>& joint, std::uint32_t joint_slot, const Body<S>& a, const Body<S>& b,
+                    S dt, Constraints<S>& out) {
   using std::max;
   using std::min;
   const JointDef<S>& def = joint.def;
-  const detail::JointPose<S> pose = detail::joint_pose(joint, a, b);
+  const detail::JointPose<S> pose = detail::joint_pose(joint, a.center_pose, b.center_pose);
   joint.first_block = static_cast<std::uint32_t>(out.blocks.size());
   const auto open_block = [&](BlockKind kind) -> ConstraintBlock<S>& {
     ConstraintBlock<S> block;
-    block.body_a = slot_a;
-    block.body_b = slot_b;
+    block.body_a = def.body_a.index;
+    block.body_b = def.body_b.index;
     block.first = static_cast<std::uint32_t>(out.rows.size());
     block.kind = kind;
+    block.joint = joint_slot;
     out.blocks.push_back(block);
     return out.blocks.back();
   };
-  const auto linear_row = [&](int axis, S sign) {
-    ConstraintRow<S> row;
-    row.direction = sign * pose.axes_W.col(axis);
-    row.angular_a = pose.arm_a.cross(row.direction);
-    row.angular_b = pose.arm_b.cross(row.direction);
-    row.error = sign * pose.offset_J[axis];
-    return row;
-  };
-
-  const int first_locked = def.kind == JointKind::prismatic ? 1 : 0;
   open_block(BlockKind::equality).count = locked_rows(def.kind);
-  for (int axis = first_locked; axis < 3; ++axis) out.rows.push_back(linear_row(axis, S(1)));
-  for (int axis = 0; axis < 3 && def.kind != JointKind::ball; ++axis) {
-    ConstraintRow<S> row;
-    row.angular_a = row.angular_b = pose.axes_W.col(axis);
-    row.error = pose.angle_J[axis];
+  std::size_t k = 0;
+  detail::for_each_locked_row(def.kind, pose, [&](ConstraintRow<S> row) {
+    row.impulse = joint.impulses[k++];
     out.rows.push_back(row);
-  }
-  for (std::uint32_t k = 0; k < out.blocks.back().count; ++k) {
-    out.rows[out.blocks.back().first + k].impulse = joint.impulses[k];
-  }
+  });
 
   if (def.kind == JointKind::prismatic) {
     const S position = pose.offset_J.x();
@@ -243,7 +263,7 @@ void add_joint_rows(Joint<S>& joint, const Body<S>& a, const Body<S>& b, std::ui
       block.count = 1;
       block.lower = lower;
       block.upper = upper;
-      ConstraintRow<S> row = linear_row(0, sign);
+      ConstraintRow<S> row = detail::linear_row(pose, 0, sign);
       row.error = S(0);
       row.target = target;
       row.impulse = min(max(joint.impulses[slot], lower), upper);
@@ -272,6 +292,19 @@ void add_joint_rows(Joint<S>& joint, const Body<S>& a, const Body<S>& b, std::ui
     }
   }
   joint.block_count = static_cast<std::uint32_t>(out.blocks.size()) - joint.first_block;
+}
+
+template <Scalar S>
+void turn_joint_rows(const Joint<S>& joint, const Transform<S>& X_WA, const Transform<S>& X_WB,
+                     const Twist<S>& motion_a, const Twist<S>& motion_b, S dt,
+                     Constraints<S>& out) {
+  ConstraintRow<S>* out_row = &out.rows[out.blocks[joint.first_block].first];
+  detail::for_each_locked_row(joint.def.kind, detail::joint_pose(joint, X_WA, X_WB),
+                              [&](ConstraintRow<S> row) {
+                                row.impulse = out_row->impulse;
+                                row.error = -dt * row.velocity(motion_a, motion_b);
+                                *out_row++ = row;
+                              });
 }
 
 template <Scalar S>
@@ -306,7 +339,7 @@ void store_joint_impulses(Joint<S>& joint, const Constraints<S>& constraints) {
 
 template <Scalar S>
 JointReading<S> read_joint(const Joint<S>& joint, const Body<S>& a, const Body<S>& b, S dt) {
-  const detail::JointPose<S> pose = detail::joint_pose(joint, a, b);
+  const detail::JointPose<S> pose = detail::joint_pose(joint, a.center_pose, b.center_pose);
   JointReading<S> reading;
   reading.reaction = (S(1) / dt) * joint.total;
   if (joint.def.kind == JointKind::prismatic) {

@@ -63,7 +63,8 @@ struct SolverBody {
   Twist<S> free{};
   /// Velocities at the start of the step.
   Twist<S> start{};
-  /// Displacement of the step, divided by the step.
+  /// Displacement of the step, divided by the step: of free motion, and as known so far.
+  Twist<S> free_motion{};
   Twist<S> motion{};
   /// [1/kg, 1/(kg m^2)] World axes; zero along and about axes on which forces do not move it.
   Vec3<S> inverse_mass = Vec3<S>::Zero();
@@ -75,6 +76,8 @@ struct SolverBody {
   bool moves = false;
   /// Whether sensors push it: it is then stepped by symplectic Euler.
   bool is_sensed = false;
+  /// Whether its free motion is that of a mechanism, and velocities are those at its end.
+  bool is_carried = false;
 
   [[nodiscard]] bool is_moving() const { return moves; }
   /// Whether nothing moves it along (0 to 2) or about (3 to 5) an axis of the world.
@@ -230,8 +233,14 @@ void apply_impulses(const Island& island, const Constraints<S>& constraints,
 template <Scalar S>
 [[nodiscard]] Twist<S> mean_motion(const SolverBody<S>& body, Integrator integrator) {
   if (integrator == Integrator::symplectic_euler) return body.twist;
-  return {S(0.5) * (body.start.linear + body.twist.linear),
-          S(0.5) * (body.start.angular + body.twist.angular)};
+  return body.free_motion + S(0.5) * (body.twist - body.free);
+}
+
+/// The same for free motion that starts and ends with known velocities.
+template <Scalar S>
+[[nodiscard]] Twist<S> mean_free_motion(const SolverBody<S>& body, Integrator integrator) {
+  if (integrator == Integrator::symplectic_euler) return body.free;
+  return S(0.5) * (body.start + body.free);
 }
 
 /// Picks the velocity at the end of the step, or the displacement of it, for the functions above.

@@ -219,7 +219,7 @@ class HostPatch {
     }
     SolveReport<S> report;
     const bool is_solved =
-        solver_.solve(island, constraints_, solver_bodies_, context, report) < infinity<S>;
+        S(solver_.solve(island, constraints_, solver_bodies_, context, report)) < infinity<S>;
     for (std::size_t k = 0; k < patch_.pairs.size(); ++k) {
       const PatchPair<S>& pair = patch_.pairs[k];
       if (!pair.is_implicit || pair.count == 0) continue;

@@ -27,6 +27,7 @@ struct Twist {
   friend Twist operator+(const Twist& a, const Twist& b) {
     return {a.linear + b.linear, a.angular + b.angular};
   }
+  friend Twist operator*(S k, const Twist& a) { return {k * a.linear, k * a.angular}; }
 };
 
 /// Force and torque about a reference point; also used for their impulses (then [N s, N m s]).

@@ -34,6 +34,8 @@ struct StepReport {
   std::uint64_t rows = 0;
   std::uint64_t sweeps = 0;
   std::uint64_t factorisations = 0;
+  /// [-] Evaluations of accelerations in the smooth motion of mechanisms.
+  std::uint64_t flow_evaluations = 0;
   /// [-] Sweeps of the position correction; zero in a step without position errors.
   std::uint64_t position_sweeps = 0;
   /// [m/s] Largest velocity change of the last sweep of any island.

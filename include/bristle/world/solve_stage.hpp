@@ -8,6 +8,7 @@
 #include <bristle/dynamics/island_solver.hpp>
 #include <bristle/dynamics/islands.hpp>
 #include <bristle/sensors/passes.hpp>
+#include <bristle/world/mechanism_stage.hpp>
 #include <bristle/world/sensor_stage.hpp>
 #include <bristle/world/world_state.hpp>
 
@@ -50,8 +51,9 @@ class SolveStage {
         ++state.report.frozen_bodies;
       }
       body.twist = body.free;
-      body.motion = mean_motion(body, integrator_of(state, body));
+      body.motion = body.free_motion = mean_free_motion(body, integrator_of(state, body));
     }
+    mechanisms_.begin_step(state);
     state.report.rows = 3 * state.constraints.contacts.size() + state.constraints.rows.size() +
                         6 * state.constraints.soft.size();
     if (state.report.rows == 0) return;
@@ -62,6 +64,11 @@ class SolveStage {
     }
   }
 
+  /// Adds what a joint gave in the smooth motion of its mechanism.
+  void add_flow_impulse(std::uint32_t joint, Wrench<S>& total) const {
+    mechanisms_.add_impulse(joint, total);
+  }
+
   /// Moves all bodies. A body whose new state is not finite stays where it is, at rest.
   void integrate(State& state) const {
     for (std::uint32_t i = 0; i < state.bodies.slot_count(); ++i) {
@@ -70,8 +77,13 @@ class SolveStage {
       body.applied = {};
       if (body.motion == Motion::fixed) continue;
       const Transform<S> start = body.center_pose;
-      if (body.is_dynamic()) body.twist = state.solver_bodies[i].twist;
-      step_pose(body, state.solver_bodies[i].motion, state.def.time_step);
+      const SolverBody<S>& solved = state.solver_bodies[i];
+      if (body.is_dynamic()) body.twist = solved.twist;
+      if (solved.is_carried) {
+        mechanisms_.move(body, solved, i, state.def.time_step);
+      } else {
+        step_pose(body, solved.motion, state.def.time_step);
+      }
       if (is_finite(body.twist) && body.center_pose.translation.allFinite() &&
           body.center_pose.rotation.coeffs().allFinite()) {
         continue;
@@ -138,6 +150,12 @@ class SolveStage {
     const SolveContext<S> context = context_of(state, island);
     Constraints<S>& constraints = state.constraints;
     std::span<SolverBody<S>> bodies = state.solver_bodies;
+    if (mechanisms_.applies_to(state, island, context)) {
+      // Where nothing touches the mechanism there is nothing left to solve.
+      if (mechanisms_.advance(state, island) && island.contacts.empty()) return;
+    } else if (context.integrator == Integrator::symplectic_euler) {
+      for (const std::uint32_t slot : island.bodies) bodies[slot].free_motion = bodies[slot].free;
+    }
     SolveReport<S> report;
     const auto solve_once = [&] {
       for (const std::uint32_t soft : island.soft) sensors.fill(state, soft);
@@ -180,12 +198,13 @@ class SolveStage {
     apply_impulses<S>(island, state.constraints, state.solver_bodies);
     for (const std::uint32_t slot : island.bodies) {
       SolverBody<S>& body = state.solver_bodies[slot];
-      body.motion = mean_motion(body, integrator_of(state, body));
+      body.motion = body.free_motion;
     }
     ++state.report.discarded_islands;
   }
 
   IslandBuilder<S> islands_;
+  MechanismStage<S, Backend> mechanisms_;
   IslandSolver<S> solver_;
 };
 

@@ -394,15 +394,17 @@ void World<S, Backend>::step() {
   for (std::uint32_t i = 0; i < state_.joints.slot_count(); ++i) {
     if (!state_.joints.is_live(i)) continue;
     Joint<S>& joint = state_.joints.at(i);
-    add_joint_rows(joint, state_.bodies.at(joint.def.body_a.index),
-                   state_.bodies.at(joint.def.body_b.index), joint.def.body_a.index,
-                   joint.def.body_b.index, state_.def.time_step, state_.constraints);
+    add_joint_rows(joint, i, state_.bodies.at(joint.def.body_a.index),
+                   state_.bodies.at(joint.def.body_b.index), state_.def.time_step,
+                   state_.constraints);
   }
 
   solve_stage_.solve(state_, sensor_stage_);
   contact_stage_.store_impulses(state_);
   for (std::uint32_t i = 0; i < state_.joints.slot_count(); ++i) {
-    if (state_.joints.is_live(i)) store_joint_impulses(state_.joints.at(i), state_.constraints);
+    if (!state_.joints.is_live(i)) continue;
+    store_joint_impulses(state_.joints.at(i), state_.constraints);
+    solve_stage_.add_flow_impulse(i, state_.joints.at(i).total);
   }
   sensor_stage_.read(state_);
   solve_stage_.integrate(state_);

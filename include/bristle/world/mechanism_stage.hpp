@@ -1,0 +1,191 @@
+/// @file
+/// Part of the third stage of a step: mechanisms follow their own smooth motion, and contacts act
+/// on what comes out of it.
+///
+/// Bodies that joints connect and nothing else pushes are moved by `JointFlow`, which keeps their
+/// energy. Where contacts touch them too, that motion is what contacts take for free motion: their
+/// impulses, and the joints' answers to them, come on top.
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <bristle/dynamics/joint_flow.hpp>
+#include <bristle/world/world_state.hpp>
+
+#include <algorithm>
+#include <vector>
+
+namespace bristle {
+
+/// Moves the mechanisms of one island after the other.
+template <Scalar S, typename Backend>
+class MechanismStage {
+ public:
+  using State = WorldState<S, Backend>;
+
+  /// Forgets the mechanisms of the last step.
+  void begin_step(const State& state) {
+    has_flow_ = false;
+    if (state.joints.size() == 0) return;
+    end_poses_.resize(std::max<std::size_t>(end_poses_.size(), state.bodies.slot_count()));
+    parent_.resize(std::max<std::size_t>(parent_.size(), state.bodies.slot_count()));
+    local_.resize(std::max<std::size_t>(local_.size(), state.bodies.slot_count()), none);
+    joint_impulses_.assign(state.joints.slot_count(), Wrench<S>{});
+  }
+
+  /// Whether an island has a mechanism whose motion may be integrated: joints without drives and
+  /// stops, which are decisions of a step and not forces; and no sensors, whose law is integrated
+  /// with symplectic Euler.
+  [[nodiscard]] static bool applies_to(const State& state, const Island& island,
+                                       const SolveContext<S>& context) {
+    if (island.blocks.empty() || context.integrator != Integrator::trapezoidal) return false;
+    if (!island.contacts.empty() && island.bodies.size() > context.settings.max_direct_bodies) {
+      return false;
+    }
+    return std::all_of(island.blocks.begin(), island.blocks.end(), [&](std::uint32_t i) {
+      return state.constraints.blocks[i].kind == BlockKind::equality;
+    });
+  }
+
+  /// Integrates the mechanisms of an island: sets the free velocities and displacements of its
+  /// bodies, and turns the rows of its joints to where they will be.
+  /// @return False when that failed: the island is then as before.
+  bool advance(State& state, const Island& island) {
+    find_groups(state, island);
+    saved_.clear();
+    for (const std::uint32_t slot : island.bodies) saved_.push_back(state.solver_bodies[slot]);
+    for (const std::uint32_t slot : island.bodies) {
+      if (parent_[slot] != slot) continue;
+      if (advance_group(state, island, slot)) continue;
+      for (std::size_t k = 0; k < saved_.size(); ++k) {
+        state.solver_bodies[island.bodies[k]] = saved_[k];
+      }
+      return false;
+    }
+    has_flow_ = true;
+    for (const std::uint32_t i : island.blocks) {
+      const Joint<S>& joint = state.joints.at(state.constraints.blocks[i].joint);
+      const std::uint32_t a = joint.def.body_a.index;
+      const std::uint32_t b = joint.def.body_b.index;
+      turn_joint_rows(joint, end_pose(state, a), end_pose(state, b),
+                      state.solver_bodies[a].free_motion, state.solver_bodies[b].free_motion,
+                      state.def.time_step, state.constraints);
+      if (!island.contacts.empty()) continue;
+      for (std::uint32_t r = 0; r < state.constraints.blocks[i].count; ++r) {
+        state.constraints.rows[state.constraints.blocks[i].first + r].impulse = S(0);
+      }
+    }
+    return true;
+  }
+
+  /// Moves a body of a mechanism to where it was integrated to, and by what impulses added.
+  void move(Body<S>& body, const SolverBody<S>& solved, std::uint32_t slot, S dt) const {
+    const Twist<S> rest = solved.motion - solved.free_motion;
+    body.center_pose = end_poses_[slot];
+    body.center_pose.translation += dt * rest.linear;
+    if (rest.angular != Vec3<S>::Zero()) {
+      body.center_pose.rotation = step_rotation(body.center_pose.rotation, rest.angular, dt);
+    }
+  }
+
+  /// [N s, N m s] Adds what a joint gave in the smooth motion, on B about B's joint origin.
+  void add_impulse(std::uint32_t joint, Wrench<S>& total) const {
+    if (has_flow_) total += joint_impulses_[joint];
+  }
+
+ private:
+  static constexpr std::uint32_t none = 0xffffffffu;
+
+  /// Joins the bodies of each mechanism: `parent_` leads to the lowest slot of its bodies that
+  /// forces move. Contacts join nothing here.
+  void find_groups(const State& state, const Island& island) {
+    for (const std::uint32_t slot : island.bodies) parent_[slot] = slot;
+    const auto root = [&](std::uint32_t slot) {
+      while (parent_[slot] != slot) slot = parent_[slot] = parent_[parent_[slot]];
+      return slot;
+    };
+    for (const std::uint32_t i : island.blocks) {
+      const ConstraintBlock<S>& block = state.constraints.blocks[i];
+      if (!state.solver_bodies[block.body_a].moves || !state.solver_bodies[block.body_b].moves) {
+        continue;
+      }
+      const std::uint32_t a = root(block.body_a);
+      const std::uint32_t b = root(block.body_b);
+      parent_[std::max(a, b)] = std::min(a, b);
+    }
+    for (const std::uint32_t slot : island.bodies) parent_[slot] = root(slot);
+  }
+
+  bool advance_group(State& state, const Island& island, std::uint32_t group) {
+    bodies_.clear();
+    joints_.clear();
+    slots_.clear();
+    joint_slots_.clear();
+    const auto number = [&](std::uint32_t slot) {
+      if (local_[slot] == none) {
+        local_[slot] = static_cast<std::uint32_t>(slots_.size());
+        slots_.push_back(slot);
+        bodies_.push_back(joint_flow_body(state.bodies.at(slot), state.def.gravity));
+      }
+      return local_[slot];
+    };
+    for (const std::uint32_t i : island.blocks) {
+      const ConstraintBlock<S>& block = state.constraints.blocks[i];
+      const bool is_a = state.solver_bodies[block.body_a].moves;
+      if (parent_[is_a ? block.body_a : block.body_b] != group) continue;
+      const Joint<S>& joint = state.joints.at(block.joint);
+      joints_.push_back({joint.def.kind, number(block.body_a), number(block.body_b), joint.X_CmA_J,
+                         joint.X_CmB_J});
+      joint_slots_.push_back(block.joint);
+    }
+    for (const std::uint32_t slot : slots_) local_[slot] = none;
+    if (joints_.empty()) return true;  // A lone body that contacts connect to a mechanism.
+    poses_.resize(bodies_.size());
+    twists_.resize(bodies_.size());
+    impulses_.resize(joints_.size());
+    if (!flow_.advance(bodies_, joints_, state.def.time_step, poses_, twists_, impulses_)) {
+      return false;
+    }
+    state.report.flow_evaluations += static_cast<std::uint64_t>(flow_.evaluations());
+    for (std::size_t k = 0; k < slots_.size(); ++k) write(state, slots_[k], k);
+    for (std::size_t k = 0; k < joint_slots_.size(); ++k) {
+      joint_impulses_[joint_slots_[k]] = impulses_[k];
+    }
+    return true;
+  }
+
+  void write(State& state, std::uint32_t slot, std::size_t k) {
+    SolverBody<S>& body = state.solver_bodies[slot];
+    if (!body.moves) return;
+    const Transform<S>& start = state.bodies.at(slot).center_pose;
+    const S dt = state.def.time_step;
+    body.free = body.twist = twists_[k];
+    body.free_motion = {(poses_[k].translation - start.translation) / dt,
+                        log_rotation<S>(poses_[k].rotation * start.rotation.conjugate()) / dt};
+    body.motion = body.free_motion;
+    body.is_carried = true;
+    end_poses_[slot] = poses_[k];
+  }
+
+  /// Where a body is at the end of the smooth motion.
+  [[nodiscard]] Transform<S> end_pose(const State& state, std::uint32_t slot) const {
+    if (state.solver_bodies[slot].is_carried) return end_poses_[slot];
+    Body<S> body = state.bodies.at(slot);
+    if (body.motion == Motion::kinematic) step_pose(body, body.twist, state.def.time_step);
+    return body.center_pose;
+  }
+
+  JointFlow<S> flow_{};
+  bool has_flow_ = false;
+  std::vector<Transform<S>> end_poses_;        // By slot, of bodies that are carried.
+  std::vector<Wrench<S>> joint_impulses_;      // By slot.
+  std::vector<std::uint32_t> parent_, local_;  // By slot.
+  std::vector<SolverBody<S>> saved_;
+  std::vector<JointFlowBody<S>> bodies_;
+  std::vector<JointFlowJoint<S>> joints_;
+  std::vector<std::uint32_t> slots_, joint_slots_;
+  std::vector<Transform<S>> poses_;
+  std::vector<Twist<S>> twists_;
+  std::vector<Wrench<S>> impulses_;
+};
+
+}  // namespace bristle
