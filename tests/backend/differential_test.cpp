@@ -173,6 +173,36 @@ TEST_CASE_TEMPLATE("backends: rays get the same answers from both", S, float, do
   }
 }
 
+namespace {
+
+/// What is true of a pair for its tolerances.
+struct PairTraits {
+  PairTraits(ShapeKind a, ShapeKind b) {
+    const auto has = [&](ShapeKind kind) { return a == kind || b == kind; };
+    is_on_plane = has(ShapeKind::half_space);
+    is_boxes = a == ShapeKind::box && b == ShapeKind::box;
+    is_mesh = has(ShapeKind::triangle_mesh) && !is_on_plane;
+    is_curved = !is_on_plane && (has(ShapeKind::cylinder) || has(ShapeKind::cone) ||
+                                 has(ShapeKind::ellipsoid));
+  }
+  bool is_on_plane, is_boxes, is_mesh, is_curved;
+};
+
+/// [1] How far the gaps of two backends may differ, relative to the size.
+template <Scalar S>
+S gap_tolerance(const PairTraits& pair) {
+  S tolerance = S(20) * Tolerance<S>::round_off();
+  // On a plane the analytic backend thins points first, and takes depths as equal within
+  // Tolerance::equal. Mesh contacts join points within it.
+  if (pair.is_on_plane || pair.is_mesh) tolerance += S(4) * Tolerance<S>::equal();
+  // What contact_normal.hpp says of curved cores: 1e-8 each, and a factor of ten in reserve, since
+  // libccd is one of the two.
+  if (pair.is_curved) tolerance = std::max(tolerance, S(1e-7));
+  return tolerance;
+}
+
+}  // namespace
+
 TEST_CASE_TEMPLATE("backends: contacts are as deep by both, along the same normal", S, float,
                    double) {
   Random random(12);
@@ -181,13 +211,16 @@ TEST_CASE_TEMPLATE("backends: contacts are as deep by both, along the same norma
     for (std::size_t kb = 0; kb < shape_kind_count; ++kb) {
       const auto kind_a = static_cast<ShapeKind>(ka);
       const auto kind_b = static_cast<ShapeKind>(kb);
+      CHECK(AnalyticBackend::can_collide(kind_a, kind_b) ==
+            FclBackend::can_collide(kind_a, kind_b));
       if (!AnalyticBackend::can_collide(kind_a, kind_b)) continue;
-      CHECK(FclBackend::can_collide(kind_a, kind_b));
       CAPTURE(std::string(name_of(kind_a)));
       CAPTURE(std::string(name_of(kind_b)));
+      const PairTraits pair(kind_a, kind_b);
       int touching = 0;
       int elsewhere = 0;
-      const int count = rounds(60);
+      // Meshes of 320 triangles cost as much as a hundred solids.
+      const int count = rounds(pair.is_mesh ? 10 : 60);
       for (int n = 0; n < 3 * count; ++n) {
         const S scale = scales[n % 3];
         CAPTURE(n);
@@ -201,18 +234,13 @@ TEST_CASE_TEMPLATE("backends: contacts are as deep by both, along the same norma
         const S margin = S(0.05) * scale;
         const auto expected = deepest<AnalyticBackend>(formula_a, formula_b, X, margin);
         const auto found = deepest<FclBackend>(fcl_a, fcl_b, X, margin);
-        // On a plane the analytic backend thins points first, and takes depths as equal within
-        // Tolerance::equal.
-        const bool is_on_plane = kind_a == ShapeKind::half_space || kind_b == ShapeKind::half_space;
-        const S tolerance = scale * (S(20) * Tolerance<S>::round_off() +
-                                     (is_on_plane ? S(4) * Tolerance<S>::equal() : S(0)));
+        const S tolerance = scale * gap_tolerance<S>(pair);
         // At the margin itself, and for boxes that pass each other cornerwise (which the analytic
         // backend leaves out by design), one may see what the other does not.
-        const bool is_boxes = kind_a == ShapeKind::box && kind_b == ShapeKind::box;
         if (expected.gap == infinity<S> || found.gap == infinity<S>) {
           const S gap = std::min(expected.gap, found.gap);
           CHECK((gap == infinity<S> || std::abs(gap - margin) <= tolerance ||
-                 (is_boxes && gap > S(0))));
+                 (pair.is_boxes && gap > S(0))));
           continue;
         }
         ++touching;
@@ -221,7 +249,7 @@ TEST_CASE_TEMPLATE("backends: contacts are as deep by both, along the same norma
         CAPTURE(found.gap);
         CAPTURE(expected.normal.transpose());
         CAPTURE(found.normal.transpose());
-        if (is_boxes) {
+        if (pair.is_boxes) {
           // The analytic backend prefers faces until an edge is better by a twentieth. Apart, it
           // gives distances along the best separating axis, which are not the distance.
           CHECK((found.gap < S(0)) == (expected.gap < S(0)));
@@ -231,11 +259,15 @@ TEST_CASE_TEMPLATE("backends: contacts are as deep by both, along the same norma
           }
           continue;
         }
-        CHECK(std::abs(found.gap - expected.gap) <= tolerance);
-        if ((found.normal - expected.normal).norm() > S(1e-3)) ++elsewhere;
+        const bool is_same_direction = (found.normal - expected.normal).norm() <= S(1e-3);
+        // Two directions of equal depth, within what the search resolves: both are right.
+        const bool is_other_valley =
+            !is_same_direction && pair.is_curved && expected.gap < S(0) &&
+            std::abs(found.gap - expected.gap) <= S(0.02) * std::abs(expected.gap);
+        CHECK((is_other_valley || std::abs(found.gap - expected.gap) <= tolerance));
+        if (!is_same_direction) ++elsewhere;
       }
       CHECK(touching > count / 2);
-      // Two directions of equal depth, within rounding: both are right.
       CHECK(elsewhere <= touching / 50);
     }
   }

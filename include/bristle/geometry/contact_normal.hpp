@@ -84,8 +84,9 @@ struct GjkDistance {
 ///
 /// Errors relative to the size of the pair: the gap is right to 1e-11 where the cores are points,
 /// segments, boxes, triangles or hulls, and to about 1e-8 for other pairs (the normal to 1e-4),
-/// which are mostly far better. Where solids overlap the direction is that of least overlap of all
-/// up to a fiftieth of it: of two that are closer than that, either may be found.
+/// which are mostly far better. Where solids overlap the direction is that of least overlap of all,
+/// where a solid is curved up to a fiftieth of it: of two valleys that are closer than that, either
+/// may be found. (Hulls with so many corners that the polytope is full before: a local least.)
 ///
 /// Never hangs and allocates nothing; throws only what `Distance` does.
 ///
@@ -109,8 +110,8 @@ class OverlapSearch {
         b_{&b, X_AB.rotation_matrix(), scale * X_AB.translation, scale},
         rounding_(scale * (a.rounding + b.rounding)),
         push_(scale * std::min(a.reach, b.reach) / S(8)),
-        settled_(a.is_curved() || b.is_curved() ? Tolerance<S>::equal()
-                                                : Tolerance<S>::round_off()) {}
+        is_curved_(a.is_curved() || b.is_curved()),
+        settled_(is_curved_ ? Tolerance<S>::equal() : Tolerance<S>::round_off()) {}
 
   [[nodiscard]] S overlap() const { return overlap_; }
   [[nodiscard]] const Vec3<S>& normal() const { return normal_; }
@@ -124,7 +125,12 @@ class OverlapSearch {
     offer(towards.squaredNorm() > S(0.5) ? towards : Vec3<S>(Vec3<S>::UnitX()));
     for (const S side : {S(1), S(-1)}) {
       const PlacedConvex<S>& solid = side > S(0) ? a_ : b_;
+      // Of a hull's many faces only those that look at the other solid; the rest are left to
+      // search_everywhere().
+      const bool is_hull = std::holds_alternative<const ConvexHull<S>*>(solid.convex->shape);
+      const Vec3<S> ahead = side * (solid.rotation.transpose() * between);
       const auto try_axis = [&](const Vec3<S>& axis) {
+        if (is_hull && axis.dot(ahead) < S(0)) return;
         if (overlap_ >= -margin) offer(side * (solid.rotation * axis));
       };
       std::visit([&](const auto* shape) { for_face_normals(*shape, try_axis); },
@@ -145,7 +151,7 @@ class OverlapSearch {
   }
 
   /// Looks for the least overlap of all, where that has not been done by looking at all candidates
-  /// there are.
+  /// there are. Polyhedra to the end; curved solids, whose polytope never ends, to a fiftieth.
   void search_everywhere() {
     if (is_box(a_) && is_box(b_)) return;
     // What little they overlap along the best candidate leaves no room for a better one.
@@ -154,8 +160,8 @@ class OverlapSearch {
     if (!start(polytope)) return;
     for (std::size_t i = 0; i < ExpandingPolytope<S>::max_corners; ++i) {
       const auto face = polytope.nearest();
-      const S core_overlap = overlap_ - rounding_;
-      if (face.distance >= S(0.98) * core_overlap - Tolerance<S>::equal()) return;
+      const S enough = (is_curved_ ? S(0.98) : S(1)) * (overlap_ - rounding_);
+      if (face.distance >= enough - Tolerance<S>::equal()) return;
       offer(face.normal);
       if (!polytope.expand(core_witness(face.normal))) return;
     }
@@ -166,6 +172,7 @@ class OverlapSearch {
   bool search_overlapping() {
     S push = push_;
     for (int i = 0; i < max_pushes; ++i) {
+      polish();
       const Vec3<S> moved = (overlap_ - rounding_ + push) * normal_;
       PlacedConvex<S> b = b_;
       b.position += moved;
@@ -201,6 +208,7 @@ class OverlapSearch {
   /// step u, f = f0 + w.u + u'(W - f0)u / 2 with W the derivative of w, taken by differences. Keeps
   /// only what is better, so corners and edges do no harm.
   void polish() {
+    if (!is_curved_) return;
     constexpr S difference = S(1) / S(8192);
     for (int i = 0; i < max_polishes; ++i) {
       Vec3<S> t1, t2;
@@ -308,6 +316,7 @@ class OverlapSearch {
   PlacedConvex<S> b_;
   S rounding_;
   S push_;
+  bool is_curved_;
   // Less gain than this is none; what is left of it on curved solids is for polish().
   S settled_;
   S overlap_ = infinity<S>;
@@ -330,7 +339,7 @@ ContactNormal<S> contact_normal(const ConvexView<S>& a, const ConvexView<S>& b,
     search.search_everywhere();
     if (!search.search_overlapping()) search.search_by_compass();
   }
-  if (search.overlap() >= -reach && (a.is_curved() || b.is_curved())) search.polish();
+  if (search.overlap() >= -reach) search.polish();
   const S gap = -search.overlap() / scale;
   return {gap <= margin ? Nearness::near : Nearness::apart, search.normal(), gap};
 }
