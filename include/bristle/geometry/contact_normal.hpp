@@ -31,6 +31,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
 #include <type_traits>
 #include <variant>
 
@@ -111,7 +112,7 @@ class OverlapSearch {
         rounding_(scale * (a.rounding + b.rounding)),
         push_(scale * std::min(a.reach, b.reach) / S(8)),
         is_curved_(a.is_curved() || b.is_curved()),
-        settled_(is_curved_ ? Tolerance<S>::equal() : Tolerance<S>::round_off()) {}
+        settled_(is_curved_ ? Tolerance<S>::equal() / S(16) : Tolerance<S>::round_off()) {}
 
   [[nodiscard]] S overlap() const { return overlap_; }
   [[nodiscard]] const Vec3<S>& normal() const { return normal_; }
@@ -169,21 +170,38 @@ class OverlapSearch {
 
   /// Pushes the solids apart along the best direction, and asks for a better one, until there is
   /// none. Whether the last one was confirmed.
+  ///
+  /// Steps along a shallow valley shrink by a constant factor; from two of them the next push leaps
+  /// to where all that would follow add up to (Aitken's process).
   bool search_overlapping() {
     S push = push_;
+    Vec3<S> last_step = Vec3<S>::Zero();
+    std::optional<Vec3<S>> leap;
     for (int i = 0; i < max_pushes; ++i) {
-      polish();
-      const Vec3<S> moved = (overlap_ - rounding_ + push) * normal_;
+      if (!leap) polish();
+      const Vec3<S> from = leap ? *leap : normal_;
+      const Vec3<S> moved = (core_witness(from).dot(from) + push) * from;
       PlacedConvex<S> b = b_;
       b.position += moved;
-      const GjkAnswer<S> answer = Distance{}(a_, b, normal_, infinity<S>);
+      const GjkAnswer<S> answer = Distance{}(a_, b, from, infinity<S>);
       const bool is_converged = answer.is_apart && residual(answer, moved) <= convergence();
       const S before = overlap_;
       if (answer.is_apart) offer(answer.normal);
       const bool is_better = overlap_ < before - settled_;
-      if (is_converged && !is_better) return true;
+      if (is_converged && !is_better && !leap) return true;
       // It stopped too early, as libccd does now and then: ask from elsewhere.
-      if (!is_better) push /= S(2);
+      if (!is_better && !leap) push /= S(2);
+      const Vec3<S> step = answer.normal - from;
+      const S shrunk = step.norm() / last_step.norm();
+      const bool was_leap = leap.has_value();
+      leap.reset();
+      last_step.setZero();
+      if (was_leap || !answer.is_apart) continue;
+      if (shrunk < S(0.95)) {
+        leap = (answer.normal + shrunk / (S(1) - shrunk) * step).normalized();
+      } else {
+        last_step = step;
+      }
     }
     return false;
   }
