@@ -65,8 +65,8 @@ struct Solid {
 };
 
 /// Overlap along a unit direction, from supports alone.
-double overlap_along(const ConvexView<double>& a, const ConvexView<double>& b, const Transform<double>& X_AB,
-                     const Vec3<double>& n) {
+double overlap_along(const ConvexView<double>& a, const ConvexView<double>& b,
+                     const Transform<double>& X_AB, const Vec3<double>& n) {
   const Vec3<double> on_b = X_AB * b.support(-(X_AB.rotation.conjugate() * n));
   return (a.support(n) - on_b).dot(n) + a.rounding + b.rounding;
 }
@@ -90,8 +90,8 @@ double least_overlap_near(Random& random, const ConvexView<double>& a, const Con
 
 /// A random pose in which the gap is `gap`, up to 1e-6 of the sizes: B comes in along a random
 /// line.
-Transform<double> pose_with_gap(Random& random, const ConvexView<double>& a, const ConvexView<double>& b,
-                                double gap) {
+Transform<double> pose_with_gap(Random& random, const ConvexView<double>& a,
+                                const ConvexView<double>& b, double gap) {
   const double reach = a.reach + b.reach;
   for (;;) {
     const Vec3<double> away = random.direction<double>();
@@ -163,7 +163,8 @@ TEST_CASE("fcl_contact_normal: crossed edges touch along the normal to both") {
   const Transform<double> X_WA{.rotation = exp_rotation<double>({quarter, 0.0, 0.0})};
   const Transform<double> X_WB{.rotation = exp_rotation<double>({0.0, quarter, 0.0}),
                                .translation = {0.1, -0.2, 2.0 * std::sqrt(2.0) - 0.01}};
-  const ContactNormal<double> found = contact_normal<FclDistance>(a, a, relative_pose(X_WA, X_WB), 0.0);
+  const ContactNormal<double> found =
+      contact_normal<FclDistance>(a, a, relative_pose(X_WA, X_WB), 0.0);
   CHECK((X_WA.rotate(found.normal) - Vec3<double>::UnitZ()).norm() < 1e-14);
   CHECK(std::abs(found.gap + 0.01) < 1e-14);
 }
