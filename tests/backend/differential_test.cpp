@@ -198,6 +198,9 @@ S gap_tolerance(const PairTraits& pair) {
   // What contact_normal.hpp says of curved cores: 1e-8 each, and a factor of ten in reserve, since
   // libccd is one of the two.
   if (pair.is_curved) tolerance = std::max(tolerance, S(1e-7));
+  // A mesh's contacts lie where features cross, not at supports: there a gap takes the error of the
+  // normal, the root of that of a depth, times the distance from the support, a tenth of the size.
+  if (pair.is_curved && pair.is_mesh) tolerance = std::max(tolerance, S(1e-5));
   return tolerance;
 }
 

@@ -77,7 +77,9 @@ struct GjkDistance {
   [[nodiscard]] GjkAnswer<S> operator()(const PlacedConvex<S>& a, const PlacedConvex<S>& b,
                                         const Vec3<S>& towards, S far) const {
     const auto support = [&](const Vec3<S>& d) { return Vec3<S>(a.support(d) - b.support(-d)); };
-    return gjk_distance<S>(support, support(towards), far);
+    const bool is_curved = a.convex->is_curved() || b.convex->is_curved();
+    const S enough = is_curved ? Tolerance<S>::equal() / S(100) : S(0);
+    return gjk_distance<S>(support, support(towards), far, enough);
   }
 };
 
@@ -197,8 +199,10 @@ class OverlapSearch {
       leap.reset();
       last_step.setZero();
       if (was_leap || !answer.is_apart) continue;
-      if (shrunk < S(0.95)) {
-        leap = (answer.normal + shrunk / (S(1) - shrunk) * step).normalized();
+      if (shrunk < infinity<S>) {
+        // Where steps hardly shrink, or grow as they do off a saddle, twenty at once.
+        const S steps = shrunk < S(0.95) ? shrunk / (S(1) - shrunk) : S(20);
+        leap = (answer.normal + steps * step).normalized();
       } else {
         last_step = step;
       }

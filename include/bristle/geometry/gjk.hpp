@@ -37,12 +37,15 @@ struct GjkAnswer {
 /// @param support  (d) -> the farthest point of A - B along the direction d of any length > 0.
 /// @param start    Any point of A - B.
 /// @param far      [m] The search ends as soon as the solids are proved to be farther apart.
+/// @param enough   [1] And when claimed and proved distance agree to this part of the distance; the
+///                 direction is then off by twice its root at most. 0 suits sets with corners
+///                 alone, which end to round-off (the direction to its root); round ones converge
+///                 by a factor a support.
 ///
-/// Ends when the proved and the claimed distance agree to a hundredth of `Tolerance::equal`, after
-/// 64 supports at the latest. For polyhedra exact to round-off.
+/// Ends after 64 supports at the latest.
 template <Scalar S, typename Support>
 [[nodiscard]] GjkAnswer<S> gjk_distance(const Support& support, const Vec3<S>& start,
-                                        S far = infinity<S>);
+                                        S far = infinity<S>, S enough = S(0));
 
 // Implementation -----------------------------------------------------------------------------------
 
@@ -53,7 +56,7 @@ template <Scalar S>
 class GjkSimplex {
  public:
   explicit GjkSimplex(const Vec3<S>& first) : nearest_(first), nearest2_(first.squaredNorm()) {
-    points_[0] = first;
+    points_.fill(first);
   }
 
   [[nodiscard]] const Vec3<S>& nearest() const { return nearest_; }
@@ -69,18 +72,20 @@ class GjkSimplex {
   /// Adds a corner and drops those that do not carry the nearest point. False, and nothing changed,
   /// where that brings nothing nearer.
   bool add(const Vec3<S>& p) {
-    Best best{nearest2_, nearest_, 0, {}};
     const std::size_t n = size_;
-    offer(best, p, {p}, 1);
-    for (std::size_t i = 0; i < n; ++i) try_edge(best, points_[i], p);
+    points_[n] = p;
+    Best best{nearest2_, nearest_, 0, {}};
+    offer(best, p, {n}, 1);
+    for (std::size_t i = 0; i < n; ++i) try_edge(best, i, n);
     for (std::size_t i = 0; i < n; ++i) {
-      for (std::size_t j = i + 1; j < n; ++j) try_triangle(best, points_[i], points_[j], p);
+      for (std::size_t j = i + 1; j < n; ++j) try_triangle(best, i, j, n);
     }
     if (n == 3 && is_origin_within(points_[0], points_[1], points_[2], p)) {
-      offer(best, Vec3<S>::Zero(), {points_[0], points_[1], points_[2]}, 3);
+      offer(best, Vec3<S>::Zero(), {0, 1, 2}, 3);
     }
     if (best.size == 0) return false;
-    points_ = best.points;
+    const std::array<Vec3<S>, 4> all = points_;
+    for (std::size_t i = 0; i < best.size; ++i) points_[i] = all[best.corners[i]];
     size_ = best.size;
     nearest_ = best.nearest;
     nearest2_ = best.nearest2;
@@ -88,27 +93,33 @@ class GjkSimplex {
   }
 
  private:
+  /// Which corners carry the nearest point.
+  using Corners = std::array<std::size_t, 3>;
+
   struct Best {
     S nearest2;
     Vec3<S> nearest;
     std::size_t size;
-    std::array<Vec3<S>, 3> points;
+    Corners corners;
   };
 
-  static void offer(Best& best, const Vec3<S>& nearest, const std::array<Vec3<S>, 3>& points,
-                    std::size_t size) {
+  static void offer(Best& best, const Vec3<S>& nearest, const Corners& corners, std::size_t size) {
     const S nearest2 = nearest.squaredNorm();
-    if (nearest2 < best.nearest2) best = {nearest2, nearest, size, points};
+    if (nearest2 < best.nearest2) best = {nearest2, nearest, size, corners};
   }
 
-  static void try_edge(Best& best, const Vec3<S>& a, const Vec3<S>& p) {
-    const Vec3<S> along = a - p;
+  void try_edge(Best& best, std::size_t i, std::size_t n) const {
+    const Vec3<S>& p = points_[n];
+    const Vec3<S> along = points_[i] - p;
     const S length2 = along.squaredNorm();
     const S at = -p.dot(along);
-    if (at > S(0) && at < length2) offer(best, p + (at / length2) * along, {a, p}, 2);
+    if (at > S(0) && at < length2) offer(best, p + (at / length2) * along, {i, n}, 2);
   }
 
-  static void try_triangle(Best& best, const Vec3<S>& a, const Vec3<S>& b, const Vec3<S>& p) {
+  void try_triangle(Best& best, std::size_t i, std::size_t j, std::size_t k) const {
+    const Vec3<S>& a = points_[i];
+    const Vec3<S>& b = points_[j];
+    const Vec3<S>& p = points_[k];
     const Vec3<S> pa = a - p;
     const Vec3<S> pb = b - p;
     const Vec3<S> n = pa.cross(pb);
@@ -119,7 +130,7 @@ class GjkSimplex {
     if (pa.cross(p).dot(n) > S(0) || p.cross(pb).dot(n) > S(0)) return;
     if ((b - a).cross(a).dot(n) > S(0)) return;
     // Along the normal, whose direction is good however near the plane is.
-    offer(best, (n.dot(p) / area2) * n, {a, b, p}, 3);
+    offer(best, (n.dot(p) / area2) * n, {i, j, k}, 3);
   }
 
   [[nodiscard]] static bool is_origin_within(const Vec3<S>& a, const Vec3<S>& b, const Vec3<S>& c,
@@ -135,7 +146,8 @@ class GjkSimplex {
     return side > S(0) ? n.dot(a) <= S(0) : side < S(0) && n.dot(a) >= S(0);
   }
 
-  std::array<Vec3<S>, 3> points_{};
+  // The fourth is only there while it is added.
+  std::array<Vec3<S>, 4> points_;
   std::size_t size_ = 1;
   Vec3<S> nearest_;
   S nearest2_;
@@ -144,10 +156,9 @@ class GjkSimplex {
 }  // namespace detail
 
 template <Scalar S, typename Support>
-GjkAnswer<S> gjk_distance(const Support& support, const Vec3<S>& start, S far) {
+GjkAnswer<S> gjk_distance(const Support& support, const Vec3<S>& start, S far, S enough) {
   using std::sqrt;
   constexpr int max_supports = 64;
-  constexpr S converged = Tolerance<S>::equal() / S(100);
   detail::GjkSimplex<S> simplex(start);
   S size2 = start.squaredNorm();
   for (int i = 0; i < max_supports; ++i) {
@@ -157,7 +168,7 @@ GjkAnswer<S> gjk_distance(const Support& support, const Vec3<S>& start, S far) {
     const Vec3<S> w = support(Vec3<S>(-v));
     size2 = std::max(size2, w.squaredNorm());
     const S proved = v.dot(w);
-    if (simplex.nearest2() - proved <= converged * simplex.nearest2()) break;
+    if (simplex.nearest2() - proved <= enough * simplex.nearest2()) break;
     if (proved > S(0) && proved * proved > far * far * simplex.nearest2()) break;
     if (simplex.has(w) || !simplex.add(w)) break;
   }
