@@ -279,6 +279,25 @@ TEST_CASE_TEMPLATE("mesh contacts: a ball whose middle is below a mesh's surface
   CHECK(std::abs(deepest_gap(found) + S(0.12)) < Tolerance<S>::round_off());
 }
 
+TEST_CASE_TEMPLATE("mesh contacts: what is all inside a mesh leaves through the nearest face", T,
+                   SETUPS) {
+  using S = typename T::S;
+  // 8 cm below the top of a slab of 50 cm, of whose triangles none is near.
+  const auto slab = T::make(tiled_slab<S>(S(1), S(0.5), 5));
+  const auto box = T::make(Box<S>{{S(0.03), S(0.02), S(0.01)}});
+  const Transform<S> X{.translation = {S(0.13), S(0.07), S(-0.08)}};
+  const auto found = T::contacts(slab, box, X, S(0.01));
+  REQUIRE(found.size() == 1);
+  CHECK((found[0].normal - Vec3<S>::UnitZ()).norm() < Tolerance<S>::round_off());
+  CHECK(std::abs(deepest_gap(found) + S(0.09)) < Tolerance<S>::round_off());
+  const auto back = T::contacts(box, slab, X.inverse(), S(0.01));
+  REQUIRE(back.size() == 1);
+  CHECK((back[0].normal + Vec3<S>::UnitZ()).norm() < Tolerance<S>::round_off());
+  // In the hollow of an L nothing is inside.
+  const auto l = T::make(test::l_mesh<S>(S(1)));
+  CHECK(T::contacts(l, box, {.translation = {S(0.5), S(0), S(1)}}, S(0.01)).empty());
+}
+
 TEST_CASE_TEMPLATE("mesh contacts: crossed mesh planks touch where they cross", T, SETUPS) {
   using S = typename T::S;
   // No vertex of one is over the other.

@@ -66,28 +66,44 @@ template <Scalar S>
   return all;
 }
 
-/// Drops a shape from 2 cm, tilted a little, and checks that it lies still at its height after 3 s.
+/// A body above a table.
+template <Scalar S, typename Backend>
+struct Drop {
+  World<S, Backend> world;
+  BodyId body{};
+  /// [m] Height of the table's top.
+  S table_top = S(0);
+};
+
+/// A shape 2 cm above a table, tilted a little.
 template <typename Backend, Scalar S>
-void check_drop(const DropDef<S>& def, bool is_mesh) {
-  World<S, Backend> world(WorldDef<S>{});
+[[nodiscard]] Drop<S, Backend> make_drop(const DropDef<S>& def, bool is_mesh) {
   const Vec3<S> half(S(0.5), S(0.4), S(0.05));
+  Drop<S, Backend> drop{World<S, Backend>(WorldDef<S>{}), {}, half.z()};
   BodyDef<S> table;
   table.motion = Motion::fixed;
   table.shape = is_mesh ? Shape<S>(box_mesh<S>(half)) : Shape<S>(Box<S>{half});
-  world.add_body(table);
+  drop.world.add_body(table);
   BodyDef<S> body;
   body.shape = def.shape;
   // Turned about the vertical and tilted.
   body.orientation = exp_rotation<S>({S(0.6) * def.tilt, S(0.8) * def.tilt, S(0)}) *
                      exp_rotation<S>({S(0), S(0), S(0.4)}) * def.attitude;
   body.position = {S(0.03), S(-0.02), half.z() + def.rest_height + S(0.02)};
-  const BodyId id = world.add_body(body);
-  const auto run = [&](S seconds) {
+  drop.body = drop.world.add_body(body);
+  return drop;
+}
+
+/// Checks that a dropped shape lies still at its height after 3 s.
+template <typename Backend, Scalar S>
+void check_drop(const DropDef<S>& def, bool is_mesh) {
+  auto [world, id, table_top] = make_drop<Backend>(def, is_mesh);
+  const auto run = [&world = world](S seconds) {
     for (S t = S(0); t < seconds; t += world.time_step()) world.step();
   };
   run(S(3));
   const Transform<S> settled = world.body(id).center_pose;
-  CHECK(std::abs(settled.translation.z() - half.z() - def.rest_height) < S(1e-6));
+  CHECK(std::abs(settled.translation.z() - table_top - def.rest_height) < S(1e-6));
   CHECK(world.body(id).twist.linear.norm() < S(1e-5));
   run(S(1));
   const Transform<S> later = world.body(id).center_pose;

@@ -7,8 +7,8 @@
 ///
 /// Limits, all of them of the triangle-by-triangle view. A convex solid that the surface cuts
 /// always has a contact, but a deep one may get the normal of the nearest triangle instead of the
-/// shortest way out; a solid wholly inside, cut by no triangle, is not seen. Two meshes get
-/// contacts up to a depth of half the thickness of the thinner one; where they meet corner to
+/// shortest way out; one wholly inside leaves through the face nearest to its middle. Two meshes
+/// get contacts up to a depth of half the thickness of the thinner one; where they meet corner to
 /// corner, faces beside the corners may answer too (one pose in thirty in tests). Cost: a GJK for
 /// each triangle near the other solid (0.5 to 2 us), and for each near pair of two meshes.
 // SPDX-License-Identifier: BSD-3-Clause
@@ -219,10 +219,24 @@ class MeshConvexContacts {
   }
 
   /// The surface cuts the solid, but at every triangle the shortest way off it, being only a local
-  /// one, was a neighbour's business. A contact there must be, or the solid falls through.
+  /// one, was a neighbour's business; or the solid is all inside. A contact there must be, or the
+  /// solid falls through.
   void add_last_resort() {
-    if (way_out_ && mesh_.contains(X_MC_ * convex_.center)) {
-      sink_.add(face_manifold(*way_out_));
+    const Vec3<P> middle = X_MC_ * convex_.center;
+    const bool is_inside = mesh_.bounds().contains(middle) && mesh_.contains(middle);
+    if (is_inside && !way_out_ && !plate_) {
+      mesh_.find([](const Aabb<P>&) { return true; },
+                 [&](std::uint32_t i) {
+                   note_way_out(i, mesh_.triangle(i).triangle);
+                   return true;
+                 });
+    }
+    if (way_out_ && is_inside) {
+      ContactManifold<P> manifold = face_manifold(*way_out_);
+      if (manifold.size == 0) {
+        manifold.add(extreme_contact(mesh_.triangle(*way_out_), shape_, X_MC_, manifold.normal));
+      }
+      sink_.add(manifold);
     } else if (plate_) {
       const MeshTriangle<P> triangle = mesh_.triangle(*plate_);
       const Vec3<P>& n = plate_contact_.normal;
