@@ -7,6 +7,7 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <span>
@@ -267,6 +268,84 @@ TEST_CASE_TEMPLATE("backends: contacts are as deep by both, along the same norma
       }
       CHECK(touching > count / 2);
       CHECK(elsewhere <= touching / 50);
+    }
+  }
+}
+
+TEST_CASE_TEMPLATE("backends: agree apart, at touch and at shallow depths, one way and the other",
+                   S, float, double) {
+  // B comes in along a random line until the gap is what is wanted.
+  Random random(13);
+  for (std::size_t ka = 0; ka < shape_kind_count; ++ka) {
+    for (std::size_t kb = ka; kb < shape_kind_count; ++kb) {
+      const auto kind_a = static_cast<ShapeKind>(ka);
+      const auto kind_b = static_cast<ShapeKind>(kb);
+      if (!AnalyticBackend::can_collide(kind_a, kind_b)) continue;
+      CAPTURE(std::string(name_of(kind_a)));
+      CAPTURE(std::string(name_of(kind_b)));
+      const PairTraits pair(kind_a, kind_b);
+      // Deep in each other two meshes see nothing, and there is no way in (mesh_contacts_test.cpp).
+      if (kind_a == ShapeKind::triangle_mesh && kind_b == kind_a) continue;
+      int asked = 0;
+      int jumped = 0;
+      int elsewhere = 0;
+      const int count = rounds(pair.is_mesh ? 1 : 10);
+      for (int n = 0; n < 4 * count; ++n) {
+        CAPTURE(n);
+        const S wanted = std::array{S(0.03), S(0), S(-1e-3), S(-0.02)}[std::size_t(n) % 4];
+        const Shape<S> shape_a = random_shape(random, kind_a, S(1));
+        const Shape<S> shape_b = random_shape(random, kind_b, S(1));
+        const auto own_a = AnalyticBackend::make(shape_a);
+        const auto own_b = AnalyticBackend::make(shape_b);
+        const Quat<S> attitude = random.rotation<S>();
+        // Out of a half-space, whose middle is anywhere, only along its normal.
+        const auto* plane = std::get_if<HalfSpace<S>>(&shape_a);
+        const auto* other_plane = std::get_if<HalfSpace<S>>(&shape_b);
+        Vec3<S> away = random.direction<S>();
+        if (plane != nullptr) away = plane->normal;
+        if (other_plane != nullptr) away = attitude * Vec3<S>(-other_plane->normal);
+        S near = S(-4);
+        S far = S(6);
+        if (plane == nullptr && other_plane == nullptr) near = S(0);
+        for (int k = 0; k < 30; ++k) {
+          const S middle = S(0.5) * (near + far);
+          const auto at = deepest<AnalyticBackend>(own_a, own_b, {attitude, middle * away}, S(12));
+          (at.gap < wanted ? near : far) = middle;
+        }
+        const Transform<S> X{attitude, Vec3<S>(far * away)};
+        const S margin = S(0.05);
+        const auto expected = deepest<AnalyticBackend>(own_a, own_b, X, margin);
+        const auto found =
+            deepest<FclBackend>(FclBackend::make(shape_a), FclBackend::make(shape_b), X, margin);
+        const auto swapped = deepest<AnalyticBackend>(own_b, own_a, X.inverse(), margin);
+        CAPTURE(expected.gap);
+        CAPTURE(found.gap);
+        CAPTURE(swapped.gap);
+        CAPTURE(expected.normal.transpose());
+        CAPTURE(found.normal.transpose());
+        // The way in may end at a jump, from one way out to another.
+        if (std::abs(expected.gap - wanted) > S(1e-3)) {
+          ++jumped;
+          continue;
+        }
+        REQUIRE(found.gap < infinity<S>);
+        REQUIRE(swapped.gap < infinity<S>);
+        // Two boxes prefer faces by a twentieth of the overlap.
+        const S tolerance =
+            gap_tolerance<S>(pair) + (pair.is_boxes ? S(0.06) * std::abs(expected.gap) : S(0)) +
+            (pair.is_curved && expected.gap < S(0) ? S(0.02) * std::abs(expected.gap) : S(0));
+        CHECK(std::abs(found.gap - expected.gap) <= tolerance);
+        CHECK(std::abs(swapped.gap - expected.gap) <= tolerance);
+        // At a touch of corners any direction between the faces is right.
+        if (wanted == S(0)) continue;
+        ++asked;
+        const S turn = std::max((found.normal - expected.normal).norm(),
+                                (X.rotate(swapped.normal) + expected.normal).norm());
+        if (turn > S(1e-3)) ++elsewhere;
+      }
+      CHECK(jumped <= count);
+      // Two ways out of equal depth, or two triangles at an equal distance.
+      CHECK(elsewhere <= 1 + asked / 10);
     }
   }
 }

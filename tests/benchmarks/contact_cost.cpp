@@ -39,7 +39,7 @@ S deepest_gap(const typename Backend::template Collidable<S>& a,
               const typename Backend::template Collidable<S>& b, const Transform<S>& X, S margin) {
   static ContactManifolds<S> out;
   out.clear();
-  Backend::collide(a, b, X, margin, out);
+  if (Backend::collide(a, b, X, margin, out) != ContactStatus::ok) return -infinity<S>;
   S gap = infinity<S>;
   for (const auto& m : out) {
     for (std::size_t i = 0; i < m.size; ++i) gap = std::min(gap, m.points[i].gap);
