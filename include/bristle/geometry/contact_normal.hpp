@@ -142,14 +142,15 @@ class OverlapSearch {
     if (is_box(a_) && is_box(b_)) try_edges(between);
   }
 
-  /// The distance of the pair as it stands; enough where the cores are clearly apart. Whether it
-  /// was. Cores that nearly touch have a distance that means less than its error, and so has the
-  /// direction.
+  /// The distance of the pair as it stands; enough where the cores are clearly apart, or farther
+  /// apart than `margin`. Whether it was. Cores that nearly touch have a distance that means less
+  /// than its error, and so has the direction.
   bool search_apart(S margin) {
     const GjkAnswer<S> answer =
         Distance{}(a_, b_, normal_, margin < infinity<S> ? margin + rounding_ : margin);
     if (!answer.is_apart) return false;
     offer(answer.normal);
+    if (overlap_ < -margin) return true;
     return residual(answer, Vec3<S>::Zero()) <= settled_;
   }
 

@@ -119,7 +119,43 @@ double ellipsoid_distance(const Vec3<double>& r, const Vec3<double>& p) {
   return (p - foot).norm();
 }
 
+/// Counts how often it is asked.
+struct CountingDistance {
+  static inline int calls = 0;
+
+  template <Scalar S>
+  GjkAnswer<S> operator()(const PlacedConvex<S>& a, const PlacedConvex<S>& b,
+                          const Vec3<S>& towards, S far) const {
+    ++calls;
+    return GjkDistance{}(a, b, towards, far);
+  }
+};
+
 }  // namespace
+
+TEST_CASE_TEMPLATE("contact_normal: one distance is enough for solids that are clearly apart", S,
+                   float, double) {
+  // Within the margin and beyond it: most triangles near a body are.
+  Random random(9);
+  int far = 0;
+  for (int i = 0; i < 300; ++i) {
+    const Solid<S> solid_a = random_solid<S>(random, 3 + random.index(4), S(1));
+    const Solid<S> solid_b = random_solid<S>(random, 3 + random.index(4), S(1));
+    const ConvexView<S> a = view(solid_a);
+    const ConvexView<S> b = view(solid_b);
+    const Transform<S> X{random.rotation<S>(), S(3.6) * random.direction<S>()};
+    const S gap = contact_normal(a, b, X, S(9)).gap;
+    if (gap < S(0.1)) continue;
+    for (const S margin : {S(0.98) * gap, S(9)}) {
+      CountingDistance::calls = 0;
+      const auto found = contact_normal<CountingDistance>(a, b, X, margin);
+      CHECK(CountingDistance::calls <= 1);
+      CHECK(found.nearness == (margin > gap ? Nearness::near : Nearness::apart));
+      if (CountingDistance::calls == 1 && margin < gap) ++far;
+    }
+  }
+  CHECK(far > 10);
+}
 
 TEST_CASE_TEMPLATE("contact_normal: balls touch along the line of their centres, however deep", S,
                    float, double) {
