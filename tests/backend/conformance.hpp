@@ -30,10 +30,8 @@ struct ConformanceDef {
   /// [1] Error of a ray's distance, relative to the distance of the shape's far side. A handful of
   /// operations on coordinates of that size, and two changes of frame.
   S ray_tolerance = Tolerance<S>::round_off();
-  /// [1] Error of a gap, relative to the shapes' size. Looser where normals are found by iteration.
-  S contact_tolerance = S(8) * Tolerance<S>::round_off();
-  /// [1] Error of a contact normal.
-  S normal_tolerance = S(8) * Tolerance<S>::round_off();
+  /// [-] Error of contacts.
+  ContactTolerance<S> contacts{};
   /// [-] Random rays for each shape.
   int rays = 300;
 };
@@ -291,9 +289,9 @@ void check_conformance(const ConformanceDef<S>& def) {
   SUBCASE("rays from far away") { check_far_rays<Backend, S>(def); }
   SUBCASE("batches of rays") { check_batches<Backend, S>(def); }
   SUBCASE("contacts of shapes that just touch, at three scales") {
-    check_touching_pairs<Backend, S>(def.contact_tolerance, def.normal_tolerance);
+    check_touching_pairs<Backend, S>(def.contacts);
   }
-  SUBCASE("contacts in random poses") { check_random_contacts<Backend, S>(def.contact_tolerance); }
+  SUBCASE("contacts in random poses") { check_random_contacts<Backend, S>(def.contacts); }
   SUBCASE("contacts of concentric shapes") { check_degenerate_contacts<Backend, S>(); }
   SUBCASE("pairs it knows and pairs it does not") { check_known_pairs<Backend, S>(); }
   SUBCASE("contacts are appended") { check_contacts_are_appended<Backend, S>(); }

@@ -7,6 +7,7 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <span>
@@ -173,6 +174,39 @@ TEST_CASE_TEMPLATE("backends: rays get the same answers from both", S, float, do
   }
 }
 
+namespace {
+
+/// What is true of a pair for its tolerances.
+struct PairTraits {
+  PairTraits(ShapeKind a, ShapeKind b) {
+    const auto has = [&](ShapeKind kind) { return a == kind || b == kind; };
+    is_on_plane = has(ShapeKind::half_space);
+    is_boxes = a == ShapeKind::box && b == ShapeKind::box;
+    is_mesh = has(ShapeKind::triangle_mesh) && !is_on_plane;
+    is_curved = !is_on_plane &&
+                (has(ShapeKind::cylinder) || has(ShapeKind::cone) || has(ShapeKind::ellipsoid));
+  }
+  bool is_on_plane, is_boxes, is_mesh, is_curved;
+};
+
+/// [1] How far the gaps of two backends may differ, relative to the size.
+template <Scalar S>
+S gap_tolerance(const PairTraits& pair) {
+  S tolerance = S(20) * Tolerance<S>::round_off();
+  // On a plane the analytic backend thins points first, and takes depths as equal within
+  // Tolerance::equal. Mesh contacts join points within it.
+  if (pair.is_on_plane || pair.is_mesh) tolerance += S(4) * Tolerance<S>::equal();
+  // What contact_normal.hpp says of curved cores: 1e-8 each, and a factor of ten in reserve, since
+  // libccd is one of the two.
+  if (pair.is_curved) tolerance = std::max(tolerance, S(1e-7));
+  // A mesh's contacts lie where features cross, not at supports: there a gap takes the error of the
+  // normal, the root of that of a depth, times the distance from the support, a tenth of the size.
+  if (pair.is_curved && pair.is_mesh) tolerance = std::max(tolerance, S(1e-5));
+  return tolerance;
+}
+
+}  // namespace
+
 TEST_CASE_TEMPLATE("backends: contacts are as deep by both, along the same normal", S, float,
                    double) {
   Random random(12);
@@ -181,13 +215,16 @@ TEST_CASE_TEMPLATE("backends: contacts are as deep by both, along the same norma
     for (std::size_t kb = 0; kb < shape_kind_count; ++kb) {
       const auto kind_a = static_cast<ShapeKind>(ka);
       const auto kind_b = static_cast<ShapeKind>(kb);
+      CHECK(AnalyticBackend::can_collide(kind_a, kind_b) ==
+            FclBackend::can_collide(kind_a, kind_b));
       if (!AnalyticBackend::can_collide(kind_a, kind_b)) continue;
-      CHECK(FclBackend::can_collide(kind_a, kind_b));
       CAPTURE(std::string(name_of(kind_a)));
       CAPTURE(std::string(name_of(kind_b)));
+      const PairTraits pair(kind_a, kind_b);
       int touching = 0;
       int elsewhere = 0;
-      const int count = rounds(60);
+      // Meshes of 320 triangles cost as much as a hundred solids.
+      const int count = rounds(pair.is_mesh ? 10 : 60);
       for (int n = 0; n < 3 * count; ++n) {
         const S scale = scales[n % 3];
         CAPTURE(n);
@@ -201,18 +238,11 @@ TEST_CASE_TEMPLATE("backends: contacts are as deep by both, along the same norma
         const S margin = S(0.05) * scale;
         const auto expected = deepest<AnalyticBackend>(formula_a, formula_b, X, margin);
         const auto found = deepest<FclBackend>(fcl_a, fcl_b, X, margin);
-        // On a plane the analytic backend thins points first, and takes depths as equal within
-        // Tolerance::equal.
-        const bool is_on_plane = kind_a == ShapeKind::half_space || kind_b == ShapeKind::half_space;
-        const S tolerance = scale * (S(20) * Tolerance<S>::round_off() +
-                                     (is_on_plane ? S(4) * Tolerance<S>::equal() : S(0)));
-        // At the margin itself, and for boxes that pass each other cornerwise (which the analytic
-        // backend leaves out by design), one may see what the other does not.
-        const bool is_boxes = kind_a == ShapeKind::box && kind_b == ShapeKind::box;
+        const S tolerance = scale * gap_tolerance<S>(pair);
+        // At the margin itself one may see what the other does not.
         if (expected.gap == infinity<S> || found.gap == infinity<S>) {
           const S gap = std::min(expected.gap, found.gap);
-          CHECK((gap == infinity<S> || std::abs(gap - margin) <= tolerance ||
-                 (is_boxes && gap > S(0))));
+          CHECK((gap == infinity<S> || std::abs(gap - margin) <= tolerance));
           continue;
         }
         ++touching;
@@ -221,22 +251,101 @@ TEST_CASE_TEMPLATE("backends: contacts are as deep by both, along the same norma
         CAPTURE(found.gap);
         CAPTURE(expected.normal.transpose());
         CAPTURE(found.normal.transpose());
-        if (is_boxes) {
-          // The analytic backend prefers faces until an edge is better by a twentieth. Apart, it
-          // gives distances along the best separating axis, which are not the distance.
+        if (pair.is_boxes) {
+          // The analytic backend prefers faces until an edge is better by a twentieth.
           CHECK((found.gap < S(0)) == (expected.gap < S(0)));
-          if (expected.gap < S(0)) {
-            CHECK(found.gap >= expected.gap - tolerance);
-            CHECK(found.gap <= S(0.94) * expected.gap + tolerance);
-          }
+          CHECK(found.gap >= expected.gap - tolerance);
+          CHECK(found.gap <= expected.gap + S(0.06) * std::abs(expected.gap) + tolerance);
           continue;
         }
-        CHECK(std::abs(found.gap - expected.gap) <= tolerance);
-        if ((found.normal - expected.normal).norm() > S(1e-3)) ++elsewhere;
+        const bool is_same_direction = (found.normal - expected.normal).norm() <= S(1e-3);
+        // Two directions of equal depth, within what the search resolves: both are right.
+        const bool is_other_valley =
+            !is_same_direction && pair.is_curved && expected.gap < S(0) &&
+            std::abs(found.gap - expected.gap) <= S(0.02) * std::abs(expected.gap);
+        CHECK((is_other_valley || std::abs(found.gap - expected.gap) <= tolerance));
+        if (!is_same_direction) ++elsewhere;
       }
       CHECK(touching > count / 2);
-      // Two directions of equal depth, within rounding: both are right.
       CHECK(elsewhere <= touching / 50);
+    }
+  }
+}
+
+TEST_CASE_TEMPLATE("backends: agree apart, at touch and at shallow depths, one way and the other",
+                   S, float, double) {
+  // B comes in along a random line until the gap is what is wanted.
+  Random random(13);
+  for (std::size_t ka = 0; ka < shape_kind_count; ++ka) {
+    for (std::size_t kb = ka; kb < shape_kind_count; ++kb) {
+      const auto kind_a = static_cast<ShapeKind>(ka);
+      const auto kind_b = static_cast<ShapeKind>(kb);
+      if (!AnalyticBackend::can_collide(kind_a, kind_b)) continue;
+      CAPTURE(std::string(name_of(kind_a)));
+      CAPTURE(std::string(name_of(kind_b)));
+      const PairTraits pair(kind_a, kind_b);
+      // Deep in each other two meshes see nothing, and there is no way in (mesh_contacts_test.cpp).
+      if (kind_a == ShapeKind::triangle_mesh && kind_b == kind_a) continue;
+      int asked = 0;
+      int jumped = 0;
+      int elsewhere = 0;
+      const int count = rounds(pair.is_mesh ? 1 : 10);
+      for (int n = 0; n < 4 * count; ++n) {
+        CAPTURE(n);
+        const S wanted = std::array{S(0.03), S(0), S(-1e-3), S(-0.02)}[std::size_t(n) % 4];
+        const Shape<S> shape_a = random_shape(random, kind_a, S(1));
+        const Shape<S> shape_b = random_shape(random, kind_b, S(1));
+        const auto own_a = AnalyticBackend::make(shape_a);
+        const auto own_b = AnalyticBackend::make(shape_b);
+        const Quat<S> attitude = random.rotation<S>();
+        // Out of a half-space, whose middle is anywhere, only along its normal.
+        const auto* plane = std::get_if<HalfSpace<S>>(&shape_a);
+        const auto* other_plane = std::get_if<HalfSpace<S>>(&shape_b);
+        Vec3<S> away = random.direction<S>();
+        if (plane != nullptr) away = plane->normal;
+        if (other_plane != nullptr) away = attitude * Vec3<S>(-other_plane->normal);
+        S near = S(-4);
+        S far = S(6);
+        if (plane == nullptr && other_plane == nullptr) near = S(0);
+        for (int k = 0; k < 30; ++k) {
+          const S middle = S(0.5) * (near + far);
+          const auto at = deepest<AnalyticBackend>(own_a, own_b, {attitude, middle * away}, S(12));
+          (at.gap < wanted ? near : far) = middle;
+        }
+        const Transform<S> X{attitude, Vec3<S>(far * away)};
+        const S margin = S(0.05);
+        const auto expected = deepest<AnalyticBackend>(own_a, own_b, X, margin);
+        const auto found =
+            deepest<FclBackend>(FclBackend::make(shape_a), FclBackend::make(shape_b), X, margin);
+        const auto swapped = deepest<AnalyticBackend>(own_b, own_a, X.inverse(), margin);
+        CAPTURE(expected.gap);
+        CAPTURE(found.gap);
+        CAPTURE(swapped.gap);
+        CAPTURE(expected.normal.transpose());
+        CAPTURE(found.normal.transpose());
+        // The way in may end at a jump, from one way out to another.
+        if (std::abs(expected.gap - wanted) > S(1e-3)) {
+          ++jumped;
+          continue;
+        }
+        REQUIRE(found.gap < infinity<S>);
+        REQUIRE(swapped.gap < infinity<S>);
+        // Two boxes prefer faces by a twentieth of the overlap.
+        const S tolerance =
+            gap_tolerance<S>(pair) + (pair.is_boxes ? S(0.06) * std::abs(expected.gap) : S(0)) +
+            (pair.is_curved && expected.gap < S(0) ? S(0.02) * std::abs(expected.gap) : S(0));
+        CHECK(std::abs(found.gap - expected.gap) <= tolerance);
+        CHECK(std::abs(swapped.gap - expected.gap) <= tolerance);
+        // At a touch of corners any direction between the faces is right.
+        if (wanted == S(0)) continue;
+        ++asked;
+        const S turn = std::max((found.normal - expected.normal).norm(),
+                                (X.rotate(swapped.normal) + expected.normal).norm());
+        if (turn > S(1e-3)) ++elsewhere;
+      }
+      CHECK(jumped <= count);
+      // Two ways out of equal depth, or two triangles at an equal distance.
+      CHECK(elsewhere <= 1 + asked / 10);
     }
   }
 }

@@ -48,31 +48,31 @@ struct Solid {
   Solid(const Solid&) = delete;
   Solid& operator=(const Solid&) = delete;
 
-  static FclConvex make_convex(const Shape<double>& shape) {
+  static ConvexView<double> make_convex(const Shape<double>& shape) {
     return std::visit(
         [](const auto& s) {
           if constexpr (requires { support_point(s, Vec3<double>()); }) {
-            return fcl_convex(s);
+            return convex_view(s);
           } else {
-            return FclConvex{};
+            return ConvexView<double>{};
           }
         },
         shape);
   }
 
   Shape<double> shape;
-  FclConvex convex;
+  ConvexView<double> convex;
 };
 
 /// Overlap along a unit direction, from supports alone.
-double overlap_along(const FclConvex& a, const FclConvex& b, const Transform<double>& X_AB,
-                     const Vec3<double>& n) {
+double overlap_along(const ConvexView<double>& a, const ConvexView<double>& b,
+                     const Transform<double>& X_AB, const Vec3<double>& n) {
   const Vec3<double> on_b = X_AB * b.support(-(X_AB.rotation.conjugate() * n));
   return (a.support(n) - on_b).dot(n) + a.rounding + b.rounding;
 }
 
 /// Least overlap that a random search of the neighbourhood of `n` finds.
-double least_overlap_near(Random& random, const FclConvex& a, const FclConvex& b,
+double least_overlap_near(Random& random, const ConvexView<double>& a, const ConvexView<double>& b,
                           const Transform<double>& X_AB, Vec3<double> n) {
   double best = overlap_along(a, b, X_AB, n);
   for (double step = 0.05; step > 1e-9;) {
@@ -90,8 +90,8 @@ double least_overlap_near(Random& random, const FclConvex& a, const FclConvex& b
 
 /// A random pose in which the gap is `gap`, up to 1e-6 of the sizes: B comes in along a random
 /// line.
-Transform<double> pose_with_gap(Random& random, const FclConvex& a, const FclConvex& b,
-                                double gap) {
+Transform<double> pose_with_gap(Random& random, const ConvexView<double>& a,
+                                const ConvexView<double>& b, double gap) {
   const double reach = a.reach + b.reach;
   for (;;) {
     const Vec3<double> away = random.direction<double>();
@@ -103,7 +103,7 @@ Transform<double> pose_with_gap(Random& random, const FclConvex& a, const FclCon
     double near = 0.0;
     double far = 2.0 * reach;
     const auto gap_at = [&](double distance) {
-      return fcl_contact_normal(a, b, pose_at(distance), infinity<double>).gap;
+      return contact_normal<FclDistance>(a, b, pose_at(distance), infinity<double>).gap;
     };
     if (gap_at(near) > gap) continue;
     while (far - near > 1e-8 * reach) {
@@ -120,11 +120,11 @@ Transform<double> pose_with_gap(Random& random, const FclConvex& a, const FclCon
 TEST_CASE("fcl_contact_normal: two spheres touch along the line of their centres") {
   const Solid solid_a(Sphere<double>{.radius = 1.0});
   const Solid solid_b(Sphere<double>{.radius = 2.0});
-  const FclConvex& a = solid_a.convex;
-  const FclConvex& b = solid_b.convex;
+  const ConvexView<double>& a = solid_a.convex;
+  const ConvexView<double>& b = solid_b.convex;
   const Transform<double> X{.translation = {0.0, 2.9, 0.0}};
-  const FclContactNormal found = fcl_contact_normal(a, b, X, 0.0);
-  CHECK(found.nearness == FclNearness::near);
+  const ContactNormal<double> found = contact_normal<FclDistance>(a, b, X, 0.0);
+  CHECK(found.nearness == Nearness::near);
   // Three roundings of numbers of size 3.
   CHECK((found.normal - Vec3<double>::UnitY()).norm() < 1e-15);
   CHECK(found.gap == doctest::Approx(-0.1).epsilon(1e-14));
@@ -132,23 +132,23 @@ TEST_CASE("fcl_contact_normal: two spheres touch along the line of their centres
 
 TEST_CASE("fcl_contact_normal: a gap beyond the margin is apart, up to the margin it is near") {
   const Solid solid_a(Sphere<double>{.radius = 1.0});
-  const FclConvex& a = solid_a.convex;
+  const ConvexView<double>& a = solid_a.convex;
   const Transform<double> X{.translation = {2.125, 0.0, 0.0}};
-  CHECK(fcl_contact_normal(a, a, X, 0.124).nearness == FclNearness::apart);
-  CHECK(fcl_contact_normal(a, a, X, 0.126).nearness == FclNearness::near);
-  CHECK(fcl_contact_normal(a, a, X, 0.126).gap == doctest::Approx(0.125).epsilon(1e-14));
+  CHECK(contact_normal<FclDistance>(a, a, X, 0.124).nearness == Nearness::apart);
+  CHECK(contact_normal<FclDistance>(a, a, X, 0.126).nearness == Nearness::near);
+  CHECK(contact_normal<FclDistance>(a, a, X, 0.126).gap == doctest::Approx(0.125).epsilon(1e-14));
 }
 
 TEST_CASE("fcl_contact_normal: a box resting on a box touches along the face's normal") {
   const Solid solid_a(Box<double>{.half_extents = {10.0, 10.0, 0.5}});
   const Solid solid_b(Box<double>{.half_extents = {0.03, 0.03, 0.03}});
-  const FclConvex& a = solid_a.convex;
-  const FclConvex& b = solid_b.convex;
+  const ConvexView<double>& a = solid_a.convex;
+  const ConvexView<double>& b = solid_b.convex;
   // Also at the floor's rim, where the line of centres is far from the normal.
   for (const double x : {0.0, 4.0, 9.99}) {
     const Transform<double> X{.rotation = exp_rotation<double>({0.0, 0.0, 0.3}),
                               .translation = {x, -x / 2.0, 0.5299}};
-    const FclContactNormal found = fcl_contact_normal(a, b, X, 0.001);
+    const ContactNormal<double> found = contact_normal<FclDistance>(a, b, X, 0.001);
     CHECK((found.normal - Vec3<double>::UnitZ()).norm() < 1e-14);
     // Round-off of the floor's size, 10 m.
     CHECK(std::abs(found.gap + 1e-4) < 1e-14);
@@ -157,13 +157,14 @@ TEST_CASE("fcl_contact_normal: a box resting on a box touches along the face's n
 
 TEST_CASE("fcl_contact_normal: crossed edges touch along the normal to both") {
   const Solid solid_a(Box<double>{.half_extents = {1.0, 1.0, 1.0}});
-  const FclConvex& a = solid_a.convex;
+  const ConvexView<double>& a = solid_a.convex;
   // A: turned by 45 degrees about x, its edge up at z = sqrt(2); B: about y, its edge down.
   const double quarter = std::acos(-1.0) / 4.0;
   const Transform<double> X_WA{.rotation = exp_rotation<double>({quarter, 0.0, 0.0})};
   const Transform<double> X_WB{.rotation = exp_rotation<double>({0.0, quarter, 0.0}),
                                .translation = {0.1, -0.2, 2.0 * std::sqrt(2.0) - 0.01}};
-  const FclContactNormal found = fcl_contact_normal(a, a, relative_pose(X_WA, X_WB), 0.0);
+  const ContactNormal<double> found =
+      contact_normal<FclDistance>(a, a, relative_pose(X_WA, X_WB), 0.0);
   CHECK((X_WA.rotate(found.normal) - Vec3<double>::UnitZ()).norm() < 1e-14);
   CHECK(std::abs(found.gap + 0.01) < 1e-14);
 }
@@ -186,12 +187,12 @@ TEST_CASE("fcl_contact_normal: no direction nearby has less overlap, for every p
           CAPTURE(i);
           const Solid solid_a(random_convex(random, kind_a, scale));
           const Solid solid_b(random_convex(random, kind_b, scale));
-          const FclConvex& a = solid_a.convex;
-          const FclConvex& b = solid_b.convex;
+          const ConvexView<double>& a = solid_a.convex;
+          const ConvexView<double>& b = solid_b.convex;
           const Transform<double> X =
               pose_with_gap(random, a, b, scale * random.uniform(-0.2, 0.05));
-          const FclContactNormal found = fcl_contact_normal(a, b, X, 0.1 * scale);
-          REQUIRE(found.nearness == FclNearness::near);
+          const ContactNormal<double> found = contact_normal<FclDistance>(a, b, X, 0.1 * scale);
+          REQUIRE(found.nearness == Nearness::near);
           CHECK(std::abs(found.normal.norm() - 1.0) < 1e-14);
           const double overlap = overlap_along(a, b, X, found.normal);
           const double size = std::max(a.reach, b.reach);
@@ -220,10 +221,10 @@ TEST_CASE("fcl_contact_normal: agrees with fcl::collide where FCL has a closed f
       CAPTURE(i);
       const Solid solid_a(random_convex(random, pair[0], 1.0));
       const Solid solid_b(random_convex(random, pair[1], 1.0));
-      const FclConvex& a = solid_a.convex;
-      const FclConvex& b = solid_b.convex;
+      const ConvexView<double>& a = solid_a.convex;
+      const ConvexView<double>& b = solid_b.convex;
       const Transform<double> X = pose_with_gap(random, a, b, random.uniform(-0.05, -0.001));
-      const FclContactNormal found = fcl_contact_normal(a, b, X, 0.0);
+      const ContactNormal<double> found = contact_normal<FclDistance>(a, b, X, 0.0);
 
       fcl::Transform3d pose = fcl::Transform3d::Identity();
       pose.linear() = X.rotation_matrix();
@@ -256,11 +257,11 @@ TEST_CASE("fcl_contact_normal: swapping the solids reverses the normal") {
   for (int i = 0; i < 200; ++i) {
     const Solid solid_a(random_convex(random, 1, 1.0));
     const Solid solid_b(random_convex(random, 6, 1.0));
-    const FclConvex& a = solid_a.convex;
-    const FclConvex& b = solid_b.convex;
+    const ConvexView<double>& a = solid_a.convex;
+    const ConvexView<double>& b = solid_b.convex;
     const Transform<double> X = pose_with_gap(random, a, b, random.uniform(-0.01, 0.05));
-    const FclContactNormal forth = fcl_contact_normal(a, b, X, 0.1);
-    const FclContactNormal back = fcl_contact_normal(b, a, X.inverse(), 0.1);
+    const ContactNormal<double> forth = contact_normal<FclDistance>(a, b, X, 0.1);
+    const ContactNormal<double> back = contact_normal<FclDistance>(b, a, X.inverse(), 0.1);
     CHECK(std::abs(forth.gap - back.gap) < 1e-11);
     CHECK((forth.normal + X.rotate(back.normal)).norm() < 1e-6);
   }
@@ -276,20 +277,20 @@ TEST_CASE("fcl_contact_normal: hostile poses end with an answer") {
       CAPTURE(kind_b);
       const Solid solid_a(random_convex(random, kind_a, 1.0));
       const Solid solid_b(random_convex(random, kind_b, 1.0));
-      const FclConvex& a = solid_a.convex;
-      const FclConvex& b = solid_b.convex;
+      const ConvexView<double>& a = solid_a.convex;
+      const ConvexView<double>& b = solid_b.convex;
       const auto nearness = [&](const Transform<double>& X) {
-        return fcl_contact_normal(a, b, X, 0.01).nearness;
+        return contact_normal<FclDistance>(a, b, X, 0.01).nearness;
       };
-      CHECK(nearness({.translation = {nan, 0.0, 0.0}}) == FclNearness::unknown);
+      CHECK(nearness({.translation = {nan, 0.0, 0.0}}) == Nearness::unknown);
       CHECK(nearness({.rotation = Quat<double>(nan, 0, 0, 0), .translation = {1.0, 0.0, 0.0}}) ==
-            FclNearness::unknown);
-      CHECK(nearness({.translation = {inf, 0.0, 0.0}}) != FclNearness::near);
-      CHECK(nearness({.translation = {0.0, 1e12, 0.0}}) == FclNearness::apart);
-      CHECK(nearness({.translation = {0.0, 1e300, 0.0}}) != FclNearness::near);
+            Nearness::unknown);
+      CHECK(nearness({.translation = {inf, 0.0, 0.0}}) != Nearness::near);
+      CHECK(nearness({.translation = {0.0, 1e12, 0.0}}) == Nearness::apart);
+      CHECK(nearness({.translation = {0.0, 1e300, 0.0}}) != Nearness::near);
       // Coincident centres, equal attitude: any answer that separates them.
-      const FclContactNormal deep = fcl_contact_normal(a, b, {}, 0.01);
-      CHECK(deep.nearness == FclNearness::near);
+      const ContactNormal<double> deep = contact_normal<FclDistance>(a, b, {}, 0.01);
+      CHECK(deep.nearness == Nearness::near);
       CHECK(deep.gap < 0.0);
       CHECK(std::abs(deep.normal.norm() - 1.0) < 1e-14);
     }

@@ -1,6 +1,7 @@
 /// @file
 /// A warmed-up step allocates nothing. Replaces the program's `operator new` to count.
 // SPDX-License-Identifier: BSD-3-Clause
+#include "scenes/drops.hpp"
 #include "scenes/grasp.hpp"
 #include "scenes/medley.hpp"
 #include "scenes/plate.hpp"
@@ -123,6 +124,18 @@ TEST_CASE_TEMPLATE("no_allocation: a bit of everything", S, float, double) {
   // Warm once the plates have come to rest: until then new shapes of islands turn up.
   auto scene = make_medley<S>();
   CHECK(allocations_of(scene.world, 500, 300) == 0);
+}
+
+TEST_CASE_TEMPLATE("no_allocation: shapes of all kinds on a table and on its mesh", S, float,
+                   double) {
+  // Warm after they have met the table with most points.
+  for (const DropDef<S>& def : drops<S>()) {
+    CAPTURE(def.name);
+    for (const bool is_mesh : {false, true}) {
+      auto drop = make_drop<AnalyticBackend>(def, is_mesh);
+      CHECK(allocations_of(drop.world, 240, 240) == 0);
+    }
+  }
 }
 
 TEST_CASE("no_allocation: queries and readings") {

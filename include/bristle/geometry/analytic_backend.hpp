@@ -9,6 +9,7 @@
 #include <bristle/geometry/ray_shapes.hpp>
 #include <bristle/geometry/shape_backend.hpp>
 #include <bristle/geometry/shape_properties.hpp>
+#include <bristle/geometry/solid_contacts.hpp>
 
 #include <algorithm>
 #include <array>
@@ -23,22 +24,41 @@
 
 namespace bristle {
 
-/// A shape as `AnalyticBackend` keeps it: checked, measured, and with a tree if it is a mesh.
+/// A shape as `AnalyticBackend` keeps it: checked, measured, with a tree and a surface if it is a
+/// mesh, and seen as a solid.
 template <Scalar S>
-struct AnalyticShape {
+class AnalyticShape {
+ public:
   /// The alternatives of `Shape` in the same order.
-  std::variant<Sphere<S>, Box<S>, Capsule<S>, Cylinder<S>, Cone<S>, Ellipsoid<S>, HalfSpace<S>,
-               ConvexHull<S>, MeshTree<S>>
-      shape;
+  using Prepared = std::variant<Sphere<S>, Box<S>, Capsule<S>, Cylinder<S>, Cone<S>, Ellipsoid<S>,
+                                HalfSpace<S>, ConvexHull<S>, MeshTree<S>>;
+
+  /// @pre `validate(shape)` has passed.
+  explicit AnalyticShape(const Shape<S>& shape);
+  // What it is seen as points into it.
+  AnalyticShape(const AnalyticShape&) = delete;
+  AnalyticShape& operator=(const AnalyticShape&) = delete;
+
+  [[nodiscard]] const Prepared& shape() const { return shape_; }
   /// [m] In the shape's own frame.
-  Aabb<S> bounds;
+  [[nodiscard]] const Aabb<S>& bounds() const { return bounds_; }
   /// [kg] and so on, at unit density.
-  MassProperties<S> mass_properties;
+  [[nodiscard]] const MassProperties<S>& mass_properties() const { return mass_properties_; }
+  /// For iterative contacts; empty for a half-space.
+  [[nodiscard]] const SolidView<Precise<S>, MeshTree<S>>& solid() const { return solid_; }
+
+ private:
+  Prepared shape_;
+  Aabb<S> bounds_;
+  MassProperties<S> mass_properties_;
+  // Of convex shapes: themselves, in the scalar that iterations want.
+  Shape<Precise<S>> precise_;
+  SolidView<Precise<S>, MeshTree<S>> solid_;
 };
 
-/// Rays in closed form against every shape, and contacts of the pairs for which
-/// analytic_contacts.hpp has a formula. Satisfies `ShapeBackend`, which says what each function
-/// does.
+/// Rays in closed form against every shape. Contacts in closed form where analytic_contacts.hpp and
+/// box_box.hpp have a formula, which is computed in S; all others as solid_contacts.hpp finds them,
+/// in `Precise<S>`. Satisfies `ShapeBackend`, which says what each function does.
 struct AnalyticBackend {
   template <Scalar S>
   using Collidable = std::shared_ptr<const AnalyticShape<S>>;
@@ -48,21 +68,22 @@ struct AnalyticBackend {
 
   template <Scalar S>
   [[nodiscard]] static ShapeKind kind(const std::shared_ptr<const AnalyticShape<S>>& c) {
-    return static_cast<ShapeKind>(c->shape.index());
+    return static_cast<ShapeKind>(c->shape().index());
   }
   template <Scalar S>
   [[nodiscard]] static Aabb<S> bounds(const std::shared_ptr<const AnalyticShape<S>>& c) {
-    return c->bounds;
+    return c->bounds();
   }
   template <Scalar S>
   [[nodiscard]] static MassProperties<S> mass_properties(
       const std::shared_ptr<const AnalyticShape<S>>& c) {
-    return c->mass_properties;
+    return c->mass_properties();
   }
 
-  /// Today: sphere, box, capsule and half-space among each other, but for capsule with box; and
-  /// every shape with a half-space. Two half-spaces never collide.
-  [[nodiscard]] static constexpr bool can_collide(ShapeKind a, ShapeKind b);
+  /// All pairs but two half-spaces.
+  [[nodiscard]] static constexpr bool can_collide(ShapeKind a, ShapeKind b) {
+    return a != ShapeKind::half_space || b != ShapeKind::half_space;
+  }
 
   template <Scalar S>
   static ContactStatus collide(const std::shared_ptr<const AnalyticShape<S>>& a,
@@ -86,22 +107,37 @@ concept AnalyticPair = requires(const A& a, const B& b, const Transform<S>& X, S
   collide_shapes(a, b, X, margin, out);
 };
 
-/// Which kinds `AnalyticBackend` can collide, read off the overloads there are.
-template <Scalar S>
-struct AnalyticPairs {
-  using Variant = decltype(AnalyticShape<S>::shape);
-  template <std::size_t I>
-  using Alternative = std::variant_alternative_t<I, Variant>;
-
-  template <std::size_t I, std::size_t... J>
-  [[nodiscard]] static constexpr std::array<bool, sizeof...(J)> row(std::index_sequence<J...>) {
-    return {(AnalyticPair<Alternative<I>, Alternative<J>, S> ||
-             AnalyticPair<Alternative<J>, Alternative<I>, S>)...};
+/// A convex shape or half-space in another scalar; hulls keep their numbers.
+template <Scalar P, Scalar S>
+struct ShapeCast {
+  Shape<P> operator()(const Sphere<S>& s) const { return Sphere<P>{P(s.radius)}; }
+  Shape<P> operator()(const Box<S>& s) const { return Box<P>{s.half_extents.template cast<P>()}; }
+  Shape<P> operator()(const Capsule<S>& s) const {
+    return Capsule<P>{P(s.radius), P(s.half_length)};
   }
-  template <std::size_t... I>
-  [[nodiscard]] static constexpr auto table(std::index_sequence<I...> all) {
-    return std::array{row<I>(all)...};
+  Shape<P> operator()(const Cylinder<S>& s) const {
+    return Cylinder<P>{P(s.radius), P(s.half_length)};
   }
+  Shape<P> operator()(const Cone<S>& s) const { return Cone<P>{P(s.radius), P(s.half_length)}; }
+  Shape<P> operator()(const Ellipsoid<S>& s) const {
+    return Ellipsoid<P>{s.radii.template cast<P>()};
+  }
+  Shape<P> operator()(const HalfSpace<S>& s) const {
+    return HalfSpace<P>{s.normal.template cast<P>(), P(s.offset)};
+  }
+  Shape<P> operator()(const ConvexHull<S>& s) const {
+    ConvexHull<P> hull;
+    for (const Vec3<S>& v : s.vertices) hull.vertices.push_back(v.template cast<P>());
+    hull.face_vertices = s.face_vertices;
+    hull.face_starts = s.face_starts;
+    for (const Vec3<S>& n : s.face_normals) {
+      hull.face_normals.push_back(n.template cast<P>().normalized());
+    }
+    hull.face_offsets.assign(s.face_offsets.begin(), s.face_offsets.end());
+    return hull;
+  }
+  // Meshes are read through their trees.
+  Shape<P> operator()(const TriangleMesh<S>&) const { return Sphere<P>{}; }
 };
 
 /// Manifolds of (B, A) in B turned into those of (A, B) in A.
@@ -119,26 +155,34 @@ void swap_sides(std::span<ContactManifold<S>> manifolds, const Transform<S>& X_A
 }  // namespace detail
 
 template <Scalar S>
-auto AnalyticBackend::make(const Shape<S>& shape) -> Collidable<S> {
-  validate(shape);
-  using Prepared = decltype(AnalyticShape<S>::shape);
-  Prepared prepared = std::visit(
-      [](const auto& s) {
-        if constexpr (std::same_as<std::remove_cvref_t<decltype(s)>, TriangleMesh<S>>) {
-          return Prepared(MeshTree<S>(s));
-        } else {
-          return Prepared(s);
-        }
+AnalyticShape<S>::AnalyticShape(const Shape<S>& shape)
+    : shape_(std::visit(
+          [](const auto& s) {
+            if constexpr (std::same_as<std::remove_cvref_t<decltype(s)>, TriangleMesh<S>>) {
+              return Prepared(MeshTree<S>(s));
+            } else {
+              return Prepared(s);
+            }
+          },
+          shape)),
+      bounds_(local_bounds(shape)),
+      mass_properties_(unit_mass_properties(shape)),
+      precise_(std::visit(detail::ShapeCast<Precise<S>, S>{}, shape)) {
+  if (const auto* tree = std::get_if<MeshTree<S>>(&shape_)) {
+    solid_.mesh.emplace(*tree);
+    return;
+  }
+  std::visit(
+      [this](const auto& s) {
+        if constexpr (requires { convex_view(s); }) solid_.convex.emplace(convex_view(s));
       },
-      shape);
-  return std::make_shared<const AnalyticShape<S>>(
-      AnalyticShape<S>{std::move(prepared), local_bounds(shape), unit_mass_properties(shape)});
+      precise_);
 }
 
-constexpr bool AnalyticBackend::can_collide(ShapeKind a, ShapeKind b) {
-  constexpr auto table =
-      detail::AnalyticPairs<double>::table(std::make_index_sequence<shape_kind_count>{});
-  return table[static_cast<std::size_t>(a)][static_cast<std::size_t>(b)];
+template <Scalar S>
+auto AnalyticBackend::make(const Shape<S>& shape) -> Collidable<S> {
+  validate(shape);
+  return std::make_shared<const AnalyticShape<S>>(shape);
 }
 
 template <Scalar S>
@@ -146,23 +190,33 @@ ContactStatus AnalyticBackend::collide(const std::shared_ptr<const AnalyticShape
                                        const std::shared_ptr<const AnalyticShape<S>>& b,
                                        const Transform<S>& X_AB, S margin,
                                        ContactManifolds<S>& out) noexcept {
-  return std::visit(
+  if (!can_collide(kind(a), kind(b))) return ContactStatus::failed;
+  const std::size_t before = out.size();
+  const bool is_known = std::visit(
       [&](const auto& shape_a, const auto& shape_b) {
         using A = std::remove_cvref_t<decltype(shape_a)>;
         using B = std::remove_cvref_t<decltype(shape_b)>;
         if constexpr (detail::AnalyticPair<A, B, S>) {
           collide_shapes(shape_a, shape_b, X_AB, margin, out);
-          return ContactStatus::ok;
+          return true;
         } else if constexpr (detail::AnalyticPair<B, A, S>) {
-          const std::size_t before = out.size();
           collide_shapes(shape_b, shape_a, X_AB.inverse(), margin, out);
           detail::swap_sides<S>(std::span(out).subspan(before), X_AB);
-          return ContactStatus::ok;
+          return true;
         } else {
-          return ContactStatus::failed;
+          return false;
         }
       },
-      a->shape, b->shape);
+      a->shape(), b->shape());
+  if (is_known) return ContactStatus::ok;
+  using P = Precise<S>;
+  ContactSink<S> sink(out);
+  const Transform<P> X = X_AB.template cast<P>();
+  if (collide_solids<GjkDistance>(a->solid(), b->solid(), X, P(margin), sink) && sink.is_sound()) {
+    return ContactStatus::ok;
+  }
+  sink.clear();
+  return ContactStatus::failed;
 }
 
 template <Scalar S>
@@ -184,7 +238,7 @@ void AnalyticBackend::cast_rays(const std::shared_ptr<const AnalyticShape<S>>& c
           if (hit.distance < best) hits.offer(i, {hit.distance, R_RC * hit.normal}, tag);
         }
       },
-      c->shape);
+      c->shape());
 }
 
 static_assert(ShapeBackend<AnalyticBackend, float> && ShapeBackend<AnalyticBackend, double>);

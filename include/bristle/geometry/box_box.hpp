@@ -4,10 +4,13 @@
 #pragma once
 
 #include <bristle/geometry/contact_clip.hpp>
+#include <bristle/geometry/contact_normal.hpp>
+#include <bristle/geometry/convex_view.hpp>
 #include <bristle/geometry/shapes.hpp>
 #include <bristle/math/transform.hpp>
 
 #include <algorithm>
+#include <span>
 
 namespace bristle {
 
@@ -16,9 +19,10 @@ namespace bristle {
 ///
 /// The normal is that of least overlap among the 15 axes (3 + 3 face normals, 9 pairs of edges;
 /// Gottschalk, Lin, Manocha 1996). Where boxes are apart it is the axis that separates them most,
-/// and the gaps are distances along it; boxes that pass each other cornerwise, without facing along
-/// it, have no contact. Faces are preferred to edges, and faces of A to those of B, until the other
-/// is better by a twentieth: so resting boxes keep their normal.
+/// and the gaps are distances along it; where what is nearest along it does not face the other box,
+/// as when boxes pass cornerwise, it is the direction of their distance. Faces are preferred to
+/// edges, and faces of A to those of B, until the other is better by a twentieth: so resting boxes
+/// keep their normal.
 template <Scalar S>
 void collide_shapes(const Box<S>& a, const Box<S>& b, const Transform<S>& X_AB, S margin,
                     ContactManifolds<S>& out);
@@ -102,7 +106,22 @@ void collide_shapes(const Box<S>& a, const Box<S>& b, const Transform<S>& X_AB, 
   }
   const auto features = detail::feature_pair(a, b, X_AB, best.normal);
   const auto manifold = detail::clip_features(features.a, features.b, best.normal, margin);
-  if (manifold.size > 0) out.push_back(manifold);
+  const auto points = std::span(manifold.points).first(manifold.size);
+  if (std::any_of(points.begin(), points.end(), [&](const ContactPoint<S>& point) {
+        return point.gap <= best.gap + least_gain;
+      })) {
+    out.push_back(manifold);
+    return;
+  }
+  // What separates the boxes least is beside what faces: a corner passes a corner or an edge. No
+  // axis of the fifteen is that of their distance.
+  using P = Precise<S>;
+  const Box<P> precise_a{a.half_extents.template cast<P>()};
+  const Box<P> precise_b{b.half_extents.template cast<P>()};
+  const auto found = contact_normal(convex_view(precise_a), convex_view(precise_b),
+                                    X_AB.template cast<P>(), P(margin));
+  if (found.nearness != Nearness::near) return;
+  build_manifold(a, b, X_AB, Vec3<S>(found.normal.template cast<S>().normalized()), margin, out);
 }
 
 }  // namespace bristle

@@ -10,13 +10,13 @@
 #pragma once
 
 #include <bristle/geometry/contact_clip.hpp>
+#include <bristle/geometry/contact_sink.hpp>
 #include <bristle/geometry/fcl_contact_normal.hpp>
-#include <bristle/geometry/fcl_contact_sink.hpp>
-#include <bristle/geometry/fcl_mesh_contacts.hpp>
 #include <bristle/geometry/fcl_rays.hpp>
 #include <bristle/geometry/fcl_shapes.hpp>
 #include <bristle/geometry/shape_backend.hpp>
 #include <bristle/geometry/shape_properties.hpp>
+#include <bristle/geometry/solid_contacts.hpp>
 
 #include <cstdint>
 #include <memory>
@@ -28,9 +28,9 @@ namespace bristle {
 
 /// Satisfies `ShapeBackend` for float and double.
 ///
-/// Contacts of convex solids: direction by FCL's GJK (fcl_contact_normal.hpp), points by clipping
-/// (contact_clip.hpp). Meshes: fcl_mesh_contacts.hpp, with its limits. Every pair is known except
-/// two half-spaces.
+/// Contacts as solid_contacts.hpp finds them, over FCL's GJK (fcl_contact_normal.hpp) and FCL's
+/// mesh trees. What FCL itself reports for a mesh has no meaningful depth (fcl#106, #491, #574) and
+/// is not used. Every pair is known except two half-spaces.
 ///
 /// `collide` allocates nothing but room in `out`, `cast_rays` nothing at all: FCL's GJK works on
 /// the stack. What FCL may throw is caught, what it answers is checked with supports; there is no
@@ -89,10 +89,8 @@ class FclBackend::Collidable {
     Aabb<S> bounds;
     MassProperties<S> mass_properties;
     FclRayTarget rays;
-    // Of convex shapes; points into `rays`.
-    std::optional<FclConvex> convex;
-    // Of meshes; the same.
-    std::optional<FclMeshSurface> mesh;
+    // Points into `rays`; empty for a half-space.
+    SolidView<double, FclMeshTree<double>> solid;
   };
 
   explicit Collidable(const Shape<S>& shape) : data_(std::make_shared<const Data>(shape)) {}
@@ -137,11 +135,39 @@ struct SurfacePatch {
 /// given. Normals point from the half-space to the solid.
 template <Scalar S, typename ConvexShape>
 void collide_plane(const HalfSpace<double>& plane, const ConvexShape& shape,
-                   const FclConvex& convex, double margin, ContactSink<S>& sink) {
+                   const ConvexView<double>& convex, double margin, ContactSink<S>& sink) {
   const double height = plane.normal.dot(convex.center) - plane.offset;
   if (height - convex.reach > margin) return;
   const SurfacePatch patch{convex.center - height * plane.normal, plane.normal, 2.0 * convex.reach};
   sink.add(contact_manifold(patch, shape, Transform<double>{}, plane.normal, margin));
+}
+
+/// The same for a mesh: its vertices within `margin`.
+template <Scalar S>
+void collide_plane(const HalfSpace<double>& plane,
+                   const MeshSurface<double, FclMeshTree<double>>& mesh, double margin,
+                   ContactSink<S>& sink) {
+  sink.set_nearest(0.0);
+  const Vec3<double>& n = plane.normal;
+  const auto height = [&](const Vec3<double>& p) { return n.dot(p) - plane.offset; };
+  ContactManifold<double> one;
+  one.normal = n;
+  one.size = 1;
+  mesh.find(
+      [&](const Aabb<double>& box) {
+        return height((n.array() < 0.0).select(box.upper, box.lower)) <= margin;
+      },
+      [&](std::uint32_t i) {
+        const MeshTriangle<double> triangle = mesh.triangle(i);
+        for (std::size_t k = 0; k < 3; ++k) {
+          const Vec3<double>& corner = triangle.triangle.corners[k];
+          const double gap = height(corner);
+          if (!(gap <= margin)) continue;
+          one.points[0] = {corner - 0.5 * gap * n, gap, triangle.vertices[k]};
+          sink.add(one);
+        }
+        return true;
+      });
 }
 
 /// A half-space given in frame A, seen from frame B that stands at X_AB.
@@ -163,9 +189,9 @@ FclBackend::Collidable<S>::Data::Data(const Shape<S>& shape)
       [this](const auto& view) {
         using View = std::remove_cvref_t<decltype(view)>;
         if constexpr (std::is_same_v<View, FclMeshTree<double>>) {
-          mesh.emplace(view);
+          solid.mesh.emplace(view);
         } else if constexpr (!std::is_same_v<View, HalfSpace<double>>) {
-          convex.emplace(fcl_convex(view));
+          solid.convex.emplace(convex_view(view));
         }
       },
       rays.view());
@@ -206,14 +232,7 @@ class FclContactQuery {
   bool run() {
     if (a_.kind == ShapeKind::half_space) return on_plane(a_, b_, X_AB_, X_AB_, false);
     if (b_.kind == ShapeKind::half_space) return on_plane(b_, a_, X_AB_.inverse(), {}, true);
-    if (a_.mesh && b_.mesh) {
-      sink_.set_frame({}, false);
-      collide_meshes(*a_.mesh, *b_.mesh, X_AB_, margin_, sink_);
-      return true;
-    }
-    if (a_.mesh) return on_mesh(a_, b_, X_AB_, {}, false);
-    if (b_.mesh) return on_mesh(b_, a_, X_AB_.inverse(), X_AB_, true);
-    return convex_pair();
+    return collide_solids<FclDistance>(a_.solid, b_.solid, X_AB_, margin_, sink_);
   }
 
  private:
@@ -225,45 +244,13 @@ class FclContactQuery {
     const HalfSpace<double> plane_O =
         seen_from(X_PO, std::get<HalfSpace<double>>(plane.rays.view()));
     sink_.set_frame(X_AO, is_second);
-    if (other.mesh) {
-      collide_mesh(*other.mesh, plane_O, margin_, sink_);
+    if (other.solid.mesh) {
+      collide_plane(plane_O, *other.solid.mesh, margin_, sink_);
     } else {
-      std::visit(
-          [&](const auto* shape) { collide_plane(plane_O, *shape, *other.convex, margin_, sink_); },
-          other.convex->shape);
+      const ConvexView<double>& convex = *other.solid.convex;
+      std::visit([&](const auto* shape) { collide_plane(plane_O, *shape, convex, margin_, sink_); },
+                 convex.shape);
     }
-    return true;
-  }
-
-  /// @param X_MO, X_AM  Poses of the other solid in the mesh, and of the mesh in A.
-  bool on_mesh(const Data& mesh, const Data& other, const Transform<double>& X_MO,
-               const Transform<double>& X_AM, bool is_second) {
-    sink_.set_frame(X_AM, is_second);
-    std::visit(
-        [&](const auto* shape) {
-          collide_mesh(*mesh.mesh, *shape, *other.convex, X_MO, margin_, sink_);
-        },
-        other.convex->shape);
-    return true;
-  }
-
-  bool convex_pair() {
-    const FclContactNormal found = fcl_contact_normal(*a_.convex, *b_.convex, X_AB_, margin_);
-    if (found.nearness != FclNearness::near) return found.nearness == FclNearness::apart;
-    sink_.set_frame({}, false);
-    std::visit(
-        [&](const auto* shape_a, const auto* shape_b) {
-          sink_.add(contact_manifold(*shape_a, *shape_b, X_AB_, found.normal, margin_));
-          // Rims and sides of round shapes are clipped as polygons and lines; what is deepest may
-          // lie between those.
-          if (!sink_.reaches(found.gap + Tolerance<double>::equal() * a_.convex->reach)) {
-            ContactManifold<double> deepest;
-            deepest.normal = found.normal;
-            deepest.add(extreme_contact(*shape_a, *shape_b, X_AB_, found.normal));
-            sink_.add(deepest);
-          }
-        },
-        a_.convex->shape, b_.convex->shape);
     return true;
   }
 

@@ -32,6 +32,8 @@ using FclMesh = fcl::BVHModel<fcl::AABB<S>>;
 template <Scalar S>
 class FclMeshTree {
  public:
+  using ScalarType = S;
+
   explicit FclMeshTree(const FclMesh<S>& mesh) : mesh_(&mesh) {}
 
   /// [-] Number of triangles.

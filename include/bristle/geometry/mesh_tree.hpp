@@ -1,5 +1,5 @@
 /// @file
-/// A solid triangle mesh with a tree over its triangles, ready for rays.
+/// A solid triangle mesh with a tree over its triangles, ready for rays and contacts.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -21,6 +21,8 @@ namespace bristle {
 template <Scalar S>
 class MeshTree {
  public:
+  using ScalarType = S;
+
   /// @param mesh  A solid that `validate_solid` accepts; not checked again.
   explicit MeshTree(TriangleMesh<S> mesh);
 
@@ -34,9 +36,18 @@ class MeshTree {
     const auto& t = mesh_.triangles[triangle];
     return {mesh_.vertices[t[0]], mesh_.vertices[t[1]], mesh_.vertices[t[2]]};
   }
+  /// [-] Which vertices of the mesh they are.
+  [[nodiscard]] const std::array<std::uint32_t, 3>& vertex_numbers(std::uint32_t triangle) const {
+    return mesh_.triangles[triangle];
+  }
 
   /// [m] Box around all triangles.
   [[nodiscard]] Aabb<S> root_box() const { return tree_.root_box(); }
+  /// As `AabbTree::find`.
+  template <typename Accept, typename Visit>
+  void find(Accept&& accept, Visit&& visit) const {
+    tree_.find(accept, visit);
+  }
   /// As `AabbTree::walk_ray`.
   template <typename Visit>
   void walk_ray(const Ray<S>& ray, Visit&& visit) const {

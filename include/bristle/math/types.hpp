@@ -9,6 +9,7 @@
 #include <cmath>
 #include <concepts>
 #include <limits>
+#include <type_traits>
 
 namespace bristle {
 
@@ -46,6 +47,11 @@ struct Tolerance {
   /// a first-order error becomes a second-order one.
   static constexpr S equal() { return std::numeric_limits<S>::digits > 30 ? S(1.5e-8) : S(3.5e-4); }
 };
+
+/// What iterative geometry is computed in for a world in S: double for float, else S itself
+/// (docs/decisions/0010-own-contact-normals.md).
+template <Scalar S>
+using Precise = std::conditional_t<std::same_as<S, float>, double, S>;
 
 /// Larger than any distance; what a ray without a hit reports.
 template <Scalar S>

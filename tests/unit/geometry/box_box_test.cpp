@@ -129,12 +129,53 @@ TEST_CASE_TEMPLATE("collide_shapes: crossed edges of two boxes, apart, have thei
   }
 }
 
-TEST_CASE_TEMPLATE("collide_shapes: boxes that pass corner by corner do not touch", S, float,
-                   double) {
+TEST_CASE_TEMPLATE(
+    "collide_shapes: boxes beside each other's edges and corners keep their distance", S, float,
+    double) {
   const Box<S> box{{S(1), S(1), S(1)}};
   Transform<S> X_AB;
-  X_AB.translation = {S(2.01), S(2.01), S(0)};
-  CHECK(contacts(box, box, X_AB, S(0.05)).empty());
+  // No face of one is over a face of the other: what is nearest are two parallel edges, then two
+  // corners. Round-off of coordinates of 2.
+  const S tolerance = S(4) * Tolerance<S>::round_off();
+  const S apart = S(0.01);
+  for (const Vec3<S>& away : {Vec3<S>(S(1), S(-1), S(0)), Vec3<S>(S(1), S(-1), S(1))}) {
+    const Vec3<S> normal = away.normalized();
+    X_AB.translation = S(2) * away + apart * normal;
+    const auto found = contacts(box, box, X_AB, S(0.05));
+    REQUIRE(found.size() == 1);
+    CHECK(found[0].size == (away.z() == S(0) ? 2 : 1));
+    CHECK(std::abs(deepest(found) - apart) <= tolerance);
+    // The direction of a distance is its error relative to that distance.
+    CHECK((found[0].normal - normal).norm() <= tolerance / apart);
+    CHECK(contacts(box, box, X_AB, S(0.009)).empty());
+  }
   X_AB.translation = {S(2.01), S(1.99), S(0)};
   CHECK(contacts(box, box, X_AB, S(0.05)).size() == 1);
+}
+
+TEST_CASE_TEMPLATE("collide_shapes: no box comes within the margin without a contact", S, float,
+                   double) {
+  // Whatever way a small box passes: if a corner of it is within the margin of the other box, which
+  // that corner's distance tells in closed form, there is a contact no farther than that.
+  Random random(31);
+  const Box<S> a{{S(1), S(0.7), S(0.4)}};
+  const Box<S> b{{S(0.2), S(0.1), S(0.3)}};
+  int near = 0;
+  for (int i = 0; i < 4000; ++i) {
+    const Transform<S> X = random.pose(S(1.5));
+    const S margin = S(0.2);
+    S distance = infinity<S>;
+    for (unsigned k = 0; k < 8; ++k) {
+      const Vec3<S> sign(k & 1 ? S(1) : S(-1), k & 2 ? S(1) : S(-1), k & 4 ? S(1) : S(-1));
+      const Vec3<S> corner = X * Vec3<S>(sign.cwiseProduct(b.half_extents));
+      distance =
+          std::min(distance, (corner.cwiseAbs() - a.half_extents).cwiseMax(Vec3<S>::Zero()).norm());
+    }
+    // What box_box.hpp takes for no difference of gaps.
+    const S tolerance = S(2) * Tolerance<S>::equal();
+    if (!(distance < margin - tolerance)) continue;
+    ++near;
+    CHECK(deepest(contacts(a, b, X, margin)) <= distance + tolerance);
+  }
+  CHECK(near > 1000);
 }

@@ -1,9 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <bristle/geometry/fcl_backend.hpp>
+#include <bristle/geometry/analytic_backend.hpp>
 #include <bristle/geometry/mesh_shapes.hpp>
 #include <bristle/geometry/quickhull.hpp>
 
 #include <doctest/doctest.h>
+
+#if defined(BRISTLE_WITH_FCL)
+#include <bristle/geometry/fcl_backend.hpp>
+#endif
 
 #include <algorithm>
 #include <backend/reference_shapes.hpp>
@@ -51,13 +55,32 @@ TriangleMesh<S> tiled_slab(S half_width, S thickness, std::uint32_t cells) {
   return mesh;
 }
 
-template <Scalar S>
-ContactManifolds<S> contacts(const FclBackend::Collidable<S>& a, const FclBackend::Collidable<S>& b,
-                             const Transform<S>& X, S margin) {
-  ContactManifolds<S> out;
-  CHECK(FclBackend::collide(a, b, X, margin, out) == ContactStatus::ok);
-  return out;
-}
+/// A backend and a scalar.
+template <Scalar Number, typename B>
+struct Setup {
+  using S = Number;
+  using Backend = B;
+
+  static auto make(const Shape<S>& shape) { return Backend::template make<S>(shape); }
+  using Collidable = typename Backend::template Collidable<S>;
+
+  static ContactManifolds<S> contacts(const Collidable& a, const Collidable& b,
+                                      const Transform<S>& X, S margin) {
+    ContactManifolds<S> out;
+    CHECK(Backend::collide(a, b, X, margin, out) == ContactStatus::ok);
+    return out;
+  }
+};
+
+using AnalyticFloat = Setup<float, AnalyticBackend>;
+using AnalyticDouble = Setup<double, AnalyticBackend>;
+#if defined(BRISTLE_WITH_FCL)
+using FclFloat = Setup<float, FclBackend>;
+using FclDouble = Setup<double, FclBackend>;
+#define SETUPS AnalyticFloat, AnalyticDouble, FclFloat, FclDouble
+#else
+#define SETUPS AnalyticFloat, AnalyticDouble
+#endif
 
 template <Scalar S>
 S deepest_gap(const ContactManifolds<S>& manifolds) {
@@ -98,16 +121,17 @@ constexpr std::size_t kind_count = 8;
 
 }  // namespace
 
-TEST_CASE_TEMPLATE("FclBackend: a box rests on a flat mesh with its four corners, in one manifold",
-                   S, float, double) {
+TEST_CASE_TEMPLATE(
+    "mesh contacts: a box rests on a flat mesh with its four corners, in one manifold", T, SETUPS) {
+  using S = typename T::S;
   for (const S scale : {S(0.01), S(1), S(100)}) {
-    const auto slab = FclBackend::make<S>(tiled_slab<S>(scale, S(0.1) * scale, 7));
-    const auto box = FclBackend::make<S>(Box<S>{.half_extents = Vec3<S>::Constant(S(0.3) * scale)});
+    const auto slab = T::make(tiled_slab<S>(scale, S(0.1) * scale, 7));
+    const auto box = T::make(Box<S>{.half_extents = Vec3<S>::Constant(S(0.3) * scale)});
     const S gap = S(-0.001) * scale;
     const Transform<S> X{.rotation = exp_rotation<S>({S(0), S(0), S(0.4)}),
                          .translation = {S(0.1) * scale, S(0.05) * scale, S(0.3) * scale + gap}};
     const S tolerance = Tolerance<S>::round_off() * scale;
-    const auto found = contacts(slab, box, X, S(0.01) * scale);
+    const auto found = T::contacts(slab, box, X, S(0.01) * scale);
     REQUIRE(found.size() == 1);
     CHECK((found[0].normal - Vec3<S>::UnitZ()).norm() < Tolerance<S>::round_off());
     CHECK(found[0].size >= 4);
@@ -126,7 +150,7 @@ TEST_CASE_TEMPLATE("FclBackend: a box rests on a flat mesh with its four corners
       CHECK(std::abs(found[0].points[i].gap - gap) <= tolerance);
     }
     // The other way round: the same points seen from the box, the normal reversed.
-    const auto back = contacts(box, slab, X.inverse(), S(0.01) * scale);
+    const auto back = T::contacts(box, slab, X.inverse(), S(0.01) * scale);
     REQUIRE(back.size() == 1);
     CHECK(back[0].size == found[0].size);
     CHECK((X.rotate(back[0].normal) + Vec3<S>::UnitZ()).norm() < Tolerance<S>::round_off());
@@ -134,23 +158,24 @@ TEST_CASE_TEMPLATE("FclBackend: a box rests on a flat mesh with its four corners
   }
 }
 
-TEST_CASE_TEMPLATE("FclBackend: nothing stumbles over the inner edges of a flat mesh", S, float,
-                   double) {
-  const auto slab = FclBackend::make<S>(tiled_slab<S>(S(1), S(0.1), 9));
+TEST_CASE_TEMPLATE("mesh contacts: nothing stumbles over the inner edges of a flat mesh", T,
+                   SETUPS) {
+  using S = typename T::S;
+  const auto slab = T::make(tiled_slab<S>(S(1), S(0.1), 9));
   Random random(3);
   for (std::size_t kind = 0; kind < kind_count; ++kind) {
     CAPTURE(kind);
     for (int i = 0; i < 100; ++i) {
       CAPTURE(i);
       const Shape<S> shape = random_convex<S>(random, kind);
-      const auto body = FclBackend::make<S>(shape);
+      const auto body = T::make(shape);
       // Some attitude, then down until the lowest point is 2 mm deep.
       Transform<S> X{
           .rotation = random.rotation<S>(),
           .translation = {random.uniform(S(-0.3), S(0.3)), random.uniform(S(-0.3), S(0.3)), S(0)}};
-      const auto plane = FclBackend::make<S>(HalfSpace<S>{});
-      X.translation.z() = S(-0.002) - deepest_gap(contacts(plane, body, X, S(10)));
-      const auto found = contacts(slab, body, X, S(0.005));
+      const auto plane = T::make(HalfSpace<S>{});
+      X.translation.z() = S(-0.002) - deepest_gap(T::contacts(plane, body, X, S(10)));
+      const auto found = T::contacts(slab, body, X, S(0.005));
       CHECK(found.size() == 1);
       for (const auto& m : found) {
         CHECK((m.normal - Vec3<S>::UnitZ()).norm() < S(1e-6));
@@ -161,7 +186,8 @@ TEST_CASE_TEMPLATE("FclBackend: nothing stumbles over the inner edges of a flat 
   }
 }
 
-TEST_CASE_TEMPLATE("FclBackend: a box and its mesh are touched alike", S, float, double) {
+TEST_CASE_TEMPLATE("mesh contacts: a box and its mesh are touched alike", T, SETUPS) {
+  using S = typename T::S;
   // Shallow: up to 2 cm deep in boxes of about a metre. Deeper, the triangle-by-triangle view and
   // the solid's differ by design.
   Random random(4);
@@ -173,14 +199,14 @@ TEST_CASE_TEMPLATE("FclBackend: a box and its mesh are touched alike", S, float,
       CAPTURE(i);
       const Vec3<S> half{random.uniform(S(0.3), S(1)), random.uniform(S(0.3), S(1)),
                          random.uniform(S(0.3), S(1))};
-      const auto solid = FclBackend::make<S>(Box<S>{half});
-      const auto mesh = FclBackend::make<S>(box_mesh<S>(half));
+      const auto solid = T::make(Box<S>{half});
+      const auto mesh = T::make(box_mesh<S>(half));
       const Shape<S> shape = random_convex<S>(random, kind);
-      const auto other = FclBackend::make<S>(shape);
+      const auto other = T::make(shape);
       // For the reference a mesh is its hull.
       auto reference = other;
       if (const auto* m = std::get_if<TriangleMesh<S>>(&shape)) {
-        reference = FclBackend::make<S>(convex_hull<S>(*m));
+        reference = T::make(convex_hull<S>(*m));
       }
       // In along a random line until the gap is what is wanted.
       const Vec3<S> away = random.direction<S>();
@@ -190,13 +216,13 @@ TEST_CASE_TEMPLATE("FclBackend: a box and its mesh are touched alike", S, float,
       S far = S(4);
       for (int k = 0; k < 40; ++k) {
         const S middle = S(0.5) * (near + far);
-        const auto at = contacts<S>(solid, reference, {attitude, Vec3<S>(middle * away)}, S(4));
+        const auto at = T::contacts(solid, reference, {attitude, Vec3<S>(middle * away)}, S(4));
         (deepest_gap(at) < wanted ? near : far) = middle;
       }
       const Transform<S> X{attitude, Vec3<S>(far * away)};
       const S margin = S(0.015);
-      const auto expected = contacts<S>(solid, reference, X, margin);
-      const auto found = contacts<S>(mesh, other, X, margin);
+      const auto expected = T::contacts(solid, reference, X, margin);
+      const auto found = T::contacts(mesh, other, X, margin);
       const S gap = deepest_gap(expected);
       if (gap == infinity<S>) continue;
       ++touching;
@@ -222,13 +248,14 @@ TEST_CASE_TEMPLATE("FclBackend: a box and its mesh are touched alike", S, float,
   }
 }
 
-TEST_CASE_TEMPLATE("FclBackend: a ball in the inner corner of a mesh touches both walls", S, float,
-                   double) {
+TEST_CASE_TEMPLATE("mesh contacts: a ball in the inner corner of a mesh touches both walls", T,
+                   SETUPS) {
+  using S = typename T::S;
   // The L of reference_shapes.hpp: foot's top at z = 0.5, mast's side at x = -0.5.
-  const auto mesh = FclBackend::make<S>(test::l_mesh<S>(S(1)));
-  const auto ball = FclBackend::make<S>(Sphere<S>{S(0.2)});
+  const auto mesh = T::make(test::l_mesh<S>(S(1)));
+  const auto ball = T::make(Sphere<S>{S(0.2)});
   const auto found =
-      contacts<S>(mesh, ball, {.translation = {S(-0.301), S(0.1), S(0.698)}}, S(0.01));
+      T::contacts(mesh, ball, {.translation = {S(-0.301), S(0.1), S(0.698)}}, S(0.01));
   REQUIRE(found.size() == 2);
   for (const auto& m : found) {
     CHECK(m.size == 1);
@@ -240,23 +267,44 @@ TEST_CASE_TEMPLATE("FclBackend: a ball in the inner corner of a mesh touches bot
   }
 }
 
-TEST_CASE_TEMPLATE("FclBackend: a ball whose middle is below a mesh's surface is pushed out", S,
-                   float, double) {
-  const auto slab = FclBackend::make<S>(tiled_slab<S>(S(1), S(0.5), 5));
-  const auto ball = FclBackend::make<S>(Sphere<S>{S(0.1)});
+TEST_CASE_TEMPLATE("mesh contacts: a ball whose middle is below a mesh's surface is pushed out", T,
+                   SETUPS) {
+  using S = typename T::S;
+  const auto slab = T::make(tiled_slab<S>(S(1), S(0.5), 5));
+  const auto ball = T::make(Sphere<S>{S(0.1)});
   const auto found =
-      contacts<S>(slab, ball, {.translation = {S(0.13), S(0.07), S(-0.02)}}, S(0.01));
+      T::contacts(slab, ball, {.translation = {S(0.13), S(0.07), S(-0.02)}}, S(0.01));
   REQUIRE(found.size() == 1);
   CHECK((found[0].normal - Vec3<S>::UnitZ()).norm() < Tolerance<S>::round_off());
   CHECK(std::abs(deepest_gap(found) + S(0.12)) < Tolerance<S>::round_off());
 }
 
-TEST_CASE_TEMPLATE("FclBackend: crossed mesh planks touch where they cross", S, float, double) {
+TEST_CASE_TEMPLATE("mesh contacts: what is all inside a mesh leaves through the nearest face", T,
+                   SETUPS) {
+  using S = typename T::S;
+  // 8 cm below the top of a slab of 50 cm, of whose triangles none is near.
+  const auto slab = T::make(tiled_slab<S>(S(1), S(0.5), 5));
+  const auto box = T::make(Box<S>{{S(0.03), S(0.02), S(0.01)}});
+  const Transform<S> X{.translation = {S(0.13), S(0.07), S(-0.08)}};
+  const auto found = T::contacts(slab, box, X, S(0.01));
+  REQUIRE(found.size() == 1);
+  CHECK((found[0].normal - Vec3<S>::UnitZ()).norm() < Tolerance<S>::round_off());
+  CHECK(std::abs(deepest_gap(found) + S(0.09)) < Tolerance<S>::round_off());
+  const auto back = T::contacts(box, slab, X.inverse(), S(0.01));
+  REQUIRE(back.size() == 1);
+  CHECK((back[0].normal + Vec3<S>::UnitZ()).norm() < Tolerance<S>::round_off());
+  // In the hollow of an L nothing is inside.
+  const auto l = T::make(test::l_mesh<S>(S(1)));
+  CHECK(T::contacts(l, box, {.translation = {S(0.5), S(0), S(1)}}, S(0.01)).empty());
+}
+
+TEST_CASE_TEMPLATE("mesh contacts: crossed mesh planks touch where they cross", T, SETUPS) {
+  using S = typename T::S;
   // No vertex of one is over the other.
-  const auto plank = FclBackend::make<S>(box_mesh<S>({S(1), S(0.1), S(0.05)}));
+  const auto plank = T::make(box_mesh<S>({S(1), S(0.1), S(0.05)}));
   const Transform<S> X{.rotation = exp_rotation<S>({S(0), S(0), S(1.5)}),
                        .translation = {S(0), S(0), S(0.099)}};
-  const auto found = contacts(plank, plank, X, S(0.002));
+  const auto found = T::contacts(plank, plank, X, S(0.002));
   S least_x = S(1);
   S greatest_x = S(-1);
   for (const auto& m : found) {

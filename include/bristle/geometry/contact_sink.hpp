@@ -1,5 +1,5 @@
 /// @file
-/// Where the FCL backend puts manifolds: brings them from the frame and precision they were
+/// Where iterative methods put manifolds: brings them from the frame and precision they were
 /// computed in to those of the user, and joins what belongs together.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
@@ -19,26 +19,29 @@ namespace bristle {
 template <Scalar S>
 class ContactSink {
  public:
+  /// What manifolds are computed in.
+  using P = Precise<S>;
+
   /// @param out  Manifolds there before are left alone.
   explicit ContactSink(ContactManifolds<S>& out) : out_(out), start_(out.size()) {}
 
   /// How manifolds are given from here on: in a frame F that stands at X_AF in the frame of A, with
   /// normals from A to B or, where `is_reversed`, from B to A.
-  void set_frame(const Transform<double>& X_AF, bool is_reversed) {
+  void set_frame(const Transform<P>& X_AF, bool is_reversed) {
     X_AF_ = X_AF;
-    sign_ = is_reversed ? -1.0 : 1.0;
+    sign_ = is_reversed ? P(-1) : P(1);
   }
 
   /// Points closer than this [m] with the same key are one. 0 by default: only equal ones are.
-  void set_nearest(double distance) { nearest_ = S(distance); }
+  void set_nearest(P distance) { nearest_ = S(distance); }
 
   /// Takes a manifold; one without points is ignored.
-  void add(const ContactManifold<double>& manifold) {
+  void add(const ContactManifold<P>& manifold) {
     if (manifold.size == 0) return;
     ContactManifold<S>& target = manifold_of(manifold);
     for (std::size_t i = 0; i < manifold.size; ++i) {
-      const ContactPoint<double>& p = manifold.points[i];
-      const Vec3<double> position = X_AF_ * p.position;
+      const ContactPoint<P>& p = manifold.points[i];
+      const Vec3<P> position = X_AF_ * p.position;
       join(target, {position.template cast<S>(), S(p.gap), p.feature});
     }
   }
@@ -46,10 +49,10 @@ class ContactSink {
   /// Whether nothing was added.
   [[nodiscard]] bool is_empty() const { return out_.size() == start_; }
   /// Whether some point has a gap of at most this [m].
-  [[nodiscard]] bool reaches(double gap) const {
+  [[nodiscard]] bool reaches(P gap) const {
     for (std::size_t i = start_; i < out_.size(); ++i) {
       for (std::size_t k = 0; k < out_[i].size; ++k) {
-        if (double(out_[i].points[k].gap) <= gap) return true;
+        if (P(out_[i].points[k].gap) <= gap) return true;
       }
     }
     return false;
@@ -72,11 +75,11 @@ class ContactSink {
   }
 
  private:
-  [[nodiscard]] ContactManifold<S>& manifold_of(const ContactManifold<double>& like) {
+  [[nodiscard]] ContactManifold<S>& manifold_of(const ContactManifold<P>& like) {
     for (std::size_t i = start_; i < out_.size(); ++i) {
       if (out_[i].key == like.key) return out_[i];
     }
-    const Vec3<double> normal = X_AF_.rotate(sign_ * like.normal);
+    const Vec3<P> normal = X_AF_.rotate(sign_ * like.normal);
     ContactManifold<S>& fresh = out_.emplace_back();
     fresh.normal = normal.template cast<S>().normalized();
     fresh.key = like.key;
@@ -137,8 +140,8 @@ class ContactSink {
 
   ContactManifolds<S>& out_;
   std::size_t start_;
-  Transform<double> X_AF_;
-  double sign_ = 1.0;
+  Transform<P> X_AF_;
+  P sign_ = P(1);
   S nearest_ = S(0);
 };
 
