@@ -41,11 +41,18 @@
 #include <bristle/geometry/box_box.hpp>
 #include <bristle/geometry/contact_clip.hpp>
 #include <bristle/geometry/contact_manifold.hpp>
+#include <bristle/geometry/contact_normal.hpp>
+#include <bristle/geometry/contact_sink.hpp>
 #include <bristle/geometry/convex_hull.hpp>
+#include <bristle/geometry/convex_view.hpp>
+#include <bristle/geometry/expanding_polytope.hpp>
+#include <bristle/geometry/gjk.hpp>
 #include <bristle/geometry/grid_hull.hpp>
 #include <bristle/geometry/hull_faces.hpp>
+#include <bristle/geometry/mesh_contacts.hpp>
 #include <bristle/geometry/mesh_rays.hpp>
 #include <bristle/geometry/mesh_shapes.hpp>
+#include <bristle/geometry/mesh_surface.hpp>
 #include <bristle/geometry/mesh_tree.hpp>
 #include <bristle/geometry/mesh_validation.hpp>
 #include <bristle/geometry/quickhull.hpp>
@@ -56,6 +63,7 @@
 #include <bristle/geometry/shape_backend.hpp>
 #include <bristle/geometry/shape_properties.hpp>
 #include <bristle/geometry/shapes.hpp>
+#include <bristle/geometry/solid_contacts.hpp>
 #include <bristle/geometry/support.hpp>
 #include <bristle/geometry/triangle_mesh.hpp>
 #include <bristle/hosts/sensor_host.hpp>
@@ -103,9 +111,6 @@
 #if defined(BRISTLE_WITH_FCL)
 #include <bristle/geometry/fcl_backend.hpp>
 #include <bristle/geometry/fcl_contact_normal.hpp>
-#include <bristle/geometry/fcl_contact_sink.hpp>
-#include <bristle/geometry/fcl_mesh_contacts.hpp>
-#include <bristle/geometry/fcl_mesh_surface.hpp>
 #include <bristle/geometry/fcl_mesh_tree.hpp>
 #include <bristle/geometry/fcl_rays.hpp>
 #include <bristle/geometry/fcl_scene_rays.hpp>
