@@ -3,7 +3,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "scenes/grasp.hpp"
 #include "scenes/medley.hpp"
-#include "support/state_hash.hpp"
 
 #include <doctest/doctest.h>
 
@@ -18,7 +17,7 @@ namespace {
 
 template <typename S>
 std::uint64_t hash_of(const Medley<S>& m) {
-  return test::state_hash<S>(m.world, m.bodies, m.patches);
+  return m.world.state_hash();
 }
 
 template <typename S>
@@ -102,8 +101,7 @@ TEST_CASE("determinism: a grasp repeats its bits at both steps and all ways to i
         def.finger_mass = 0.3;
         auto scene = make_grasp<double>(def);
         scene.run(0.5);
-        const std::vector<BodyId> bodies{scene.part, scene.fingers[0], scene.fingers[1]};
-        hash = test::state_hash<double>(scene.world, bodies, scene.pads);
+        hash = scene.world.state_hash();
       }
       CHECK(hashes[0] == hashes[1]);
     }

@@ -133,9 +133,10 @@ class ContactStage {
       return;
     }
     state.contacts.add(pair, found_,
-                       (body_a.center_pose.rotation * a.X_CmS.rotation).toRotationMatrix(),
-                       body_a.center_pose.rotate(a.X_CmS.translation),
-                       body_b.center_pose.translation - body_a.center_pose.translation);
+                       {(body_a.center_pose.rotation * a.X_CmS.rotation).toRotationMatrix(),
+                        body_a.center_pose.rotate(a.X_CmS.translation),
+                        body_b.center_pose.translation - body_a.center_pose.translation,
+                        body_a.center_pose.translation});
   }
 
   std::vector<std::uint32_t> moving_;

@@ -9,9 +9,11 @@
 #include <bristle/world/contact_stage.hpp>
 #include <bristle/world/ray_query.hpp>
 #include <bristle/world/sensor_stage.hpp>
+#include <bristle/world/snapshot.hpp>
 #include <bristle/world/solve_stage.hpp>
 #include <bristle/world/world_state.hpp>
 
+#include <cstddef>
 #include <span>
 #include <string>
 #include <vector>
@@ -24,7 +26,7 @@ namespace bristle {
 /// so do calls with a handle that names nothing any more. `step` never throws, never lets a
 /// non-finite number spread, and does not allocate once it has seen the scene's largest step.
 ///
-/// A world is a value: a copy is a snapshot, and steps on exactly as the original would. The same
+/// A world is a value: a copy steps on exactly as the original would. The same
 /// calls give the same bits, run to run and for any `WorldDef::parallel_for`. One thread at a time
 /// may use a world; const calls may run concurrently.
 ///
@@ -117,6 +119,23 @@ class World {
   void cast_rays(std::span<const Ray<S>> rays, const RayFilter& filter,
                  std::span<WorldRayHit<S>> hits) const;
 
+  // State
+  // ------------------------------------------------------------------------------------------
+
+  /// All that changes from step to step or by the calls above, as bytes: poses, velocities, contact
+  /// and joint impulses, bristles, readings, drives, filters, constants of sensors, step length and
+  /// gravity. Not shapes, masses and other definitions. For this version and machine.
+  [[nodiscard]] std::vector<std::byte> snapshot() const;
+  /// Puts the world into the state of a snapshot; it then steps on with the same bits. It must have
+  /// the same bodies, shapes, joints and patches, under the same handles: be the world the snapshot
+  /// was taken of, or built by the same calls. What the last step did (`report`, contact events) is
+  /// not state and stays with the world that did it.
+  /// @throws InvalidArgument naming what differs, or what is wrong with the bytes.
+  void restore(std::span<const std::byte> bytes);
+  /// [-] One number for what a snapshot would hold (`BitHash` of it, value by value): equal bits,
+  /// equal number, and for different ones a different number but for a chance of 2^-64.
+  [[nodiscard]] std::uint64_t state_hash() const { return detail::state_hash(state_); }
+
   // Time
   // -------------------------------------------------------------------------------------------
 
@@ -142,7 +161,9 @@ class World {
                               ShapeKind kind) const;
   ShapeId insert_shape(BodyId id, Prepared prepared, const Shape<S>& shape,
                        const Transform<S>& X_BS, const Material<S>& material);
-  void refresh_boxes(BodyId id);
+  template <typename Visit>
+  void for_each_shape_of(BodyId id, Visit&& visit) const;
+  void refresh_box(std::uint32_t tag);
   void erase_joint(std::uint32_t index);
 
   State state_;
@@ -153,4 +174,5 @@ class World {
 
 }  // namespace bristle
 
+#include <bristle/world/world_bodies_impl.hpp>
 #include <bristle/world/world_impl.hpp>
