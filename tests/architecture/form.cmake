@@ -1,5 +1,6 @@
 # What every file has: a licence line and a bounded length; headers also #pragma once, those of the
-# library and of tests `/// @file` on top, and those of the library a place in the umbrella.
+# library and of tests `/// @file` on top, and those of the library a place in the umbrella, unless
+# they say `/// Opt-in:`.
 # Usage: cmake -DROOT=<tree> [-DMAX_LINES=500] -P form.cmake
 # SPDX-License-Identifier: BSD-3-Clause
 include("${CMAKE_CURRENT_LIST_DIR}/lines.cmake")
@@ -33,7 +34,8 @@ foreach(file IN LISTS files)
       violation("${file}:1" "must open with `/// @file` and a sentence on what it is")
     endif()
   endif()
-  if(file MATCHES "^include/(.+)$" AND NOT file STREQUAL umbrella)
+  if(file MATCHES "^include/(.+)$" AND NOT file STREQUAL umbrella
+     AND NOT text MATCHES "\n/// Opt-in: ")
     string(FIND "${umbrella_text}" "\n#include <${CMAKE_MATCH_1}>\n" at)
     if(at EQUAL -1)
       violation("${file}:1" "not included by ${umbrella}")

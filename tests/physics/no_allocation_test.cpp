@@ -3,8 +3,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "scenes/grasp.hpp"
 #include "scenes/medley.hpp"
+#include "scenes/pile.hpp"
 #include "scenes/plate.hpp"
 #include "scenes/stack.hpp"
+
+#include <bristle/core/thread_pool.hpp>
 
 #include <doctest/doctest.h>
 
@@ -123,6 +126,15 @@ TEST_CASE_TEMPLATE("no_allocation: a bit of everything", S, float, double) {
   // Warm once the plates have come to rest: until then new shapes of islands turn up.
   auto scene = make_medley<S>();
   CHECK(allocations_of(scene.world, 500, 300) == 0);
+}
+
+TEST_CASE("no_allocation: a pile on a pool of threads") {
+  ThreadPool pool(3);
+  WorldDef<double> def;
+  def.parallel_for = pool.hook();
+  auto pile = make_pile<double>(def);
+  // Warm once the pile has settled; until then it finds larger islands and more contacts.
+  CHECK(allocations_of(pile.world, 700, 300) == 0);
 }
 
 TEST_CASE("no_allocation: queries and readings") {

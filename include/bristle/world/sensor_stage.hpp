@@ -32,10 +32,14 @@ class SensorStage {
     scratch_.resize(std::max(scratch_.size(), live_.size()));
     // Patches write to themselves and to their own scratch only.
     const auto task = [this, &state](std::size_t k) { sense_patch(state, live_[k], scratch_[k]); };
-    if (live_.size() > 1) {
+    // A sensor costs some ten nanoseconds and waking a thread microseconds.
+    constexpr std::size_t fewest_shared_sensors = 256;
+    std::size_t sensors = 0;
+    for (const std::uint32_t i : live_) sensors += state.patches.at(i).size();
+    if (live_.size() > 1 && sensors >= fewest_shared_sensors) {
       state.def.parallel_for(live_.size(), std::cref(task));
-    } else if (!live_.empty()) {
-      task(0);
+    } else {
+      for (std::size_t k = 0; k < live_.size(); ++k) task(k);
     }
     state.report.patches = live_.size();
     for (std::size_t k = 0; k < live_.size(); ++k) {
