@@ -19,6 +19,10 @@ struct BodyTag;
 /// Names a body of a world.
 using BodyId = Id<BodyTag>;
 
+struct ShapeTag;
+/// Names a shape of a world.
+using ShapeId = Id<ShapeTag>;
+
 /// What makes a body move.
 enum class Motion {
   /// Nothing: it stays where it is put.

@@ -6,6 +6,7 @@
 #include <bristle/geometry/analytic_backend.hpp>
 #include <bristle/sensors/stability.hpp>
 #include <bristle/sensors/tuning.hpp>
+#include <bristle/world/contact_events.hpp>
 #include <bristle/world/contact_stage.hpp>
 #include <bristle/world/ray_query.hpp>
 #include <bristle/world/sensor_stage.hpp>
@@ -119,6 +120,23 @@ class World {
   void cast_rays(std::span<const Ray<S>> rays, const RayFilter& filter,
                  std::span<WorldRayHit<S>> hits) const;
 
+  // Contacts
+  // ---------------------------------------------------------------------------------------
+
+  /// Calls visit(const ContactEvent&) for every two shapes that touched in the last step or in the
+  /// one before it: first for touches that a removal ended, then in the order of slots. Costs
+  /// nothing unless called; call it before the world is changed again.
+  template <typename Visit>
+  void for_each_contact_event(Visit&& visit) const;
+  /// Calls visit(const ContactReading<S>&) for every two shapes that were within reach of each
+  /// other in the last step, in the order of slots.
+  template <typename Visit>
+  void for_each_contact(Visit&& visit) const;
+  /// [N s, N m s] What all contacts of a body gave it in the last step, about its centre of mass.
+  [[nodiscard]] Wrench<S> contact_impulse(BodyId id) const;
+  /// The same of those with one other body.
+  [[nodiscard]] Wrench<S> contact_impulse(BodyId id, BodyId from) const;
+
   // State
   // ------------------------------------------------------------------------------------------
 
@@ -150,7 +168,7 @@ class World {
   /// What the last step did.
   [[nodiscard]] const StepReport<S>& report() const noexcept { return state_.report; }
   /// Contacts of the last step, by the slots of their shapes, with their impulses (N s; after
-  /// `set_time_step`, scaled to the new step).
+  /// `set_time_step`, scaled to the new step), as the solver keeps them. See `for_each_contact`.
   [[nodiscard]] const ContactCache<S>& contacts() const noexcept { return state_.contacts; }
 
  private:
@@ -175,4 +193,5 @@ class World {
 }  // namespace bristle
 
 #include <bristle/world/world_bodies_impl.hpp>
+#include <bristle/world/world_contacts_impl.hpp>
 #include <bristle/world/world_impl.hpp>

@@ -83,6 +83,12 @@ template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S>
 void World<S, Backend>::remove_shape(ShapeId id) {
   (void)state_.colliders.get(id, "ShapeId");
+  for_each_contact([&](const ContactReading<S>& contact) {
+    if ((contact.shape_a == id || contact.shape_b == id) && contact.is_touching()) {
+      state_.ended_since.push_back(
+          {ContactPhase::end, contact.shape_a, contact.shape_b, contact.body_a, contact.body_b});
+    }
+  });
   state_.broad_phase.remove(id.index);
   state_.contacts.forget(id.index);
   state_.colliders.erase(id);

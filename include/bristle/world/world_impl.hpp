@@ -175,6 +175,8 @@ requires ShapeBackend<Backend, S>
 void World<S, Backend>::restore(std::span<const std::byte> bytes) {
   detail::restore_snapshot(bytes, state_);
   state_.contacts.repeat();
+  state_.ended.clear();
+  state_.ended_since.clear();
   for (std::uint32_t i = 0; i < state_.colliders.slot_count(); ++i) {
     if (state_.colliders.is_live(i)) refresh_box(i);
   }
@@ -212,6 +214,8 @@ template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S>
 void World<S, Backend>::step() {
   state_.report = {};
+  state_.ended.swap(state_.ended_since);
+  state_.ended_since.clear();
   state_.constraints.clear();
   solve_stage_.prepare_bodies(state_);
 

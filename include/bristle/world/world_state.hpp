@@ -12,6 +12,7 @@
 #include <bristle/dynamics/solver_types.hpp>
 #include <bristle/geometry/shape_backend.hpp>
 #include <bristle/sensors/patch.hpp>
+#include <bristle/world/contact_events.hpp>
 #include <bristle/world/report.hpp>
 
 #include <algorithm>
@@ -19,10 +20,6 @@
 #include <vector>
 
 namespace bristle {
-
-struct ShapeTag;
-/// Names a shape of a world.
-using ShapeId = Id<ShapeTag>;
 
 /// Settings of a world.
 template <Scalar S>
@@ -77,6 +74,9 @@ struct WorldState {
   SlotMap<SensorPatch<S>, PatchTag> patches;
   BroadPhase<S> broad_phase;
   ContactCache<S> contacts;
+  /// Touches that ended because a shape was removed, for the events of the last step, and those
+  /// since.
+  std::vector<ContactEvent> ended, ended_since;
   /// Pairs of body slots that do not touch because a joint connects them, sorted.
   std::vector<ShapePair> unpaired;
   StepReport<S> report{};
