@@ -11,6 +11,7 @@
 #include <bristle/math/spatial.hpp>
 #include <bristle/math/transform.hpp>
 
+#include <cstdint>
 #include <optional>
 
 namespace bristle {
@@ -67,6 +68,19 @@ struct BodyDef {
   S gravity_scale = S(1);
 };
 
+/// Since when a body has been at rest, and with whom it sleeps.
+template <Scalar S>
+struct BodySleep {
+  static constexpr std::uint32_t awake = 0xffffffffu;
+
+  /// [s] For how long it has been slower than `SleepDef` allows.
+  S rest_time = S(0);
+  /// [-] Lowest slot among the bodies it sleeps with; `awake` while it does not.
+  std::uint32_t island = awake;
+  /// [-] Whether a caller changed it since the last step, so that whom it reaches is woken.
+  bool is_stirred = false;
+};
+
 /// A body as the step sees it: everything about its centre of mass, axes of the body frame.
 template <Scalar S>
 struct Body {
@@ -88,8 +102,10 @@ struct Body {
   Twist<S> twist{};
   /// [N, N m] What the caller applies during the next step, about the centre of mass.
   Wrench<S> applied{};
+  BodySleep<S> sleep{};
 
   [[nodiscard]] bool is_dynamic() const { return motion == Motion::dynamic; }
+  [[nodiscard]] bool is_asleep() const { return sleep.island != BodySleep<S>::awake; }
 
   /// Pose of the body frame in the world.
   [[nodiscard]] Transform<S> pose() const {

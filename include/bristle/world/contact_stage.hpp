@@ -26,18 +26,18 @@ class ContactStage {
     sweep_boxes(state);
     pairs_.clear();
     state.contacts.begin_step();
-    if (moving_.empty()) return;
-    state.broad_phase.find_pairs(
-        moving_, [&](std::uint32_t a, std::uint32_t b) { return detail::may_touch(state, a, b); },
-        pairs_, state.report.pairs_tested);
+    const auto may_touch = [&](std::uint32_t a, std::uint32_t b) {
+      return !is_dormant(state, {a, b}) && detail::may_touch(state, a, b);
+    };
+    state.broad_phase.find_pairs(moving_, may_touch, pairs_, state.report.pairs_tested);
     collide_pairs(state);
     add_contacts(state);
-    state.report.contact_points = state.contacts.points().size();
   }
 
   /// Adds the rows of all contacts.
   void add_rows(State& state) const {
     for (const CachedManifold<S>& m : state.contacts.manifolds()) {
+      if (m.is_carried) continue;
       const Collider<S, Backend>& a = state.colliders.at(m.shapes.a);
       const Collider<S, Backend>& b = state.colliders.at(m.shapes.b);
       add_contact_rows(m, state.contacts.points(), combined(a.material, b.material), a.body.index,
@@ -61,10 +61,14 @@ class ContactStage {
   /// order of the points.
   void store_impulses(State& state) const {
     std::vector<CachedPoint<S>>& points = state.contacts.points();
-    for (std::size_t i = 0; i < points.size(); ++i) {
-      const std::uint32_t first = state.constraints.blocks[i].first;
-      for (std::uint32_t k = 0; k < 3; ++k) {
-        points[i].impulse[k] = state.constraints.rows[first + k].impulse;
+    std::size_t block = 0;
+    for (const CachedManifold<S>& m : state.contacts.manifolds()) {
+      if (m.is_carried) continue;
+      for (std::uint32_t i = m.first; i < m.first + m.count; ++i) {
+        const std::uint32_t first = state.constraints.blocks[block++].first;
+        for (std::uint32_t k = 0; k < 3; ++k) {
+          points[i].impulse[k] = state.constraints.rows[first + k].impulse;
+        }
       }
     }
   }
@@ -89,9 +93,17 @@ class ContactStage {
       const Collider<S, Backend>& c = state.colliders.at(i);
       // Half-spaces belong to bodies that forces do not move, and are always listed.
       if (state.body_of(c).motion == Motion::fixed || c.half_space) continue;
+      if (state.body_of(c).is_asleep()) continue;
       state.broad_phase.move(i, detail::swept_box(state, c));
-      moving_.push_back(i);
+      // What stands still is found by those that move.
+      if (state.is_active(c.body.index)) moving_.push_back(i);
     }
+  }
+
+  /// Whether two shapes have nothing to do with each other in this step since one sleeps on.
+  [[nodiscard]] static bool is_dormant(const State& state, const ShapePair& pair) {
+    return state.body_of(state.colliders.at(pair.a)).is_asleep() ||
+           state.body_of(state.colliders.at(pair.b)).is_asleep();
   }
 
   /// Asks the backend about all pairs: in chunks, which are the same for any number of threads and
@@ -134,9 +146,13 @@ class ContactStage {
   /// Puts what the backend found into the cache, in the order of the pairs.
   void add_contacts(State& state) {
     state.report.pairs_collided += pairs_.size();
+    // Contacts of sleepers stay as they are, in their place among the others.
+    const bool has_sleepers = state.sleeping_bodies > 0;
+    const auto stays = [&](const ShapePair& pair) { return is_dormant(state, pair); };
     for (std::size_t i = 0; i < pairs_.size(); ++i) {
       if (found_[i].has_failed) ++state.report.backend_failures;
       if (found_[i].count == 0) continue;
+      if (has_sleepers) state.contacts.carry_before(pairs_[i], stays);
       const Collider<S, Backend>& a = state.colliders.at(pairs_[i].a);
       const Transform<S>& X_WA = state.body_of(a).center_pose;
       const Transform<S>& X_WB = state.body_of(state.colliders.at(pairs_[i].b)).center_pose;
@@ -144,6 +160,10 @@ class ContactStage {
           pairs_[i], std::span(buffers_[i / chunk_size]).subspan(found_[i].first, found_[i].count),
           {(X_WA.rotation * a.X_CmS.rotation).toRotationMatrix(), X_WA.rotate(a.X_CmS.translation),
            X_WB.translation - X_WA.translation, X_WA.translation});
+    }
+    if (has_sleepers) state.contacts.carry_before({~0u, ~0u}, stays);
+    for (const CachedManifold<S>& m : state.contacts.manifolds()) {
+      state.report.contact_points += m.is_carried ? 0 : m.count;
     }
   }
 

@@ -58,6 +58,9 @@ void visit_body(Body& body, Visitor& visit) {
   visit.value(body.filter.category);
   visit.value(body.filter.mask);
   visit.value(body.filter.group);
+  visit.value(body.sleep.rest_time);
+  visit.value(body.sleep.island);
+  visit.value(body.sleep.is_stirred);
 }
 
 template <typename Collider, typename Visitor>
@@ -195,6 +198,8 @@ template <typename State, typename Visitor>
 void for_each_state(State& state, Visitor& visit) {
   visit.value(state.def.time_step);
   visit.value(state.def.gravity);
+  visit.same("sleep time", state.def.sleep.time);
+  visit.value(state.is_idle);
   detail::visit_slots("bodies", state.bodies, visit,
                       [&](auto& body) { detail::visit_body(body, visit); });
   detail::visit_slots("shapes", state.colliders, visit,

@@ -10,8 +10,10 @@
 #include <bristle/world/contact_stage.hpp>
 #include <bristle/world/ray_query.hpp>
 #include <bristle/world/sensor_stage.hpp>
+#include <bristle/world/sleep_stage.hpp>
 #include <bristle/world/snapshot.hpp>
 #include <bristle/world/solve_stage.hpp>
+#include <bristle/world/waking.hpp>
 #include <bristle/world/world_state.hpp>
 
 #include <cstddef>
@@ -78,6 +80,12 @@ class World {
   void apply_force(BodyId id, const Vec3<S>& force, const Vec3<S>& point);
   /// [-] Changes who may touch and sense a body.
   void set_filter(BodyId id, const CollisionFilter& filter);
+
+  /// Whether a body sleeps (`WorldDef::sleep`; off unless set). All calls above that change a body
+  /// wake its island, and so does what comes to reach it.
+  [[nodiscard]] bool is_asleep(BodyId id) const { return body(id).is_asleep(); }
+  /// Wakes a body with its island; it has to be at rest for `SleepDef::time` to sleep again.
+  void wake(BodyId id);
 
   // Joints
   // -----------------------------------------------------------------------------------------
@@ -182,12 +190,15 @@ class World {
   template <typename Visit>
   void for_each_shape_of(BodyId id, Visit&& visit) const;
   void refresh_box(std::uint32_t tag);
+  void set_twist(BodyId id, const Twist<S>& twist);
+  [[nodiscard]] bool is_awake_joint(std::uint32_t index) const;
   void erase_joint(std::uint32_t index);
 
   State state_;
   ContactStage<S, Backend> contact_stage_;
   SensorStage<S, Backend> sensor_stage_;
   SolveStage<S, Backend> solve_stage_;
+  SleepStage<S, Backend> sleep_stage_;
 };
 
 }  // namespace bristle

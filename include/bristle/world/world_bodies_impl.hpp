@@ -49,6 +49,7 @@ World<S, Backend>::insert_shape(BodyId id, Prepared prepared, const Shape<S>& sh
   const Aabb<S> box = c.half_space ? c.bounds : transformed(c.bounds, body.center_pose * c.X_CmS);
   const ShapeId shape_id = state_.colliders.insert(std::move(c));
   state_.broad_phase.insert(shape_id.index, box);
+  detail::disturb(state_, id);
   return shape_id;
 }
 
@@ -89,6 +90,7 @@ void World<S, Backend>::remove_shape(ShapeId id) {
           {ContactPhase::end, contact.shape_a, contact.shape_b, contact.body_a, contact.body_b});
     }
   });
+  detail::disturb(state_, state_.colliders.at(id.index).body);
   state_.broad_phase.remove(id.index);
   state_.contacts.forget(id.index);
   state_.colliders.erase(id);
@@ -98,6 +100,7 @@ template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S>
 void World<S, Backend>::remove_body(BodyId id) {
   (void)state_.bodies.get(id, "BodyId");
+  detail::disturb(state_, id);
   for (std::uint32_t i = 0; i < state_.joints.slot_count(); ++i) {
     if (!state_.joints.is_live(i)) continue;
     const JointDef<S>& def = state_.joints.at(i).def;
@@ -143,31 +146,43 @@ void World<S, Backend>::set_pose(BodyId id, const Transform<S>& X_WB) {
   detail::require_all_finite("X_WB.translation", X_WB.translation);
   detail::require_unit<S>("X_WB.rotation", X_WB.rotation);
   body.set_pose({X_WB.rotation.normalized(), X_WB.translation});
+  detail::disturb(state_, id);
   for_each_shape_of(id, [this](std::uint32_t tag) { refresh_box(tag); });
 }
 
 template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S>
 void World<S, Backend>::set_velocity(BodyId id, const Twist<S>& twist) {
-  Body<S>& body = state_.bodies.get(id, "BodyId");
+  const Body<S>& body = state_.bodies.get(id, "BodyId");
   detail::require(body.motion != Motion::fixed, "BodyId", S(0), "must not name a fixed body");
   detail::require_all_finite("twist.linear", twist.linear);
   detail::require_all_finite("twist.angular", twist.angular);
+  set_twist(id, twist);
+}
+
+template <Scalar S, typename Backend>
+requires ShapeBackend<Backend, S>
+void World<S, Backend>::set_twist(BodyId id, const Twist<S>& twist) {
+  Body<S>& body = state_.bodies.at(id.index);
+  const bool moved = state_.is_active(id.index);
   body.twist = twist;
+  // Who tells a body that stands to stand on, in every step, wakes nobody.
+  if (body.is_dynamic() || moved || state_.is_active(id.index)) detail::disturb(state_, id);
 }
 
 template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S>
 void World<S, Backend>::move_to(BodyId id, const Transform<S>& X_WB) {
-  Body<S>& body = state_.bodies.get(id, "BodyId");
+  const Body<S>& body = state_.bodies.get(id, "BodyId");
   detail::require(body.motion == Motion::kinematic, "BodyId", S(0), "must name a kinematic body");
   detail::require_all_finite("X_WB.translation", X_WB.translation);
   detail::require_unit<S>("X_WB.rotation", X_WB.rotation);
   const S dt = state_.def.time_step;
   const Vec3<S> center = X_WB * body.center_B;
-  body.twist.linear = (center - body.center_pose.translation) / dt;
-  body.twist.angular =
-      log_rotation<S>(X_WB.rotation.normalized() * body.center_pose.rotation.conjugate()) / dt;
+  set_twist(
+      id,
+      {(center - body.center_pose.translation) / dt,
+       log_rotation<S>(X_WB.rotation.normalized() * body.center_pose.rotation.conjugate()) / dt});
 }
 
 template <Scalar S, typename Backend>
@@ -177,6 +192,9 @@ void World<S, Backend>::apply_wrench(BodyId id, const Wrench<S>& wrench) {
   detail::require_all_finite("wrench.force", wrench.force);
   detail::require_all_finite("wrench.torque", wrench.torque);
   body.applied += wrench;
+  if (body.is_dynamic() && !(wrench.force.isZero(S(0)) && wrench.torque.isZero(S(0)))) {
+    detail::disturb(state_, id);
+  }
 }
 
 template <Scalar S, typename Backend>
@@ -195,6 +213,14 @@ void World<S, Backend>::set_filter(BodyId id, const CollisionFilter& filter) {
     require_known_contacts(id, body.is_dynamic(), filter, state_.colliders.at(tag).kind);
   });
   body.filter = filter;
+  detail::disturb(state_, id);
+}
+
+template <Scalar S, typename Backend>
+requires ShapeBackend<Backend, S>
+void World<S, Backend>::wake(BodyId id) {
+  (void)body(id);
+  detail::disturb(state_, id);
 }
 
 }  // namespace bristle

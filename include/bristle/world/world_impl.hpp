@@ -12,6 +12,9 @@ requires ShapeBackend<Backend, S> World<S, Backend>::World(const WorldDef<S>& de
   detail::require_all_finite("WorldDef::gravity", def.gravity);
   detail::require_positive("WorldDef::time_step", def.time_step);
   detail::require_not_negative("WorldDef::restitution_speed", def.restitution_speed);
+  detail::require_not_negative("SleepDef::linear_speed", def.sleep.linear_speed);
+  detail::require_not_negative("SleepDef::angular_speed", def.sleep.angular_speed);
+  detail::require(def.sleep.time > S(0), "SleepDef::time", def.sleep.time, "must be > 0");
   detail::require_positive("SolverDef::tolerance", def.solver.tolerance);
   detail::require(def.solver.max_sweeps > 0, "SolverDef::max_sweeps", def.solver.max_sweeps,
                   "must be > 0");
@@ -45,6 +48,8 @@ requires ShapeBackend<Backend, S> JointId World<S, Backend>::add_joint(const Joi
     std::vector<ShapePair>& unpaired = state_.unpaired;
     unpaired.insert(std::lower_bound(unpaired.begin(), unpaired.end(), pair), pair);
   }
+  detail::disturb(state_, def.body_a);
+  detail::disturb(state_, def.body_b);
   return state_.joints.insert(joint);
 }
 
@@ -52,6 +57,8 @@ template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S>
 void World<S, Backend>::erase_joint(std::uint32_t index) {
   const JointDef<S>& def = state_.joints.at(index).def;
+  detail::disturb(state_, def.body_a);
+  detail::disturb(state_, def.body_b);
   if (!def.bodies_collide) {
     const ShapePair pair{std::min(def.body_a.index, def.body_b.index),
                          std::max(def.body_a.index, def.body_b.index)};
@@ -74,6 +81,8 @@ void World<S, Backend>::set_drive(JointId id, const JointDrive<S>& drive) {
   Joint<S>& joint = state_.joints.get(id, "JointId");
   validate(drive);
   joint.def.drive = drive;
+  detail::disturb(state_, joint.def.body_a);
+  detail::disturb(state_, joint.def.body_b);
 }
 
 template <Scalar S, typename Backend>
@@ -89,7 +98,9 @@ requires ShapeBackend<Backend, S> PatchId World<S, Backend>::add_patch(BodyId bo
                                                                        PatchDef<S> def) {
   const Body<S>& owner = state_.bodies.get(body, "BodyId");
   for (const BodyId id : def.excluded) (void)state_.bodies.get(id, "PatchDef::excluded");
-  return state_.patches.insert(make_patch(std::move(def), body, owner.center_B));
+  SensorPatch<S> patch = make_patch(std::move(def), body, owner.center_B);
+  detail::disturb(state_, body);
+  return state_.patches.insert(std::move(patch));
 }
 
 template <Scalar S, typename Backend>
@@ -115,7 +126,7 @@ requires ShapeBackend<Backend, S> PatchId World<S, Backend>::add_patch(BodyId bo
 template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S>
 void World<S, Backend>::remove_patch(PatchId id) {
-  (void)state_.patches.get(id, "PatchId");
+  detail::disturb(state_, state_.patches.get(id, "PatchId").body);
   state_.patches.erase(id);
 }
 
@@ -126,6 +137,7 @@ void World<S, Backend>::set_parameters(PatchId id, const SensorParameters<S>& pa
   validate(parameters);
   patch.def.parameters = parameters;
   patch.def.per_sensor.clear();
+  detail::disturb(state_, patch.body);
 }
 
 template <Scalar S, typename Backend>
@@ -177,6 +189,10 @@ void World<S, Backend>::restore(std::span<const std::byte> bytes) {
   state_.contacts.repeat();
   state_.ended.clear();
   state_.ended_since.clear();
+  state_.sleeping_bodies = 0;
+  for (std::uint32_t i = 0; i < state_.bodies.slot_count(); ++i) {
+    if (state_.bodies.is_live(i) && state_.bodies.at(i).is_asleep()) ++state_.sleeping_bodies;
+  }
   for (std::uint32_t i = 0; i < state_.colliders.slot_count(); ++i) {
     if (state_.colliders.is_live(i)) refresh_box(i);
   }
@@ -186,6 +202,7 @@ template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S>
 void World<S, Backend>::set_time_step(S dt) {
   detail::require_positive("dt", dt);
+  detail::wake_all(state_);
   // Forces go on, so the impulses that the next step starts from follow the step.
   const S ratio = dt / state_.def.time_step;
   for (CachedPoint<S>& point : state_.contacts.points()) {
@@ -207,6 +224,7 @@ template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S>
 void World<S, Backend>::set_gravity(const Vec3<S>& gravity) {
   detail::require_all_finite("gravity", gravity);
+  detail::wake_all(state_);
   state_.def.gravity = gravity;
 }
 
@@ -216,8 +234,15 @@ void World<S, Backend>::step() {
   state_.report = {};
   state_.ended.swap(state_.ended_since);
   state_.ended_since.clear();
+  if (state_.is_idle) {
+    // Nothing moves, so nothing changes; what readings and contacts say stays true.
+    state_.contacts.repeat();
+    state_.report.sleeping_bodies = state_.sleeping_bodies;
+    return;
+  }
   state_.constraints.clear();
   solve_stage_.prepare_bodies(state_);
+  sleep_stage_.wake_reached(state_, solve_stage_, sensor_stage_);
 
   contact_stage_.find_contacts(state_);
   sensor_stage_.sense(state_);
@@ -225,7 +250,7 @@ void World<S, Backend>::step() {
 
   contact_stage_.add_rows(state_);
   for (std::uint32_t i = 0; i < state_.joints.slot_count(); ++i) {
-    if (!state_.joints.is_live(i)) continue;
+    if (!is_awake_joint(i)) continue;
     Joint<S>& joint = state_.joints.at(i);
     add_joint_rows(joint, state_.bodies.at(joint.def.body_a.index),
                    state_.bodies.at(joint.def.body_b.index), joint.def.body_a.index,
@@ -235,11 +260,21 @@ void World<S, Backend>::step() {
   solve_stage_.solve(state_, sensor_stage_);
   contact_stage_.store_impulses(state_);
   for (std::uint32_t i = 0; i < state_.joints.slot_count(); ++i) {
-    if (state_.joints.is_live(i)) store_joint_impulses(state_.joints.at(i), state_.constraints);
+    if (is_awake_joint(i)) store_joint_impulses(state_.joints.at(i), state_.constraints);
   }
   sensor_stage_.read(state_);
   solve_stage_.integrate(state_);
   contact_stage_.settle_boxes(state_);
+  sleep_stage_.fall_asleep(state_, sensor_stage_);
+}
+
+template <Scalar S, typename Backend>
+requires ShapeBackend<Backend, S>
+bool World<S, Backend>::is_awake_joint(std::uint32_t index) const {
+  if (!state_.joints.is_live(index)) return false;
+  const JointDef<S>& def = state_.joints.at(index).def;
+  return !state_.bodies.at(def.body_a.index).is_asleep() &&
+         !state_.bodies.at(def.body_b.index).is_asleep();
 }
 
 }  // namespace bristle

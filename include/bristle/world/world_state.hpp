@@ -21,6 +21,19 @@
 
 namespace bristle {
 
+/// When islands of bodies fall asleep. Asleep, they are not computed: nothing moves, contacts,
+/// joints and sensors keep their impulses and readings, velocities are zero.
+template <Scalar S>
+struct SleepDef {
+  /// [m/s] Speed of the centre of mass up to which a body is at rest, >= 0.
+  S linear_speed = S(0.01);
+  /// [rad/s] Angular speed up to which it is, >= 0.
+  S angular_speed = S(0.05);
+  /// [s] For how long all bodies of an island must be at rest, > 0. Infinite, the default: nothing
+  /// ever sleeps (docs/decisions/0014-sleep-is-off.md says why).
+  S time = infinity<S>;
+};
+
 /// Settings of a world.
 template <Scalar S>
 struct WorldDef {
@@ -32,6 +45,8 @@ struct WorldDef {
   S restitution_speed = S(0.01);
   /// [-] The solver.
   SolverDef<S> solver{};
+  /// [-] When bodies at rest are no longer computed.
+  SleepDef<S> sleep{};
   /// [-] Runs independent tasks, on threads of the host if it likes; the results are the same.
   ParallelFor parallel_for = serial_for;
 };
@@ -80,6 +95,9 @@ struct WorldState {
   /// Pairs of body slots that do not touch because a joint connects them, sorted.
   std::vector<ShapePair> unpaired;
   StepReport<S> report{};
+  /// Bodies asleep, and whether all is: then a step has nothing to do.
+  std::uint32_t sleeping_bodies = 0;
+  bool is_idle = false;
 
   /// This step's scratch: one entry a body slot, and all constraints.
   std::vector<SolverBody<S>> solver_bodies;
@@ -87,6 +105,13 @@ struct WorldState {
 
   [[nodiscard]] const Body<S>& body_of(const Collider<S, Backend>& c) const {
     return bodies.at(c.body.index);
+  }
+  /// Whether a body may move in this step, or was changed by the caller since the last one.
+  [[nodiscard]] bool is_active(std::uint32_t slot) const {
+    const Body<S>& body = bodies.at(slot);
+    if (body.sleep.is_stirred) return true;
+    if (body.is_dynamic()) return !body.is_asleep();
+    return !body.twist.linear.isZero(S(0)) || !body.twist.angular.isZero(S(0));
   }
   /// [m] Pose of a shape in the frame of A's centre of mass.
   [[nodiscard]] Transform<S> pose_from(const Body<S>& A, const Collider<S, Backend>& c) const {
