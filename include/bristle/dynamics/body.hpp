@@ -13,6 +13,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <vector>
 
 namespace bristle {
 
@@ -34,26 +35,40 @@ enum class Motion {
   dynamic
 };
 
+/// Describes one shape of a body to `BodyDef::shapes` or `World::add_shape`.
+template <Scalar S>
+struct ShapeDef {
+  /// [m] The shape.
+  Shape<S> shape{};
+  /// [m] Pose of the shape's frame in the body frame.
+  Transform<S> X_BS{};
+  /// [1] Its surface.
+  Material<S> material{};
+};
+
 /// Describes a body to `World::add_body`.
 template <Scalar S>
 struct BodyDef {
   /// [-] What makes it move.
   Motion motion = Motion::dynamic;
-  /// [kg] Mass, > 0; unset: volume of the shape times `density`. Ignored unless dynamic.
+  /// [kg] Mass, > 0; unset: volume of the shapes times `density`. Ignored unless dynamic.
   std::optional<S> mass = std::nullopt;
   /// [kg/m^3] Density, > 0; used when the mass is unset.
   S density = S(1000);
-  /// [m] Centre of mass in the body frame; unset: the shape's.
+  /// [m] Centre of mass in the body frame; unset: the shapes'.
   std::optional<Vec3<S>> center_of_mass = std::nullopt;
   /// [kg m^2] Inertia about the centre of mass along the body's axes; symmetric, positive definite,
-  /// of a possible body (triangle inequality); unset: the shape's, scaled to the mass, and moved by
-  /// the parallel-axis theorem where `center_of_mass` is not the shape's own.
+  /// of a possible body (triangle inequality); unset: the shapes', scaled to the mass, and moved by
+  /// the parallel-axis theorem where `center_of_mass` is not the shapes' own.
   std::optional<Mat3<S>> inertia = std::nullopt;
   /// [-] Shape, its frame equal to the body frame; unset: the body touches nothing until
   /// `World::add_shape` gives it a shape, and `mass` and `inertia` must be set if it is dynamic.
   OptionalShape<S> shape{};
-  /// [1] Surface of the shape.
+  /// [1] Surface of `shape`.
   Material<S> material{};
+  /// [-] More shapes, each with a place and a surface of its own. Together with `shape` they are
+  /// the body: volumes add up, and count twice where shapes overlap.
+  std::vector<ShapeDef<S>> shapes{};
   /// [-] Who may touch and sense it.
   CollisionFilter filter{};
   /// [m] Origin of the body frame in the world.
@@ -129,10 +144,14 @@ struct Body {
 };
 
 /// Checks a definition and turns it into a body.
-/// @param of_shape  Unit-density mass properties of the shape; zero mass where there is none.
+/// @param of_shape  Unit-density mass properties of its shapes; zero mass where there is none.
 /// @throws InvalidArgument naming the field.
 template <Scalar S>
 [[nodiscard]] Body<S> make_body(const BodyDef<S>& def, const MassProperties<S>& of_shape);
+
+/// @throws InvalidArgument naming the field; the shape itself is checked by the backend.
+template <Scalar S>
+void validate(const ShapeDef<S>& def);
 
 // Implementation -----------------------------------------------------------------------------------
 
@@ -167,6 +186,13 @@ void require_possible_inertia(const Mat3<S>& inertia) {
 }
 
 }  // namespace detail
+
+template <Scalar S>
+void validate(const ShapeDef<S>& def) {
+  validate(def.material);
+  detail::require_all_finite("ShapeDef::X_BS.translation", def.X_BS.translation);
+  detail::require_unit<S>("ShapeDef::X_BS.rotation", def.X_BS.rotation);
+}
 
 template <Scalar S>
 Body<S> make_body(const BodyDef<S>& def, const MassProperties<S>& of_shape) {

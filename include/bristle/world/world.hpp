@@ -45,7 +45,7 @@ class World {
   // Bodies and shapes
   // ------------------------------------------------------------------------------
 
-  /// Adds a body, with its shape if it has one.
+  /// Adds a body, with the shapes it has.
   /// @throws InvalidArgument naming the field; or when the backend knows no contact between this
   ///         shape and one already here that it may meet (docs/backends.md lists the pairs).
   BodyId add_body(const BodyDef<S>& def);

@@ -55,14 +55,33 @@ World<S, Backend>::insert_shape(BodyId id, Prepared prepared, const Shape<S>& sh
 
 template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S> BodyId World<S, Backend>::add_body(const BodyDef<S>& def) {
-  if (!def.shape) return state_.bodies.insert(make_body(def, MassProperties<S>{}));
-  Prepared shape = Backend::template make<S>(*def.shape);
-  detail::require(def.motion != Motion::dynamic || kind_of(*def.shape) != ShapeKind::half_space,
-                  "BodyDef::motion", 0, "must not be dynamic with a HalfSpace, which has no mass");
-  const Body<S> body = make_body(def, Backend::mass_properties(shape));
-  require_known_contacts(BodyId{}, body.is_dynamic(), body.filter, kind_of(*def.shape));
+  std::vector<Prepared> prepared;
+  MassProperties<S> solid;
+  const auto add = [&](const Shape<S>& shape, const char* field, const auto& place) {
+    detail::require(def.motion != Motion::dynamic || kind_of(shape) != ShapeKind::half_space, field,
+                    0, "must not be dynamic with a HalfSpace, which has no mass");
+    prepared.push_back(Backend::template make<S>(shape));
+    const MassProperties<S> part = place(Backend::mass_properties(prepared.back()));
+    solid = prepared.size() == 1 ? part : solid + part;
+  };
+  if (def.shape) {
+    add(*def.shape, "BodyDef::motion", [](const MassProperties<S>& part) { return part; });
+  }
+  for (const ShapeDef<S>& shape : def.shapes) {
+    validate(shape);
+    add(shape.shape, "ShapeDef::shape",
+        [&](const MassProperties<S>& part) { return part.transformed(shape.X_BS); });
+  }
+  const Body<S> body = make_body(def, solid);
+  for (const Prepared& shape : prepared) {
+    require_known_contacts(BodyId{}, body.is_dynamic(), body.filter, Backend::kind(shape));
+  }
   const BodyId id = state_.bodies.insert(body);
-  insert_shape(id, std::move(shape), *def.shape, Transform<S>{}, def.material);
+  auto next = prepared.begin();
+  if (def.shape) insert_shape(id, std::move(*next++), *def.shape, {}, def.material);
+  for (const ShapeDef<S>& shape : def.shapes) {
+    insert_shape(id, std::move(*next++), shape.shape, shape.X_BS, shape.material);
+  }
   return id;
 }
 
@@ -70,9 +89,7 @@ template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S> ShapeId World<S, Backend>::add_shape(BodyId id,
                                                                        const ShapeDef<S>& def) {
   const Body<S>& body = state_.bodies.get(id, "BodyId");
-  validate(def.material);
-  detail::require_all_finite("ShapeDef::X_BS.translation", def.X_BS.translation);
-  detail::require_unit<S>("ShapeDef::X_BS.rotation", def.X_BS.rotation);
+  validate(def);
   detail::require(!body.is_dynamic() || kind_of(def.shape) != ShapeKind::half_space,
                   "ShapeDef::shape", 0, "must not be a HalfSpace on a dynamic body");
   Prepared shape = Backend::template make<S>(def.shape);

@@ -51,17 +51,6 @@ struct WorldDef {
   ParallelFor parallel_for = serial_for;
 };
 
-/// Describes one shape of a body to `World::add_shape`.
-template <Scalar S>
-struct ShapeDef {
-  /// [m] The shape.
-  Shape<S> shape{};
-  /// [m] Pose of the shape's frame in the body frame.
-  Transform<S> X_BS{};
-  /// [1] Its surface.
-  Material<S> material{};
-};
-
 /// A shape on a body.
 template <Scalar S, typename Backend>
 struct Collider {
