@@ -385,6 +385,10 @@ TEST_CASE("bad_input: definitions of a world") {
   CHECK(field_of([](auto& d) { d.gravity.x() = nan_; }).starts_with("WorldDef::gravity"));
   CHECK(field_of([](auto& d) { d.time_step = 0; }) == "WorldDef::time_step");
   CHECK(field_of([](auto& d) { d.restitution_speed = -1; }) == "WorldDef::restitution_speed");
+  CHECK(field_of([](auto& d) { d.sleep.time = 0; }) == "SleepDef::time");
+  CHECK(field_of([](auto& d) { d.sleep.time = nan_; }) == "SleepDef::time");
+  CHECK(field_of([](auto& d) { d.sleep.linear_speed = -1; }) == "SleepDef::linear_speed");
+  CHECK(field_of([](auto& d) { d.sleep.angular_speed = nan_; }) == "SleepDef::angular_speed");
   CHECK(field_of([](auto& d) { d.solver.tolerance = 0; }) == "SolverDef::tolerance");
   CHECK(field_of([](auto& d) { d.solver.max_sweeps = 0; }) == "SolverDef::max_sweeps");
   CHECK(field_of([](auto& d) { d.solver.max_passes = 0; }) == "SolverDef::max_passes");

@@ -1,14 +1,10 @@
 /// @file
-/// The same calls give the same bits: run to run, on any threads, and from a copy.
+/// The same calls give the same bits: run to run, and from a copy.
 // SPDX-License-Identifier: BSD-3-Clause
 #include "scenes/grasp.hpp"
 #include "scenes/medley.hpp"
 
 #include <doctest/doctest.h>
-
-#include <atomic>
-#include <thread>
-#include <vector>
 
 using namespace bristle;
 using namespace bristle::scenes;
@@ -25,19 +21,6 @@ void run(Medley<S>& m, int steps) {
   for (int i = 0; i < steps; ++i) m.world.step();
 }
 
-/// Runs tasks on threads that race for the next one.
-ParallelFor on_threads(unsigned workers) {
-  return [workers](std::size_t count, const std::function<void(std::size_t)>& task) {
-    std::atomic<std::size_t> next{0};
-    const auto work = [&] {
-      for (std::size_t i = next++; i < count; i = next++) task(i);
-    };
-    std::vector<std::jthread> threads;
-    for (unsigned k = 1; k < workers; ++k) threads.emplace_back(work);
-    work();
-  };
-}
-
 }  // namespace
 
 TEST_CASE_TEMPLATE("determinism: a second run gives the same bits", S, float, double) {
@@ -49,18 +32,6 @@ TEST_CASE_TEMPLATE("determinism: a second run gives the same bits", S, float, do
   run(second, 300);
   CHECK(hash_of(first) == hash_of(second));
   CHECK(hash_of(first) != start);
-}
-
-TEST_CASE_TEMPLATE("determinism: any number of threads gives the same bits", S, float, double) {
-  auto serial = make_medley<S>();
-  run(serial, 150);
-  for (unsigned workers = 1; workers <= 4; ++workers) {
-    WorldDef<S> def;
-    def.parallel_for = on_threads(workers);
-    auto parallel = make_medley<S>(def);
-    run(parallel, 150);
-    CHECK(hash_of(parallel) == hash_of(serial));
-  }
 }
 
 TEST_CASE_TEMPLATE("determinism: a copy steps on as the original does", S, float, double) {

@@ -137,6 +137,27 @@ TEST_CASE("no_allocation: a pile on a pool of threads") {
   CHECK(allocations_of(pile.world, 700, 300) == 0);
 }
 
+TEST_CASE("no_allocation: falling asleep, sleeping and waking") {
+  WorldDef<double> def;
+  def.sleep.time = 0.1;
+  auto scene = make_medley<double>(def);
+  const auto wake_and_rest = [&] {
+    for (const BodyId id : scene.bodies) scene.world.wake(id);
+    int awake = 0;
+    for (int i = 0; i < 300; ++i) {
+      scene.world.step();
+      if (scene.world.report().awake_bodies > 0) ++awake;
+    }
+    CHECK(awake > 10);
+    CHECK(scene.world.report().awake_bodies == 0);
+  };
+  for (int i = 0; i < 2000; ++i) scene.world.step();
+  wake_and_rest();
+  const std::size_t before = allocations;
+  for (int k = 0; k < 3; ++k) wake_and_rest();
+  CHECK(allocations == before);
+}
+
 TEST_CASE("no_allocation: queries and readings") {
   auto scene = make_grasp<double>({});
   scene.run(0.05);

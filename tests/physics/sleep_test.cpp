@@ -86,6 +86,16 @@ TEST_CASE("sleep: one restless member keeps its island awake, and no other") {
   CHECK_FALSE(world.is_asleep(restless[0]));
   CHECK_FALSE(world.is_asleep(restless[1]));
   CHECK(world.report().awake_bodies == 2);
+  // Their contacts carry what they carried, beside those of the awake.
+  for (const BodyId id : {still[0], restless[0]}) {
+    const double load = world.contact_impulse(id).force.z() / world.time_step();
+    CHECK(load == doctest::Approx(9.81).epsilon(2e-3));
+  }
+  int touches = 0;
+  world.for_each_contact_event(
+      [&](const ContactEvent& e) { touches += e.phase == ContactPhase::persist ? 1 : 100; });
+  CHECK(touches == 4);
+  CHECK(world.report().contact_points == 8);
   // Sleepers cost no pairs and no rows: as many as a world without them.
   World<double> alone(sleepy());
   add_floor(alone);

@@ -28,9 +28,9 @@ class SleepStage {
   void wake_reached(State& state, const SolveStage<S, Backend>& solve,
                     const SensorStage<S, Backend>& sensors) {
     if (state.sleeping_bodies == 0) return;
-    is_known_.assign(state.bodies.slot_count(), 0);
-    for (bool is_first = true; find_fresh(state); is_first = false) {
-      if (!is_first) {
+    active_since_.assign(state.bodies.slot_count(), 0);
+    for (round_ = 1; find_fresh(state); ++round_) {
+      if (round_ > 1) {
         for (const std::uint32_t slot : fresh_) solve.prepare_body(state, slot);
       }
       if (state.sleeping_bodies == 0) continue;
@@ -63,16 +63,14 @@ class SleepStage {
   [[nodiscard]] bool find_fresh(const State& state) {
     fresh_.clear();
     for (std::uint32_t i = 0; i < state.bodies.slot_count(); ++i) {
-      if (!state.bodies.is_live(i) || is_known_[i] != 0 || !state.is_active(i)) continue;
-      is_known_[i] = 1;
+      if (!state.bodies.is_live(i) || active_since_[i] != 0 || !state.is_active(i)) continue;
+      active_since_[i] = round_;
       fresh_.push_back(i);
     }
     return !fresh_.empty();
   }
 
-  [[nodiscard]] bool is_fresh(std::uint32_t slot) const {
-    return std::binary_search(fresh_.begin(), fresh_.end(), slot);
-  }
+  [[nodiscard]] bool is_fresh(std::uint32_t slot) const { return active_since_[slot] == round_; }
 
   void wake_by_contact(State& state) {
     for (std::uint32_t i = 0; i < state.colliders.slot_count(); ++i) {
@@ -212,8 +210,11 @@ class SleepStage {
     }
   }
 
-  std::vector<char> is_known_, is_held_awake_;
+  /// Rounds in which bodies were found active, from 1, and the one at hand.
+  std::vector<std::uint32_t> active_since_;
+  std::uint32_t round_ = 0;
   std::vector<std::uint32_t> fresh_, near_;
+  std::vector<char> is_held_awake_;
   std::vector<S> rest_time_;
   DisjointSets sets_;
   ContactManifolds<S> found_;
