@@ -7,7 +7,9 @@
 #include <bristle/collision/broadphase.hpp>
 #include <bristle/collision/contact_cache.hpp>
 #include <bristle/collision/filter.hpp>
+#include <bristle/core/bit_hash.hpp>
 #include <bristle/core/config.hpp>
+#include <bristle/core/disjoint_sets.hpp>
 #include <bristle/core/error.hpp>
 #include <bristle/core/parallel.hpp>
 #include <bristle/core/slot_map.hpp>
@@ -98,13 +100,21 @@
 #include <bristle/sensors/sensor_parameters.hpp>
 #include <bristle/sensors/stability.hpp>
 #include <bristle/sensors/tuning.hpp>
+#include <bristle/world/contact_events.hpp>
 #include <bristle/world/contact_stage.hpp>
 #include <bristle/world/mechanism_stage.hpp>
+#include <bristle/world/near_shapes.hpp>
 #include <bristle/world/ray_query.hpp>
 #include <bristle/world/report.hpp>
 #include <bristle/world/sensor_stage.hpp>
+#include <bristle/world/sleep_stage.hpp>
+#include <bristle/world/snapshot.hpp>
 #include <bristle/world/solve_stage.hpp>
+#include <bristle/world/state_visitor.hpp>
+#include <bristle/world/waking.hpp>
 #include <bristle/world/world.hpp>
+#include <bristle/world/world_bodies_impl.hpp>
+#include <bristle/world/world_contacts_impl.hpp>
 #include <bristle/world/world_impl.hpp>
 #include <bristle/world/world_state.hpp>
 

@@ -4,7 +4,6 @@
 #include "scenes/grasp.hpp"
 #include "scenes/medley.hpp"
 #include "scenes/plate.hpp"
-#include "support/state_hash.hpp"
 
 #include <doctest/doctest.h>
 
@@ -49,7 +48,7 @@ struct Mistake {
 
 /// Runs mistakes on a lively world: each names its field, and the world does not notice.
 void check(Medley<double>& m, const std::vector<Mistake>& mistakes) {
-  const std::uint64_t before = test::state_hash<double>(m.world, m.bodies, m.patches);
+  const std::uint64_t before = m.world.state_hash();
   for (const Mistake& mistake : mistakes) {
     INFO("expected: ", mistake.field);
     std::string field = "nothing thrown";
@@ -60,14 +59,13 @@ void check(Medley<double>& m, const std::vector<Mistake>& mistakes) {
       CHECK(std::string(error.what()).find(error.rule()) != std::string::npos);
     }
     CHECK(field.substr(0, mistake.field.size()) == mistake.field);
-    CHECK(test::state_hash<double>(m.world, m.bodies, m.patches) == before);
+    CHECK(m.world.state_hash() == before);
   }
   // And it steps on as a world does in which nobody erred.
   auto other = make_medley<double>();
   for (int i = 0; i < 20; ++i) other.world.step();
   for (int i = 0; i < 10; ++i) m.world.step();
-  CHECK(test::state_hash<double>(m.world, m.bodies, m.patches) ==
-        test::state_hash<double>(other.world, other.bodies, other.patches));
+  CHECK(m.world.state_hash() == other.world.state_hash());
 }
 
 Medley<double> lively() {
@@ -387,6 +385,10 @@ TEST_CASE("bad_input: definitions of a world") {
   CHECK(field_of([](auto& d) { d.gravity.x() = nan_; }).starts_with("WorldDef::gravity"));
   CHECK(field_of([](auto& d) { d.time_step = 0; }) == "WorldDef::time_step");
   CHECK(field_of([](auto& d) { d.restitution_speed = -1; }) == "WorldDef::restitution_speed");
+  CHECK(field_of([](auto& d) { d.sleep.time = 0; }) == "SleepDef::time");
+  CHECK(field_of([](auto& d) { d.sleep.time = nan_; }) == "SleepDef::time");
+  CHECK(field_of([](auto& d) { d.sleep.linear_speed = -1; }) == "SleepDef::linear_speed");
+  CHECK(field_of([](auto& d) { d.sleep.angular_speed = nan_; }) == "SleepDef::angular_speed");
   CHECK(field_of([](auto& d) { d.solver.tolerance = 0; }) == "SolverDef::tolerance");
   CHECK(field_of([](auto& d) { d.solver.max_sweeps = 0; }) == "SolverDef::max_sweeps");
   CHECK(field_of([](auto& d) { d.solver.max_passes = 0; }) == "SolverDef::max_passes");

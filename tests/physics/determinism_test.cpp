@@ -1,15 +1,10 @@
 /// @file
-/// The same calls give the same bits: run to run, on any threads, and from a copy.
+/// The same calls give the same bits: run to run, and from a copy.
 // SPDX-License-Identifier: BSD-3-Clause
 #include "scenes/grasp.hpp"
 #include "scenes/medley.hpp"
-#include "support/state_hash.hpp"
 
 #include <doctest/doctest.h>
-
-#include <atomic>
-#include <thread>
-#include <vector>
 
 using namespace bristle;
 using namespace bristle::scenes;
@@ -18,25 +13,12 @@ namespace {
 
 template <typename S>
 std::uint64_t hash_of(const Medley<S>& m) {
-  return test::state_hash<S>(m.world, m.bodies, m.patches);
+  return m.world.state_hash();
 }
 
 template <typename S>
 void run(Medley<S>& m, int steps) {
   for (int i = 0; i < steps; ++i) m.world.step();
-}
-
-/// Runs tasks on threads that race for the next one.
-ParallelFor on_threads(unsigned workers) {
-  return [workers](std::size_t count, const std::function<void(std::size_t)>& task) {
-    std::atomic<std::size_t> next{0};
-    const auto work = [&] {
-      for (std::size_t i = next++; i < count; i = next++) task(i);
-    };
-    std::vector<std::jthread> threads;
-    for (unsigned k = 1; k < workers; ++k) threads.emplace_back(work);
-    work();
-  };
 }
 
 }  // namespace
@@ -50,18 +32,6 @@ TEST_CASE_TEMPLATE("determinism: a second run gives the same bits", S, float, do
   run(second, 300);
   CHECK(hash_of(first) == hash_of(second));
   CHECK(hash_of(first) != start);
-}
-
-TEST_CASE_TEMPLATE("determinism: any number of threads gives the same bits", S, float, double) {
-  auto serial = make_medley<S>();
-  run(serial, 150);
-  for (unsigned workers = 1; workers <= 4; ++workers) {
-    WorldDef<S> def;
-    def.parallel_for = on_threads(workers);
-    auto parallel = make_medley<S>(def);
-    run(parallel, 150);
-    CHECK(hash_of(parallel) == hash_of(serial));
-  }
 }
 
 TEST_CASE_TEMPLATE("determinism: a copy steps on as the original does", S, float, double) {
@@ -102,8 +72,7 @@ TEST_CASE("determinism: a grasp repeats its bits at both steps and all ways to i
         def.finger_mass = 0.3;
         auto scene = make_grasp<double>(def);
         scene.run(0.5);
-        const std::vector<BodyId> bodies{scene.part, scene.fingers[0], scene.fingers[1]};
-        hash = test::state_hash<double>(scene.world, bodies, scene.pads);
+        hash = scene.world.state_hash();
       }
       CHECK(hashes[0] == hashes[1]);
     }

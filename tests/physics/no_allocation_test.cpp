@@ -4,8 +4,11 @@
 #include "scenes/drops.hpp"
 #include "scenes/grasp.hpp"
 #include "scenes/medley.hpp"
+#include "scenes/pile.hpp"
 #include "scenes/plate.hpp"
 #include "scenes/stack.hpp"
+
+#include <bristle/core/thread_pool.hpp>
 
 #include <doctest/doctest.h>
 
@@ -136,6 +139,36 @@ TEST_CASE_TEMPLATE("no_allocation: shapes of all kinds on a table and on its mes
       CHECK(allocations_of(drop.world, 240, 240) == 0);
     }
   }
+}
+
+TEST_CASE("no_allocation: a pile on a pool of threads") {
+  ThreadPool pool(3);
+  WorldDef<double> def;
+  def.parallel_for = pool.hook();
+  auto pile = make_pile<double>(def);
+  // Warm once the pile has settled; until then it finds larger islands and more contacts.
+  CHECK(allocations_of(pile.world, 700, 300) == 0);
+}
+
+TEST_CASE("no_allocation: falling asleep, sleeping and waking") {
+  WorldDef<double> def;
+  def.sleep.time = 0.1;
+  auto scene = make_medley<double>(def);
+  const auto wake_and_rest = [&] {
+    for (const BodyId id : scene.bodies) scene.world.wake(id);
+    int awake = 0;
+    for (int i = 0; i < 300; ++i) {
+      scene.world.step();
+      if (scene.world.report().awake_bodies > 0) ++awake;
+    }
+    CHECK(awake > 10);
+    CHECK(scene.world.report().awake_bodies == 0);
+  };
+  for (int i = 0; i < 2000; ++i) scene.world.step();
+  wake_and_rest();
+  const std::size_t before = allocations;
+  for (int k = 0; k < 3; ++k) wake_and_rest();
+  CHECK(allocations == before);
 }
 
 TEST_CASE("no_allocation: queries and readings") {

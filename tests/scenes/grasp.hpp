@@ -37,6 +37,8 @@ struct GraspDef {
   S gravity = S(9.81);
   /// [-] Settings of the solver.
   SolverDef<S> solver{};
+  /// [-] Whether and when it sleeps.
+  SleepDef<S> sleep{};
 };
 
 /// The built scene. Fingers close along x; left is at negative x.
@@ -73,6 +75,7 @@ template <Scalar S, typename Backend = AnalyticBackend>
   world_def.time_step = def.time_step;
   world_def.gravity = {S(0), S(0), -def.gravity};
   world_def.solver = def.solver;
+  world_def.sleep = def.sleep;
   GraspScene<S, Backend> scene{def, World<S, Backend>(world_def), {}, {}, {}, {}};
 
   BodyDef<S> part;

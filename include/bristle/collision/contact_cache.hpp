@@ -8,8 +8,10 @@
 #include <bristle/math/rotation.hpp>
 #include <bristle/math/transform.hpp>
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 namespace bristle {
@@ -40,10 +42,23 @@ struct CachedManifold {
   std::uint32_t key = 0;
   /// [1] From a to b, world axes.
   Vec3<S> normal = Vec3<S>::UnitZ();
+  /// [m] a's centre of mass in the world when the contact was found; from it `arm_a` is measured.
+  Vec3<S> center_a = Vec3<S>::Zero();
   /// [-] Its points are [first, first + count).
   std::uint32_t first = 0;
   std::uint32_t count = 0;
+  /// [-] Whether it was carried over from the last step and has no rows in this one.
+  bool is_carried = false;
 };
+
+/// [N s] Friction of a point on b, world axes.
+template <Scalar S>
+[[nodiscard]] Vec3<S> friction_impulse(const CachedManifold<S>& manifold,
+                                       const CachedPoint<S>& point) {
+  Vec3<S> t1, t2;
+  tangent_basis<S>(manifold.normal, t1, t2);
+  return point.impulse[1] * t1 + point.impulse[2] * t2;
+}
 
 /// Two generations of manifolds, sorted by pair. The older one gives its impulses to points of the
 /// younger one with the same pair, key and feature. Where features change names while nothing moves
@@ -52,6 +67,18 @@ struct CachedManifold {
 template <Scalar S>
 class ContactCache {
  public:
+  /// Where the shapes of a pair stand when their manifolds are added.
+  struct PairFrame {
+    /// [1] Axes of shape a in the world.
+    Mat3<S> R_WS = Mat3<S>::Identity();
+    /// [m] From a's centre of mass to the origin of its shape, world axes.
+    Vec3<S> p_as = Vec3<S>::Zero();
+    /// [m] From a's centre of mass to b's, world axes.
+    Vec3<S> p_ab = Vec3<S>::Zero();
+    /// [m] a's centre of mass in the world.
+    Vec3<S> center_a = Vec3<S>::Zero();
+  };
+
   /// Starts a new generation.
   void begin_step() {
     manifolds_.swap(old_manifolds_);
@@ -59,27 +86,27 @@ class ContactCache {
     manifolds_.clear();
     points_.clear();
     cursor_ = 0;
+    is_repeated_ = false;
   }
 
+  /// Makes the present generation stand for one more step, in which nothing changed.
+  void repeat() { is_repeated_ = true; }
+
   /// Adds the manifolds of one pair; pairs come in ascending order.
-  ///
-  /// @param X_WS  Pose of shape a: [1] its axes in the world, [m] its origin from a's centre of
-  /// mass.
-  /// @param p_ab  [m] From a's centre of mass to b's, world axes.
-  void add(ShapePair shapes, const ContactManifolds<S>& found, const Mat3<S>& R_WS,
-           const Vec3<S>& p_as, const Vec3<S>& p_ab) {
+  void add(ShapePair shapes, std::span<const ContactManifold<S>> found, const PairFrame& frame) {
     for (const ContactManifold<S>& m : found) {
       CachedManifold<S> cached;
       cached.shapes = shapes;
       cached.key = m.key;
-      cached.normal = R_WS * m.normal;
+      cached.normal = frame.R_WS * m.normal;
+      cached.center_a = frame.center_a;
       cached.first = static_cast<std::uint32_t>(points_.size());
       cached.count = static_cast<std::uint32_t>(m.size);
       const CachedManifold<S>* old = find_old(shapes, m.key);
       for (std::size_t i = 0; i < m.size; ++i) {
         CachedPoint<S> point;
-        point.arm_a = p_as + R_WS * m.points[i].position;
-        point.arm_b = point.arm_a - p_ab;
+        point.arm_a = frame.p_as + frame.R_WS * m.points[i].position;
+        point.arm_b = point.arm_a - frame.p_ab;
         point.gap = m.points[i].gap;
         point.feature = m.points[i].feature;
         points_.push_back(point);
@@ -89,18 +116,39 @@ class ContactCache {
     }
   }
 
-  /// Forgets the contacts of a shape, so that nothing is inherited by the next one with its tag.
-  void forget(std::uint32_t tag) {
-    for (CachedManifold<S>& m : manifolds_) {
-      if (m.shapes.a != tag && m.shapes.b != tag) continue;
-      for (std::uint32_t i = m.first; i < m.first + m.count; ++i) points_[i].took_impact = true;
+  /// Takes over, as they were, the manifolds of all pairs before `end` that `keeps(shapes)` wants:
+  /// pairs that are not collided in this step, and still touch.
+  template <typename Keeps>
+  void carry_before(ShapePair end, Keeps&& keeps) {
+    for (; cursor_ < old_manifolds_.size() && old_manifolds_[cursor_].shapes < end; ++cursor_) {
+      const CachedManifold<S>& old = old_manifolds_[cursor_];
+      if (!keeps(old.shapes)) continue;
+      manifolds_.push_back(old);
+      manifolds_.back().first = static_cast<std::uint32_t>(points_.size());
+      manifolds_.back().is_carried = true;
+      points_.insert(points_.end(), old_points_.begin() + old.first,
+                     old_points_.begin() + old.first + old.count);
     }
+  }
+
+  /// Removes the contacts of a shape, so that nothing is inherited by the next one with its tag.
+  void forget(std::uint32_t tag) {
+    forget(tag, manifolds_, points_);
+    forget(tag, old_manifolds_, old_points_);
   }
 
   [[nodiscard]] std::vector<CachedManifold<S>>& manifolds() { return manifolds_; }
   [[nodiscard]] const std::vector<CachedManifold<S>>& manifolds() const { return manifolds_; }
   [[nodiscard]] std::vector<CachedPoint<S>>& points() { return points_; }
   [[nodiscard]] const std::vector<CachedPoint<S>>& points() const { return points_; }
+
+  /// The generation of the step before.
+  [[nodiscard]] const std::vector<CachedManifold<S>>& last_manifolds() const {
+    return is_repeated_ ? manifolds_ : old_manifolds_;
+  }
+  [[nodiscard]] const std::vector<CachedPoint<S>>& last_points() const {
+    return is_repeated_ ? points_ : old_points_;
+  }
 
  private:
   [[nodiscard]] const CachedManifold<S>* find_old(ShapePair shapes, std::uint32_t key) {
@@ -152,9 +200,25 @@ class ContactCache {
     return {impulse[0], friction.dot(t1), friction.dot(t2)};
   }
 
+  static void forget(std::uint32_t tag, std::vector<CachedManifold<S>>& manifolds,
+                     std::vector<CachedPoint<S>>& points) {
+    std::size_t kept = 0;
+    std::uint32_t end = 0;
+    for (CachedManifold<S> m : manifolds) {
+      if (m.shapes.a == tag || m.shapes.b == tag) continue;
+      std::copy_n(points.begin() + m.first, m.count, points.begin() + end);
+      m.first = end;
+      end += m.count;
+      manifolds[kept++] = m;
+    }
+    manifolds.resize(kept);
+    points.resize(end);
+  }
+
   std::vector<CachedManifold<S>> manifolds_, old_manifolds_;
   std::vector<CachedPoint<S>> points_, old_points_;
   std::size_t cursor_ = 0;
+  bool is_repeated_ = false;
 };
 
 }  // namespace bristle

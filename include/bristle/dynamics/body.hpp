@@ -12,13 +12,19 @@
 #include <bristle/math/transform.hpp>
 
 #include <array>
+#include <cstdint>
 #include <optional>
+#include <vector>
 
 namespace bristle {
 
 struct BodyTag;
 /// Names a body of a world.
 using BodyId = Id<BodyTag>;
+
+struct ShapeTag;
+/// Names a shape of a world.
+using ShapeId = Id<ShapeTag>;
 
 /// What makes a body move.
 enum class Motion {
@@ -41,26 +47,40 @@ struct LockedAxes {
   [[nodiscard]] bool any_angular() const { return angular[0] || angular[1] || angular[2]; }
 };
 
+/// Describes one shape of a body to `BodyDef::shapes` or `World::add_shape`.
+template <Scalar S>
+struct ShapeDef {
+  /// [m] The shape.
+  Shape<S> shape{};
+  /// [m] Pose of the shape's frame in the body frame.
+  Transform<S> X_BS{};
+  /// [1] Its surface.
+  Material<S> material{};
+};
+
 /// Describes a body to `World::add_body`.
 template <Scalar S>
 struct BodyDef {
   /// [-] What makes it move.
   Motion motion = Motion::dynamic;
-  /// [kg] Mass, > 0; unset: volume of the shape times `density`. Ignored unless dynamic.
+  /// [kg] Mass, > 0; unset: volume of the shapes times `density`. Ignored unless dynamic.
   std::optional<S> mass = std::nullopt;
   /// [kg/m^3] Density, > 0; used when the mass is unset.
   S density = S(1000);
-  /// [m] Centre of mass in the body frame; unset: the shape's.
+  /// [m] Centre of mass in the body frame; unset: the shapes'.
   std::optional<Vec3<S>> center_of_mass = std::nullopt;
   /// [kg m^2] Inertia about the centre of mass along the body's axes; symmetric, positive definite,
-  /// of a possible body (triangle inequality); unset: the shape's, scaled to the mass, and moved by
-  /// the parallel-axis theorem where `center_of_mass` is not the shape's own.
+  /// of a possible body (triangle inequality); unset: the shapes', scaled to the mass, and moved by
+  /// the parallel-axis theorem where `center_of_mass` is not the shapes' own.
   std::optional<Mat3<S>> inertia = std::nullopt;
   /// [-] Shape, its frame equal to the body frame; unset: the body touches nothing until
   /// `World::add_shape` gives it a shape, and `mass` and `inertia` must be set if it is dynamic.
   OptionalShape<S> shape{};
-  /// [1] Surface of the shape.
+  /// [1] Surface of `shape`.
   Material<S> material{};
+  /// [-] More shapes, each with a place and a surface of its own. Together with `shape` they are
+  /// the body: volumes add up, and count twice where shapes overlap.
+  std::vector<ShapeDef<S>> shapes{};
   /// [-] Who may touch and sense it.
   CollisionFilter filter{};
   /// [m] Origin of the body frame in the world.
@@ -76,6 +96,19 @@ struct BodyDef {
   /// [-] Axes along and about which it cannot move; its velocity there must be zero. Ignored unless
   /// dynamic.
   LockedAxes locked{};
+};
+
+/// Since when a body has been at rest, and with whom it sleeps.
+template <Scalar S>
+struct BodySleep {
+  static constexpr std::uint32_t awake = 0xffffffffu;
+
+  /// [s] For how long it has been slower than `SleepDef` allows.
+  S rest_time = S(0);
+  /// [-] Lowest slot among the bodies it sleeps with; `awake` while it does not.
+  std::uint32_t island = awake;
+  /// [-] Whether a caller changed it since the last step, so that whom it reaches is woken.
+  bool is_stirred = false;
 };
 
 /// A body as the step sees it: everything about its centre of mass, axes of the body frame.
@@ -100,8 +133,10 @@ struct Body {
   Twist<S> twist{};
   /// [N, N m] What the caller applies during the next step, about the centre of mass.
   Wrench<S> applied{};
+  BodySleep<S> sleep{};
 
   [[nodiscard]] bool is_dynamic() const { return motion == Motion::dynamic; }
+  [[nodiscard]] bool is_asleep() const { return sleep.island != BodySleep<S>::awake; }
 
   /// Pose of the body frame in the world.
   [[nodiscard]] Transform<S> pose() const {
@@ -146,10 +181,14 @@ struct Body {
 };
 
 /// Checks a definition and turns it into a body.
-/// @param of_shape  Unit-density mass properties of the shape; zero mass where there is none.
+/// @param of_shape  Unit-density mass properties of its shapes; zero mass where there is none.
 /// @throws InvalidArgument naming the field.
 template <Scalar S>
 [[nodiscard]] Body<S> make_body(const BodyDef<S>& def, const MassProperties<S>& of_shape);
+
+/// @throws InvalidArgument naming the field; the shape itself is checked by the backend.
+template <Scalar S>
+void validate(const ShapeDef<S>& def);
 
 // Implementation -----------------------------------------------------------------------------------
 
@@ -196,6 +235,13 @@ void require_still(const LockedAxes& locked, const Twist<S>& twist) {
 }
 
 }  // namespace detail
+
+template <Scalar S>
+void validate(const ShapeDef<S>& def) {
+  validate(def.material);
+  detail::require_all_finite("ShapeDef::X_BS.translation", def.X_BS.translation);
+  detail::require_unit<S>("ShapeDef::X_BS.rotation", def.X_BS.rotation);
+}
 
 template <Scalar S>
 Body<S> make_body(const BodyDef<S>& def, const MassProperties<S>& of_shape) {

@@ -3,6 +3,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <bristle/core/disjoint_sets.hpp>
 #include <bristle/dynamics/solver_types.hpp>
 
 #include <cstdint>
@@ -22,10 +23,9 @@ class IslandBuilder {
   const std::vector<Island>& build(std::span<const SolverBody<S>> bodies,
                                    const Constraints<S>& constraints) {
     const std::size_t count = bodies.size();
-    parent_.resize(count);
-    for (std::uint32_t i = 0; i < count; ++i) parent_[i] = i;
+    sets_.reset(count);
     const auto connect = [&](std::uint32_t a, std::uint32_t b) {
-      if (bodies[a].is_moving() && bodies[b].is_moving()) join(a, b);
+      if (bodies[a].is_moving() && bodies[b].is_moving()) sets_.join(a, b);
     };
     for (const ContactConstraint<S>& c : constraints.contacts) connect(c.body_a, c.body_b);
     for (const ConstraintBlock<S>& c : constraints.blocks) connect(c.body_a, c.body_b);
@@ -36,7 +36,7 @@ class IslandBuilder {
     std::uint32_t islands = 0;
     for (std::uint32_t i = 0; i < count; ++i) {
       if (!bodies[i].is_moving()) continue;
-      const std::uint32_t root = find(i);
+      const std::uint32_t root = sets_.find(i);
       if (number_[root] == none) number_[root] = islands++;
       number_[i] = number_[root];
     }
@@ -73,24 +73,6 @@ class IslandBuilder {
     }
   };
 
-  std::uint32_t find(std::uint32_t i) {
-    while (parent_[i] != i) {
-      parent_[i] = parent_[parent_[i]];
-      i = parent_[i];
-    }
-    return i;
-  }
-
-  void join(std::uint32_t a, std::uint32_t b) {
-    const std::uint32_t root_a = find(a);
-    const std::uint32_t root_b = find(b);
-    if (root_a < root_b) {
-      parent_[root_b] = root_a;
-    } else {
-      parent_[root_a] = root_b;
-    }
-  }
-
   /// Counting sort of items by island; items of no island are left out.
   template <typename IslandOf>
   void distribute(std::uint32_t islands, std::size_t count, Members& out, IslandOf&& island_of) {
@@ -108,7 +90,8 @@ class IslandBuilder {
     }
   }
 
-  std::vector<std::uint32_t> parent_, number_, next_;
+  DisjointSets sets_;
+  std::vector<std::uint32_t> number_, next_;
   Members bodies_, contacts_, blocks_, soft_;
   std::vector<Island> islands_;
 };

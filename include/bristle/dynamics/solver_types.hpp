@@ -77,7 +77,7 @@ struct SolverBody {
   /// Whether sensors push it: it is then stepped by symplectic Euler.
   bool is_sensed = false;
   /// Whether its free motion is that of a mechanism, and velocities are those at its end.
-  bool is_carried = false;
+  bool follows_joints = false;
 
   [[nodiscard]] bool is_moving() const { return moves; }
   /// Whether nothing moves it along (0 to 2) or about (3 to 5) an axis of the world.

@@ -4,8 +4,12 @@
 #pragma once
 
 #include <bristle/dynamics/contact_aim.hpp>
+#include <bristle/world/near_shapes.hpp>
 #include <bristle/world/world_state.hpp>
 
+#include <algorithm>
+#include <functional>
+#include <span>
 #include <vector>
 
 namespace bristle {
@@ -22,21 +26,22 @@ class ContactStage {
     sweep_boxes(state);
     pairs_.clear();
     state.contacts.begin_step();
-    if (moving_.empty()) return;
-    state.broad_phase.find_pairs(
-        moving_, [&](std::uint32_t a, std::uint32_t b) { return accepts(state, a, b); }, pairs_,
-        state.report.pairs_tested);
-    for (const ShapePair& pair : pairs_) collide(state, pair);
-    state.report.contact_points = state.contacts.points().size();
+    const auto may_touch = [&](std::uint32_t a, std::uint32_t b) {
+      return !is_dormant(state, {a, b}) && detail::may_touch(state, a, b);
+    };
+    state.broad_phase.find_pairs(moving_, may_touch, pairs_, state.report.pairs_tested);
+    collide_pairs(state);
+    add_contacts(state);
   }
 
   /// Adds the constraints of all contacts.
   void add_constraints(State& state) const {
     for (const CachedManifold<S>& m : state.contacts.manifolds()) {
+      if (m.is_carried) continue;
       const Collider<S, Backend>& a = state.colliders.at(m.shapes.a);
       const Collider<S, Backend>& b = state.colliders.at(m.shapes.b);
-      add_contacts(m, state.contacts.points(), combined(a.material, b.material), a.body.index,
-                   b.body.index, state.constraints);
+      bristle::add_contacts(m, state.contacts.points(), combined(a.material, b.material),
+                            a.body.index, b.body.index, state.constraints);
     }
   }
 
@@ -45,7 +50,7 @@ class ContactStage {
   void settle_boxes(State& state) const {
     for (const std::uint32_t i : moving_) {
       const Collider<S, Backend>& c = state.colliders.at(i);
-      const Aabb<S> box = transformed(c.bounds, state.body_of(c).center_pose * c.X_CmS);
+      const Aabb<S> box = detail::box_of(state, c);
       if (!state.broad_phase.swept(i).contains(box)) state.broad_phase.move(i, box);
     }
   }
@@ -53,13 +58,30 @@ class ContactStage {
   /// Keeps the impulses that the solver found.
   void store_impulses(State& state) const {
     std::vector<CachedPoint<S>>& points = state.contacts.points();
-    for (std::size_t i = 0; i < points.size(); ++i) {
-      points[i].impulse = state.constraints.contacts[i].impulse;
-      points[i].took_impact = state.constraints.contacts[i].is_impact;
+    std::size_t contact = 0;
+    for (const CachedManifold<S>& m : state.contacts.manifolds()) {
+      if (m.is_carried) continue;
+      for (std::uint32_t i = m.first; i < m.first + m.count; ++i) {
+        const ContactConstraint<S>& c = state.constraints.contacts[contact++];
+        points[i].impulse = c.impulse;
+        points[i].took_impact = c.is_impact;
+      }
     }
   }
 
  private:
+  // A pair costs about a microsecond and waking a thread several: a chunk is work worth taking, and
+  // fewer pairs than a few chunks are done before the first thread is awake.
+  static constexpr std::size_t chunk_size = 16;
+  static constexpr std::size_t fewest_shared_pairs = 64;
+
+  /// What came of a pair: its manifolds in the buffer of its chunk.
+  struct Found {
+    std::uint32_t first = 0;
+    std::uint32_t count = 0;
+    bool has_failed = false;
+  };
+
   void sweep_boxes(State& state) {
     moving_.clear();
     for (std::uint32_t i = 0; i < state.colliders.slot_count(); ++i) {
@@ -67,75 +89,85 @@ class ContactStage {
       const Collider<S, Backend>& c = state.colliders.at(i);
       // Half-spaces belong to bodies that forces do not move, and are always listed.
       if (state.body_of(c).motion == Motion::fixed || c.half_space) continue;
-      state.broad_phase.move(i, swept_box(state, c));
-      moving_.push_back(i);
+      if (state.body_of(c).is_asleep()) continue;
+      state.broad_phase.move(i, detail::swept_box(state, c));
+      // What stands still is found by those that move.
+      if (state.is_active(c.body.index)) moving_.push_back(i);
     }
   }
 
-  [[nodiscard]] bool accepts(const State& state, std::uint32_t tag_a, std::uint32_t tag_b) const {
-    const Collider<S, Backend>& a = state.colliders.at(tag_a);
-    const Collider<S, Backend>& b = state.colliders.at(tag_b);
-    if (a.body == b.body) return false;
-    const Body<S>& body_a = state.body_of(a);
-    const Body<S>& body_b = state.body_of(b);
-    if (!body_a.is_dynamic() && !body_b.is_dynamic()) return false;
-    if (!may_meet(body_a.filter, body_b.filter)) return false;
-    const ShapePair bodies{std::min(a.body.index, b.body.index),
-                           std::max(a.body.index, b.body.index)};
-    if (std::binary_search(state.unpaired.begin(), state.unpaired.end(), bodies)) return false;
-    return reaches_plane(state, a, b) && reaches_plane(state, b, a);
+  /// Whether two shapes have nothing to do with each other in this step since one sleeps on.
+  [[nodiscard]] static bool is_dormant(const State& state, const ShapePair& pair) {
+    return state.body_of(state.colliders.at(pair.a)).is_asleep() ||
+           state.body_of(state.colliders.at(pair.b)).is_asleep();
   }
 
-  /// Whether a shape can get to another one within the step that is a half-space and may move, too;
-  /// true for all others, whose boxes overlap.
-  [[nodiscard]] bool reaches_plane(const State& state, const Collider<S, Backend>& c,
-                                   const Collider<S, Backend>& plane) const {
-    return !plane.half_space ||
-           state.reaches(swept_box(state, c).inflated(reach_of(state, plane, c)), plane);
-  }
-
-  [[nodiscard]] Aabb<S> swept_box(const State& state, const Collider<S, Backend>& c) const {
-    if (c.half_space) return c.bounds;
-    return transformed(c.bounds, state.body_of(c).center_pose * c.X_CmS)
-        .inflated(reach_of(state, c, c));
-  }
-
-  /// [m] How far any point of a shape that can meet another one can get within the step.
-  [[nodiscard]] S reach_of(const State& state, const Collider<S, Backend>& c,
-                           const Collider<S, Backend>& other) const {
-    const Twist<S>& free = state.solver_bodies[c.body.index].free;
-    S radius = c.radius;
-    if (c.half_space) {
-      // It has no farthest point; what counts is where the other shape is.
-      radius = other.radius + (state.body_of(other).center_pose.translation -
-                               state.body_of(c).center_pose.translation)
-                                  .norm();
+  /// Asks the backend about all pairs: in chunks, which are the same for any number of threads and
+  /// write to buffers of their own.
+  void collide_pairs(State& state) {
+    const std::size_t chunks = (pairs_.size() + chunk_size - 1) / chunk_size;
+    found_.resize(pairs_.size());
+    if (buffers_.size() < chunks) buffers_.resize(chunks);
+    for (std::size_t i = 0; i < chunks; ++i) {
+      buffers_[i].clear();
+      // As large as any has been: which pairs share a chunk changes, and must not allocate.
+      buffers_[i].reserve(most_manifolds_);
     }
-    return state.def.time_step * (free.linear.norm() + free.angular.norm() * radius);
+    const auto task = [this, &state](std::size_t chunk) {
+      const std::size_t end = std::min(pairs_.size(), (chunk + 1) * chunk_size);
+      for (std::size_t i = chunk * chunk_size; i < end; ++i) {
+        found_[i] = collide(state, pairs_[i], buffers_[chunk]);
+      }
+    };
+    if (pairs_.size() < fewest_shared_pairs) {
+      for (std::size_t i = 0; i < chunks; ++i) task(i);
+    } else {
+      state.def.parallel_for(chunks, std::cref(task));
+    }
+    for (std::size_t i = 0; i < chunks; ++i) {
+      most_manifolds_ = std::max(most_manifolds_, buffers_[i].size());
+    }
   }
 
-  void collide(State& state, const ShapePair& pair) {
-    const Collider<S, Backend>& a = state.colliders.at(pair.a);
-    const Collider<S, Backend>& b = state.colliders.at(pair.b);
-    const Body<S>& body_a = state.body_of(a);
-    const Body<S>& body_b = state.body_of(b);
-    const Transform<S> X_SaSb = a.X_CmS.inverse() * state.pose_from(body_a, b);
-    const S margin = reach_of(state, a, b) + reach_of(state, b, a);
-    found_.clear();
-    ++state.report.pairs_collided;
-    if (Backend::collide(a.shape, b.shape, X_SaSb, margin, found_) != ContactStatus::ok) {
-      ++state.report.backend_failures;
-      return;
+  [[nodiscard]] static Found collide(const State& state, const ShapePair& pair,
+                                     ContactManifolds<S>& out) {
+    Found found;
+    found.first = static_cast<std::uint32_t>(out.size());
+    found.has_failed = detail::collide_pair(state, pair, out) != ContactStatus::ok;
+    if (found.has_failed) out.resize(found.first);
+    found.count = static_cast<std::uint32_t>(out.size()) - found.first;
+    return found;
+  }
+
+  /// Puts what the backend found into the cache, in the order of the pairs.
+  void add_contacts(State& state) {
+    state.report.pairs_collided += pairs_.size();
+    // Contacts of sleepers stay as they are, in their place among the others.
+    const bool has_sleepers = state.sleeping_bodies > 0;
+    const auto stays = [&](const ShapePair& pair) { return is_dormant(state, pair); };
+    for (std::size_t i = 0; i < pairs_.size(); ++i) {
+      if (found_[i].has_failed) ++state.report.backend_failures;
+      if (found_[i].count == 0) continue;
+      if (has_sleepers) state.contacts.carry_before(pairs_[i], stays);
+      const Collider<S, Backend>& a = state.colliders.at(pairs_[i].a);
+      const Transform<S>& X_WA = state.body_of(a).center_pose;
+      const Transform<S>& X_WB = state.body_of(state.colliders.at(pairs_[i].b)).center_pose;
+      state.contacts.add(
+          pairs_[i], std::span(buffers_[i / chunk_size]).subspan(found_[i].first, found_[i].count),
+          {(X_WA.rotation * a.X_CmS.rotation).toRotationMatrix(), X_WA.rotate(a.X_CmS.translation),
+           X_WB.translation - X_WA.translation, X_WA.translation});
     }
-    state.contacts.add(pair, found_,
-                       (body_a.center_pose.rotation * a.X_CmS.rotation).toRotationMatrix(),
-                       body_a.center_pose.rotate(a.X_CmS.translation),
-                       body_b.center_pose.translation - body_a.center_pose.translation);
+    if (has_sleepers) state.contacts.carry_before({~0u, ~0u}, stays);
+    for (const CachedManifold<S>& m : state.contacts.manifolds()) {
+      state.report.contact_points += m.is_carried ? 0 : m.count;
+    }
   }
 
   std::vector<std::uint32_t> moving_;
   std::vector<ShapePair> pairs_;
-  ContactManifolds<S> found_;
+  std::vector<Found> found_;
+  std::vector<ContactManifolds<S>> buffers_;
+  std::size_t most_manifolds_ = chunk_size;
 };
 
 }  // namespace bristle

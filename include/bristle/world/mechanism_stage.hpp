@@ -162,13 +162,13 @@ class MechanismStage {
     body.free_motion = {(poses_[k].translation - start.translation) / dt,
                         log_rotation<S>(poses_[k].rotation * start.rotation.conjugate()) / dt};
     body.motion = body.free_motion;
-    body.is_carried = true;
+    body.follows_joints = true;
     end_poses_[slot] = poses_[k];
   }
 
   /// Where a body is at the end of the smooth motion.
   [[nodiscard]] Transform<S> end_pose(const State& state, std::uint32_t slot) const {
-    if (state.solver_bodies[slot].is_carried) return end_poses_[slot];
+    if (state.solver_bodies[slot].follows_joints) return end_poses_[slot];
     Body<S> body = state.bodies.at(slot);
     if (body.motion == Motion::kinematic) step_pose(body, body.twist, state.def.time_step);
     return body.center_pose;

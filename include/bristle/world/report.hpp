@@ -21,7 +21,7 @@ struct StepReport {
   std::uint64_t patches = 0;
   std::uint64_t patches_near = 0;
   /// [-] Rays cast (a ray counts once per shape it is asked of), sensors skipped because nothing
-  /// was in reach of their patch, and sensors that touch.
+  /// was in reach of their patch or all of it sleeps, and sensors that touch.
   std::uint64_t rays_cast = 0;
   std::uint64_t sensors_skipped = 0;
   std::uint64_t sensors_touching = 0;
@@ -44,6 +44,9 @@ struct StepReport {
   std::uint64_t backend_failures = 0;
   /// [-] Islands whose solution was not finite: nothing acts between their bodies in this step.
   std::uint64_t discarded_islands = 0;
+  /// [-] Dynamic bodies asleep and awake when the step ended.
+  std::uint64_t sleeping_bodies = 0;
+  std::uint64_t awake_bodies = 0;
   /// [-] Bodies whose new state was not finite; they stay where they were, at rest.
   std::uint64_t frozen_bodies = 0;
 };

@@ -7,6 +7,9 @@
 #include <bristle/sensors/patch_explicit.hpp>
 #include <bristle/world/world_state.hpp>
 
+#include <algorithm>
+#include <functional>
+#include <utility>
 #include <vector>
 
 namespace bristle {
@@ -32,18 +35,38 @@ class SensorStage {
     scratch_.resize(std::max(scratch_.size(), live_.size()));
     // Patches write to themselves and to their own scratch only.
     const auto task = [this, &state](std::size_t k) { sense_patch(state, live_[k], scratch_[k]); };
-    if (live_.size() > 1) {
+    // A sensor costs some ten nanoseconds and waking a thread microseconds.
+    constexpr std::size_t fewest_shared_sensors = 256;
+    std::size_t sensors = 0;
+    for (const std::uint32_t i : live_) sensors += state.patches.at(i).size();
+    if (live_.size() > 1 && sensors >= fewest_shared_sensors) {
       state.def.parallel_for(live_.size(), std::cref(task));
-    } else if (!live_.empty()) {
-      task(0);
+    } else {
+      for (std::size_t k = 0; k < live_.size(); ++k) task(k);
     }
     state.report.patches = live_.size();
+    std::size_t awake = 0;
     for (std::size_t k = 0; k < live_.size(); ++k) {
-      state.report.patches_near += scratch_[k].candidates.empty() ? 0u : 1u;
+      const bool is_skipped = scratch_[k].candidates.empty() || scratch_[k].is_dormant;
+      state.report.patches_near += is_skipped ? 0u : 1u;
       state.report.rays_cast += scratch_[k].rays_cast;
-      state.report.sensors_skipped +=
-          scratch_[k].candidates.empty() ? state.patches.at(live_[k]).size() : 0;
+      state.report.sensors_skipped += is_skipped ? state.patches.at(live_[k]).size() : 0;
+      // From here on there are only those that were sensed with.
+      if (scratch_[k].is_dormant) continue;
+      std::swap(scratch_[awake], scratch_[k]);
+      live_[awake++] = live_[k];
     }
+    live_.resize(awake);
+  }
+
+  /// Finds the shapes that the rays of a patch may meet within the step, by their tags, sorted.
+  void find_near(const State& state, const SensorPatch<S>& patch,
+                 std::vector<std::uint32_t>& out) const;
+
+  /// Calls visit(patch, tags) for each patch that was sensed with, with the shapes in its reach.
+  template <typename Visit>
+  void for_each_near(Visit&& visit) const {
+    for (std::size_t k = 0; k < live_.size(); ++k) visit(live_[k], scratch_[k].candidates);
   }
 
   /// Pushes the bodies by the impulses of explicit pairs and makes soft blocks of the others.
@@ -124,6 +147,7 @@ class SensorStage {
   struct Scratch {
     std::vector<std::uint32_t> candidates;
     std::uint64_t rays_cast = 0;
+    bool is_dormant = false;
   };
 
   template <typename Visit>
@@ -160,39 +184,35 @@ class SensorStage {
            (v.norm() + (a.angular - b.angular).norm() * patch.box.half_extents().norm());
   }
 
+  /// Whether a patch keeps what it feels, since somebody sleeps in its reach and nobody moves.
+  [[nodiscard]] bool is_dormant(const State& state, const SensorPatch<S>& patch,
+                                const std::vector<std::uint32_t>& near) const {
+    if (state.sleeping_bodies == 0 || state.is_active(patch.body.index)) return false;
+    bool is_asleep = state.bodies.at(patch.body.index).is_asleep();
+    for (const std::uint32_t tag : near) {
+      const std::uint32_t slot = state.colliders.at(tag).body.index;
+      if (state.is_active(slot)) return false;
+      is_asleep = is_asleep || state.bodies.at(slot).is_asleep();
+    }
+    return is_asleep;
+  }
+
   void sense_patch(State& state, std::uint32_t index, Scratch& scratch) const {
     SensorPatch<S>& patch = state.patches.at(index);
     const Body<S>& A = state.bodies.at(patch.body.index);
-    scratch.candidates.clear();
     scratch.rays_cast = 0;
-    const Twist<S>& free = state.solver_bodies[patch.body.index].free;
-    const S own_reach =
-        state.def.time_step *
-        (free.linear.norm() +
-         free.angular.norm() * (patch.box.center().norm() + patch.box.half_extents().norm()));
-    const Aabb<S> box = transformed(patch.box, A.center_pose);
-    state.broad_phase.overlap(box.inflated(own_reach), [&](std::uint32_t tag) {
-      const Collider<S, Backend>& c = state.colliders.at(tag);
-      if (sees(state, patch, c) && state.reaches(box.inflated(approach(state, patch, c)), c)) {
-        scratch.candidates.push_back(tag);
-      }
-      return true;
-    });
+    find_near(state, patch, scratch.candidates);
+    scratch.is_dormant = is_dormant(state, patch, scratch.candidates);
+    if (scratch.is_dormant) return;
     if (scratch.candidates.empty()) {
       clear_patch(patch);
       return;
     }
-    std::sort(scratch.candidates.begin(), scratch.candidates.end());
     patch.hits.reset(patch.size());
     for (const std::uint32_t tag : scratch.candidates) {
       const Collider<S, Backend>& c = state.colliders.at(tag);
-      const S extra = approach(state, patch, c);
-      const Transform<S> X_AS = state.pose_from(A, c);
-      if (!c.half_space &&
-          !transformed(patch.box.inflated(extra), X_AS.inverse()).overlaps(c.bounds)) {
-        continue;
-      }
-      Backend::cast_rays(c.shape, X_AS, patch.rays(extra), tag, patch.hits);
+      Backend::cast_rays(c.shape, state.pose_from(A, c), patch.rays(approach(state, patch, c)), tag,
+                         patch.hits);
       scratch.rays_cast += patch.size();
     }
     collect_contacts(patch, A, [&](std::uint32_t tag) {
@@ -249,5 +269,30 @@ class SensorStage {
   std::vector<S> lambda_;
   std::vector<SoftOwner> owners_;
 };
+
+template <Scalar S, typename Backend>
+void SensorStage<S, Backend>::find_near(const State& state, const SensorPatch<S>& patch,
+                                        std::vector<std::uint32_t>& out) const {
+  out.clear();
+  const Body<S>& A = state.bodies.at(patch.body.index);
+  const Twist<S>& free = state.solver_bodies[patch.body.index].free;
+  const S own_reach =
+      state.def.time_step *
+      (free.linear.norm() +
+       free.angular.norm() * (patch.box.center().norm() + patch.box.half_extents().norm()));
+  const Aabb<S> box = transformed(patch.box, A.center_pose);
+  state.broad_phase.overlap(box.inflated(own_reach), [&](std::uint32_t tag) {
+    const Collider<S, Backend>& c = state.colliders.at(tag);
+    if (!sees(state, patch, c)) return true;
+    const S extra = approach(state, patch, c);
+    const bool is_near =
+        c.half_space ? state.reaches(box.inflated(extra), c)
+                     : transformed(patch.box.inflated(extra), state.pose_from(A, c).inverse())
+                           .overlaps(c.bounds);
+    if (is_near) out.push_back(tag);
+    return true;
+  });
+  std::sort(out.begin(), out.end());
+}
 
 }  // namespace bristle

@@ -23,23 +23,26 @@ class SolveStage {
   /// Fills the bodies as the solver sees them: masses, velocities at the start and of free motion.
   void prepare_bodies(State& state) const {
     state.solver_bodies.resize(state.bodies.slot_count());
-    for (std::uint32_t i = 0; i < state.bodies.slot_count(); ++i) {
-      SolverBody<S>& out = state.solver_bodies[i];
-      out = SolverBody<S>{};
-      if (!state.bodies.is_live(i)) continue;
-      const Body<S>& body = state.bodies.at(i);
-      out.start = body.twist;
-      if (body.is_dynamic()) {
-        const Mat3<S> R = body.center_pose.rotation_matrix();
-        out.mass = body.mass;
-        out.inverse_mass = body.inverse_mass_W();
-        out.inertia = R * body.inertia_B * R.transpose();
-        out.inverse_inertia = body.inverse_inertia_W();
-        out.moves = out.inverse_mass.maxCoeff() > S(0) || out.inverse_inertia.trace() > S(0);
-      }
-      out.free = free_twist(body, out.inverse_inertia, state.def.gravity, state.def.time_step);
-      out.twist = out.free;
+    for (std::uint32_t i = 0; i < state.bodies.slot_count(); ++i) prepare_body(state, i);
+  }
+
+  /// The same for one slot. Bodies asleep are to others like those that forces do not move.
+  void prepare_body(State& state, std::uint32_t slot) const {
+    SolverBody<S>& out = state.solver_bodies[slot];
+    out = SolverBody<S>{};
+    if (!state.bodies.is_live(slot) || state.bodies.at(slot).is_asleep()) return;
+    const Body<S>& body = state.bodies.at(slot);
+    out.start = body.twist;
+    if (body.is_dynamic()) {
+      const Mat3<S> R = body.center_pose.rotation_matrix();
+      out.mass = body.mass;
+      out.inverse_mass = body.inverse_mass_W();
+      out.inertia = R * body.inertia_B * R.transpose();
+      out.inverse_inertia = body.inverse_inertia_W();
+      out.moves = out.inverse_mass.maxCoeff() > S(0) || out.inverse_inertia.trace() > S(0);
     }
+    out.free = free_twist(body, out.inverse_inertia, state.def.gravity, state.def.time_step);
+    out.twist = out.free;
   }
 
   /// Finds the velocities at the end of the step, and the position corrections.
@@ -75,11 +78,11 @@ class SolveStage {
       if (!state.bodies.is_live(i)) continue;
       Body<S>& body = state.bodies.at(i);
       body.applied = {};
-      if (body.motion == Motion::fixed) continue;
+      if (body.motion == Motion::fixed || body.is_asleep()) continue;
       const Transform<S> start = body.center_pose;
       const SolverBody<S>& solved = state.solver_bodies[i];
       if (body.is_dynamic()) body.twist = solved.twist;
-      if (solved.is_carried) {
+      if (solved.follows_joints) {
         mechanisms_.move(body, solved, i, state.def.time_step);
       } else {
         step_pose(body, solved.motion, state.def.time_step);

@@ -6,12 +6,17 @@
 #include <bristle/geometry/analytic_backend.hpp>
 #include <bristle/sensors/stability.hpp>
 #include <bristle/sensors/tuning.hpp>
+#include <bristle/world/contact_events.hpp>
 #include <bristle/world/contact_stage.hpp>
 #include <bristle/world/ray_query.hpp>
 #include <bristle/world/sensor_stage.hpp>
+#include <bristle/world/sleep_stage.hpp>
+#include <bristle/world/snapshot.hpp>
 #include <bristle/world/solve_stage.hpp>
+#include <bristle/world/waking.hpp>
 #include <bristle/world/world_state.hpp>
 
+#include <cstddef>
 #include <span>
 #include <string>
 #include <vector>
@@ -24,7 +29,7 @@ namespace bristle {
 /// so do calls with a handle that names nothing any more. `step` never throws, never lets a
 /// non-finite number spread, and does not allocate once it has seen the scene's largest step.
 ///
-/// A world is a value: a copy is a snapshot, and steps on exactly as the original would. The same
+/// A world is a value: a copy steps on exactly as the original would. The same
 /// calls give the same bits, run to run and for any `WorldDef::parallel_for`. One thread at a time
 /// may use a world; const calls may run concurrently.
 ///
@@ -40,7 +45,7 @@ class World {
   // Bodies and shapes
   // ------------------------------------------------------------------------------
 
-  /// Adds a body, with its shape if it has one.
+  /// Adds a body, with the shapes it has.
   /// @throws InvalidArgument naming the field; or when the backend knows no contact between this
   ///         shape and one already here that it may meet (docs/backends.md lists the pairs).
   BodyId add_body(const BodyDef<S>& def);
@@ -75,6 +80,12 @@ class World {
   void apply_force(BodyId id, const Vec3<S>& force, const Vec3<S>& point);
   /// [-] Changes who may touch and sense a body.
   void set_filter(BodyId id, const CollisionFilter& filter);
+
+  /// Whether a body sleeps (`WorldDef::sleep`; off unless set). All calls above that change a body
+  /// wake its island, and so does what comes to reach it.
+  [[nodiscard]] bool is_asleep(BodyId id) const { return body(id).is_asleep(); }
+  /// Wakes a body with its island; it has to be at rest for `SleepDef::time` to sleep again.
+  void wake(BodyId id);
 
   // Joints
   // -----------------------------------------------------------------------------------------
@@ -117,6 +128,40 @@ class World {
   void cast_rays(std::span<const Ray<S>> rays, const RayFilter& filter,
                  std::span<WorldRayHit<S>> hits) const;
 
+  // Contacts
+  // ---------------------------------------------------------------------------------------
+
+  /// Calls visit(const ContactEvent&) for every two shapes that touched in the last step or in the
+  /// one before it: first for touches that a removal ended, then in the order of slots. Costs
+  /// nothing unless called; call it before the world is changed again.
+  template <typename Visit>
+  void for_each_contact_event(Visit&& visit) const;
+  /// Calls visit(const ContactReading<S>&) for every two shapes that were within reach of each
+  /// other in the last step, in the order of slots.
+  template <typename Visit>
+  void for_each_contact(Visit&& visit) const;
+  /// [N s, N m s] What all contacts of a body gave it in the last step, about its centre of mass.
+  [[nodiscard]] Wrench<S> contact_impulse(BodyId id) const;
+  /// The same of those with one other body.
+  [[nodiscard]] Wrench<S> contact_impulse(BodyId id, BodyId from) const;
+
+  // State
+  // ------------------------------------------------------------------------------------------
+
+  /// All that changes from step to step or by the calls above, as bytes: poses, velocities, contact
+  /// and joint impulses, bristles, readings, drives, filters, constants of sensors, step length and
+  /// gravity. Not shapes, masses and other definitions. For this version and machine.
+  [[nodiscard]] std::vector<std::byte> snapshot() const;
+  /// Puts the world into the state of a snapshot; it then steps on with the same bits. It must have
+  /// the same bodies, shapes, joints and patches, under the same handles: be the world the snapshot
+  /// was taken of, or built by the same calls. What the last step did (`report`, contact events) is
+  /// not state and stays with the world that did it.
+  /// @throws InvalidArgument naming what differs, or what is wrong with the bytes.
+  void restore(std::span<const std::byte> bytes);
+  /// [-] One number for what a snapshot would hold (`BitHash` of it, value by value): equal bits,
+  /// equal number, and for different ones a different number but for a chance of 2^-64.
+  [[nodiscard]] std::uint64_t state_hash() const { return detail::state_hash(state_); }
+
   // Time
   // -------------------------------------------------------------------------------------------
 
@@ -131,7 +176,7 @@ class World {
   /// What the last step did.
   [[nodiscard]] const StepReport<S>& report() const noexcept { return state_.report; }
   /// Contacts of the last step, by the slots of their shapes, with their impulses (N s; after
-  /// `set_time_step`, scaled to the new step).
+  /// `set_time_step`, scaled to the new step), as the solver keeps them. See `for_each_contact`.
   [[nodiscard]] const ContactCache<S>& contacts() const noexcept { return state_.contacts; }
 
  private:
@@ -142,15 +187,22 @@ class World {
                               ShapeKind kind) const;
   ShapeId insert_shape(BodyId id, Prepared prepared, const Shape<S>& shape,
                        const Transform<S>& X_BS, const Material<S>& material);
-  void refresh_boxes(BodyId id);
+  template <typename Visit>
+  void for_each_shape_of(BodyId id, Visit&& visit) const;
+  void refresh_box(std::uint32_t tag);
+  void set_twist(BodyId id, const Twist<S>& twist);
+  [[nodiscard]] bool is_awake_joint(std::uint32_t index) const;
   void erase_joint(std::uint32_t index);
 
   State state_;
   ContactStage<S, Backend> contact_stage_;
   SensorStage<S, Backend> sensor_stage_;
   SolveStage<S, Backend> solve_stage_;
+  SleepStage<S, Backend> sleep_stage_;
 };
 
 }  // namespace bristle
 
+#include <bristle/world/world_bodies_impl.hpp>
+#include <bristle/world/world_contacts_impl.hpp>
 #include <bristle/world/world_impl.hpp>

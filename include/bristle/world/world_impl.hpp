@@ -1,5 +1,5 @@
 /// @file
-/// Definitions of `World`; included by world.hpp.
+/// Definitions of `World`: joints, patches, queries, time. Included by world.hpp.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -12,6 +12,9 @@ requires ShapeBackend<Backend, S> World<S, Backend>::World(const WorldDef<S>& de
   detail::require_all_finite("WorldDef::gravity", def.gravity);
   detail::require_positive("WorldDef::time_step", def.time_step);
   detail::require_not_negative("WorldDef::restitution_speed", def.restitution_speed);
+  detail::require_not_negative("SleepDef::linear_speed", def.sleep.linear_speed);
+  detail::require_not_negative("SleepDef::angular_speed", def.sleep.angular_speed);
+  detail::require(def.sleep.time > S(0), "SleepDef::time", def.sleep.time, "must be > 0");
   detail::require_positive("SolverDef::tolerance", def.solver.tolerance);
   detail::require(def.solver.max_sweeps > 0, "SolverDef::max_sweeps", def.solver.max_sweeps,
                   "must be > 0");
@@ -22,191 +25,6 @@ requires ShapeBackend<Backend, S> World<S, Backend>::World(const WorldDef<S>& de
   detail::require(static_cast<bool>(def.parallel_for), "WorldDef::parallel_for", 0,
                   "must be callable");
   state_.def = def;
-}
-
-template <Scalar S, typename Backend>
-requires ShapeBackend<Backend, S>
-void World<S, Backend>::require_known_contacts(BodyId id, bool is_dynamic,
-                                               const CollisionFilter& filter,
-                                               ShapeKind kind) const {
-  for (std::uint32_t i = 0; i < state_.colliders.slot_count(); ++i) {
-    if (!state_.colliders.is_live(i)) continue;
-    const Collider<S, Backend>& other = state_.colliders.at(i);
-    const Body<S>& other_body = state_.body_of(other);
-    if (other.body == id || (!is_dynamic && !other_body.is_dynamic()) ||
-        !may_meet(filter, other_body.filter) || Backend::can_collide(kind, other.kind)) {
-      continue;
-    }
-    detail::raise(InvalidArgument(
-        "ShapeDef::shape", name_of(kind),
-        std::string("the backend knows no contact between it and the ") + name_of(other.kind) +
-            " of another body; keep the two apart with a CollisionFilter, or use a backend that "
-            "does"));
-  }
-}
-
-template <Scalar S, typename Backend>
-requires ShapeBackend<Backend, S> ShapeId
-World<S, Backend>::insert_shape(BodyId id, Prepared prepared, const Shape<S>& shape,
-                                const Transform<S>& X_BS, const Material<S>& material) {
-  const Body<S>& body = state_.bodies.at(id.index);
-  Collider<S, Backend> c;
-  c.body = id;
-  c.X_CmS = X_BS;
-  c.X_CmS.translation -= body.center_B;
-  c.kind = Backend::kind(prepared);
-  c.material = material;
-  c.bounds = Backend::bounds(prepared);
-  c.shape = std::move(prepared);
-  if (const auto* half_space = std::get_if<HalfSpace<S>>(&shape)) {
-    c.half_space = *half_space;
-  } else {
-    c.radius = (c.X_CmS * c.bounds.center()).norm() + c.bounds.half_extents().norm();
-  }
-  const Aabb<S> box = c.half_space ? c.bounds : transformed(c.bounds, body.center_pose * c.X_CmS);
-  const ShapeId shape_id = state_.colliders.insert(std::move(c));
-  state_.broad_phase.insert(shape_id.index, box);
-  return shape_id;
-}
-
-template <Scalar S, typename Backend>
-requires ShapeBackend<Backend, S> BodyId World<S, Backend>::add_body(const BodyDef<S>& def) {
-  if (!def.shape) return state_.bodies.insert(make_body(def, MassProperties<S>{}));
-  Prepared shape = Backend::template make<S>(*def.shape);
-  detail::require(def.motion != Motion::dynamic || kind_of(*def.shape) != ShapeKind::half_space,
-                  "BodyDef::motion", 0, "must not be dynamic with a HalfSpace, which has no mass");
-  const Body<S> body = make_body(def, Backend::mass_properties(shape));
-  require_known_contacts(BodyId{}, body.is_dynamic(), body.filter, kind_of(*def.shape));
-  const BodyId id = state_.bodies.insert(body);
-  insert_shape(id, std::move(shape), *def.shape, Transform<S>{}, def.material);
-  return id;
-}
-
-template <Scalar S, typename Backend>
-requires ShapeBackend<Backend, S> ShapeId World<S, Backend>::add_shape(BodyId id,
-                                                                       const ShapeDef<S>& def) {
-  const Body<S>& body = state_.bodies.get(id, "BodyId");
-  validate(def.material);
-  detail::require_all_finite("ShapeDef::X_BS.translation", def.X_BS.translation);
-  detail::require_unit<S>("ShapeDef::X_BS.rotation", def.X_BS.rotation);
-  detail::require(!body.is_dynamic() || kind_of(def.shape) != ShapeKind::half_space,
-                  "ShapeDef::shape", 0, "must not be a HalfSpace on a dynamic body");
-  Prepared shape = Backend::template make<S>(def.shape);
-  require_known_contacts(id, body.is_dynamic(), body.filter, kind_of(def.shape));
-  return insert_shape(id, std::move(shape), def.shape, def.X_BS, def.material);
-}
-
-template <Scalar S, typename Backend>
-requires ShapeBackend<Backend, S>
-void World<S, Backend>::remove_shape(ShapeId id) {
-  (void)state_.colliders.get(id, "ShapeId");
-  state_.broad_phase.remove(id.index);
-  state_.contacts.forget(id.index);
-  state_.colliders.erase(id);
-}
-
-template <Scalar S, typename Backend>
-requires ShapeBackend<Backend, S>
-void World<S, Backend>::remove_body(BodyId id) {
-  (void)state_.bodies.get(id, "BodyId");
-  for (std::uint32_t i = 0; i < state_.joints.slot_count(); ++i) {
-    if (!state_.joints.is_live(i)) continue;
-    const JointDef<S>& def = state_.joints.at(i).def;
-    if (def.body_a == id || def.body_b == id) erase_joint(i);
-  }
-  for (std::uint32_t i = 0; i < state_.patches.slot_count(); ++i) {
-    if (state_.patches.is_live(i) && state_.patches.at(i).body == id) {
-      state_.patches.erase(state_.patches.handle(i));
-    }
-  }
-  for (std::uint32_t i = 0; i < state_.colliders.slot_count(); ++i) {
-    if (state_.colliders.is_live(i) && state_.colliders.at(i).body == id) {
-      remove_shape(state_.colliders.handle(i));
-    }
-  }
-  // What patches touched in the last step must not be looked up any more.
-  for (std::uint32_t i = 0; i < state_.patches.slot_count(); ++i) {
-    if (!state_.patches.is_live(i)) continue;
-    for (PatchPair<S>& pair : state_.patches.at(i).pairs) {
-      if (pair.body_b == id.index) pair.count = 0;
-    }
-  }
-  state_.bodies.erase(id);
-}
-
-template <Scalar S, typename Backend>
-requires ShapeBackend<Backend, S>
-void World<S, Backend>::refresh_boxes(BodyId id) {
-  const Body<S>& body = state_.bodies.at(id.index);
-  for (std::uint32_t i = 0; i < state_.colliders.slot_count(); ++i) {
-    if (!state_.colliders.is_live(i) || state_.colliders.at(i).body != id) continue;
-    const Collider<S, Backend>& c = state_.colliders.at(i);
-    if (c.half_space) continue;
-    state_.broad_phase.move(i, transformed(c.bounds, body.center_pose * c.X_CmS));
-  }
-}
-
-template <Scalar S, typename Backend>
-requires ShapeBackend<Backend, S>
-void World<S, Backend>::set_pose(BodyId id, const Transform<S>& X_WB) {
-  Body<S>& body = state_.bodies.get(id, "BodyId");
-  detail::require_all_finite("X_WB.translation", X_WB.translation);
-  detail::require_unit<S>("X_WB.rotation", X_WB.rotation);
-  body.set_pose({X_WB.rotation.normalized(), X_WB.translation});
-  refresh_boxes(id);
-}
-
-template <Scalar S, typename Backend>
-requires ShapeBackend<Backend, S>
-void World<S, Backend>::set_velocity(BodyId id, const Twist<S>& twist) {
-  Body<S>& body = state_.bodies.get(id, "BodyId");
-  detail::require(body.motion != Motion::fixed, "BodyId", S(0), "must not name a fixed body");
-  detail::require_all_finite("twist.linear", twist.linear);
-  detail::require_all_finite("twist.angular", twist.angular);
-  detail::require_still(body.locked, twist);
-  body.twist = twist;
-}
-
-template <Scalar S, typename Backend>
-requires ShapeBackend<Backend, S>
-void World<S, Backend>::move_to(BodyId id, const Transform<S>& X_WB) {
-  Body<S>& body = state_.bodies.get(id, "BodyId");
-  detail::require(body.motion == Motion::kinematic, "BodyId", S(0), "must name a kinematic body");
-  detail::require_all_finite("X_WB.translation", X_WB.translation);
-  detail::require_unit<S>("X_WB.rotation", X_WB.rotation);
-  const S dt = state_.def.time_step;
-  const Vec3<S> center = X_WB * body.center_B;
-  body.twist.linear = (center - body.center_pose.translation) / dt;
-  body.twist.angular =
-      log_rotation<S>(X_WB.rotation.normalized() * body.center_pose.rotation.conjugate()) / dt;
-}
-
-template <Scalar S, typename Backend>
-requires ShapeBackend<Backend, S>
-void World<S, Backend>::apply_wrench(BodyId id, const Wrench<S>& wrench) {
-  Body<S>& body = state_.bodies.get(id, "BodyId");
-  detail::require_all_finite("wrench.force", wrench.force);
-  detail::require_all_finite("wrench.torque", wrench.torque);
-  body.applied += wrench;
-}
-
-template <Scalar S, typename Backend>
-requires ShapeBackend<Backend, S>
-void World<S, Backend>::apply_force(BodyId id, const Vec3<S>& force, const Vec3<S>& point) {
-  const Body<S>& body = state_.bodies.get(id, "BodyId");
-  detail::require_all_finite("point", point);
-  apply_wrench(id, Wrench<S>::at(point - body.center_pose.translation, force));
-}
-
-template <Scalar S, typename Backend>
-requires ShapeBackend<Backend, S>
-void World<S, Backend>::set_filter(BodyId id, const CollisionFilter& filter) {
-  Body<S>& body = state_.bodies.get(id, "BodyId");
-  for (std::uint32_t i = 0; i < state_.colliders.slot_count(); ++i) {
-    if (!state_.colliders.is_live(i) || state_.colliders.at(i).body != id) continue;
-    require_known_contacts(id, body.is_dynamic(), filter, state_.colliders.at(i).kind);
-  }
-  body.filter = filter;
 }
 
 template <Scalar S, typename Backend>
@@ -230,6 +48,8 @@ requires ShapeBackend<Backend, S> JointId World<S, Backend>::add_joint(const Joi
     std::vector<ShapePair>& unpaired = state_.unpaired;
     unpaired.insert(std::lower_bound(unpaired.begin(), unpaired.end(), pair), pair);
   }
+  detail::disturb(state_, def.body_a);
+  detail::disturb(state_, def.body_b);
   return state_.joints.insert(joint);
 }
 
@@ -237,6 +57,8 @@ template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S>
 void World<S, Backend>::erase_joint(std::uint32_t index) {
   const JointDef<S>& def = state_.joints.at(index).def;
+  detail::disturb(state_, def.body_a);
+  detail::disturb(state_, def.body_b);
   if (!def.bodies_collide) {
     const ShapePair pair{std::min(def.body_a.index, def.body_b.index),
                          std::max(def.body_a.index, def.body_b.index)};
@@ -259,6 +81,8 @@ void World<S, Backend>::set_drive(JointId id, const JointDrive<S>& drive) {
   Joint<S>& joint = state_.joints.get(id, "JointId");
   validate(drive);
   joint.def.drive = drive;
+  detail::disturb(state_, joint.def.body_a);
+  detail::disturb(state_, joint.def.body_b);
 }
 
 template <Scalar S, typename Backend>
@@ -274,7 +98,9 @@ requires ShapeBackend<Backend, S> PatchId World<S, Backend>::add_patch(BodyId bo
                                                                        PatchDef<S> def) {
   const Body<S>& owner = state_.bodies.get(body, "BodyId");
   for (const BodyId id : def.excluded) (void)state_.bodies.get(id, "PatchDef::excluded");
-  return state_.patches.insert(make_patch(std::move(def), body, owner.center_B));
+  SensorPatch<S> patch = make_patch(std::move(def), body, owner.center_B);
+  detail::disturb(state_, body);
+  return state_.patches.insert(std::move(patch));
 }
 
 template <Scalar S, typename Backend>
@@ -300,7 +126,7 @@ requires ShapeBackend<Backend, S> PatchId World<S, Backend>::add_patch(BodyId bo
 template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S>
 void World<S, Backend>::remove_patch(PatchId id) {
-  (void)state_.patches.get(id, "PatchId");
+  detail::disturb(state_, state_.patches.get(id, "PatchId").body);
   state_.patches.erase(id);
 }
 
@@ -311,6 +137,7 @@ void World<S, Backend>::set_parameters(PatchId id, const SensorParameters<S>& pa
   validate(parameters);
   patch.def.parameters = parameters;
   patch.def.per_sensor.clear();
+  detail::disturb(state_, patch.body);
 }
 
 template <Scalar S, typename Backend>
@@ -352,9 +179,30 @@ void World<S, Backend>::cast_rays(std::span<const Ray<S>> rays, const RayFilter&
 }
 
 template <Scalar S, typename Backend>
+requires ShapeBackend<Backend, S> std::vector<std::byte> World<S, Backend>::snapshot()
+const { return detail::take_snapshot(state_); }
+
+template <Scalar S, typename Backend>
+requires ShapeBackend<Backend, S>
+void World<S, Backend>::restore(std::span<const std::byte> bytes) {
+  detail::restore_snapshot(bytes, state_);
+  state_.contacts.repeat();
+  state_.ended.clear();
+  state_.ended_since.clear();
+  state_.sleeping_bodies = 0;
+  for (std::uint32_t i = 0; i < state_.bodies.slot_count(); ++i) {
+    if (state_.bodies.is_live(i) && state_.bodies.at(i).is_asleep()) ++state_.sleeping_bodies;
+  }
+  for (std::uint32_t i = 0; i < state_.colliders.slot_count(); ++i) {
+    if (state_.colliders.is_live(i)) refresh_box(i);
+  }
+}
+
+template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S>
 void World<S, Backend>::set_time_step(S dt) {
   detail::require_positive("dt", dt);
+  detail::wake_all(state_);
   // Forces go on, so the impulses that the next step starts from follow the step.
   const S ratio = dt / state_.def.time_step;
   for (CachedPoint<S>& point : state_.contacts.points()) {
@@ -376,6 +224,7 @@ template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S>
 void World<S, Backend>::set_gravity(const Vec3<S>& gravity) {
   detail::require_all_finite("gravity", gravity);
+  detail::wake_all(state_);
   state_.def.gravity = gravity;
 }
 
@@ -383,8 +232,17 @@ template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S>
 void World<S, Backend>::step() {
   state_.report = {};
+  state_.ended.swap(state_.ended_since);
+  state_.ended_since.clear();
+  if (state_.is_idle) {
+    // Nothing moves, so nothing changes; what readings and contacts say stays true.
+    state_.contacts.repeat();
+    state_.report.sleeping_bodies = state_.sleeping_bodies;
+    return;
+  }
   state_.constraints.clear();
   solve_stage_.prepare_bodies(state_);
+  sleep_stage_.wake_reached(state_, solve_stage_, sensor_stage_);
 
   contact_stage_.find_contacts(state_);
   sensor_stage_.sense(state_);
@@ -392,7 +250,7 @@ void World<S, Backend>::step() {
 
   contact_stage_.add_constraints(state_);
   for (std::uint32_t i = 0; i < state_.joints.slot_count(); ++i) {
-    if (!state_.joints.is_live(i)) continue;
+    if (!is_awake_joint(i)) continue;
     Joint<S>& joint = state_.joints.at(i);
     add_joint_rows(joint, i, state_.bodies.at(joint.def.body_a.index),
                    state_.bodies.at(joint.def.body_b.index), state_.def.time_step,
@@ -402,13 +260,23 @@ void World<S, Backend>::step() {
   solve_stage_.solve(state_, sensor_stage_);
   contact_stage_.store_impulses(state_);
   for (std::uint32_t i = 0; i < state_.joints.slot_count(); ++i) {
-    if (!state_.joints.is_live(i)) continue;
+    if (!is_awake_joint(i)) continue;
     store_joint_impulses(state_.joints.at(i), state_.constraints);
     solve_stage_.add_flow_impulse(i, state_.joints.at(i).total);
   }
   sensor_stage_.read(state_);
   solve_stage_.integrate(state_);
   contact_stage_.settle_boxes(state_);
+  sleep_stage_.fall_asleep(state_, sensor_stage_);
+}
+
+template <Scalar S, typename Backend>
+requires ShapeBackend<Backend, S>
+bool World<S, Backend>::is_awake_joint(std::uint32_t index) const {
+  if (!state_.joints.is_live(index)) return false;
+  const JointDef<S>& def = state_.joints.at(index).def;
+  return !state_.bodies.at(def.body_a.index).is_asleep() &&
+         !state_.bodies.at(def.body_b.index).is_asleep();
 }
 
 }  // namespace bristle

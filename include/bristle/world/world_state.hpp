@@ -12,6 +12,7 @@
 #include <bristle/dynamics/solver_types.hpp>
 #include <bristle/geometry/shape_backend.hpp>
 #include <bristle/sensors/patch.hpp>
+#include <bristle/world/contact_events.hpp>
 #include <bristle/world/report.hpp>
 
 #include <algorithm>
@@ -20,9 +21,18 @@
 
 namespace bristle {
 
-struct ShapeTag;
-/// Names a shape of a world.
-using ShapeId = Id<ShapeTag>;
+/// When islands of bodies fall asleep. Asleep, they are not computed: nothing moves, contacts,
+/// joints and sensors keep their impulses and readings, velocities are zero.
+template <Scalar S>
+struct SleepDef {
+  /// [m/s] Speed of the centre of mass up to which a body is at rest, >= 0.
+  S linear_speed = S(0.01);
+  /// [rad/s] Angular speed up to which it is, >= 0.
+  S angular_speed = S(0.05);
+  /// [s] For how long all bodies of an island must be at rest, > 0. Infinite, the default: nothing
+  /// ever sleeps (docs/decisions/0014-sleep-is-off.md says why).
+  S time = infinity<S>;
+};
 
 /// Settings of a world.
 template <Scalar S>
@@ -37,19 +47,10 @@ struct WorldDef {
   Integrator integrator = Integrator::trapezoidal;
   /// [-] The solver.
   SolverDef<S> solver{};
+  /// [-] When bodies at rest are no longer computed.
+  SleepDef<S> sleep{};
   /// [-] Runs independent tasks, on threads of the host if it likes; the results are the same.
   ParallelFor parallel_for = serial_for;
-};
-
-/// Describes one shape of a body to `World::add_shape`.
-template <Scalar S>
-struct ShapeDef {
-  /// [m] The shape.
-  Shape<S> shape{};
-  /// [m] Pose of the shape's frame in the body frame.
-  Transform<S> X_BS{};
-  /// [1] Its surface.
-  Material<S> material{};
 };
 
 /// A shape on a body.
@@ -79,9 +80,15 @@ struct WorldState {
   SlotMap<SensorPatch<S>, PatchTag> patches;
   BroadPhase<S> broad_phase;
   ContactCache<S> contacts;
+  /// Touches that ended because a shape was removed, for the events of the last step, and those
+  /// since.
+  std::vector<ContactEvent> ended, ended_since;
   /// Pairs of body slots that do not touch because a joint connects them, sorted.
   std::vector<ShapePair> unpaired;
   StepReport<S> report{};
+  /// Bodies asleep, and whether all is: then a step has nothing to do.
+  std::uint32_t sleeping_bodies = 0;
+  bool is_idle = false;
 
   /// This step's scratch: one entry a body slot, and all constraints.
   std::vector<SolverBody<S>> solver_bodies;
@@ -89,6 +96,13 @@ struct WorldState {
 
   [[nodiscard]] const Body<S>& body_of(const Collider<S, Backend>& c) const {
     return bodies.at(c.body.index);
+  }
+  /// Whether a body may move in this step, or was changed by the caller since the last one.
+  [[nodiscard]] bool is_active(std::uint32_t slot) const {
+    const Body<S>& body = bodies.at(slot);
+    if (body.sleep.is_stirred) return true;
+    if (body.is_dynamic()) return !body.is_asleep();
+    return !body.twist.linear.isZero(S(0)) || !body.twist.angular.isZero(S(0));
   }
   /// [m] Pose of a shape in the frame of A's centre of mass.
   [[nodiscard]] Transform<S> pose_from(const Body<S>& A, const Collider<S, Backend>& c) const {

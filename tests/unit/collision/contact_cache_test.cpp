@@ -3,6 +3,8 @@
 
 #include <doctest/doctest.h>
 
+#include <utility>
+
 using namespace bristle;
 
 namespace {
@@ -24,7 +26,7 @@ ContactManifolds<S> manifold(std::uint32_t key, std::initializer_list<std::uint3
 
 template <typename S>
 void add(ContactCache<S>& cache, ShapePair pair, const ContactManifolds<S>& found) {
-  cache.add(pair, found, Mat3<S>::Identity(), Vec3<S>::Zero(), Vec3<S>(0, 0, 2));
+  cache.add(pair, found, {Mat3<S>::Identity(), Vec3<S>::Zero(), Vec3<S>(0, 0, 2), {}});
 }
 
 }  // namespace
@@ -55,20 +57,81 @@ TEST_CASE_TEMPLATE("ContactCache: arms reach from each centre of mass to the poi
   // Shape a turned by a quarter about z and shifted.
   Mat3<S> R;
   R << 0, -1, 0, 1, 0, 0, 0, 0, 1;
-  cache.add({0, 1}, manifold<S>(0, {3}), R, Vec3<S>(S(0.5), 0, 0), Vec3<S>(0, 0, 2));
+  cache.add({0, 1}, manifold<S>(0, {3}),
+            {R, Vec3<S>(S(0.5), 0, 0), Vec3<S>(0, 0, 2), Vec3<S>(7, 8, 9)});
   CHECK(cache.points()[0].arm_a == Vec3<S>(S(0.5), 3, 0));
   CHECK(cache.points()[0].arm_b == Vec3<S>(S(0.5), 3, -2));
   CHECK(cache.points()[0].gap == S(-0.25));
   CHECK(cache.manifolds()[0].normal == Vec3<S>(0, 0, 1));
+  CHECK(cache.manifolds()[0].center_a == Vec3<S>(7, 8, 9));
 }
 
-TEST_CASE("ContactCache: a forgotten shape leaves nothing to its successor") {
+TEST_CASE("ContactCache: a forgotten shape leaves nothing to its successor, and the rest alone") {
+  ContactCache<double> cache;
+  for (int generation = 0; generation < 2; ++generation) {
+    cache.begin_step();
+    add<double>(cache, {0, 1}, manifold<double>(0, {1}));
+    add<double>(cache, {0, 2}, manifold<double>(0, {4, 5}));
+    add<double>(cache, {1, 2}, manifold<double>(0, {6}));
+    for (auto& point : cache.points()) point.impulse = {1.0 * point.feature, 0, 0};
+  }
+  cache.forget(1);
+  for (const auto* points : {&std::as_const(cache).points(), &cache.last_points()}) {
+    REQUIRE(points->size() == 2);
+    CHECK((*points)[0].feature == 4);
+    CHECK((*points)[1].feature == 5);
+  }
+  REQUIRE(cache.manifolds().size() == 1);
+  CHECK(cache.manifolds()[0].shapes == ShapePair{0, 2});
+  CHECK(cache.manifolds()[0].first == 0);
+  CHECK(cache.manifolds()[0].count == 2);
+  cache.begin_step();
+  add<double>(cache, {0, 1}, manifold<double>(0, {1}));
+  add<double>(cache, {0, 2}, manifold<double>(0, {4}));
+  CHECK(cache.points()[0].impulse[0] == 0);
+  CHECK(cache.points()[1].impulse[0] == 4);
+}
+
+TEST_CASE("ContactCache: carried pairs come in their place, with their impulses") {
   ContactCache<double> cache;
   cache.begin_step();
-  add<double>(cache, {0, 1}, manifold<double>(0, {1}));
-  cache.points()[0].impulse = {1, 0, 0};
-  cache.forget(1);
+  for (const ShapePair pair : {ShapePair{0, 1}, {0, 3}, {1, 2}, {2, 3}}) {
+    add<double>(cache, pair, manifold<double>(0, {pair.a, pair.b}));
+  }
+  for (std::size_t i = 0; i < 8; ++i) cache.points()[i].impulse = {1.0 + double(i), 0, 0};
+  cache.begin_step();
+  // Shape 3 moves on its own; the pair (0, 2) is new.
+  const auto keeps = [](ShapePair pair) { return pair.b != 3; };
+  for (const ShapePair pair : {ShapePair{0, 2}, {0, 3}}) {
+    cache.carry_before(pair, keeps);
+    add<double>(cache, pair, manifold<double>(0, {pair.a, pair.b}));
+  }
+  cache.carry_before({~0u, ~0u}, keeps);
+  const ShapePair expected[] = {{0, 1}, {0, 2}, {0, 3}, {1, 2}};
+  const double impulses[] = {1, 2, 0, 0, 3, 4, 5, 6};
+  REQUIRE(cache.manifolds().size() == 4);
+  for (std::size_t i = 0; i < 4; ++i) {
+    INFO(i);
+    const auto& m = cache.manifolds()[i];
+    CHECK(m.shapes == expected[i]);
+    CHECK(m.first == 2 * i);
+    CHECK(m.is_carried == (i == 0 || i == 3));
+    CHECK(cache.points()[m.first].feature == m.shapes.a);
+    CHECK(cache.points()[m.first].impulse[0] == impulses[2 * i]);
+    CHECK(cache.points()[m.first + 1].impulse[0] == impulses[2 * i + 1]);
+  }
+}
+
+TEST_CASE("ContactCache: a repeated step is its own predecessor") {
+  ContactCache<double> cache;
+  cache.begin_step();
   cache.begin_step();
   add<double>(cache, {0, 1}, manifold<double>(0, {1}));
-  CHECK(cache.points()[0].impulse[0] == 0);
+  CHECK(cache.last_manifolds().empty());
+  cache.repeat();
+  CHECK(cache.last_manifolds().size() == 1);
+  CHECK(cache.last_points().size() == 1);
+  cache.begin_step();
+  CHECK(cache.manifolds().empty());
+  CHECK(cache.last_manifolds().size() == 1);
 }

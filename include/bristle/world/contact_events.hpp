@@ -1,0 +1,203 @@
+/// @file
+/// Who touches whom, since when, and with what impulse: the contacts of the last step as callers
+/// see them. Computed when asked for, from what the solver keeps anyway.
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <bristle/collision/contact_cache.hpp>
+#include <bristle/dynamics/body.hpp>
+#include <bristle/math/spatial.hpp>
+
+#include <algorithm>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace bristle {
+
+/// What happened to a touch in the last step.
+enum class ContactPhase {
+  /// They touch and did not in the step before.
+  begin,
+  /// They touched in both.
+  persist,
+  /// They touched in the step before, and do no more; also because one of them was removed.
+  end
+};
+
+/// Two shapes whose touch began, went on or ended. Shapes *touch* in a step when one of their
+/// contacts exchanged an impulse along its normal, or had a gap <= 0 when the step began.
+struct ContactEvent {
+  ContactPhase phase = ContactPhase::begin;
+  /// [-] The shapes, in the order of their slots, and their bodies. After an end, they may name
+  /// what is gone.
+  ShapeId shape_a{};
+  ShapeId shape_b{};
+  BodyId body_a{};
+  BodyId body_b{};
+};
+
+/// One point where two shapes met in the last step. World axes.
+template <Scalar S>
+struct ContactPointReading {
+  /// [m] Where, when the step began.
+  Vec3<S> position = Vec3<S>::Zero();
+  /// [1] From shape a to shape b.
+  Vec3<S> normal = Vec3<S>::UnitZ();
+  /// [m] Distance of the surfaces when the step began; negative where they overlap.
+  S gap = S(0);
+  /// [N s] Impulse on b along the normal, >= 0.
+  S normal_impulse = S(0);
+  /// [N s] Impulse of friction on b.
+  Vec3<S> friction_impulse = Vec3<S>::Zero();
+};
+
+/// All contacts of two shapes in the last step. Valid until the world changes.
+template <Scalar S>
+class ContactReading {
+ public:
+  /// [-] The shapes, in the order of their slots, and their bodies.
+  ShapeId shape_a{};
+  ShapeId shape_b{};
+  BodyId body_a{};
+  BodyId body_b{};
+
+  /// @param manifolds  All those of the two shapes, of which there is at least one.
+  ContactReading(std::span<const CachedManifold<S>> manifolds,
+                 const std::vector<CachedPoint<S>>& points)
+      : manifolds_(manifolds), points_(&points) {}
+
+  /// Whether they touch, as `ContactEvent` has it.
+  [[nodiscard]] bool is_touching() const;
+
+  /// Calls visit(const ContactPointReading<S>&) for each point.
+  template <typename Visit>
+  void for_each_point(Visit&& visit) const;
+
+  /// [N s, N m s] Total impulse on b about a point [m] of the world; on a acts its negative.
+  [[nodiscard]] Wrench<S> impulse_about(const Vec3<S>& point) const;
+
+  /// [N s, N m s] Total impulse on body a or b about its centre of mass as it was when the step
+  /// began: by how much they changed its momentum and its angular momentum, to round-off.
+  [[nodiscard]] Wrench<S> impulse_on_a() const;
+  [[nodiscard]] Wrench<S> impulse_on_b() const;
+
+ private:
+  /// Sums over points with the arm that `arm_of(manifold, point)` gives.
+  template <typename ArmOf>
+  [[nodiscard]] Wrench<S> sum(ArmOf&& arm_of) const;
+
+  std::span<const CachedManifold<S>> manifolds_;
+  const std::vector<CachedPoint<S>>* points_;
+};
+
+// Implementation -----------------------------------------------------------------------------------
+
+namespace detail {
+
+/// [N s] Impulse of one point on b, world axes.
+template <Scalar S>
+[[nodiscard]] Vec3<S> point_impulse(const CachedManifold<S>& m, const CachedPoint<S>& point) {
+  return point.impulse[0] * m.normal + friction_impulse(m, point);
+}
+
+/// Manifolds of the pair that the list holds from `first` on.
+template <Scalar S>
+[[nodiscard]] std::span<const CachedManifold<S>> same_pair(
+    const std::vector<CachedManifold<S>>& manifolds, std::size_t first) {
+  std::size_t end = first;
+  while (end < manifolds.size() && manifolds[end].shapes == manifolds[first].shapes) ++end;
+  return std::span(manifolds).subspan(first, end - first);
+}
+
+template <Scalar S>
+[[nodiscard]] bool touches(std::span<const CachedManifold<S>> manifolds,
+                           const std::vector<CachedPoint<S>>& points) {
+  for (const CachedManifold<S>& m : manifolds) {
+    for (std::uint32_t i = m.first; i < m.first + m.count; ++i) {
+      if (points[i].impulse[0] > S(0) || points[i].gap <= S(0)) return true;
+    }
+  }
+  return false;
+}
+
+/// Calls visit(shapes, touched, touches) for each pair that touches now or did in the step before,
+/// in ascending order.
+template <Scalar S, typename Visit>
+void for_each_touch(const ContactCache<S>& cache, Visit&& visit) {
+  const std::vector<CachedManifold<S>>& before = cache.last_manifolds();
+  const std::vector<CachedManifold<S>>& now = cache.manifolds();
+  std::size_t i = 0;
+  std::size_t k = 0;
+  while (i < before.size() || k < now.size()) {
+    const bool is_old =
+        i < before.size() && (k == now.size() || !(now[k].shapes < before[i].shapes));
+    const bool is_new =
+        k < now.size() && (i == before.size() || !(before[i].shapes < now[k].shapes));
+    const ShapePair shapes = is_old ? before[i].shapes : now[k].shapes;
+    bool touched = false;
+    bool touches_now = false;
+    if (is_old) {
+      const auto manifolds = same_pair(before, i);
+      touched = touches(manifolds, cache.last_points());
+      i += manifolds.size();
+    }
+    if (is_new) {
+      const auto manifolds = same_pair(now, k);
+      touches_now = touches(manifolds, cache.points());
+      k += manifolds.size();
+    }
+    if (touched || touches_now) visit(shapes, touched, touches_now);
+  }
+}
+
+}  // namespace detail
+
+template <Scalar S>
+bool ContactReading<S>::is_touching() const {
+  return detail::touches(manifolds_, *points_);
+}
+
+template <Scalar S>
+template <typename Visit>
+void ContactReading<S>::for_each_point(Visit&& visit) const {
+  for (const CachedManifold<S>& m : manifolds_) {
+    for (std::uint32_t i = m.first; i < m.first + m.count; ++i) {
+      const CachedPoint<S>& point = (*points_)[i];
+      visit(ContactPointReading<S>{m.center_a + point.arm_a, m.normal, point.gap, point.impulse[0],
+                                   friction_impulse(m, point)});
+    }
+  }
+}
+
+template <Scalar S>
+template <typename ArmOf>
+Wrench<S> ContactReading<S>::sum(ArmOf&& arm_of) const {
+  Wrench<S> total;
+  for (const CachedManifold<S>& m : manifolds_) {
+    for (std::uint32_t i = m.first; i < m.first + m.count; ++i) {
+      const CachedPoint<S>& point = (*points_)[i];
+      total += Wrench<S>::at(arm_of(m, point), detail::point_impulse(m, point));
+    }
+  }
+  return total;
+}
+
+template <Scalar S>
+Wrench<S> ContactReading<S>::impulse_about(const Vec3<S>& point) const {
+  return sum([&](const CachedManifold<S>& m, const CachedPoint<S>& p) -> Vec3<S> {
+    return m.center_a - point + p.arm_a;
+  });
+}
+
+template <Scalar S>
+Wrench<S> ContactReading<S>::impulse_on_a() const {
+  return -sum([](const CachedManifold<S>&, const CachedPoint<S>& p) { return p.arm_a; });
+}
+
+template <Scalar S>
+Wrench<S> ContactReading<S>::impulse_on_b() const {
+  return sum([](const CachedManifold<S>&, const CachedPoint<S>& p) { return p.arm_b; });
+}
+
+}  // namespace bristle

@@ -1,0 +1,223 @@
+/// @file
+/// Who sleeps: islands at rest stop being computed, and wake when something reaches them.
+///
+/// An island, here, is what may come to act on each other: bodies with contacts within reach of a
+/// step, joints, and patches with the bodies in reach of their rays. The same reach wakes, so an
+/// island next to a moving body does not fall asleep and wake in turns.
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <bristle/core/disjoint_sets.hpp>
+#include <bristle/world/near_shapes.hpp>
+#include <bristle/world/sensor_stage.hpp>
+#include <bristle/world/solve_stage.hpp>
+#include <bristle/world/waking.hpp>
+
+#include <algorithm>
+#include <vector>
+
+namespace bristle {
+
+/// Wakes islands before the stages of a step and puts them to sleep after.
+template <Scalar S, typename Backend>
+class SleepStage {
+ public:
+  using State = WorldState<S, Backend>;
+
+  /// Wakes every island that an active body reaches in this step, and those that these reach.
+  void wake_reached(State& state, const SolveStage<S, Backend>& solve,
+                    const SensorStage<S, Backend>& sensors) {
+    if (state.sleeping_bodies == 0) return;
+    active_since_.assign(state.bodies.slot_count(), 0);
+    for (round_ = 1; find_fresh(state); ++round_) {
+      if (round_ > 1) {
+        for (const std::uint32_t slot : fresh_) solve.prepare_body(state, slot);
+      }
+      if (state.sleeping_bodies == 0) continue;
+      wake_by_contact(state);
+      wake_by_joint(state);
+      wake_by_patch(state, sensors);
+    }
+  }
+
+  /// Puts islands to sleep that have been at rest for long enough.
+  void fall_asleep(State& state, const SensorStage<S, Backend>& sensors) {
+    if (state.def.sleep.time < infinity<S> && measure_rest(state)) {
+      connect(state, sensors);
+      put_to_sleep(state);
+    }
+    bool is_any_active = false;
+    for (std::uint32_t i = 0; i < state.bodies.slot_count(); ++i) {
+      if (!state.bodies.is_live(i)) continue;
+      Body<S>& body = state.bodies.at(i);
+      body.sleep.is_stirred = false;
+      if (body.is_dynamic() && !body.is_asleep()) ++state.report.awake_bodies;
+      is_any_active = is_any_active || state.is_active(i);
+    }
+    state.report.sleeping_bodies = state.sleeping_bodies;
+    state.is_idle = state.sleeping_bodies > 0 && !is_any_active;
+  }
+
+ private:
+  /// Collects active bodies that were none in the last round.
+  [[nodiscard]] bool find_fresh(const State& state) {
+    fresh_.clear();
+    for (std::uint32_t i = 0; i < state.bodies.slot_count(); ++i) {
+      if (!state.bodies.is_live(i) || active_since_[i] != 0 || !state.is_active(i)) continue;
+      active_since_[i] = round_;
+      fresh_.push_back(i);
+    }
+    return !fresh_.empty();
+  }
+
+  [[nodiscard]] bool is_fresh(std::uint32_t slot) const { return active_since_[slot] == round_; }
+
+  void wake_by_contact(State& state) {
+    for (std::uint32_t i = 0; i < state.colliders.slot_count(); ++i) {
+      if (!state.colliders.is_live(i)) continue;
+      const Collider<S, Backend>& c = state.colliders.at(i);
+      if (!is_fresh(c.body.index)) continue;
+      const auto visit = [&](std::uint32_t other) {
+        const std::uint32_t slot = state.colliders.at(other).body.index;
+        if (state.bodies.at(slot).is_asleep() && meets(state, i, other)) {
+          detail::wake_island(state, slot);
+        }
+        return true;
+      };
+      if (!c.half_space) {
+        state.broad_phase.overlap(detail::swept_box(state, c), visit);
+        continue;
+      }
+      for (std::uint32_t other = 0; other < state.colliders.slot_count(); ++other) {
+        if (state.colliders.is_live(other)) visit(other);
+      }
+    }
+  }
+
+  [[nodiscard]] bool meets(State& state, std::uint32_t a, std::uint32_t b) {
+    ++state.report.pairs_tested;
+    if (!detail::may_touch(state, a, b)) return false;
+    ++state.report.pairs_collided;
+    found_.clear();
+    return detail::collide_pair(state, {std::min(a, b), std::max(a, b)}, found_) ==
+               ContactStatus::ok &&
+           !found_.empty();
+  }
+
+  void wake_by_joint(State& state) const {
+    for (std::uint32_t i = 0; i < state.joints.slot_count(); ++i) {
+      if (!state.joints.is_live(i)) continue;
+      const JointDef<S>& def = state.joints.at(i).def;
+      if (is_fresh(def.body_a.index)) detail::wake_island(state, def.body_b.index);
+      if (is_fresh(def.body_b.index)) detail::wake_island(state, def.body_a.index);
+    }
+  }
+
+  void wake_by_patch(State& state, const SensorStage<S, Backend>& sensors) {
+    for (std::uint32_t i = 0; i < state.patches.slot_count(); ++i) {
+      if (!state.patches.is_live(i)) continue;
+      const SensorPatch<S>& patch = state.patches.at(i);
+      sensors.find_near(state, patch, near_);
+      bool is_reached = is_fresh(patch.body.index);
+      for (const std::uint32_t tag : near_) {
+        is_reached = is_reached || is_fresh(state.colliders.at(tag).body.index);
+      }
+      if (!is_reached) continue;
+      // A patch senses all or nothing, so all that it may meet has to be awake.
+      detail::wake_island(state, patch.body.index);
+      for (const std::uint32_t tag : near_) {
+        detail::wake_island(state, state.colliders.at(tag).body.index);
+      }
+    }
+  }
+
+  /// Counts for how long bodies have been at rest; returns whether any has for long enough.
+  [[nodiscard]] static bool measure_rest(State& state) {
+    const SleepDef<S>& def = state.def.sleep;
+    bool is_any_ready = false;
+    for (std::uint32_t i = 0; i < state.bodies.slot_count(); ++i) {
+      if (!state.bodies.is_live(i)) continue;
+      Body<S>& body = state.bodies.at(i);
+      if (!body.is_dynamic() || body.is_asleep()) continue;
+      const bool is_slow =
+          body.twist.linear.squaredNorm() <= def.linear_speed * def.linear_speed &&
+          body.twist.angular.squaredNorm() <= def.angular_speed * def.angular_speed;
+      body.sleep.rest_time = is_slow ? body.sleep.rest_time + state.def.time_step : S(0);
+      is_any_ready = is_any_ready || body.sleep.rest_time >= def.time;
+    }
+    return is_any_ready;
+  }
+
+  void connect(State& state, const SensorStage<S, Backend>& sensors) {
+    sets_.reset(state.bodies.slot_count());
+    is_held_awake_.assign(state.bodies.slot_count(), 0);
+    const auto join = [&](std::uint32_t a, std::uint32_t b) {
+      const bool is_dynamic_a = state.bodies.at(a).is_dynamic();
+      const bool is_dynamic_b = state.bodies.at(b).is_dynamic();
+      if (is_dynamic_a && is_dynamic_b) {
+        sets_.join(a, b);
+      } else if (is_dynamic_a ? state.is_active(b) : state.is_active(a)) {
+        is_held_awake_[is_dynamic_a ? a : b] = 1;
+      }
+    };
+    for (const CachedManifold<S>& m : state.contacts.manifolds()) {
+      join(state.colliders.at(m.shapes.a).body.index, state.colliders.at(m.shapes.b).body.index);
+    }
+    for (std::uint32_t i = 0; i < state.joints.slot_count(); ++i) {
+      if (!state.joints.is_live(i)) continue;
+      join(state.joints.at(i).def.body_a.index, state.joints.at(i).def.body_b.index);
+    }
+    // All that is in reach of a patch belongs together, also when the patch itself stands still.
+    sensors.for_each_near([&](std::uint32_t patch, const std::vector<std::uint32_t>& near) {
+      const std::uint32_t own = state.patches.at(patch).body.index;
+      std::uint32_t anchor = own;
+      for (const std::uint32_t tag : near) {
+        if (state.bodies.at(anchor).is_dynamic()) break;
+        anchor = state.colliders.at(tag).body.index;
+      }
+      join(own, anchor);
+      for (const std::uint32_t tag : near) join(anchor, state.colliders.at(tag).body.index);
+    });
+  }
+
+  void put_to_sleep(State& state) {
+    const std::uint32_t count = state.bodies.slot_count();
+    rest_time_.assign(count, infinity<S>);
+    const auto is_candidate = [&](std::uint32_t i) {
+      return state.bodies.is_live(i) && state.bodies.at(i).is_dynamic() &&
+             !state.bodies.at(i).is_asleep();
+    };
+    for (std::uint32_t i = 0; i < count; ++i) {
+      if (!is_candidate(i)) continue;
+      S& time = rest_time_[sets_.find(i)];
+      time = is_held_awake_[i] != 0 ? S(0) : std::min(time, state.bodies.at(i).sleep.rest_time);
+    }
+    bool has_slept = false;
+    for (std::uint32_t i = 0; i < count; ++i) {
+      if (!is_candidate(i) || rest_time_[sets_.find(i)] < state.def.sleep.time) continue;
+      Body<S>& body = state.bodies.at(i);
+      body.sleep.island = sets_.find(i);
+      body.twist = {};
+      ++state.sleeping_bodies;
+      has_slept = true;
+    }
+    if (!has_slept) return;
+    // Boxes shrink to the shapes, which stay.
+    for (std::uint32_t i = 0; i < state.colliders.slot_count(); ++i) {
+      if (!state.colliders.is_live(i)) continue;
+      const Collider<S, Backend>& c = state.colliders.at(i);
+      if (state.body_of(c).is_asleep()) state.broad_phase.move(i, detail::box_of(state, c));
+    }
+  }
+
+  /// Rounds in which bodies were found active, from 1, and the one at hand.
+  std::vector<std::uint32_t> active_since_;
+  std::uint32_t round_ = 0;
+  std::vector<std::uint32_t> fresh_, near_;
+  std::vector<char> is_held_awake_;
+  std::vector<S> rest_time_;
+  DisjointSets sets_;
+  ContactManifolds<S> found_;
+};
+
+}  // namespace bristle

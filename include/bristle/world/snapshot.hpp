@@ -1,0 +1,242 @@
+/// @file
+/// The state of a world as bytes, and as one number.
+///
+/// A snapshot is a head and the values of `for_each_state` one after the other. The head says what
+/// wrote it, in the byte order of the machine, and ends with a hash of the rest, so that a damaged
+/// snapshot is refused whole. Reading goes over it twice; the first time nothing is changed.
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <bristle/core/bit_hash.hpp>
+#include <bristle/world/state_visitor.hpp>
+
+#include <algorithm>
+#include <cstddef>
+#include <cstring>
+#include <span>
+#include <string>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+namespace bristle::detail {
+
+/// Opens a snapshot. The version changes with `for_each_state`.
+struct SnapshotHead {
+  static constexpr std::uint64_t expected_magic = 0x6c7473697262'0001u;  // "brist", and a number.
+
+  std::uint64_t magic = expected_magic;
+  std::uint64_t version = 1;
+  /// [-] Bytes of a scalar, and of all that follows the head.
+  std::uint64_t scalar_size = 0;
+  std::uint64_t payload_size = 0;
+  /// [-] Hash of what follows.
+  std::uint64_t payload_hash = 0;
+};
+
+/// Turns values that are made of others into numbers: what all visitors of the state share.
+/// @tparam Derived  Has `number(x)` for a PlainValue.
+template <typename Derived>
+class ValueVisitor {
+ public:
+  template <PlainValue T>
+  void value(T& x) {
+    static_cast<Derived&>(*this).number(x);
+  }
+  template <typename M>
+  requires std::derived_from<std::remove_const_t<M>, Eigen::MatrixBase<std::remove_const_t<M>>>
+  void value(M& matrix) {
+    for (Eigen::Index i = 0; i < matrix.size(); ++i) value(matrix.coeffRef(i));
+  }
+  template <typename Handle>
+  requires requires(Handle& id) { id.generation; }
+  void value(Handle& id) {
+    value(id.index);
+    value(id.generation);
+  }
+  template <typename T, std::size_t n>
+  void value(std::span<T, n> items) {
+    for (T& item : items) value(item);
+  }
+};
+
+/// Mixes the state into one number.
+class StateHasher : public ValueVisitor<StateHasher> {
+ public:
+  template <PlainValue T>
+  void number(const T& x) {
+    hash_.add(x);
+  }
+  template <PlainValue T>
+  void same(const char*, const T& x) {
+    hash_.add(x);
+  }
+  template <typename T, typename Each>
+  std::size_t list(const char*, const std::vector<T>& items, Each&& each) {
+    hash_.add(items.size());
+    for (const T& item : items) each(item);
+    return items.size();
+  }
+  void require(const char*, bool holds) {
+    BRISTLE_ASSERT(holds);
+    (void)holds;
+  }
+  [[nodiscard]] std::uint64_t result() const { return hash_.value(); }
+
+ private:
+  BitHash hash_;
+};
+
+/// Appends the state to a block of bytes.
+class StateWriter : public ValueVisitor<StateWriter> {
+ public:
+  explicit StateWriter(std::vector<std::byte>& out) : out_(out) {}
+
+  template <PlainValue T>
+  void number(const T& x) {
+    const std::size_t at = out_.size();
+    out_.resize(at + sizeof(T));
+    std::memcpy(out_.data() + at, &x, sizeof(T));
+  }
+  template <PlainValue T>
+  void same(const char*, const T& x) {
+    number(x);
+  }
+  template <typename T, typename Each>
+  std::size_t list(const char*, const std::vector<T>& items, Each&& each) {
+    number(std::uint64_t{items.size()});
+    for (const T& item : items) each(item);
+    return items.size();
+  }
+  void require(const char*, bool holds) {
+    BRISTLE_ASSERT(holds);
+    (void)holds;
+  }
+
+ private:
+  std::vector<std::byte>& out_;
+};
+
+/// Reads the state from a block of bytes; never beyond its end, whatever it holds.
+class StateReader : public ValueVisitor<StateReader> {
+ public:
+  /// @param is_trial  Whether to check everything and change nothing.
+  StateReader(std::span<const std::byte> bytes, bool is_trial)
+      : bytes_(bytes), is_trial_(is_trial) {}
+
+  template <PlainValue T>
+  void number(T& x) {
+    if (bytes_.size() < sizeof(T)) refuse("size", "too small", "must not end before the state");
+    if constexpr (std::is_same_v<T, bool>) {
+      const int byte = std::to_integer<int>(bytes_.front());
+      if (byte > 1) refuse("truth value", text_of(byte), "must be 0 or 1");
+    }
+    if (!is_trial_) std::memcpy(&x, bytes_.data(), sizeof(T));
+    bytes_ = bytes_.subspan(sizeof(T));
+  }
+  template <PlainValue T>
+  void same(const char* name, const T& x) {
+    T other{};
+    into(other);
+    if (bits_of(other) == bits_of(x)) return;
+    refuse(name, text_of(other), "must be " + text_of(x) + ", as in this world");
+  }
+  template <typename T, typename Each>
+  std::size_t list(const char* name, std::vector<T>& items, Each&& each) {
+    std::uint64_t count = 0;
+    into(count);
+    if (count > bytes_.size()) refuse(name, text_of(count), "must fit into the snapshot");
+    if (!is_trial_) {
+      items.resize(static_cast<std::size_t>(count));
+      for (T& item : items) each(item);
+    } else {
+      // What relies on values needs them, so a trial reads items, but keeps none.
+      is_trial_ = false;
+      for (std::uint64_t i = 0; i < count; ++i) {
+        T item{};
+        each(item);
+      }
+      is_trial_ = true;
+    }
+    return static_cast<std::size_t>(count);
+  }
+  void require(const char* name, bool holds) {
+    if (!holds) refuse(name, "a number", "must be within its bounds");
+  }
+  /// Refuses bytes that are left over.
+  void finish() {
+    if (!bytes_.empty()) refuse("size", "too large", "must end where the state does");
+  }
+
+  [[noreturn]] static void refuse(const char* what, std::string value, std::string rule) {
+    raise(InvalidArgument(std::string("snapshot: ") + what, std::move(value), std::move(rule)));
+  }
+  template <PlainValue T>
+  [[nodiscard]] static std::string text_of(const T& x) {
+    return to_text(static_cast<double>(x));
+  }
+
+ private:
+  /// Reads a number even in a trial.
+  template <PlainValue T>
+  void into(T& x) {
+    const bool was_trial = is_trial_;
+    is_trial_ = false;
+    number(x);
+    is_trial_ = was_trial;
+  }
+
+  std::span<const std::byte> bytes_;
+  bool is_trial_;
+};
+
+template <typename State>
+[[nodiscard]] std::uint64_t state_hash(const State& state) {
+  StateHasher hasher;
+  for_each_state(state, hasher);
+  return hasher.result();
+}
+
+template <Scalar S, typename Backend>
+[[nodiscard]] std::vector<std::byte> take_snapshot(const WorldState<S, Backend>& state) {
+  std::vector<std::byte> bytes(sizeof(SnapshotHead));
+  StateWriter writer(bytes);
+  for_each_state(state, writer);
+  const std::span<const std::byte> payload = std::span(bytes).subspan(sizeof(SnapshotHead));
+  SnapshotHead head;
+  head.scalar_size = sizeof(S);
+  head.payload_size = payload.size();
+  head.payload_hash = hash_of(payload);
+  std::memcpy(bytes.data(), &head, sizeof head);
+  return bytes;
+}
+
+/// Gives a world the state of a snapshot; boxes in the broad phase are the caller's.
+/// @throws InvalidArgument naming what differs, with the state unchanged.
+template <Scalar S, typename Backend>
+void restore_snapshot(std::span<const std::byte> bytes, WorldState<S, Backend>& state) {
+  SnapshotHead head;
+  const auto refuse_unless = [](bool holds, const char* what, std::uint64_t value,
+                                const char* rule) {
+    if (!holds) StateReader::refuse(what, StateReader::text_of(value), rule);
+  };
+  refuse_unless(bytes.size() >= sizeof head, "size", bytes.size(), "must be that of a snapshot");
+  std::memcpy(&head, bytes.data(), sizeof head);
+  const std::span<const std::byte> payload = bytes.subspan(sizeof head);
+  const SnapshotHead own;
+  refuse_unless(head.magic == own.magic, "magic", head.magic, "must come from World::snapshot");
+  refuse_unless(head.version == own.version, "version", head.version, "must be that of this code");
+  refuse_unless(head.scalar_size == sizeof(S), "bytes of a scalar", head.scalar_size,
+                "must be those of this world");
+  refuse_unless(head.payload_size == payload.size(), "size", bytes.size(),
+                "must be what World::snapshot returned");
+  refuse_unless(head.payload_hash == hash_of(payload), "hash", head.payload_hash,
+                "must be that of undamaged bytes");
+  StateReader trial(payload, true);
+  for_each_state(state, trial);
+  trial.finish();
+  StateReader reader(payload, false);
+  for_each_state(state, reader);
+}
+
+}  // namespace bristle::detail

@@ -1,0 +1,70 @@
+/// @file
+/// What wakes islands between steps.
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <bristle/world/world_state.hpp>
+
+namespace bristle::detail {
+
+/// Wakes the island of a body; nothing happens to one that is awake or has no forces to obey.
+template <Scalar S, typename Backend>
+void wake_island(WorldState<S, Backend>& state, std::uint32_t slot) {
+  if (!state.bodies.at(slot).is_asleep()) return;
+  const std::uint32_t island = state.bodies.at(slot).sleep.island;
+  for (std::uint32_t i = 0; i < state.bodies.slot_count(); ++i) {
+    if (!state.bodies.is_live(i) || state.bodies.at(i).sleep.island != island) continue;
+    state.bodies.at(i).sleep = {};
+    --state.sleeping_bodies;
+  }
+  state.is_idle = false;
+}
+
+/// Wakes all islands.
+template <Scalar S, typename Backend>
+void wake_all(WorldState<S, Backend>& state) {
+  for (std::uint32_t i = 0; i < state.bodies.slot_count(); ++i) {
+    if (state.bodies.is_live(i)) state.bodies.at(i).sleep = {};
+  }
+  state.sleeping_bodies = 0;
+  state.is_idle = false;
+}
+
+/// Wakes whatever touches a body, is joined to it, or is sensed by it or senses it.
+template <Scalar S, typename Backend>
+void wake_neighbours(WorldState<S, Backend>& state, std::uint32_t slot) {
+  if (state.sleeping_bodies == 0) return;
+  const auto wake_other = [&](std::uint32_t a, std::uint32_t b) {
+    if (a == slot) wake_island(state, b);
+    if (b == slot) wake_island(state, a);
+  };
+  for (const CachedManifold<S>& m : state.contacts.manifolds()) {
+    wake_other(state.colliders.at(m.shapes.a).body.index,
+               state.colliders.at(m.shapes.b).body.index);
+  }
+  for (std::uint32_t i = 0; i < state.joints.slot_count(); ++i) {
+    if (!state.joints.is_live(i)) continue;
+    wake_other(state.joints.at(i).def.body_a.index, state.joints.at(i).def.body_b.index);
+  }
+  for (std::uint32_t i = 0; i < state.patches.slot_count(); ++i) {
+    if (!state.patches.is_live(i)) continue;
+    const SensorPatch<S>& patch = state.patches.at(i);
+    for (const PatchPair<S>& pair : patch.pairs) {
+      if (pair.count > 0) wake_other(patch.body.index, pair.body_b);
+    }
+  }
+}
+
+/// After a caller changed a body: wakes its island, or, where it has none, its neighbours; and what
+/// it reaches now will be woken by the next step.
+template <Scalar S, typename Backend>
+void disturb(WorldState<S, Backend>& state, BodyId id) {
+  Body<S>& body = state.bodies.at(id.index);
+  wake_island(state, id.index);
+  if (!body.is_dynamic()) wake_neighbours(state, id.index);
+  body.sleep.rest_time = S(0);
+  body.sleep.is_stirred = true;
+  state.is_idle = false;
+}
+
+}  // namespace bristle::detail

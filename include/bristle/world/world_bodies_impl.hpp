@@ -1,0 +1,244 @@
+/// @file
+/// Definitions of `World`: bodies and shapes. Included by world.hpp.
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <bristle/world/world.hpp>
+
+namespace bristle {
+
+template <Scalar S, typename Backend>
+requires ShapeBackend<Backend, S>
+void World<S, Backend>::require_known_contacts(BodyId id, bool is_dynamic,
+                                               const CollisionFilter& filter,
+                                               ShapeKind kind) const {
+  for (std::uint32_t i = 0; i < state_.colliders.slot_count(); ++i) {
+    if (!state_.colliders.is_live(i)) continue;
+    const Collider<S, Backend>& other = state_.colliders.at(i);
+    const Body<S>& other_body = state_.body_of(other);
+    if (other.body == id || (!is_dynamic && !other_body.is_dynamic()) ||
+        !may_meet(filter, other_body.filter) || Backend::can_collide(kind, other.kind)) {
+      continue;
+    }
+    detail::raise(InvalidArgument(
+        "ShapeDef::shape", name_of(kind),
+        std::string("the backend knows no contact between it and the ") + name_of(other.kind) +
+            " of another body; keep the two apart with a CollisionFilter, or use a backend that "
+            "does"));
+  }
+}
+
+template <Scalar S, typename Backend>
+requires ShapeBackend<Backend, S> ShapeId
+World<S, Backend>::insert_shape(BodyId id, Prepared prepared, const Shape<S>& shape,
+                                const Transform<S>& X_BS, const Material<S>& material) {
+  const Body<S>& body = state_.bodies.at(id.index);
+  Collider<S, Backend> c;
+  c.body = id;
+  c.X_CmS = X_BS;
+  c.X_CmS.translation -= body.center_B;
+  c.kind = Backend::kind(prepared);
+  c.material = material;
+  c.bounds = Backend::bounds(prepared);
+  c.shape = std::move(prepared);
+  if (const auto* half_space = std::get_if<HalfSpace<S>>(&shape)) {
+    c.half_space = *half_space;
+  } else {
+    c.radius = (c.X_CmS * c.bounds.center()).norm() + c.bounds.half_extents().norm();
+  }
+  const Aabb<S> box = c.half_space ? c.bounds : transformed(c.bounds, body.center_pose * c.X_CmS);
+  const ShapeId shape_id = state_.colliders.insert(std::move(c));
+  state_.broad_phase.insert(shape_id.index, box);
+  detail::disturb(state_, id);
+  return shape_id;
+}
+
+template <Scalar S, typename Backend>
+requires ShapeBackend<Backend, S> BodyId World<S, Backend>::add_body(const BodyDef<S>& def) {
+  std::vector<Prepared> prepared;
+  MassProperties<S> solid;
+  const auto add = [&](const Shape<S>& shape, const char* field, const auto& place) {
+    detail::require(def.motion != Motion::dynamic || kind_of(shape) != ShapeKind::half_space, field,
+                    0, "must not be dynamic with a HalfSpace, which has no mass");
+    prepared.push_back(Backend::template make<S>(shape));
+    const MassProperties<S> part = place(Backend::mass_properties(prepared.back()));
+    solid = prepared.size() == 1 ? part : solid + part;
+  };
+  if (def.shape) {
+    add(*def.shape, "BodyDef::motion", [](const MassProperties<S>& part) { return part; });
+  }
+  for (const ShapeDef<S>& shape : def.shapes) {
+    validate(shape);
+    add(shape.shape, "ShapeDef::shape",
+        [&](const MassProperties<S>& part) { return part.transformed(shape.X_BS); });
+  }
+  const Body<S> body = make_body(def, solid);
+  for (const Prepared& shape : prepared) {
+    require_known_contacts(BodyId{}, body.is_dynamic(), body.filter, Backend::kind(shape));
+  }
+  const BodyId id = state_.bodies.insert(body);
+  auto next = prepared.begin();
+  if (def.shape) insert_shape(id, std::move(*next++), *def.shape, {}, def.material);
+  for (const ShapeDef<S>& shape : def.shapes) {
+    insert_shape(id, std::move(*next++), shape.shape, shape.X_BS, shape.material);
+  }
+  return id;
+}
+
+template <Scalar S, typename Backend>
+requires ShapeBackend<Backend, S> ShapeId World<S, Backend>::add_shape(BodyId id,
+                                                                       const ShapeDef<S>& def) {
+  const Body<S>& body = state_.bodies.get(id, "BodyId");
+  validate(def);
+  detail::require(!body.is_dynamic() || kind_of(def.shape) != ShapeKind::half_space,
+                  "ShapeDef::shape", 0, "must not be a HalfSpace on a dynamic body");
+  Prepared shape = Backend::template make<S>(def.shape);
+  require_known_contacts(id, body.is_dynamic(), body.filter, kind_of(def.shape));
+  return insert_shape(id, std::move(shape), def.shape, def.X_BS, def.material);
+}
+
+template <Scalar S, typename Backend>
+requires ShapeBackend<Backend, S>
+void World<S, Backend>::remove_shape(ShapeId id) {
+  (void)state_.colliders.get(id, "ShapeId");
+  for_each_contact([&](const ContactReading<S>& contact) {
+    if ((contact.shape_a == id || contact.shape_b == id) && contact.is_touching()) {
+      state_.ended_since.push_back(
+          {ContactPhase::end, contact.shape_a, contact.shape_b, contact.body_a, contact.body_b});
+    }
+  });
+  detail::disturb(state_, state_.colliders.at(id.index).body);
+  state_.broad_phase.remove(id.index);
+  state_.contacts.forget(id.index);
+  state_.colliders.erase(id);
+}
+
+template <Scalar S, typename Backend>
+requires ShapeBackend<Backend, S>
+void World<S, Backend>::remove_body(BodyId id) {
+  (void)state_.bodies.get(id, "BodyId");
+  detail::disturb(state_, id);
+  for (std::uint32_t i = 0; i < state_.joints.slot_count(); ++i) {
+    if (!state_.joints.is_live(i)) continue;
+    const JointDef<S>& def = state_.joints.at(i).def;
+    if (def.body_a == id || def.body_b == id) erase_joint(i);
+  }
+  for (std::uint32_t i = 0; i < state_.patches.slot_count(); ++i) {
+    if (state_.patches.is_live(i) && state_.patches.at(i).body == id) {
+      state_.patches.erase(state_.patches.handle(i));
+    }
+  }
+  for_each_shape_of(id, [this](std::uint32_t tag) { remove_shape(state_.colliders.handle(tag)); });
+  // What patches touched in the last step must not be looked up any more.
+  for (std::uint32_t i = 0; i < state_.patches.slot_count(); ++i) {
+    if (!state_.patches.is_live(i)) continue;
+    for (PatchPair<S>& pair : state_.patches.at(i).pairs) {
+      if (pair.body_b == id.index) pair.count = 0;
+    }
+  }
+  state_.bodies.erase(id);
+}
+
+template <Scalar S, typename Backend>
+requires ShapeBackend<Backend, S>
+void World<S, Backend>::refresh_box(std::uint32_t tag) {
+  const Collider<S, Backend>& c = state_.colliders.at(tag);
+  if (c.half_space) return;
+  state_.broad_phase.move(tag, transformed(c.bounds, state_.body_of(c).center_pose * c.X_CmS));
+}
+
+template <Scalar S, typename Backend>
+requires ShapeBackend<Backend, S>
+template <typename Visit>
+void World<S, Backend>::for_each_shape_of(BodyId id, Visit&& visit) const {
+  for (std::uint32_t i = 0; i < state_.colliders.slot_count(); ++i) {
+    if (state_.colliders.is_live(i) && state_.colliders.at(i).body == id) visit(i);
+  }
+}
+
+template <Scalar S, typename Backend>
+requires ShapeBackend<Backend, S>
+void World<S, Backend>::set_pose(BodyId id, const Transform<S>& X_WB) {
+  Body<S>& body = state_.bodies.get(id, "BodyId");
+  detail::require_all_finite("X_WB.translation", X_WB.translation);
+  detail::require_unit<S>("X_WB.rotation", X_WB.rotation);
+  body.set_pose({X_WB.rotation.normalized(), X_WB.translation});
+  detail::disturb(state_, id);
+  for_each_shape_of(id, [this](std::uint32_t tag) { refresh_box(tag); });
+}
+
+template <Scalar S, typename Backend>
+requires ShapeBackend<Backend, S>
+void World<S, Backend>::set_velocity(BodyId id, const Twist<S>& twist) {
+  const Body<S>& body = state_.bodies.get(id, "BodyId");
+  detail::require(body.motion != Motion::fixed, "BodyId", S(0), "must not name a fixed body");
+  detail::require_all_finite("twist.linear", twist.linear);
+  detail::require_all_finite("twist.angular", twist.angular);
+  set_twist(id, twist);
+}
+
+template <Scalar S, typename Backend>
+requires ShapeBackend<Backend, S>
+void World<S, Backend>::set_twist(BodyId id, const Twist<S>& twist) {
+  Body<S>& body = state_.bodies.at(id.index);
+  detail::require_still(body.locked, twist);
+  const bool moved = state_.is_active(id.index);
+  body.twist = twist;
+  // Who tells a body that stands to stand on, in every step, wakes nobody.
+  if (body.is_dynamic() || moved || state_.is_active(id.index)) detail::disturb(state_, id);
+}
+
+template <Scalar S, typename Backend>
+requires ShapeBackend<Backend, S>
+void World<S, Backend>::move_to(BodyId id, const Transform<S>& X_WB) {
+  const Body<S>& body = state_.bodies.get(id, "BodyId");
+  detail::require(body.motion == Motion::kinematic, "BodyId", S(0), "must name a kinematic body");
+  detail::require_all_finite("X_WB.translation", X_WB.translation);
+  detail::require_unit<S>("X_WB.rotation", X_WB.rotation);
+  const S dt = state_.def.time_step;
+  const Vec3<S> center = X_WB * body.center_B;
+  set_twist(
+      id,
+      {(center - body.center_pose.translation) / dt,
+       log_rotation<S>(X_WB.rotation.normalized() * body.center_pose.rotation.conjugate()) / dt});
+}
+
+template <Scalar S, typename Backend>
+requires ShapeBackend<Backend, S>
+void World<S, Backend>::apply_wrench(BodyId id, const Wrench<S>& wrench) {
+  Body<S>& body = state_.bodies.get(id, "BodyId");
+  detail::require_all_finite("wrench.force", wrench.force);
+  detail::require_all_finite("wrench.torque", wrench.torque);
+  body.applied += wrench;
+  if (body.is_dynamic() && !(wrench.force.isZero(S(0)) && wrench.torque.isZero(S(0)))) {
+    detail::disturb(state_, id);
+  }
+}
+
+template <Scalar S, typename Backend>
+requires ShapeBackend<Backend, S>
+void World<S, Backend>::apply_force(BodyId id, const Vec3<S>& force, const Vec3<S>& point) {
+  const Body<S>& body = state_.bodies.get(id, "BodyId");
+  detail::require_all_finite("point", point);
+  apply_wrench(id, Wrench<S>::at(point - body.center_pose.translation, force));
+}
+
+template <Scalar S, typename Backend>
+requires ShapeBackend<Backend, S>
+void World<S, Backend>::set_filter(BodyId id, const CollisionFilter& filter) {
+  Body<S>& body = state_.bodies.get(id, "BodyId");
+  for_each_shape_of(id, [&](std::uint32_t tag) {
+    require_known_contacts(id, body.is_dynamic(), filter, state_.colliders.at(tag).kind);
+  });
+  body.filter = filter;
+  detail::disturb(state_, id);
+}
+
+template <Scalar S, typename Backend>
+requires ShapeBackend<Backend, S>
+void World<S, Backend>::wake(BodyId id) {
+  (void)body(id);
+  detail::disturb(state_, id);
+}
+
+}  // namespace bristle

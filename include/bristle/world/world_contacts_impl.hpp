@@ -1,0 +1,67 @@
+/// @file
+/// Definitions of `World`: what callers see of contacts. Included by world.hpp.
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <bristle/world/world.hpp>
+
+namespace bristle {
+
+template <Scalar S, typename Backend>
+requires ShapeBackend<Backend, S>
+template <typename Visit>
+void World<S, Backend>::for_each_contact_event(Visit&& visit) const {
+  for (const ContactEvent& event : state_.ended) visit(event);
+  detail::for_each_touch(state_.contacts, [&](ShapePair shapes, bool touched, bool touches) {
+    const ContactPhase phase = !touched  ? ContactPhase::begin
+                               : touches ? ContactPhase::persist
+                                         : ContactPhase::end;
+    visit(ContactEvent{phase, state_.colliders.handle(shapes.a), state_.colliders.handle(shapes.b),
+                       state_.colliders.at(shapes.a).body, state_.colliders.at(shapes.b).body});
+  });
+}
+
+template <Scalar S, typename Backend>
+requires ShapeBackend<Backend, S>
+template <typename Visit>
+void World<S, Backend>::for_each_contact(Visit&& visit) const {
+  const std::vector<CachedManifold<S>>& manifolds = state_.contacts.manifolds();
+  for (std::size_t i = 0; i < manifolds.size();) {
+    const std::span<const CachedManifold<S>> pair = detail::same_pair(manifolds, i);
+    ContactReading<S> reading(pair, state_.contacts.points());
+    reading.shape_a = state_.colliders.handle(manifolds[i].shapes.a);
+    reading.shape_b = state_.colliders.handle(manifolds[i].shapes.b);
+    reading.body_a = state_.colliders.at(manifolds[i].shapes.a).body;
+    reading.body_b = state_.colliders.at(manifolds[i].shapes.b).body;
+    visit(reading);
+    i += pair.size();
+  }
+}
+
+template <Scalar S, typename Backend>
+requires ShapeBackend<Backend, S> Wrench<S> World<S, Backend>::contact_impulse(BodyId id)
+const {
+  (void)body(id);
+  Wrench<S> sum;
+  for_each_contact([&](const ContactReading<S>& contact) {
+    if (contact.body_a == id) sum += contact.impulse_on_a();
+    if (contact.body_b == id) sum += contact.impulse_on_b();
+  });
+  return sum;
+}
+
+template <Scalar S, typename Backend>
+requires ShapeBackend<Backend, S> Wrench<S> World<S, Backend>::contact_impulse(BodyId id,
+                                                                               BodyId from)
+const {
+  (void)body(id);
+  (void)body(from);
+  Wrench<S> sum;
+  for_each_contact([&](const ContactReading<S>& contact) {
+    if (contact.body_a == id && contact.body_b == from) sum += contact.impulse_on_a();
+    if (contact.body_b == id && contact.body_a == from) sum += contact.impulse_on_b();
+  });
+  return sum;
+}
+
+}  // namespace bristle

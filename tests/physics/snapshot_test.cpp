@@ -1,0 +1,268 @@
+/// @file
+/// Snapshots: a restored world steps on with the same bits, and nothing else is ever restored.
+// SPDX-License-Identifier: BSD-3-Clause
+#include "scenes/grasp.hpp"
+#include "scenes/medley.hpp"
+#include "scenes/stack.hpp"
+#include "support/random.hpp"
+#include "support/rounds.hpp"
+
+#include <doctest/doctest.h>
+
+#include <cstring>
+#include <vector>
+
+using namespace bristle;
+using namespace bristle::scenes;
+
+namespace {
+
+using Bytes = std::vector<std::byte>;
+
+template <typename World>
+void run(World& world, int steps) {
+  for (int i = 0; i < steps; ++i) world.step();
+}
+
+/// Hashes of the state after each of some steps.
+template <typename World>
+std::vector<std::uint64_t> hashes_of(World& world, int steps) {
+  std::vector<std::uint64_t> hashes;
+  for (int i = 0; i < steps; ++i) {
+    world.step();
+    hashes.push_back(world.state_hash());
+  }
+  return hashes;
+}
+
+/// Checks that worlds resume from a snapshot what the original did after it: the original itself
+/// later in time, and a fresh one.
+template <typename World>
+void check_resumes(World& original, World fresh, int before, int after) {
+  run(original, before);
+  const Bytes snapshot = original.snapshot();
+  const std::uint64_t hash = original.state_hash();
+  const std::vector<std::uint64_t> expected = hashes_of(original, after);
+  CHECK(original.state_hash() != hash);
+  original.restore(snapshot);
+  CHECK(original.state_hash() == hash);
+  CHECK(original.snapshot() == snapshot);
+  CHECK(hashes_of(original, after) == expected);
+  CHECK(fresh.state_hash() != hash);
+  fresh.restore(snapshot);
+  CHECK(fresh.state_hash() == hash);
+  CHECK(hashes_of(fresh, after) == expected);
+}
+
+/// Whether an exception names something.
+bool names(const InvalidArgument& error, const std::string& what) {
+  return error.field().find(what) != std::string::npos;
+}
+
+/// What `restore` objects to.
+template <typename World>
+std::string refusal_of(World& world, std::span<const std::byte> snapshot) {
+  const std::uint64_t before = world.state_hash();
+  std::string field;
+  try {
+    world.restore(snapshot);
+  } catch (const InvalidArgument& error) {
+    field = error.field();
+  }
+  if (!field.empty()) CHECK(world.state_hash() == before);
+  return field;
+}
+
+/// Overwrites the hash of a damaged snapshot, so that the damage gets past the door.
+void pass_the_door(Bytes& bytes) {
+  detail::SnapshotHead head;
+  std::memcpy(&head, bytes.data(), sizeof head);
+  head.payload_size = bytes.size() - sizeof head;
+  head.payload_hash = hash_of(std::span<const std::byte>(bytes).subspan(sizeof head));
+  std::memcpy(bytes.data(), &head, sizeof head);
+}
+
+}  // namespace
+
+TEST_CASE_TEMPLATE("snapshot: a bit of everything resumes with the same bits", S, float, double) {
+  // Plates still slide, cubes still fall and the arm still moves at 40 steps.
+  auto original = make_medley<S>();
+  check_resumes(original.world, make_medley<S>().world, 40, 300);
+}
+
+TEST_CASE("snapshot: stacks and grasps resume with the same bits") {
+  for (const StackBy by : {StackBy::contact, StackBy::sensors}) {
+    StackDef<double> def;
+    def.by = by;
+    auto original = make_stack<double>(def);
+    check_resumes(original.world, make_stack<double>(def).world, 30, 200);
+  }
+  for (const Integration integration : {Integration::explicit_, Integration::implicit}) {
+    GraspDef<double> def;
+    def.integration = integration;
+    def.finger_mass = 0.3;
+    auto original = make_grasp<double>(def);
+    check_resumes(original.world, make_grasp<double>(def).world, 100, 300);
+  }
+}
+
+TEST_CASE("snapshot: what callers set between steps is state") {
+  auto original = make_medley<double>();
+  auto& world = original.world;
+  run(world, 50);
+  world.apply_force(original.bodies[0], {3, 0, 0}, {0, 0, 0.1});
+  world.set_drive(original.joints[0], {DriveMode::position, 0.02, 4, 0.1});
+  world.set_filter(original.bodies[3], {2, 1, 0});
+  world.set_parameters(original.patches[1], {2, 0.1, 3000, 0.2, 2e-3});
+  world.set_gravity({0.5, 0, -9});
+  world.set_time_step(1.0 / 300);
+  auto fresh = make_medley<double>();
+  fresh.world.restore(world.snapshot());
+  CHECK(fresh.world.time_step() == 1.0 / 300);
+  CHECK(hashes_of(fresh.world, 100) == hashes_of(world, 100));
+}
+
+TEST_CASE("snapshot: queries and readings are those of the restored state") {
+  auto original = make_grasp<double>({});
+  original.run(0.05);
+  auto fresh = make_grasp<double>({});
+  fresh.world.set_pose(fresh.part, {Quat<double>::Identity(), {5, 5, 5}});
+  fresh.world.restore(original.world.snapshot());
+  Ray<double> ray;
+  ray.origin = {0, 0, 1};
+  ray.direction = {0, 0, -1};
+  ray.length = 2;
+  CHECK(fresh.world.cast_ray(ray).body == original.part);
+  CHECK(fresh.world.cast_ray(ray).distance == original.world.cast_ray(ray).distance);
+  CHECK(fresh.total_normal() == original.total_normal());
+  CHECK(fresh.total_normal() > 10);
+  CHECK(fresh.world.largest_stable_step(fresh.pads[0]) ==
+        original.world.largest_stable_step(original.pads[0]));
+}
+
+TEST_CASE("snapshot: a world of other things is named and left alone") {
+  auto m = make_medley<double>();
+  run(m.world, 50);
+  const Bytes snapshot = m.world.snapshot();
+
+  auto fewer = make_medley<double>();
+  fewer.world.remove_body(fewer.bodies[3]);
+  CHECK(refusal_of(fewer.world, snapshot) == "snapshot: bodies");
+  // The same number, but a body of another generation.
+  fewer.world.add_body({.mass = 1.0, .shape = Box<double>{{0.1, 0.1, 0.1}}});
+  CHECK(refusal_of(fewer.world, snapshot) == "snapshot: bodies");
+
+  auto more = make_medley<double>();
+  more.world.add_shape(more.bodies[0], {.shape = Sphere<double>{0.01}});
+  CHECK(refusal_of(more.world, snapshot) == "snapshot: shapes");
+
+  auto loose = make_medley<double>();
+  loose.world.remove_joint(loose.joints[0]);
+  CHECK(refusal_of(loose.world, snapshot) == "snapshot: joints");
+
+  auto numb = make_medley<double>();
+  numb.world.remove_patch(numb.patches[2]);
+  CHECK(refusal_of(numb.world, snapshot) == "snapshot: patches");
+  PatchDef<double> smaller;
+  smaller.sensors.add({0, 0, 0}, {0, 0, -1}, 0.01);
+  auto resized = make_medley<double>();
+  resized.world.remove_patch(resized.patches[2]);
+  numb.world.add_patch(numb.bodies[2], smaller);
+  CHECK(refusal_of(numb.world, snapshot) == "snapshot: patches");
+
+  World<double> heavy;
+  World<double> light;
+  heavy.add_body({.mass = 2.0, .shape = Sphere<double>{0.1}});
+  light.add_body({.mass = 1.0, .shape = Sphere<double>{0.1}});
+  CHECK(refusal_of(light, heavy.snapshot()) == "snapshot: bodies (mass)");
+
+  auto other_scalar = make_medley<float>();
+  CHECK(refusal_of(other_scalar.world, snapshot) == "snapshot: bytes of a scalar");
+  CHECK(refusal_of(m.world, snapshot).empty());
+}
+
+TEST_CASE("snapshot: truncated, foreign and damaged bytes are refused whole") {
+  auto m = make_medley<double>();
+  run(m.world, 60);
+  const Bytes snapshot = m.world.snapshot();
+  auto target = make_medley<double>();
+  test::Random random(7);
+  for (std::size_t size = 0; size < snapshot.size(); size += 1 + size / 8) {
+    INFO("size ", size);
+    CHECK_FALSE(refusal_of(target.world, std::span(snapshot).first(size)).empty());
+    Bytes cut(snapshot.begin(), snapshot.begin() + static_cast<std::ptrdiff_t>(size));
+    if (size < sizeof(detail::SnapshotHead)) continue;
+    pass_the_door(cut);
+    CHECK_FALSE(refusal_of(target.world, cut).empty());
+  }
+  Bytes longer = snapshot;
+  longer.push_back(std::byte{0});
+  CHECK(refusal_of(target.world, longer) == "snapshot: size");
+  pass_the_door(longer);
+  CHECK(refusal_of(target.world, longer) == "snapshot: size");
+  for (int round = 0; round < test::rounds(200); ++round) {
+    Bytes noise(random.index(3000));
+    for (std::byte& b : noise) b = static_cast<std::byte>(random.index(256));
+    CHECK_FALSE(refusal_of(target.world, noise).empty());
+    // One flipped bit anywhere.
+    Bytes flipped = snapshot;
+    flipped[random.index(flipped.size())] ^= std::byte{1} << random.index(8);
+    CHECK_FALSE(refusal_of(target.world, flipped).empty());
+  }
+}
+
+TEST_CASE("snapshot: damage behind the door never leads out of bounds") {
+  auto m = make_medley<double>();
+  run(m.world, 60);
+  const Bytes snapshot = m.world.snapshot();
+  test::Random random(11);
+  int refused = 0;
+  int accepted = 0;
+  for (int round = 0; round < test::rounds(300); ++round) {
+    Bytes bytes = snapshot;
+    const std::size_t first = sizeof(detail::SnapshotHead);
+    const std::size_t hits = 1 + random.index(20);
+    for (std::size_t k = 0; k < hits; ++k) {
+      bytes[first + random.index(bytes.size() - first)] = static_cast<std::byte>(random.index(256));
+    }
+    pass_the_door(bytes);
+    auto copy = m.world;
+    try {
+      copy.restore(bytes);
+      ++accepted;
+      // Numbers may be any, and the world copes; the sanitizers watch.
+      run(copy, 3);
+    } catch (const InvalidArgument& error) {
+      CHECK(names(error, "snapshot"));
+      CHECK(copy.state_hash() == m.world.state_hash());
+      ++refused;
+    }
+  }
+  CHECK(refused > 0);
+  CHECK(accepted > 0);
+}
+
+TEST_CASE("state_hash: every kind of state counts") {
+  const auto reference = make_medley<double>();
+  const std::uint64_t hash = reference.world.state_hash();
+  const auto differs = [&](auto&& change) {
+    auto m = make_medley<double>();
+    change(m);
+    return m.world.state_hash() != hash;
+  };
+  using M = Medley<double>;
+  CHECK_FALSE(differs([](M&) {}));
+  CHECK(differs([](M& m) {
+    m.world.set_velocity(m.bodies[0], {{0.3, 0.1, 1e-300}, {0, 0.4, 1}});
+  }));
+  CHECK(differs([](M& m) { m.world.apply_force(m.bodies[7], {0, 0, 1e-9}, {0, 0, 0}); }));
+  CHECK(differs([](M& m) { m.world.set_filter(m.bodies[1], {1, 0xfffffffe, 0}); }));
+  CHECK(differs([](M& m) { m.world.set_drive(m.joints[0], {}); }));
+  CHECK(differs([](M& m) { m.world.set_parameters(m.patches[0], {1, 0.05, 2000, 0.5, 1.1e-3}); }));
+  CHECK(differs([](M& m) { m.world.set_gravity({0, 0, -9.8}); }));
+  CHECK(differs([](M& m) { m.world.set_time_step(1e-3); }));
+  CHECK(differs([](M& m) { m.world.remove_joint(m.joints[1]); }));
+  CHECK(differs([](M& m) { m.world.step(); }));
+  // -0.0 equals 0.0, but not in its bits.
+  CHECK(differs([](M& m) { m.world.set_gravity({-0.0, 0, -9.81}); }));
+}

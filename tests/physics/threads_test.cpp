@@ -1,0 +1,68 @@
+/// @file
+/// A pool of threads changes how long a step takes, and nothing else.
+// SPDX-License-Identifier: BSD-3-Clause
+#include "scenes/pile.hpp"
+
+#include <bristle/core/thread_pool.hpp>
+
+#include <doctest/doctest.h>
+
+#include <atomic>
+#include <vector>
+
+using namespace bristle;
+using namespace bristle::scenes;
+
+TEST_CASE_TEMPLATE("threads: 1 to 8 workers give the same bits in every step", S, float, double) {
+  constexpr int steps = 200;
+  std::vector<std::uint64_t> expected;
+  auto serial = make_pile<S>();
+  std::uint64_t most_pairs = 0;
+  for (int i = 0; i < steps; ++i) {
+    serial.world.step();
+    expected.push_back(serial.world.state_hash());
+    most_pairs = std::max(most_pairs, serial.world.report().pairs_collided);
+  }
+  // Enough for several chunks; else this tests nothing.
+  REQUIRE(most_pairs >= 128);
+  REQUIRE(serial.world.report().sensors_touching > 100);
+  for (const unsigned workers : {1u, 2u, 3u, 8u}) {
+    ThreadPool pool(workers);
+    WorldDef<S> def;
+    def.parallel_for = pool.hook();
+    auto pile = make_pile<S>(def);
+    std::vector<std::uint64_t> hashes;
+    for (int i = 0; i < steps; ++i) {
+      pile.world.step();
+      hashes.push_back(pile.world.state_hash());
+    }
+    CHECK(hashes == expected);
+    CHECK(pile.world.report().pairs_collided == serial.world.report().pairs_collided);
+    CHECK(pile.world.report().contact_points == serial.world.report().contact_points);
+    CHECK(pile.world.report().rays_cast == serial.world.report().rays_cast);
+  }
+}
+
+TEST_CASE("threads: a large world uses the hook for pairs and patches, a small one not at all") {
+  std::size_t loops = 0;
+  WorldDef<double> def;
+  def.parallel_for = [&](std::size_t count, const std::function<void(std::size_t)>& task) {
+    ++loops;
+    // From the last to the first: the order is nobody's promise.
+    for (std::size_t i = count; i-- > 0;) task(i);
+  };
+  auto small = make_pile<double>(def, 0, 2);
+  for (int i = 0; i < 10; ++i) small.world.step();
+  CHECK(loops == 10);  // Three patches of 100 sensors.
+  auto tiny = make_pile<double>(def, 1, 1);
+  for (int i = 0; i < 10; ++i) tiny.world.step();
+  CHECK(loops == 10);
+  auto large = make_pile<double>(def, 6, 2);
+  auto serial = make_pile<double>({}, 6, 2);
+  for (int i = 0; i < 60; ++i) {
+    large.world.step();
+    serial.world.step();
+  }
+  CHECK(loops > 10 + 60);
+  CHECK(large.world.state_hash() == serial.world.state_hash());
+}

@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <bristle/core/thread_pool.hpp>
+
+#include <doctest/doctest.h>
+
+#include <atomic>
+#include <thread>
+#include <vector>
+
+using bristle::ThreadPool;
+
+namespace {
+
+/// Counts how often each task of a loop ran.
+std::vector<int> turns(ThreadPool& pool, std::size_t count) {
+  std::vector<std::atomic<int>> ran(count);
+  pool.run(count, [&](std::size_t i) { ran[i].fetch_add(1); });
+  return {ran.begin(), ran.end()};
+}
+
+}  // namespace
+
+TEST_CASE("ThreadPool: every task runs once, for any number of tasks and workers") {
+  for (const unsigned workers : {0u, 1u, 2u, 3u, 8u}) {
+    ThreadPool pool(workers);
+    CHECK(pool.workers() == (workers < 2 ? 1u : workers));
+    for (const std::size_t count : {0u, 1u, 2u, 3u, 7u, 64u, 1000u}) {
+      CHECK(turns(pool, count) == std::vector<int>(count, 1));
+    }
+  }
+}
+
+TEST_CASE("ThreadPool: all is done when a loop returns, many times over") {
+  ThreadPool pool(4);
+  std::vector<std::size_t> written(50);
+  for (std::size_t round = 1; round <= 2000; ++round) {
+    pool.run(written.size(), [&](std::size_t i) { written[i] = round; });
+    bool all = true;
+    for (const std::size_t value : written) all = all && value == round;
+    REQUIRE(all);
+  }
+}
+
+TEST_CASE("ThreadPool: tasks run at the same time") {
+  ThreadPool pool(2);
+  // Each of the two tasks waits for the other: alone, neither would end.
+  std::atomic<int> arrived{0};
+  pool.run(2, [&](std::size_t) {
+    arrived.fetch_add(1);
+    while (arrived.load() < 2) std::this_thread::yield();
+  });
+  CHECK(arrived == 2);
+}
+
+TEST_CASE("ThreadPool: a loop within a task, and one from another thread, are done by themselves") {
+  ThreadPool pool(3);
+  std::atomic<int> inner{0};
+  pool.run(6, [&](std::size_t) { pool.run(5, [&](std::size_t) { inner.fetch_add(1); }); });
+  CHECK(inner == 30);
+  std::atomic<int> sum{0};
+  const auto loops = [&] {
+    for (int i = 0; i < 200; ++i) pool.run(10, [&](std::size_t) { sum.fetch_add(1); });
+  };
+  std::thread other(loops);
+  loops();
+  other.join();
+  CHECK(sum == 4000);
+}
+
+TEST_CASE("ThreadPool: the hook does what the pool does") {
+  ThreadPool pool(2);
+  const bristle::ParallelFor hook = pool.hook();
+  std::atomic<int> sum{0};
+  hook(100, [&](std::size_t i) { sum.fetch_add(static_cast<int>(i)); });
+  CHECK(sum == 4950);
+}
