@@ -138,6 +138,14 @@ struct BodyState {
 /// [kg m^2] Principal moments of a body along its own axes.
 [[nodiscard]] inline Vector principal_inertia(const SceneBody& body) {
   if (body.principal_inertia) return *body.principal_inertia;
+  if (const auto* ball = std::get_if<Sphere<double>>(&body.shape)) {
+    return Vector::Constant(0.4 * body.mass * ball->radius * ball->radius);
+  }
+  if (const auto* box = std::get_if<Box<double>>(&body.shape)) {
+    const Vector square = box->half_extents.cwiseAbs2();
+    return body.mass / 3 *
+           Vector(square.y() + square.z(), square.x() + square.z(), square.x() + square.y());
+  }
   const Shape<double> shape =
       std::visit([](const auto& s) { return Shape<double>(s); }, body.shape);
   const MassProperties<double> solid = unit_mass_properties(shape);

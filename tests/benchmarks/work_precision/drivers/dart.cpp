@@ -100,6 +100,8 @@ class DartEngine : public scenes::Engine {
     }
     add_shape(scene, body, *node, shape);
     bodies_.push_back(node);
+    // Only now: the shapes that a skeleton gets later are not touched in the first step.
+    if (node->getSkeleton() != chain_) world_->addSkeleton(node->getSkeleton());
   }
 
   /// A skeleton of one body on a joint that stands at `pose`.
@@ -108,7 +110,7 @@ class DartEngine : public scenes::Engine {
     const dynamics::SkeletonPtr skeleton = dynamics::Skeleton::create("body" + std::to_string(i));
     const auto added = skeleton->createJointAndBodyNodePair<Joint>(nullptr);
     added.first->setTransformFromParentBodyNode(pose);
-    world_->addSkeleton(skeleton);
+    skeletons_.push_back(skeleton);
     return added;
   }
 
@@ -152,6 +154,7 @@ class DartEngine : public scenes::Engine {
 
   dart::simulation::WorldPtr world_;
   dynamics::SkeletonPtr chain_;
+  std::vector<dynamics::SkeletonPtr> skeletons_;
   std::vector<dynamics::BodyNode*> bodies_;
 };
 
