@@ -64,9 +64,10 @@ std::optional<std::string> line_of(const Task& task, unsigned timeout) {
   return line.ends_with('\n') ? line : csv_line(crashed(task));
 }
 
-void list_scenes() {
+void list_scenes(const Options& options) {
   for (const scenes::Recipe& recipe : scenes::catalogue()) {
     const std::string name = recipe.group + '/' + recipe.name;
+    if (!std::regex_search(name, options.scenes)) continue;
     std::printf("%-26s %s%s\n", name.c_str(), recipe.description.c_str(),
                 recipe.is_optional ? " (--optional)" : "");
   }
@@ -106,7 +107,7 @@ int main(int argc, char** argv) {
     if (options.wants_help) {
       std::fputs(help().c_str(), stdout);
     } else if (options.wants_list) {
-      list_scenes();
+      list_scenes(options);
     } else if (!options.report.empty()) {
       std::fputs(report(options.report, options.plots).c_str(), stdout);
     } else {

@@ -104,8 +104,9 @@ class Tug : public KnownDistance {
   }
 };
 
-/// A coin of 0.1 m radius rolls on its edge, leaning 30 degrees, mu = 1: rolling without slip loses
-/// nothing. The error is the largest relative change of its energy in 1 s [1].
+/// A coin of 0.1 m radius rolls on its edge, leaning 10 degrees, at 3 m/s, mu = 1. That is too fast
+/// to fall over (an upright disk is stable from sqrt(g r / 3) on), and rolling loses nothing. The
+/// error is the largest relative change of its energy in 1 s [1].
 class Coin : public Trial {
  public:
   Coin() : Trial(make()) {}
@@ -126,7 +127,7 @@ class Coin : public Trial {
   static Scene make() {
     constexpr double radius = 0.1;
     constexpr double half = 0.005;
-    const double lean = std::numbers::pi / 6;
+    const double lean = std::numbers::pi / 18;
     Scene scene;
     scene.duration = 1;
     scene.add(floor_body(1));
@@ -140,8 +141,8 @@ class Coin : public Trial {
     const Vector down = -(Vector::UnitZ() - axis.z() * axis).normalized();
     const Vector rim = radius * down + (axis.z() < 0 ? half : -half) * axis;
     coin.position = {0, 0, -rim.z()};
-    // It starts about the line from its centre to the point of contact, which thus stands still.
-    coin.angular_velocity = 20 * rim.normalized() + 15 * axis;
+    // The point of contact stands still.
+    coin.angular_velocity = 30 * axis;
     coin.velocity = rim.cross(coin.angular_velocity);
     scene.add(coin);
     return scene;
