@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "benchmarks/work_precision/plots.hpp"
 
+#include "scenes/rigid/catalogue.hpp"
+
 #include <bristle/io/svg_plot.hpp>
 
 #include <algorithm>
@@ -55,6 +57,14 @@ struct Curve {
   std::vector<Point> points{};
 };
 
+/// "slide: box slides to rest, stopping distance [m]".
+std::string title_of(const std::string& scene) {
+  for (const scenes::Recipe& recipe : scenes::catalogue()) {
+    if (recipe.name == scene) return scene + ": " + recipe.description;
+  }
+  return scene;
+}
+
 }  // namespace
 
 void write_plots(const std::vector<Row>& rows, const std::filesystem::path& folder) {
@@ -73,7 +83,7 @@ void write_plots(const std::vector<Row>& rows, const std::filesystem::path& fold
           found != curves.end() ? *found : curves.emplace_back(Curve{name, !is_ours(row)});
       curve.points.push_back(point_of(row));
     }
-    SvgPlot plot{.title = scene,
+    SvgPlot plot{.title = title_of(scene),
                  .x_label = "work [ms of processor time a simulated second]",
                  .is_logarithmic = true,
                  .panel_height = 360};

@@ -136,8 +136,8 @@ class Dominoes : public Trial {
   double deepest_ = 0;
 };
 
-/// 24 blocks of many sizes, 0.1 to 13 kg, are tossed with spin into a bin. The error is the deepest
-/// overlap after 4 s [m]; nothing may have left the bin.
+/// 24 blocks of many sizes, 0.03 to 2.2 kg, are tossed with spin into a bin. The error is the
+/// deepest overlap after 4 s [m]; nothing may have left the bin.
 class Toss : public Trial {
  public:
   Toss() : Trial(make()) {}
