@@ -58,11 +58,12 @@ struct CurveLook {
   std::string_view dashes;
 };
 
-/// Look of the i-th curve of a frame; repeats after seven.
+/// Look of the i-th curve of a frame; repeats after nine.
 [[nodiscard]] inline CurveLook look_of_curve(std::size_t i) {
   static constexpr CurveLook looks[] = {
-      {"#0072b2", ""},     {"#d55e00", "7 3"},         {"#009e73", "2 2.5"}, {"#cc79a7", "9 3 2 3"},
-      {"#e69f00", "12 4"}, {"#56b4e9", "4 2 1 2 1 2"}, {"#333333", "1 3"}};
+      {"#0072b2", ""},        {"#d55e00", "7 3"},     {"#009e73", "2 2.5"},
+      {"#cc79a7", "9 3 2 3"}, {"#e69f00", "12 4"},    {"#56b4e9", "4 2 1 2 1 2"},
+      {"#333333", "1 3"},     {"#999933", "5 2 1 2"}, {"#882255", "14 3 2 3"}};
   return looks[i % std::size(looks)];
 }
 

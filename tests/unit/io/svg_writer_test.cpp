@@ -40,9 +40,9 @@ TEST_CASE("SvgWriter: keeps first, lowest, highest and last of a column of point
         "<polyline stroke=\"#0072b2\" class=\"curve\" points=\"0,5 0.1,9 0.2,1 0.4,6 3,0\"/>\n");
 }
 
-TEST_CASE("look_of_curve: begins anew after seven curves") {
-  CHECK(look_of_curve(7).colour == look_of_curve(0).colour);
-  for (std::size_t i = 1; i < 7; ++i) {
+TEST_CASE("look_of_curve: begins anew after nine curves") {
+  CHECK(look_of_curve(9).colour == look_of_curve(0).colour);
+  for (std::size_t i = 1; i < 9; ++i) {
     CHECK(look_of_curve(i).colour != look_of_curve(i - 1).colour);
     CHECK(look_of_curve(i).dashes != look_of_curve(i - 1).dashes);
   }

@@ -1,0 +1,149 @@
+/// @file
+/// A ball that bounces and a body that spins freely.
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "scenes/rigid/measures.hpp"
+
+#include <cmath>
+#include <vector>
+
+namespace bristle::scenes {
+
+/// A ball of 0.1 m falls 1 m and bounces with restitution e. Peak k has the height e^(2k); the
+/// error is the largest relative one of the first 5 (e < 1) or 10 peaks [1].
+class Bounce : public Trial {
+ public:
+  explicit Bounce(double restitution) : Trial(make(restitution)), restitution_(restitution) {}
+
+  void observe(const Engine& engine, const Instant& now) override {
+    const BodyState ball = engine.state(1);
+    const double v = ball.velocity.z();
+    if (now.step > 0 && last_v_ > 0 && v <= 0) {
+      // The peak lies between two steps: what it still was above this one follows from the speed.
+      peaks_.push_back(ball.position.z() - radius + v * v / (2 * earth_gravity));
+    }
+    last_v_ = v;
+    deepest_ = std::max(deepest_, radius - ball.position.z());
+  }
+
+  [[nodiscard]] Outcome outcome() const override {
+    const std::size_t count = restitution_ < 1 ? 5 : 10;
+    double error = 0;
+    for (std::size_t k = 0; k < count; ++k) {
+      const double height = k < peaks_.size() ? peaks_[k] : 0;
+      error = std::max(
+          error, std::abs(height / std::pow(restitution_, 2 * (static_cast<double>(k) + 1)) - 1));
+    }
+    return {error,
+            error < (restitution_ < 1 ? 0.15 : 0.05),
+            {{"peaks", static_cast<double>(peaks_.size())},
+             {"last_peak", peaks_.empty() ? 0 : peaks_.back()},
+             {"max_depth", deepest_}}};
+  }
+
+ private:
+  static constexpr double radius = 0.1;
+
+  static Scene make(double restitution) {
+    Scene scene;
+    scene.restitution = restitution;
+    scene.duration = restitution < 1 ? 3.5 : 10;
+    scene.add(floor_body(0.5));
+    scene.add(ball_body(radius, 1, {0, 0, 1 + radius}, 0.5));
+    return scene;
+  }
+
+  double restitution_;
+  double last_v_ = 0;
+  double deepest_ = 0;
+  std::vector<double> peaks_;
+};
+
+/// A body with principal moments 1, 2, 3 kg m^2 spins about its middle axis at 5 rad/s, with 0.1 on
+/// the others: it tumbles. The error is the largest relative change of energy in 10 s [1].
+class Spin : public Trial {
+ public:
+  Spin() : Trial(make()) {}
+
+  void observe(const Engine& engine, const Instant& now) override {
+    end_ = engine.state(0);
+    const double e = kinetic_energy(scene().bodies[0], end_);
+    const Vector l = momentum(end_);
+    if (now.step == 0) {
+      energy_at_start_ = e;
+      momentum_at_start_ = l;
+    }
+    energy_at_end_ = e / energy_at_start_ - 1;
+    error_ = std::max(error_, std::abs(energy_at_end_));
+    turn_ =
+        std::max(turn_, std::atan2(l.cross(momentum_at_start_).norm(), l.dot(momentum_at_start_)));
+  }
+
+  [[nodiscard]] Outcome outcome() const override {
+    return {error_,
+            error_ < 0.05,
+            {{"E_end", energy_at_end_},
+             {"momentum_turn", turn_},
+             {"attitude_error", angle_between(end_.orientation, reference_attitude())}}};
+  }
+
+ private:
+  static Scene make() {
+    Scene scene;
+    scene.gravity = Vector::Zero();
+    scene.duration = 10;
+    SceneBody body = box_body({0.3, 0.2, 0.1}, 1, Vector::Zero(), 0);
+    body.principal_inertia = Vector(1, 2, 3);
+    body.angular_velocity = {0.1, 5, 0.1};
+    scene.add(body);
+    return scene;
+  }
+
+  [[nodiscard]] Vector momentum(const BodyState& state) const {
+    const Vector spin = state.orientation.conjugate() * state.angular_velocity;
+    return state.orientation * Vector(principal_inertia(scene().bodies[0]).cwiseProduct(spin));
+  }
+
+  /// Attitude after 10 s: Euler's equations by Runge-Kutta of fourth order in steps of 50 us, whose
+  /// error is that of the round-off (1e-12).
+  [[nodiscard]] Rotation reference_attitude() const {
+    using Vec4 = Eigen::Vector4d;
+    struct State {
+      Vector w;
+      Vec4 q;
+    };
+    const Vector moments = principal_inertia(scene().bodies[0]);
+    const auto rate = [&](const State& s) {
+      const Vector l = moments.cwiseProduct(s.w);
+      const Rotation spin(0, s.w.x(), s.w.y(), s.w.z());
+      return State{Vector(l.cross(s.w)).cwiseQuotient(moments),
+                   0.5 * (Rotation(s.q) * spin).coeffs()};
+    };
+    const auto ahead = [](const State& s, double h, const State& d) {
+      return State{s.w + h * d.w, s.q + h * d.q};
+    };
+    const int steps = 200000;
+    const double h = scene().duration / steps;
+    State s{scene().bodies[0].angular_velocity, Rotation::Identity().coeffs()};
+    for (int i = 0; i < steps; ++i) {
+      const State a = rate(s);
+      const State b = rate(ahead(s, h / 2, a));
+      const State c = rate(ahead(s, h / 2, b));
+      const State d = rate(ahead(s, h, c));
+      s.w += h / 6 * (a.w + 2 * b.w + 2 * c.w + d.w);
+      s.q += h / 6 * (a.q + 2 * b.q + 2 * c.q + d.q);
+      s.q.normalize();
+    }
+    return Rotation(s.q);
+  }
+
+  double energy_at_start_ = 0;
+  double energy_at_end_ = 0;
+  double error_ = 0;
+  double turn_ = 0;
+  Vector momentum_at_start_ = Vector::Zero();
+  BodyState end_{};
+};
+
+}  // namespace bristle::scenes

@@ -1,0 +1,203 @@
+/// @file
+/// Energy of a scene, and how deep its bodies are in each other by geometry alone, whatever the
+/// engine believes.
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "scenes/rigid/trial.hpp"
+
+#include <algorithm>
+#include <array>
+#include <limits>
+#include <vector>
+
+namespace bristle::scenes {
+
+/// [J] Kinetic energy.
+[[nodiscard]] double kinetic_energy(const SceneBody& body, const BodyState& state);
+/// [J] Kinetic and potential energy.
+[[nodiscard]] double energy(const Scene& scene, const SceneBody& body, const BodyState& state);
+/// [J] Of all moving bodies.
+[[nodiscard]] double total_energy(const Scene& scene, const Engine& engine);
+[[nodiscard]] double total_kinetic_energy(const Scene& scene, const Engine& engine);
+
+/// [m] How deep two bodies are in each other, < 0 if they are apart. Known for half-spaces with all
+/// other shapes, and for boxes and balls among each other; other pairs are never deep.
+[[nodiscard]] double depth(const SceneBody& a, const BodyState& state_a, const SceneBody& b,
+                           const BodyState& state_b);
+
+/// Depths of all pairs of a scene that overlap.
+struct Overlaps {
+  /// [m] Largest and mean depth.
+  double largest = 0;
+  double mean = 0;
+  /// [m^2] Sum of squares.
+  double sum_of_squares = 0;
+};
+[[nodiscard]] Overlaps overlaps(const Scene& scene, const Engine& engine);
+
+// Implementation -----------------------------------------------------------------------------------
+
+inline double kinetic_energy(const SceneBody& body, const BodyState& state) {
+  const Vector spin = state.orientation.conjugate() * state.angular_velocity;
+  return 0.5 * body.mass * state.velocity.squaredNorm() +
+         0.5 * principal_inertia(body).dot(spin.cwiseAbs2());
+}
+
+inline double energy(const Scene& scene, const SceneBody& body, const BodyState& state) {
+  return kinetic_energy(body, state) - body.mass * scene.gravity.dot(state.position);
+}
+
+inline double total_energy(const Scene& scene, const Engine& engine) {
+  double sum = 0;
+  for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
+    if (scene.bodies[i].moves()) sum += energy(scene, scene.bodies[i], engine.state(i));
+  }
+  return sum;
+}
+
+inline double total_kinetic_energy(const Scene& scene, const Engine& engine) {
+  double sum = 0;
+  for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
+    if (scene.bodies[i].moves()) sum += kinetic_energy(scene.bodies[i], engine.state(i));
+  }
+  return sum;
+}
+
+namespace detail {
+
+/// A shape where it is.
+template <typename Shape>
+struct Placed {
+  const Shape& shape;
+  const BodyState& at;
+};
+
+[[nodiscard]] inline double placed_depth(const Placed<Sphere<double>>& a,
+                                         const Placed<Sphere<double>>& b) {
+  return a.shape.radius + b.shape.radius - (a.at.position - b.at.position).norm();
+}
+
+[[nodiscard]] inline double placed_depth(const Placed<Sphere<double>>& ball,
+                                         const Placed<Box<double>>& box) {
+  const Vector& half = box.shape.half_extents;
+  const Vector centre = box.at.orientation.conjugate() * (ball.at.position - box.at.position);
+  const double distance = (centre - centre.cwiseMax(-half).cwiseMin(half)).norm();
+  if (distance > 0) return ball.shape.radius - distance;
+  return ball.shape.radius + (half - centre.cwiseAbs()).minCoeff();
+}
+[[nodiscard]] inline double placed_depth(const Placed<Box<double>>& box,
+                                         const Placed<Sphere<double>>& ball) {
+  return placed_depth(ball, box);
+}
+
+/// Separating axes: the least overlap along the face normals and the products of edges.
+[[nodiscard]] inline double placed_depth(const Placed<Box<double>>& a,
+                                         const Placed<Box<double>>& b) {
+  const Mat3<double> axes_a = a.at.orientation.toRotationMatrix();
+  const Mat3<double> axes_b = b.at.orientation.toRotationMatrix();
+  const Vector offset = b.at.position - a.at.position;
+  double least = std::numeric_limits<double>::infinity();
+  const auto test = [&](const Vector& direction) {
+    const double length = direction.norm();
+    if (length < 1e-6) return;  // parallel edges: the face normals cover them
+    const Vector n = direction / length;
+    least = std::min(least, a.shape.half_extents.dot((axes_a.transpose() * n).cwiseAbs()) +
+                                b.shape.half_extents.dot((axes_b.transpose() * n).cwiseAbs()) -
+                                std::abs(offset.dot(n)));
+  };
+  for (int i = 0; i < 3; ++i) {
+    test(axes_a.col(i));
+    test(axes_b.col(i));
+    for (int j = 0; j < 3; ++j) test(axes_a.col(i).cross(axes_b.col(j)));
+  }
+  return least;
+}
+
+/// [m] How far a shape reaches along a direction of its own frame.
+[[nodiscard]] inline double reach(const Sphere<double>& s, const Vector&) { return s.radius; }
+[[nodiscard]] inline double reach(const Box<double>& s, const Vector& n) {
+  return s.half_extents.dot(n.cwiseAbs());
+}
+[[nodiscard]] inline double reach(const Cylinder<double>& s, const Vector& n) {
+  return s.radius * n.head<2>().norm() + s.half_length * std::abs(n.z());
+}
+[[nodiscard]] inline double reach(const TriangleMesh<double>& s, const Vector& n) {
+  double most = -std::numeric_limits<double>::infinity();
+  for (const Vector& v : s.vertices) most = std::max(most, v.dot(n));
+  return most;
+}
+
+template <typename Shape>
+[[nodiscard]] double placed_depth(const Placed<HalfSpace<double>>& ground,
+                                  const Placed<Shape>& body) {
+  const Vector n = ground.at.orientation * ground.shape.normal;
+  const double height = n.dot(body.at.position - ground.at.position) - ground.shape.offset;
+  return reach(body.shape, body.at.orientation.conjugate() * Vector(-n)) - height;
+}
+template <typename Shape>
+[[nodiscard]] double placed_depth(const Placed<Shape>& body,
+                                  const Placed<HalfSpace<double>>& ground) {
+  return placed_depth(ground, body);
+}
+
+template <typename A, typename B>
+concept KnownDepth = requires(const Placed<A>& a, const Placed<B>& b) {
+  placed_depth(a, b);
+};
+
+/// [m] Farthest point of a body from its centre; infinite for a half-space.
+[[nodiscard]] inline double outer_radius(const SceneShape& shape) {
+  if (const auto* ball = std::get_if<Sphere<double>>(&shape)) return ball->radius;
+  if (const auto* box = std::get_if<Box<double>>(&shape)) return box->half_extents.norm();
+  return std::numeric_limits<double>::infinity();
+}
+
+}  // namespace detail
+
+inline double depth(const SceneBody& a, const BodyState& state_a, const SceneBody& b,
+                    const BodyState& state_b) {
+  return std::visit(
+      [&]<typename A, typename B>(const A& shape_a, const B& shape_b) -> double {
+        if constexpr (std::is_same_v<A, HalfSpace<double>> &&
+                      std::is_same_v<B, HalfSpace<double>>) {
+          return -1;
+        } else if constexpr (detail::KnownDepth<A, B>) {
+          return detail::placed_depth(detail::Placed<A>{shape_a, state_a},
+                                      detail::Placed<B>{shape_b, state_b});
+        } else {
+          return -1;
+        }
+      },
+      a.shape, b.shape);
+}
+
+inline Overlaps overlaps(const Scene& scene, const Engine& engine) {
+  const std::size_t count = scene.bodies.size();
+  std::vector<BodyState> states(count);
+  std::vector<double> radii(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    const SceneBody& body = scene.bodies[i];
+    states[i] = body.moves() ? engine.state(i) : state_at_start(body);
+    radii[i] = detail::outer_radius(body.shape);
+  }
+  Overlaps result;
+  long pairs = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    for (std::size_t j = i + 1; j < count; ++j) {
+      if (!scene.bodies[i].moves() && !scene.bodies[j].moves()) continue;
+      const double reach = radii[i] + radii[j];
+      if ((states[i].position - states[j].position).squaredNorm() > reach * reach) continue;
+      const double d = depth(scene.bodies[i], states[i], scene.bodies[j], states[j]);
+      if (!(d > 0)) continue;
+      result.largest = std::max(result.largest, d);
+      result.sum_of_squares += d * d;
+      result.mean += d;
+      ++pairs;
+    }
+  }
+  if (pairs > 0) result.mean /= static_cast<double>(pairs);
+  return result;
+}
+
+}  // namespace bristle::scenes

@@ -1,0 +1,115 @@
+/// @file
+/// A scene with what pushes it, what measures it, and what an engine must offer to run it.
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "scenes/rigid/scene.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace bristle::scenes {
+
+/// What an engine does not know to simulate: a shape, a pair of shapes.
+struct Unsupported : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+/// What the last step of an engine took, as far as it tells.
+struct StepCounters {
+  std::uint64_t sweeps = 0;
+  std::uint64_t factorisations = 0;
+};
+
+/// An engine with one scene in it.
+class Engine {
+ public:
+  Engine() = default;
+  Engine(const Engine&) = delete;
+  Engine& operator=(const Engine&) = delete;
+  virtual ~Engine() = default;
+
+  virtual void step() = 0;
+  /// State of a moving body, by its number in the scene.
+  [[nodiscard]] virtual BodyState state(std::size_t body) const = 0;
+  /// [N] Force at the centre of mass during the next step.
+  virtual void push(std::size_t body, const Vector& force) = 0;
+  [[nodiscard]] virtual StepCounters counters() const { return {}; }
+};
+
+/// A moment of a run: after `step` steps of `dt`.
+struct Instant {
+  double time = 0;
+  double dt = 0;
+  long step = 0;
+
+  /// Whether this is the step nearest to a time.
+  [[nodiscard]] bool is(double when) const { return std::abs(time - when) < 0.5 * dt + 1e-12; }
+  /// Whether a metric that is taken every 10 ms is due.
+  [[nodiscard]] bool is_sampled() const {
+    return step % std::max(1L, static_cast<long>(0.01 / dt)) == 0;
+  }
+};
+
+/// A further number of a run.
+struct Metric {
+  std::string name;
+  double value = 0;
+};
+
+/// What a run came to.
+struct Outcome {
+  double error = 0;
+  bool passes = false;
+  std::vector<Metric> further{};
+};
+
+/// One run of one scene.
+class Trial {
+ public:
+  explicit Trial(Scene scene) : scene_(std::move(scene)) {}
+  Trial(const Trial&) = delete;
+  Trial& operator=(const Trial&) = delete;
+  virtual ~Trial() = default;
+
+  [[nodiscard]] const Scene& scene() const { return scene_; }
+  /// Forces of the step that starts now.
+  virtual void push(Engine&, const Instant&) const {}
+  /// Looks at the engine; at the start and after every step.
+  virtual void observe(const Engine& engine, const Instant& now) = 0;
+  [[nodiscard]] virtual Outcome outcome() const = 0;
+
+ private:
+  Scene scene_;
+};
+
+/// A scene by name, and how to make its runs.
+struct Recipe {
+  std::string group;
+  std::string name;
+  /// [-] What it is, and how its error is measured.
+  std::string description;
+  /// [s] Steps it is run at.
+  std::vector<double> time_steps;
+  std::function<std::unique_ptr<Trial>()> make_one{};
+  /// [-] Runs that differ in a phase or a seed, if there is more than one; the error is the
+  /// largest.
+  int variations = 1;
+  std::function<std::unique_ptr<Trial>(int)> make_variation{};
+  /// [-] Whether it runs only when asked for.
+  bool is_optional = false;
+
+  [[nodiscard]] std::unique_ptr<Trial> make(int variation) const {
+    return make_variation ? make_variation(variation) : make_one();
+  }
+};
+
+}  // namespace bristle::scenes
