@@ -59,15 +59,13 @@ class IslandRows {
         Row& row = add(c, k, bodies, velocity);
         row.lambda = Real(c.impulse[k]);
         row.friction = Real(c.friction);
-        row.kind = k == 0 ? Kind::normal : k == 1 ? Kind::tangents : Kind::second_tangent;
-        if (k == 0) {
-          row.target += Real(c.target);
-          row.upper = infinity<Real>;
-        }
+        row.kind = k == 0 ? Kind::cone : Kind::tangent;
+        if (k == 0) row.target += Real(c.target);
       }
-      // One response for both tangents, so that a disk stays one.
+      // One response for all three, so that a circular cone stays one.
       Row* last = &rows_.back();
-      last[0].response = last[-1].response = std::max(last[0].response, last[-1].response);
+      const Real response = std::max({last[0].response, last[-1].response, last[-2].response});
+      last[0].response = last[-1].response = last[-2].response = response;
     }
     for (const std::uint32_t i : island.blocks) {
       const ConstraintBlock<S>& block = constraints.blocks[i];
@@ -151,12 +149,11 @@ class IslandRows {
     }
   }
 
-  /// Sets the friction disks by the present normal impulses.
-  void set_radii() {
+  /// Takes the opening speed that the cones add to sliding contacts, mu |v_t|, out of them again.
+  void set_shifts() {
     for (std::size_t i = 0; i < rows_.size(); ++i) {
-      if (rows_[i].kind == Kind::tangents) {
-        rows_[i].upper = rows_[i].friction * std::max(Real(0), rows_[i - 1].lambda);
-      }
+      if (rows_[i].kind != Kind::cone) continue;
+      rows_[i].shift = rows_[i].friction * std::hypot(rows_[i + 1].velocity, rows_[i + 2].velocity);
     }
   }
 
@@ -180,7 +177,7 @@ class IslandRows {
   [[nodiscard]] bool is_linear(Real eps) const {
     for (std::size_t i = 0; i < rows_.size(); ++i) {
       const Row& row = rows_[i];
-      if (!(row.response > Real(0)) || row.kind == Kind::second_tangent) continue;
+      if (!(row.response > Real(0)) || row.kind == Kind::tangent) continue;
       if (row.side == Side::sliding || side_of(i, eps) != row.side) return false;
     }
     return true;
@@ -196,17 +193,19 @@ class IslandRows {
     for (std::size_t i = 0; i < rows_.size(); ++i) {
       const Row& row = rows_[i];
       const Real K = row.response;
-      if (!(K > Real(0)) || row.kind == Kind::second_tangent) continue;
-      if (row.kind != Kind::tangents) {
-        const Real x = row.clamped(row.lambda - row.velocity / K);
-        largest = std::max(largest, K * std::abs(row.lambda - x));
+      if (!(K > Real(0)) || row.kind == Kind::tangent) continue;
+      const Real proposed = row.lambda - row.velocity / K;
+      if (row.kind != Kind::cone) {
+        largest = std::max(largest, K * std::abs(row.lambda - row.clamped(proposed)));
         continue;
       }
-      const Row& second = rows_[i + 1];
-      Real x = row.lambda - row.velocity / K;
+      largest = std::max(largest, K * std::abs(row.lambda - std::max(Real(0), proposed)));
+      const Row& first = rows_[i + 1];
+      const Row& second = rows_[i + 2];
+      Real x = first.lambda - first.velocity / K;
       Real y = second.lambda - second.velocity / K;
-      shrink(row.friction * std::max(Real(0), rows_[i - 1].lambda), x, y);
-      largest = std::max(largest, K * std::hypot(row.lambda - x, second.lambda - y));
+      shrink(row.friction * row.lambda, x, y);
+      largest = std::max(largest, K * std::hypot(first.lambda - x, second.lambda - y));
     }
     return largest;
   }
@@ -225,7 +224,7 @@ class IslandRows {
       ContactConstraint<S>& c = constraints.contacts[i];
       Real x = rows_[r + 1].lambda;
       Real y = rows_[r + 2].lambda;
-      shrink(rows_[r + 1].friction * rows_[r].lambda, x, y);
+      shrink(rows_[r].friction * rows_[r].lambda, x, y);
       c.impulse = {S(rows_[r].lambda), S(x), S(y)};
       r += 3;
     }
@@ -251,7 +250,7 @@ class IslandRows {
   }
 
  private:
-  enum class Kind : std::uint8_t { free, bounded, normal, tangents, second_tangent };
+  enum class Kind : std::uint8_t { free, bounded, cone, tangent };
   /// Which part of its rule a row is on.
   enum class Side : std::uint8_t { inside, at_bound, sliding };
 
@@ -265,8 +264,9 @@ class IslandRows {
     Real target = Real(0);
     Real response = Real(0);  // K: velocity per own impulse.
     Real lower = Real(0);
-    Real upper = Real(0);  // Radius of the disk for tangents.
+    Real upper = Real(0);
     Real friction = Real(0);
+    Real shift = Real(0);  // Of a cone: what sliding adds to the normal velocity.
     Real lambda = Real(0);
     Real velocity = Real(0);
     Real change = Real(0);
@@ -303,39 +303,56 @@ class IslandRows {
     y *= radius / length;
   }
 
+  /// What a row's impulse would be without its rule, a part s of the way along the step.
+  [[nodiscard]] static Real proposed(const Row& row, Real eps, Real s) {
+    if (!(row.response > Real(0))) return Real(0);
+    return row.lambda - (row.velocity + row.shift + s * row.change) / (eps * row.response);
+  }
+
   [[nodiscard]] Side side_of(std::size_t i, Real eps) const {
     const Row& row = rows_[i];
-    const Real x = row.lambda - row.velocity / (eps * row.response);
     if (row.kind == Kind::free) return Side::inside;
-    if (row.kind != Kind::tangents) {
+    const Real x = proposed(row, eps, Real(0));
+    if (row.kind != Kind::cone) {
       return x > row.lower && x < row.upper ? Side::inside : Side::at_bound;
     }
-    const Row& second = rows_[i + 1];
-    const Real y = second.lambda - second.velocity / (eps * second.response);
-    if (std::hypot(x, y) <= row.upper) return Side::inside;
-    return row.upper > Real(0) ? Side::sliding : Side::at_bound;
+    const Real t =
+        std::hypot(proposed(rows_[i + 1], eps, Real(0)), proposed(rows_[i + 2], eps, Real(0)));
+    if (t <= row.friction * x) return Side::inside;
+    return row.friction * t <= -x ? Side::at_bound : Side::sliding;
+  }
+
+  /// The point of a friction cone that is nearest to (n, x, y).
+  static void project_on_cone(Real friction, Real& n, Real& x, Real& y) {
+    const Real t = std::hypot(x, y);
+    if (t <= friction * n) return;
+    if (friction * t <= -n) {
+      n = x = y = Real(0);
+      return;
+    }
+    n = (n + friction * t) / (Real(1) + friction * friction);
+    const Real scale = t > Real(0) ? friction * n / t : Real(0);
+    x *= scale;
+    y *= scale;
   }
 
   /// Calls use(row, lambda+) for all rows, a part s of the way along the step.
   template <typename Use>
   void for_each_impulse(Real eps, Real s, Use&& use) const {
-    const auto proposed = [&](const Row& row) {
-      return row.response > Real(0)
-                 ? row.lambda - (row.velocity + s * row.change) / (eps * row.response)
-                 : Real(0);
-    };
     for (std::size_t i = 0; i < rows_.size(); ++i) {
       const Row& row = rows_[i];
-      if (row.kind != Kind::tangents) {
-        use(row, row.clamped(proposed(row)));
+      Real n = proposed(row, eps, s);
+      if (row.kind != Kind::cone) {
+        use(row, row.clamped(n));
         continue;
       }
-      const Row& second = rows_[++i];
-      Real x = proposed(row);
-      Real y = proposed(second);
-      shrink(row.upper, x, y);
-      use(row, x);
-      use(second, y);
+      Real x = proposed(rows_[i + 1], eps, s);
+      Real y = proposed(rows_[i + 2], eps, s);
+      project_on_cone(row.friction, n, x, y);
+      use(row, n);
+      use(rows_[i + 1], x);
+      use(rows_[i + 2], y);
+      i += 2;
     }
   }
 
@@ -385,9 +402,8 @@ class IslandRows {
                               [](const Row& row) { return row.kind != Kind::free; });
   }
 
-  /// h += weight j j^T, j the Jacobian x row + y other (the same bodies).
-  static void add_square(EnvelopeMatrix<Real>& h, Real weight, const Row& row, Real x,
-                         const Row& other, Real y);
+  /// h += weight j j^T, j the Jacobian of a row.
+  static void add_square(EnvelopeMatrix<Real>& h, Real weight, const Row& row);
 
   IslandOrder order_;
   std::size_t unknowns_ = 0;
@@ -402,46 +418,57 @@ template <Scalar S, typename Real>
 void IslandRows<S, Real>::add_hessian(Real eps, EnvelopeMatrix<Real>& h) {
   for (std::size_t i = 0; i < rows_.size(); ++i) {
     Row& row = rows_[i];
-    if (!(row.response > Real(0)) || row.kind == Kind::second_tangent) continue;
+    if (!(row.response > Real(0)) || row.kind == Kind::tangent) continue;
     const Real stiffness = Real(1) / (eps * row.response);
     row.side = side_of(i, eps);
     if (row.side == Side::at_bound) continue;
-    if (row.kind != Kind::tangents) {
-      add_square(h, stiffness, row, Real(1), row, Real(0));
+    if (row.kind != Kind::cone) {
+      add_square(h, stiffness, row);
       continue;
     }
-    const Row& second = rows_[i + 1];
+    const Row& first = rows_[i + 1];
+    const Row& second = rows_[i + 2];
     if (row.side == Side::inside) {
-      add_square(h, stiffness, row, Real(1), second, Real(0));
-      add_square(h, stiffness, row, Real(0), second, Real(1));
+      add_square(h, stiffness, row);
+      add_square(h, stiffness, first);
+      add_square(h, stiffness, second);
       continue;
     }
-    // On the edge of the disk only the direction may give.
-    const Real x = row.lambda - stiffness * row.velocity;
-    const Real y = second.lambda - stiffness * second.velocity;
-    const Real length = std::hypot(x, y);
-    add_square(h, stiffness * row.upper / length, row, -y / length, second, x / length);
+    // On the side of the cone: along its edge, and across, where only the direction may give.
+    Real n = proposed(row, eps, Real(0));
+    Real x = proposed(first, eps, Real(0));
+    Real y = proposed(second, eps, Real(0));
+    const Real t = std::hypot(x, y);
+    const Real mu = row.friction;
+    const Real on_edge = (n + mu * t) / (Real(1) + mu * mu);
+    const Real cosine = t > Real(0) ? x / t : Real(1);
+    const Real sine = t > Real(0) ? y / t : Real(0);
+    Row edge = row;
+    Row across = row;
+    for (std::size_t k = 0; k < 6; ++k) {
+      edge.jacobian_a[k] += mu * (cosine * first.jacobian_a[k] + sine * second.jacobian_a[k]);
+      edge.jacobian_b[k] += mu * (cosine * first.jacobian_b[k] + sine * second.jacobian_b[k]);
+      across.jacobian_a[k] = cosine * second.jacobian_a[k] - sine * first.jacobian_a[k];
+      across.jacobian_b[k] = cosine * second.jacobian_b[k] - sine * first.jacobian_b[k];
+    }
+    add_square(h, stiffness / (Real(1) + mu * mu), edge);
+    if (t > Real(0)) add_square(h, stiffness * mu * on_edge / t, across);
   }
 }
 
 template <Scalar S, typename Real>
-void IslandRows<S, Real>::add_square(EnvelopeMatrix<Real>& h, Real weight, const Row& row, Real x,
-                                     const Row& other, Real y) {
-  std::array<Real, 6> j[2];
-  for (std::size_t i = 0; i < 6; ++i) {
-    j[0][i] = x * row.jacobian_a[i] + y * other.jacobian_a[i];
-    j[1][i] = x * row.jacobian_b[i] + y * other.jacobian_b[i];
-  }
+void IslandRows<S, Real>::add_square(EnvelopeMatrix<Real>& h, Real weight, const Row& row) {
   const std::uint32_t unknown[2] = {row.a, row.b};
+  const std::array<Real, 6>* j[2] = {&row.jacobian_a, &row.jacobian_b};
   for (std::size_t k = 0; k < 2; ++k) {
     if (unknown[k] == none) continue;
     for (std::size_t l = 0; l < 2; ++l) {
       if (unknown[l] == none || unknown[l] > unknown[k]) continue;
       for (std::size_t p = 0; p < 6; ++p) {
-        const Real left = weight * j[k][p];
+        const Real left = weight * (*j[k])[p];
         const std::size_t end = k == l ? p + 1 : 6;
         Real* out = &h.at(unknown[k] + p, unknown[l]);
-        for (std::size_t q = 0; q < end; ++q) out[q] += left * j[l][q];
+        for (std::size_t q = 0; q < end; ++q) out[q] += left * (*j[l])[q];
       }
     }
   }

@@ -4,14 +4,17 @@
 ///
 /// Unknown are the velocities v of the bodies. Soft blocks are linear in v and belong to the matrix
 /// Mt = M + sum G^T A6 G. Every other constraint i has a multiplier and a projection P_i onto what
-/// its impulse may be (any value, an interval, no pull, a disk), and the proximal-point method
-///     lambda+ = P(lambda - (J v - b) / R),   Mt v = r + J^T lambda+
+/// its impulse may be (any value, an interval, Coulomb's cone), and the proximal-point method
+///     lambda+ = P(lambda - (J v - b + s) / R),   Mt v = r + J^T lambda+
 /// is iterated with R = eps K, K the response of each constraint by itself. For given lambda the
 /// two equations are the gradient of a convex function of v, which Newton's method with an exact
 /// line search minimises from anywhere; its Hessian Mt + J^T D J is sparse like the island and is
 /// factored within its envelope. Redundant constraints share their load evenly, since nothing is
-/// ever divided by their (singular) response. docs/solver.md tells why eps falls from 1e-2 to 1e-6
-/// and why friction disks follow the normal impulse of the iteration before.
+/// ever divided by their (singular) response.
+///
+/// The projection on a cone makes sliding surfaces part at mu |v_t|; s = mu |v_t| of the iteration
+/// before takes that out again (De Saxce and Feng 1998; Acary, Cadoux, Lemarechal and Malick 2011).
+/// docs/solver.md derives this, and tells what friction disks of fixed radius did instead.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -177,19 +180,21 @@ void ProximalSolver<S>::add_soft(const SoftBlock<S>& soft, std::span<const Solve
   }
 }
 
-/// The outer loop: multipliers, friction disks, eps.
+/// The outer loop: multipliers, opening speeds, eps.
 template <Scalar S>
 auto ProximalSolver<S>::iterate(Real tolerance, const SolverDef<S>& settings,
                                 SolveReport<S>& report) -> Real {
-  // Smaller eps is a stiffer penalty: fewer outer iterations, but none that starts from far away
-  // finds its active set. Where nothing can switch the smallest is right at once.
+  // Smaller eps is a stiffer penalty: fewer outer iterations, but many Newton steps for one that
+  // starts from far away. Where nothing can switch the smallest is right at once.
   const Real smallest = Real(1e-6);
-  Real eps = rows_.can_switch() ? Real(1e-2) : smallest;
+  Real eps = rows_.can_switch() ? Real(1e-3) : smallest;
   Real left = infinity<Real>;
+  Real inner = Real(0);
   int steps = 0;
+  rows_.evaluate(v_);
   for (int outer = 0; steps < settings.max_newton_steps; ++outer) {
-    rows_.set_radii();
-    if (!minimise(eps, tolerance, steps, settings.max_newton_steps)) {
+    rows_.set_shifts();
+    if (!minimise(eps, std::max(Real(0.1) * tolerance, inner), steps, settings.max_newton_steps)) {
       left = infinity<Real>;
       break;
     }
@@ -197,18 +202,18 @@ auto ProximalSolver<S>::iterate(Real tolerance, const SolverDef<S>& settings,
     const Real before = left;
     left = rows_.residual();
     if (left <= tolerance) break;
-    // Friction radii that keep moving leave a residual that no longer falls.
+    // Slip that keeps turning leaves a residual that no longer falls.
     if (outer >= 10 && left > Real(0.9) * before) break;
     eps = std::max(smallest, eps / Real(10));
+    inner = Real(0.01) * left;  // Exact minima of a function that is about to change are no use.
   }
   report.factorisations += steps;
   return left;
 }
 
-/// The inner loop: Newton with line search, to velocities far below what the outer loop asks for.
+/// The inner loop: Newton with line search, until steps are below a velocity.
 template <Scalar S>
 bool ProximalSolver<S>::minimise(Real eps, Real tolerance, int& steps, int most_steps) {
-  rows_.evaluate(v_);
   for (;;) {
     find_gradient(eps);
     hessian_ = matrix_;
@@ -222,7 +227,7 @@ bool ProximalSolver<S>::minimise(Real eps, Real tolerance, int& steps, int most_
     for (const Real x : step_) size = std::max(size, std::abs(x));
     if (!(size < infinity<Real>)) return false;
     search_line(eps);
-    if (size <= Real(0.1) * tolerance || rows_.is_linear(eps) || steps >= most_steps) return true;
+    if (size <= tolerance || rows_.is_linear(eps) || steps >= most_steps) return true;
   }
 }
 

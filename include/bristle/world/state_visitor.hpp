@@ -50,8 +50,10 @@ template <typename Body, typename Visitor>
 void visit_body(Body& body, Visitor& visit) {
   visit.same("bodies (motion)", body.motion);
   visit.same("bodies (mass)", body.mass);
-  visit.same("bodies (locked axes)", body.locked.linear);
-  visit.same("bodies (locked axes)", body.locked.angular);
+  for (std::size_t i = 0; i < 3; ++i) {
+    visit.same("bodies (locked axes)", body.locked.linear[i]);
+    visit.same("bodies (locked axes)", body.locked.angular[i]);
+  }
   visit.value(body.center_pose.rotation.coeffs());
   visit.value(body.center_pose.translation);
   visit.value(body.twist.linear);

@@ -13,13 +13,19 @@
 namespace bristle::work_precision {
 
 /// [-] Settings of a world by name, the defaults first.
-[[nodiscard]] inline std::vector<std::string> bristle_settings() { return {"def"}; }
+[[nodiscard]] inline std::vector<std::string> bristle_settings() { return {"def", "paper"}; }
 
 /// The world of a setting; the one place that knows what the names mean.
 template <Scalar S>
 [[nodiscard]] WorldDef<S> world_def(const std::string& setting) {
-  static_cast<void>(setting);
-  return {};
+  WorldDef<S> def;
+  if (setting == "paper") {
+    def.integrator = Integrator::symplectic_euler;
+    def.solver.max_direct_bodies = 0;
+    def.solver.longest_part = infinity<S>;
+    def.solver.large_sweeps = 50;
+  }
+  return def;
 }
 
 /// A world with a scene in it.
