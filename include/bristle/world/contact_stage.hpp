@@ -83,15 +83,16 @@ class ContactStage {
     const ShapePair bodies{std::min(a.body.index, b.body.index),
                            std::max(a.body.index, b.body.index)};
     if (std::binary_search(state.unpaired.begin(), state.unpaired.end(), bodies)) return false;
-    return reaches_plane(state, a, b) && reaches_plane(state, b, a);
+    return reaches_plane(state, tag_a, b) && reaches_plane(state, tag_b, a);
   }
 
   /// Whether a shape can get to another one within the step that is a half-space and may move, too;
   /// true for all others, whose boxes overlap.
-  [[nodiscard]] bool reaches_plane(const State& state, const Collider<S, Backend>& c,
+  [[nodiscard]] bool reaches_plane(const State& state, std::uint32_t tag,
                                    const Collider<S, Backend>& plane) const {
-    return !plane.half_space ||
-           state.reaches(swept_box(state, c).inflated(reach_of(state, plane, c)), plane);
+    return !plane.half_space || state.reaches(state.broad_phase.swept(tag).inflated(
+                                                  reach_of(state, plane, state.colliders.at(tag))),
+                                              plane);
   }
 
   [[nodiscard]] Aabb<S> swept_box(const State& state, const Collider<S, Backend>& c) const {
@@ -119,7 +120,14 @@ class ContactStage {
     const Collider<S, Backend>& b = state.colliders.at(pair.b);
     const Body<S>& body_a = state.body_of(a);
     const Body<S>& body_b = state.body_of(b);
-    const Transform<S> X_SaSb = a.X_CmS.inverse() * state.pose_from(body_a, b);
+    // Centres of mass are subtracted first: far from the world's origin nothing else is lost.
+    const Vec3<S> between = body_b.center_pose.translation - body_a.center_pose.translation;
+    const Transform<S> X_a = pose_at_center(body_a, a);
+    const Transform<S> X_b = pose_at_center(body_b, b);
+    const Mat3<S> R_a = X_a.rotation_matrix();
+    const Transform<S> X_SaSb{
+        X_a.rotation.conjugate() * X_b.rotation,
+        R_a.transpose().lazyProduct(Vec3<S>(between + X_b.translation - X_a.translation))};
     const S margin = reach_of(state, a, b) + reach_of(state, b, a);
     found_.clear();
     ++state.report.pairs_collided;
@@ -127,10 +135,14 @@ class ContactStage {
       ++state.report.backend_failures;
       return;
     }
-    state.contacts.add(pair, found_,
-                       (body_a.center_pose.rotation * a.X_CmS.rotation).toRotationMatrix(),
-                       body_a.center_pose.rotate(a.X_CmS.translation),
-                       body_b.center_pose.translation - body_a.center_pose.translation);
+    state.contacts.add(pair, found_, R_a, X_a.translation, between);
+  }
+
+  /// [m] Where a shape stands from its body's centre of mass, world axes.
+  [[nodiscard]] static Transform<S> pose_at_center(const Body<S>& body,
+                                                   const Collider<S, Backend>& c) {
+    const Quat<S>& R_WC = body.center_pose.rotation;
+    return {R_WC * c.X_CmS.rotation, R_WC * c.X_CmS.translation};
   }
 
   std::vector<std::uint32_t> moving_;
