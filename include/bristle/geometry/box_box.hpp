@@ -70,18 +70,18 @@ struct BoxEdges {
   int j = 0;
   /// [m] Distance along the axis across both.
   S gap = -infinity<S>;
-  /// [1] Sine of the angle between the edges.
+  /// [1] Sine of the angle between the edges; 0 for none.
   S sine = S(0);
   /// [1] On which side of A along the cross product B lies.
   S side = S(1);
 };
 
-/// Finds the pair of edges that separates the boxes most, if by more than `bar` [m].
+/// Looks for a pair of edges that separates the boxes by more than `best.gap`.
 ///
 /// @return Whether they come within `margin`; without it the search ends early.
 template <Scalar S>
-[[nodiscard]] bool find_edges(const BoxPair<S>& boxes, const Mat3<S>& absolute, S margin, S bar,
-                              BoxEdges<S>& best) {
+[[nodiscard]] bool search_edges(const BoxPair<S>& boxes, const Mat3<S>& absolute, S margin,
+                                BoxEdges<S>& best) {
   using std::abs;
   using std::sqrt;
   const auto& [a, b, R, p] = boxes;
@@ -91,21 +91,19 @@ template <Scalar S>
     // All lengths are along the cross products of the edges, whose own lengths are the sines.
     const Vec3<S> distance = p[i2] * R.row(i1) - p[i1] * R.row(i2);
     const Vec3<S> reach_a = a[i1] * absolute.row(i2) + a[i2] * absolute.row(i1);
-    const Vec3<S> q = absolute.row(i);
-    const Vec3<S> reach_b(b[1] * q[2] + b[2] * q[1], b[2] * q[0] + b[0] * q[2],
-                          b[0] * q[1] + b[1] * q[0]);
+    const Vec3<S> reach_b(b[1] * absolute(i, 2) + b[2] * absolute(i, 1),
+                          b[2] * absolute(i, 0) + b[0] * absolute(i, 2),
+                          b[0] * absolute(i, 1) + b[1] * absolute(i, 0));
     const Vec3<S> between = distance.cwiseAbs() - reach_a - reach_b;
     for (int j = 0; j < 3; ++j) {
       // Division by a sine makes overlaps larger still: most axes are out without a square root.
-      if (between[j] <= std::min(bar, S(0))) continue;
-      const S sine = sqrt(R(i1, j) * R(i1, j) + R(i2, j) * R(i2, j));
+      if (between[j] <= std::min(best.gap, S(0))) continue;
       // Parallel edges span a face, which has been looked at.
+      const S sine = sqrt(R(i1, j) * R(i1, j) + R(i2, j) * R(i2, j));
       if (sine <= Tolerance<S>::equal()) continue;
       const S gap = between[j] / sine;
       if (gap > margin) return false;
-      if (!(gap > bar)) continue;
-      bar = gap;
-      best = {i, j, gap, sine, distance[j] < S(0) ? S(-1) : S(1)};
+      if (gap > best.gap) best = {i, j, gap, sine, distance[j] < S(0) ? S(-1) : S(1)};
     }
   }
   return true;
@@ -192,11 +190,12 @@ void collide_shapes(const Box<S>& a, const Box<S>& b, const Transform<S>& X_AB, 
   const bool is_of_a = !(face_b.gap > face_a.bar(least_gain));
   const detail::BoxAxis<S>& face = is_of_a ? face_a : face_b;
   detail::BoxEdges<S> edges;
-  if (!detail::find_edges(boxes, absolute, margin, face.bar(least_gain), edges)) return;
+  edges.gap = face.bar(least_gain);
+  if (!detail::search_edges(boxes, absolute, margin, edges)) return;
 
   // The manifold is made where it will stay: it is large.
   ContactManifold<S>& manifold = out.emplace_back();
-  const bool is_face = edges.gap == -infinity<S>;
+  const bool is_face = !(edges.sine > S(0));
   Vec3<S> normal;
   if (is_face) {
     detail::collide_face(boxes, is_of_a, face.axis, margin, least_gain, manifold);
