@@ -4,10 +4,10 @@
 // median of 11 runs, and how many points it finds. Instructions, which do not depend on what else
 // the machine does, are the difference of two runs of different length:
 //
-//   valgrind --tool=callgrind benchmark_contact_cost stacked 1
-//   valgrind --tool=callgrind benchmark_contact_cost stacked 11      # 1000 queries more
+//   valgrind --tool=callgrind benchmark_contact_query_cost stacked 1
+//   valgrind --tool=callgrind benchmark_contact_query_cost stacked 11      # 1000 queries more
 //
-// Usage: benchmark_contact_cost [case rounds]
+// Usage: benchmark_contact_query_cost [case rounds]
 // SPDX-License-Identifier: BSD-3-Clause
 #include <bristle/geometry/analytic_backend.hpp>
 
