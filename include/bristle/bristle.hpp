@@ -41,6 +41,7 @@
 #include <bristle/geometry/analytic_backend.hpp>
 #include <bristle/geometry/analytic_contacts.hpp>
 #include <bristle/geometry/box_box.hpp>
+#include <bristle/geometry/box_face_clip.hpp>
 #include <bristle/geometry/contact_clip.hpp>
 #include <bristle/geometry/contact_manifold.hpp>
 #include <bristle/geometry/contact_normal.hpp>

@@ -1,5 +1,8 @@
 /// @file
 /// Which shapes may touch: a tree of grown boxes, and a list of shapes without bounds beside it.
+///
+/// Boxes are grown so that they seldom change, and which of them overlap is remembered: a step
+/// looks into the tree only for shapes that left their box.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -8,6 +11,7 @@
 #include <algorithm>
 #include <compare>
 #include <cstdint>
+#include <iterator>
 #include <vector>
 
 namespace bristle {
@@ -28,8 +32,8 @@ class BroadPhase {
   /// Adds a shape with its box in the world; an infinite box is kept in a list of its own.
   void insert(std::uint32_t tag, const Aabb<S>& box) {
     if (entries_.size() <= tag) entries_.resize(tag + 1);
+    mark_stale(tag);
     Entry& entry = entries_[tag];
-    entry = Entry{};
     entry.swept = box;
     if (is_bounded(box)) {
       entry.node = tree_.insert(box, tag);
@@ -39,6 +43,7 @@ class BroadPhase {
   }
 
   void remove(std::uint32_t tag) {
+    mark_stale(tag);
     Entry& entry = entries_[tag];
     if (entry.node != AabbTree<S>::null) {
       tree_.remove(entry.node);
@@ -46,6 +51,7 @@ class BroadPhase {
       unbounded_.erase(std::lower_bound(unbounded_.begin(), unbounded_.end(), tag));
     }
     entry = Entry{};
+    entry.is_stale = true;
   }
 
   /// Sets the box that a shape may reach during the step. The tree keeps a larger one, so that slow
@@ -61,6 +67,7 @@ class BroadPhase {
     const Aabb<S>& box = tree_.box(entry.node);
     if (box.contains(swept) && swept.inflated(S(5) * surplus).contains(box)) return;
     tree_.update(entry.node, swept.inflated(surplus));
+    mark_stale(tag);
   }
 
   /// The box a shape was last given.
@@ -80,22 +87,44 @@ class BroadPhase {
   }
 
   /// Appends to `out` every pair of a shape in `moving` with any other that overlaps it and that
-  /// `accept(tag, other)` lets through, sorted, each once.
+  /// `accept(a, b)` lets through, a < b, sorted, each once.
   /// @param[in,out] tested  Number of pairs of overlapping boxes, accepted or not.
   template <typename Accept>
   void find_pairs(const std::vector<std::uint32_t>& moving, Accept&& accept,
-                  std::vector<ShapePair>& out, std::uint64_t& tested) const {
-    const std::size_t first = out.size();
+                  std::vector<ShapePair>& out, std::uint64_t& tested) {
     for (const std::uint32_t tag : moving) {
-      overlap(entries_[tag].swept, [&](std::uint32_t other) {
-        if (other == tag) return true;
-        ++tested;
-        if (accept(tag, other)) out.push_back({std::min(tag, other), std::max(tag, other)});
-        return true;
-      });
+      entries_[tag].is_moving = true;
+      if (!entries_[tag].has_moved) mark_stale(tag);
+      entries_[tag].has_moved = true;
     }
-    std::sort(out.begin() + static_cast<std::ptrdiff_t>(first), out.end());
-    out.erase(std::unique(out.begin() + static_cast<std::ptrdiff_t>(first), out.end()), out.end());
+    refresh_near();
+    found_.clear();
+    const auto offer = [&](const ShapePair& pair) {
+      ++tested;
+      if (accept(pair.a, pair.b)) found_.push_back(pair);
+    };
+    for (const ShapePair& pair : near_) {
+      const Entry& a = entries_[pair.a];
+      const Entry& b = entries_[pair.b];
+      if ((a.is_moving || b.is_moving) && a.swept.overlaps(b.swept)) offer(pair);
+    }
+    const std::size_t bounded = found_.size();
+    for (const std::uint32_t tag : moving) {
+      const auto offer_with = [&](std::uint32_t other) {
+        // What else moves and is bounded meets this one as one of `unbounded_`; two unbounded ones
+        // meet once.
+        const bool meets_later = entries_[other].is_moving && (is_in_tree(other) || other < tag);
+        if (other != tag && !meets_later) offer(ordered(tag, other));
+        return true;
+      };
+      if (is_in_tree(tag)) {
+        for (const std::uint32_t other : unbounded_) offer(ordered(tag, other));
+      } else {
+        overlap(entries_[tag].swept, offer_with);
+      }
+    }
+    append_sorted(bounded, out);
+    for (const std::uint32_t tag : moving) entries_[tag].is_moving = false;
   }
 
   /// Calls visit(tag, max_distance) -> new max_distance for shapes that the ray may meet, nearer
@@ -110,15 +139,73 @@ class BroadPhase {
   struct Entry {
     typename AabbTree<S>::NodeId node = AabbTree<S>::null;
     Aabb<S> swept{};
+    /// Whether the box in the tree is another than `near_` knows.
+    bool is_stale = false;
+    /// Whether it has ever been named as moving; those that never were do not meet each other.
+    bool has_moved = false;
+    /// Scratch of `find_pairs`.
+    bool is_moving = false;
   };
 
   [[nodiscard]] static bool is_bounded(const Aabb<S>& box) {
     return (box.upper.array() < infinity<S>).all() && (box.lower.array() > -infinity<S>).all();
   }
 
+  [[nodiscard]] static ShapePair ordered(std::uint32_t a, std::uint32_t b) {
+    return {std::min(a, b), std::max(a, b)};
+  }
+  [[nodiscard]] bool is_in_tree(std::uint32_t tag) const {
+    return entries_[tag].node != AabbTree<S>::null;
+  }
+
+  void mark_stale(std::uint32_t tag) {
+    if (entries_[tag].is_stale) return;
+    entries_[tag].is_stale = true;
+    stale_.push_back(tag);
+  }
+
+  /// Looks up in the tree what the boxes overlap that changed since the last time.
+  void refresh_near() {
+    if (stale_.empty()) return;
+    found_.clear();
+    for (const ShapePair& pair : near_) {
+      if (!entries_[pair.a].is_stale && !entries_[pair.b].is_stale) found_.push_back(pair);
+    }
+    const std::size_t kept = found_.size();
+    for (const std::uint32_t tag : stale_) {
+      if (!is_in_tree(tag)) continue;
+      tree_.overlap(tree_.box(entries_[tag].node), [&](std::uint32_t other) {
+        const bool is_found_from_other = entries_[other].is_stale && other < tag;
+        const bool may_move = entries_[tag].has_moved || entries_[other].has_moved;
+        if (other != tag && !is_found_from_other && may_move) {
+          found_.push_back(ordered(tag, other));
+        }
+        return true;
+      });
+    }
+    near_.clear();
+    append_sorted(kept, near_);
+    for (const std::uint32_t tag : stale_) entries_[tag].is_stale = false;
+    stale_.clear();
+  }
+
+  /// Appends `found_` to `out` in order. Most of it is: the first `sorted` pairs.
+  void append_sorted(std::size_t sorted, std::vector<ShapePair>& out) {
+    const auto middle = found_.begin() + static_cast<std::ptrdiff_t>(sorted);
+    if (!std::is_sorted(middle, found_.end())) std::sort(middle, found_.end());
+    std::merge(found_.begin(), middle, middle, found_.end(), std::back_inserter(out));
+  }
+
   AabbTree<S> tree_;
   std::vector<Entry> entries_;
   std::vector<std::uint32_t> unbounded_;
+  /// Pairs of bounded shapes whose boxes in the tree overlap and one of which moves, or did,
+  /// sorted.
+  std::vector<ShapePair> near_;
+  /// Shapes whose boxes in the tree are not those that `near_` was made from.
+  std::vector<std::uint32_t> stale_;
+  /// Scratch.
+  std::vector<ShapePair> found_;
 };
 
 }  // namespace bristle

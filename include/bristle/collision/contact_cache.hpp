@@ -104,12 +104,11 @@ class ContactCache {
       cached.count = static_cast<std::uint32_t>(m.size);
       const CachedManifold<S>* old = find_old(shapes, m.key);
       for (std::size_t i = 0; i < m.size; ++i) {
-        CachedPoint<S> point;
-        point.arm_a = frame.p_as + frame.R_WS * m.points[i].position;
+        CachedPoint<S>& point = points_.emplace_back();
+        point.arm_a = frame.p_as + frame.R_WS.lazyProduct(m.points[i].position);
         point.arm_b = point.arm_a - frame.p_ab;
         point.gap = m.points[i].gap;
         point.feature = m.points[i].feature;
-        points_.push_back(point);
       }
       if (old != nullptr) inherit(*old, cached);
       manifolds_.push_back(cached);
@@ -160,23 +159,51 @@ class ContactCache {
     return nullptr;
   }
 
+  /// Carries friction over as a vector: the tangents of two nearly equal normals may be opposite.
+  class TangentTurn {
+   public:
+    TangentTurn(const Vec3<S>& from, const Vec3<S>& to) {
+      Vec3<S> t1, t2, u1, u2;
+      tangent_basis<S>(from, t1, t2);
+      tangent_basis<S>(to, u1, u2);
+      t1_ = {t1.dot(u1), t1.dot(u2)};
+      t2_ = {t2.dot(u1), t2.dot(u2)};
+    }
+    [[nodiscard]] std::array<S, 3> operator()(const std::array<S, 3>& impulse) const {
+      const Vec2<S> friction = impulse[1] * t1_ + impulse[2] * t2_;
+      return {impulse[0], friction.x(), friction.y()};
+    }
+
+   private:
+    Vec2<S> t1_;  // The old tangents along the new ones.
+    Vec2<S> t2_;
+  };
+
   /// Gives the points of a manifold the impulses of their predecessors: first by feature, then what
   /// is left by place.
   void inherit(const CachedManifold<S>& old, const CachedManifold<S>& young) {
+    const TangentTurn turn(old.normal, young.normal);
     std::array<bool, ContactManifold<S>::capacity> is_taken{};
+    std::uint32_t fresh = young.count;
     const auto match = [&](const auto& is_same) {
-      for (std::uint32_t i = young.first; i < young.first + young.count; ++i) {
-        CachedPoint<S>& point = points_[i];
-        for (std::uint32_t k = 0; k < old.count && point.is_fresh; ++k) {
+      for (std::uint32_t i = 0; i < young.count; ++i) {
+        CachedPoint<S>& point = points_[young.first + i];
+        // Points mostly keep their order: what stood in this one's place is asked first.
+        std::uint32_t k = i < old.count ? i : 0;
+        for (std::uint32_t asked = 0; asked < old.count && point.is_fresh; ++asked) {
           const CachedPoint<S>& other = old_points_[old.first + k];
-          if (is_taken[k] || other.took_impact || !is_same(point, other)) continue;
-          is_taken[k] = true;
-          point.is_fresh = false;
-          point.impulse = turned(other.impulse, old.normal, young.normal);
+          if (!is_taken[k] && !other.took_impact && is_same(point, other)) {
+            is_taken[k] = true;
+            point.is_fresh = false;
+            point.impulse = turn(other.impulse);
+            --fresh;
+          }
+          k = k + 1 < old.count ? k + 1 : 0;
         }
       }
     };
     match([](const CachedPoint<S>& a, const CachedPoint<S>& b) { return a.feature == b.feature; });
+    if (fresh == 0) return;
     // A hundredth of the patch is much more than resting points move and much less than they are
     // apart.
     S extent2 = S(0);
@@ -187,17 +214,6 @@ class ContactCache {
     match([&](const CachedPoint<S>& a, const CachedPoint<S>& b) {
       return (a.arm_a - b.arm_a).squaredNorm() <= S(1e-4) * extent2;
     });
-  }
-
-  /// Friction is carried over as a vector: the tangents of two nearly equal normals may be
-  /// opposite.
-  [[nodiscard]] static std::array<S, 3> turned(const std::array<S, 3>& impulse, const Vec3<S>& from,
-                                               const Vec3<S>& to) {
-    Vec3<S> t1, t2;
-    tangent_basis<S>(from, t1, t2);
-    const Vec3<S> friction = impulse[1] * t1 + impulse[2] * t2;
-    tangent_basis<S>(to, t1, t2);
-    return {impulse[0], friction.dot(t1), friction.dot(t2)};
   }
 
   static void forget(std::uint32_t tag, std::vector<CachedManifold<S>>& manifolds,

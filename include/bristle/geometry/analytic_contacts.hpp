@@ -50,6 +50,10 @@ concept SupportedShape = Scalar<S> && requires(const T& shape, const Vec3<S>& di
 template <Scalar S, SupportedShape<S> Convex>
 void collide_shapes(const HalfSpace<S>& a, const Convex& b, const Transform<S>& X_AB, S margin,
                     ContactManifolds<S>& out);
+/// A box, alike.
+template <Scalar S>
+void collide_shapes(const HalfSpace<S>& a, const Box<S>& b, const Transform<S>& X_AB, S margin,
+                    ContactManifolds<S>& out);
 /// A mesh: of all corners within the margin the deepest, and those that are farthest apart.
 template <Scalar S>
 void collide_shapes(const HalfSpace<S>& a, const MeshTree<S>& b, const Transform<S>& X_AB, S margin,
@@ -68,10 +72,9 @@ void collide_balls(const Vec3<S>& center_a, S radius_a, const Vec3<S>& center_b,
   const S distance = between.norm();
   const S gap = distance - radius_a - radius_b;
   if (!(gap <= margin)) return;
-  ContactManifold<S> manifold;
+  ContactManifold<S>& manifold = out.emplace_back();
   manifold.normal = distance > S(0) ? Vec3<S>(between.stableNormalized()) : fallback;
   manifold.add({center_a + (radius_a + S(0.5) * gap) * manifold.normal, gap, 0});
-  out.push_back(manifold);
 }
 
 /// Where the segments of two capsules come closest: heights on the axes of A and of B.
@@ -204,6 +207,43 @@ void collide_shapes(const HalfSpace<S>& a, const Convex& b, const Transform<S>& 
   detail::PlaneContacts<S> contacts(a, margin, extent);
   for (std::size_t i = 0; i < face.size; ++i) contacts.add(face.points[i], face.ids[i]);
   contacts.append_to(out, face.is_round ? 4 : ContactManifold<S>::capacity);
+}
+
+template <Scalar S>
+void collide_shapes(const HalfSpace<S>& a, const Box<S>& b, const Transform<S>& X_AB, S margin,
+                    ContactManifolds<S>& out) {
+  using std::abs;
+  const Vec3<S>& half = b.half_extents;
+  const Mat3<S> R = X_AB.rotation_matrix();
+  const Vec3<S> up_B = R.transpose().lazyProduct(a.normal);
+  // [m] Heights: of the centre over the plane, and of the ends of the half axes over the centre.
+  const S height = a.normal.dot(X_AB.translation) - a.offset;
+  const Vec3<S> rise = half.cwiseProduct(up_B);
+  if (height - rise.cwiseAbs().sum() > margin) return;
+  // The face that looks down most.
+  int axis = abs(up_B[1]) > abs(up_B[0]) ? 1 : 0;
+  if (abs(up_B[2]) > abs(up_B[axis])) axis = 2;
+  const int u = axis < 2 ? axis + 1 : 0;
+  const int v = axis > 0 ? axis - 1 : 2;
+  const S side = up_B[axis] > S(0) ? S(-1) : S(1);
+  const Vec3<S> middle = X_AB.translation + (side * half[axis]) * R.col(axis);
+  const S middle_gap = height + side * rise[axis];
+
+  ContactManifold<S>& manifold = out.emplace_back();
+  manifold.normal = a.normal;
+  for (std::uint32_t k = 0; k < 4; ++k) {
+    const bool u_up = k == 1 || k == 2;
+    const bool v_up = k >= 2;
+    const S gap = middle_gap + (u_up ? rise[u] : -rise[u]) + (v_up ? rise[v] : -rise[v]);
+    if (!(gap <= margin)) continue;
+    // Corners have the names that support.hpp gives them.
+    const std::uint32_t id =
+        (side > S(0) ? 1u << axis : 0u) | (u_up ? 1u << u : 0u) | (v_up ? 1u << v : 0u);
+    manifold.add({middle + (u_up ? half[u] : -half[u]) * R.col(u) +
+                      (v_up ? half[v] : -half[v]) * R.col(v) - (S(0.5) * gap) * a.normal,
+                  gap, id});
+  }
+  if (manifold.size == 0) out.pop_back();
 }
 
 template <Scalar S>

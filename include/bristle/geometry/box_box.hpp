@@ -3,6 +3,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <bristle/geometry/box_face_clip.hpp>
 #include <bristle/geometry/contact_clip.hpp>
 #include <bristle/geometry/contact_normal.hpp>
 #include <bristle/geometry/convex_view.hpp>
@@ -19,10 +20,9 @@ namespace bristle {
 ///
 /// The normal is that of least overlap among the 15 axes (3 + 3 face normals, 9 pairs of edges;
 /// Gottschalk, Lin, Manocha 1996). Where boxes are apart it is the axis that separates them most,
-/// and the gaps are distances along it; where what is nearest along it does not face the other box,
-/// as when boxes pass cornerwise, it is the direction of their distance. Faces are preferred to
-/// edges, and faces of A to those of B, until the other is better by a twentieth: so resting boxes
-/// keep their normal.
+/// and the gaps are distances along it; boxes that pass each other cornerwise, without facing along
+/// it, have no contact. Faces are preferred to edges, and faces of A to those of B, until the other
+/// is better by a twentieth: so resting boxes keep their normal.
 template <Scalar S>
 void collide_shapes(const Box<S>& a, const Box<S>& b, const Transform<S>& X_AB, S margin,
                     ContactManifolds<S>& out);
@@ -31,86 +31,203 @@ void collide_shapes(const Box<S>& a, const Box<S>& b, const Transform<S>& X_AB, 
 
 namespace detail {
 
-/// Best separating axis so far: the one with the largest distance between the shapes along it.
+/// What separates two boxes most.
 template <Scalar S>
-struct SeparatingAxis {
-  /// [m] Distance along the axis; negative where the shapes overlap along every axis.
+struct BoxAxis {
+  /// [m] Distance along the axis; negative where the boxes overlap along every axis.
   S gap = -infinity<S>;
-  /// [1] Unit, from A to B.
-  Vec3<S> normal = Vec3<S>::UnitZ();
+  /// [-] Number of the axis.
+  int axis = 0;
 
-  /// Takes another axis if it is clearly better.
+  /// [m] Gap from which on another axis is clearly better.
   /// @param least_gain  [m] What counts as no difference.
-  void offer(S other_gap, const Vec3<S>& other_normal, S least_gain) {
+  [[nodiscard]] S bar(S least_gain) const {
     using std::abs;
-    if (gap == -infinity<S> || other_gap > gap + S(0.05) * abs(gap) + least_gain) {
-      gap = other_gap;
-      normal = other_normal;
-    }
-  }
-  /// Takes another axis if it is better at all.
-  void offer(S other_gap, const Vec3<S>& other_normal) {
-    if (other_gap > gap) {
-      gap = other_gap;
-      normal = other_normal;
-    }
+    return gap + S(0.05) * abs(gap) + least_gain;
   }
 };
+
+/// The first of the largest.
+template <Scalar S>
+[[nodiscard]] BoxAxis<S> best_axis(const Vec3<S>& gaps) {
+  BoxAxis<S> best{gaps[0], 0};
+  for (int i = 1; i < 3; ++i) {
+    if (gaps[i] > best.gap) best = {gaps[i], i};
+  }
+  return best;
+}
+
+/// Two boxes, seen from the first.
+template <Scalar S>
+struct BoxPair {
+  const Vec3<S>& a;  // [m] Half extents.
+  const Vec3<S>& b;
+  const Mat3<S>& R;  // Pose of B.
+  const Vec3<S>& p;
+};
+
+/// The edges along axis `i` of A and `j` of B, and what separates the boxes across both.
+template <Scalar S>
+struct BoxEdges {
+  int i = 0;
+  int j = 0;
+  /// [m] Distance along the axis across both.
+  S gap = -infinity<S>;
+  /// [1] Sine of the angle between the edges; 0 for none.
+  S sine = S(0);
+  /// [1] On which side of A along the cross product B lies.
+  S side = S(1);
+};
+
+/// Looks for a pair of edges that separates the boxes by more than `best.gap`.
+///
+/// @return Whether they come within `margin`; without it the search ends early.
+template <Scalar S>
+[[nodiscard]] bool search_edges(const BoxPair<S>& boxes, const Mat3<S>& absolute, S margin,
+                                BoxEdges<S>& best) {
+  using std::abs;
+  using std::sqrt;
+  const auto& [a, b, R, p] = boxes;
+  for (int i = 0; i < 3; ++i) {
+    const int i1 = i < 2 ? i + 1 : 0;
+    const int i2 = i > 0 ? i - 1 : 2;
+    // All lengths are along the cross products of the edges, whose own lengths are the sines.
+    const Vec3<S> distance = p[i2] * R.row(i1) - p[i1] * R.row(i2);
+    const Vec3<S> reach_a = a[i1] * absolute.row(i2) + a[i2] * absolute.row(i1);
+    const Vec3<S> reach_b(b[1] * absolute(i, 2) + b[2] * absolute(i, 1),
+                          b[2] * absolute(i, 0) + b[0] * absolute(i, 2),
+                          b[0] * absolute(i, 1) + b[1] * absolute(i, 0));
+    const Vec3<S> between = distance.cwiseAbs() - reach_a - reach_b;
+    for (int j = 0; j < 3; ++j) {
+      // Division by a sine makes overlaps larger still: most axes are out without a square root.
+      if (between[j] <= std::min(best.gap, S(0))) continue;
+      // Parallel edges span a face, which has been looked at.
+      const S sine = sqrt(R(i1, j) * R(i1, j) + R(i2, j) * R(i2, j));
+      if (sine <= Tolerance<S>::equal()) continue;
+      const S gap = between[j] / sine;
+      if (gap > margin) return false;
+      if (gap > best.gap) best = {i, j, gap, sine, distance[j] < S(0) ? S(-1) : S(1)};
+    }
+  }
+  return true;
+}
+
+/// Contact of a face of A or B with the other box.
+template <Scalar S>
+void collide_face(const BoxPair<S>& boxes, bool is_of_a, int axis, S margin, S tolerance,
+                  ContactManifold<S>& manifold) {
+  const auto& [a, b, R, p] = boxes;
+  if (is_of_a) {
+    const BoxFace<S> face{a, axis, p[axis] < S(0) ? S(-1) : S(1), true};
+    const BoxFacePatch<S> patch(face, b, R, p, tolerance);
+    patch.add_to(manifold, margin, Mat3<S>::Identity(), Vec3<S>::Zero());
+    manifold.normal = face.side * Vec3<S>::Unit(axis);
+  } else {
+    const Mat3<S> R_BA = R.transpose();
+    const Vec3<S> p_BA = -R_BA.lazyProduct(p);
+    const BoxFace<S> face{b, axis, p_BA[axis] > S(0) ? S(1) : S(-1), false};
+    const BoxFacePatch<S> patch(face, a, R_BA, p_BA, tolerance);
+    patch.add_to(manifold, margin, R, p);
+    manifold.normal = -face.side * R.col(axis);
+  }
+}
+
+/// Contact of two crossed edges, where they come closest.
+template <Scalar S>
+void collide_edges(const BoxPair<S>& boxes, const BoxEdges<S>& edges, const Vec3<S>& normal,
+                   const Vec3<S>& normal_B, ContactManifold<S>& manifold) {
+  const auto& [a, b, R, p] = boxes;
+  std::uint32_t corner_a = 0;
+  std::uint32_t corner_b = 0;
+  Vec3<S> middle_a = a;
+  Vec3<S> middle_b = b;
+  for (int k = 0; k < 3; ++k) {
+    if (normal[k] < S(0)) {
+      middle_a[k] = -a[k];
+    } else {
+      corner_a |= 1u << k;
+    }
+    if (normal_B[k] > S(0)) {
+      middle_b[k] = -b[k];
+    } else {
+      corner_b |= 1u << k;
+    }
+  }
+  middle_a[edges.i] = S(0);
+  middle_b[edges.j] = S(0);
+  middle_b = R * middle_b + p;
+  const Vec3<S> along_b = R.col(edges.j);
+  const Vec3<S> between = middle_b - middle_a;
+  const S cosine = R(edges.i, edges.j);
+  const S on_a = between[edges.i];
+  const S on_b = between.dot(along_b);
+  const S sine2 = edges.sine * edges.sine;
+  const S s = std::clamp((on_a - cosine * on_b) / sine2, -a[edges.i], a[edges.i]);
+  const S t = std::clamp((cosine * on_a - on_b) / sine2, -b[edges.j], b[edges.j]);
+  middle_a[edges.i] = s;
+  manifold.normal = normal;
+  manifold.add({S(0.5) * (middle_a + middle_b + t * along_b), edges.gap,
+                box_crossing_name(box_edge(corner_a, edges.i), box_edge(corner_b, edges.j))});
+}
 
 }  // namespace detail
 
 template <Scalar S>
 void collide_shapes(const Box<S>& a, const Box<S>& b, const Transform<S>& X_AB, S margin,
                     ContactManifolds<S>& out) {
-  using std::abs;
-  using std::sqrt;
   const Mat3<S> R = X_AB.rotation_matrix();
   const Mat3<S> absolute = R.cwiseAbs();
   const Vec3<S>& p = X_AB.translation;
-  const Vec3<S> p_B = R.transpose() * p;
-  const Vec3<S> gaps_a = p.cwiseAbs() - a.half_extents - absolute * b.half_extents;
-  const Vec3<S> gaps_b = p_B.cwiseAbs() - b.half_extents - absolute.transpose() * a.half_extents;
-  if (gaps_a.maxCoeff() > margin || gaps_b.maxCoeff() > margin) return;
+  const detail::BoxPair<S> boxes{a.half_extents, b.half_extents, R, p};
 
-  detail::SeparatingAxis<S> face_a;
-  detail::SeparatingAxis<S> face_b;
-  detail::SeparatingAxis<S> edges;
-  for (int i = 0; i < 3; ++i) {
-    face_a.offer(gaps_a[i], (p[i] < S(0) ? S(-1) : S(1)) * Vec3<S>::Unit(i));
-    face_b.offer(gaps_b[i], (p_B[i] < S(0) ? S(-1) : S(1)) * R.col(i));
-  }
-  for (int i = 0; i < 3; ++i) {
-    for (int j = 0; j < 3; ++j) {
-      const Vec3<S> cross = Vec3<S>::Unit(i).cross(R.col(j));
-      const S sine = cross.norm();
-      // Parallel edges span a face, which has been looked at.
-      if (sine <= Tolerance<S>::equal()) continue;
-      const Vec3<S> axis = cross / sine;
-      const S reach = a.half_extents.dot(axis.cwiseAbs()) +
-                      b.half_extents.dot((R.transpose() * axis).cwiseAbs());
-      const S distance = p.dot(axis);
-      edges.offer(abs(distance) - reach, distance < S(0) ? Vec3<S>(-axis) : axis);
-    }
-  }
-  if (edges.gap > margin) return;
+  const detail::BoxAxis<S> face_a =
+      detail::best_axis<S>(p.cwiseAbs() - a.half_extents - absolute.lazyProduct(b.half_extents));
+  if (face_a.gap > margin) return;
+  const Vec3<S> p_B = R.transpose().lazyProduct(p);
+  const detail::BoxAxis<S> face_b = detail::best_axis<S>(
+      p_B.cwiseAbs() - b.half_extents - absolute.transpose().lazyProduct(a.half_extents));
+  if (face_b.gap > margin) return;
 
   const S least_gain =
       Tolerance<S>::equal() * (a.half_extents.maxCoeff() + b.half_extents.maxCoeff());
-  detail::SeparatingAxis<S> best = face_a;
-  best.offer(face_b.gap, face_b.normal, least_gain);
-  best.offer(edges.gap, edges.normal, least_gain);
+  const bool is_of_a = !(face_b.gap > face_a.bar(least_gain));
+  const detail::BoxAxis<S>& face = is_of_a ? face_a : face_b;
+  detail::BoxEdges<S> edges;
+  edges.gap = face.bar(least_gain);
+  if (!detail::search_edges(boxes, absolute, margin, edges)) return;
 
-  if (best.gap <= S(0)) {
-    build_manifold(a, b, X_AB, best.normal, margin, out);
+  // The manifold is made where it will stay: it is large.
+  ContactManifold<S>& manifold = out.emplace_back();
+  const bool is_face = !(edges.sine > S(0));
+  Vec3<S> normal;
+  if (is_face) {
+    detail::collide_face(boxes, is_of_a, face.axis, margin, least_gain, manifold);
+    normal = manifold.normal;
+  } else {
+    normal = (edges.side / edges.sine) * Vec3<S>::Unit(edges.i).cross(R.col(edges.j));
+    const Vec3<S> normal_B = R.transpose() * normal;
+    const bool is_crossing = edges.sine > edge_tolerance<S> &&
+                             normal.cwiseAbs().maxCoeff() < detail::aligned_cosine<S> &&
+                             normal_B.cwiseAbs().maxCoeff() < detail::aligned_cosine<S>;
+    if (is_crossing) {
+      detail::collide_edges(boxes, edges, normal, normal_B, manifold);
+    } else {
+      // Faces or edges that nearly lie along each other touch in more than a point.
+      const auto features = detail::feature_pair(a, b, X_AB, normal);
+      manifold = detail::clip_features(features.a, features.b, normal, margin);
+    }
+  }
+  const S gap = is_face ? face.gap : edges.gap;
+  const auto points = std::span(manifold.points).first(manifold.size);
+  const S farthest = gap <= S(0) ? infinity<S> : gap + least_gain;
+  if (std::any_of(points.begin(), points.end(),
+                  [&](const ContactPoint<S>& point) { return point.gap <= farthest; })) {
     return;
   }
-  const auto features = detail::feature_pair(a, b, X_AB, best.normal);
-  const auto manifold = detail::clip_features(features.a, features.b, best.normal, margin);
-  const auto points = std::span(manifold.points).first(manifold.size);
-  if (std::any_of(points.begin(), points.end(), [&](const ContactPoint<S>& point) {
-        return point.gap <= best.gap + least_gain;
-      })) {
-    out.push_back(manifold);
+  out.pop_back();
+  // Boxes that overlap touch somewhere, whatever rounding says.
+  if (gap <= S(0)) {
+    build_manifold(a, b, X_AB, normal, margin, out);
     return;
   }
   // What separates the boxes least is beside what faces: a corner passes a corner or an edge. No

@@ -71,7 +71,18 @@ ContactStatus collide_pair(const WorldState<S, Backend>& state, const ShapePair&
                            ContactManifolds<S>& out) {
   const Collider<S, Backend>& a = state.colliders.at(pair.a);
   const Collider<S, Backend>& b = state.colliders.at(pair.b);
-  const Transform<S> X_SaSb = a.X_CmS.inverse() * state.pose_from(state.body_of(a), b);
+  const Transform<S>& X_WA = state.body_of(a).center_pose;
+  const Transform<S>& X_WB = state.body_of(b).center_pose;
+  // Of each shape about its body's centre of mass, world axes. Centres of mass are subtracted
+  // first: far from the world's origin nothing else is lost.
+  const auto about_center = [](const Transform<S>& X, const Transform<S>& X_CmS) -> Transform<S> {
+    return {X.rotation * X_CmS.rotation, X.rotation * X_CmS.translation};
+  };
+  const Transform<S> X_a = about_center(X_WA, a.X_CmS);
+  const Transform<S> X_b = about_center(X_WB, b.X_CmS);
+  const Vec3<S> p = (X_WB.translation - X_WA.translation) + X_b.translation - X_a.translation;
+  const Quat<S> R_SaW = X_a.rotation.conjugate();
+  const Transform<S> X_SaSb{R_SaW * X_b.rotation, R_SaW * p};
   return Backend::collide(a.shape, b.shape, X_SaSb, reach_of(state, a, b) + reach_of(state, b, a),
                           out);
 }

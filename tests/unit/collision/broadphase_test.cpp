@@ -61,6 +61,71 @@ TEST_CASE_TEMPLATE("BroadPhase: finds exactly the pairs that overlap, each once,
   }
 }
 
+TEST_CASE_TEMPLATE("BroadPhase: remembers pairs through moves, rests, removals and insertions", S,
+                   float, double) {
+  test::Random random(8);
+  constexpr std::uint32_t count = 60;
+  BroadPhase<S> phase;
+  std::vector<Aabb<S>> boxes(count);
+  std::vector<bool> is_there(count, false);
+  const auto is_fixed = [](std::uint32_t i) { return i % 4 == 0; };
+  const auto insert = [&](std::uint32_t i) {
+    boxes[i] = i % 20 == 3 ? everywhere<S>()
+                           : box_at<S>(random.in_cube(S(1.5)), random.uniform(S(0.1), S(0.5)));
+    phase.insert(i, boxes[i]);
+    is_there[i] = true;
+  };
+  for (std::uint32_t i = 0; i < count; ++i) insert(i);
+  std::vector<std::uint32_t> moving;
+  std::vector<ShapePair> expected;
+  std::vector<ShapePair> found;
+  std::size_t total = 0;
+  for (int round = 0; round < 300; ++round) {
+    const auto any = [&] { return static_cast<std::uint32_t>(random.uniform(0.0, count - 0.01)); };
+    const std::uint32_t changed = any();
+    if (is_there[changed]) {
+      phase.remove(changed);
+      is_there[changed] = false;
+    } else {
+      insert(changed);
+    }
+    // A tag may change hands within one step.
+    const std::uint32_t replaced = any();
+    if (is_there[replaced]) {
+      phase.remove(replaced);
+      insert(replaced);
+    }
+    moving.clear();
+    const bool all_rest = round % 10 == 0;
+    for (std::uint32_t i = 0; i < count; ++i) {
+      if (!is_there[i] || is_fixed(i) || all_rest || random.uniform(0.0, 1.0) < 0.3) continue;
+      moving.push_back(i);
+      // Mostly steps that stay within the grown box.
+      const Vec3<S> step = random.in_cube(S(random.uniform(0.0, 1.0) < 0.1 ? 0.5 : 0.002));
+      boxes[i].lower += step;
+      boxes[i].upper += step;
+      phase.move(i, boxes[i]);
+    }
+    expected.clear();
+    std::vector<bool> moves(count, false);
+    for (const std::uint32_t i : moving) moves[i] = true;
+    for (std::uint32_t a = 0; a < count; ++a) {
+      for (std::uint32_t b = a + 1; b < count; ++b) {
+        if (!is_there[a] || !is_there[b] || (!moves[a] && !moves[b])) continue;
+        if (boxes[a].overlaps(boxes[b]) && (a + b) % 7 != 0) expected.push_back({a, b});
+      }
+    }
+    found.clear();
+    std::uint64_t tested = 0;
+    phase.find_pairs(
+        moving, [](auto a, auto b) { return (a + b) % 7 != 0; }, found, tested);
+    REQUIRE(found == expected);
+    CHECK(tested >= found.size());
+    total += found.size();
+  }
+  CHECK(total > 10000);
+}
+
 TEST_CASE_TEMPLATE("BroadPhase: unbounded shapes overlap everything, until removed", S, float,
                    double) {
   BroadPhase<S> phase;

@@ -1,8 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "support/random.hpp"
+
 #include <bristle/collision/contact_cache.hpp>
+#include <bristle/geometry/box_box.hpp>
 
 #include <doctest/doctest.h>
 
+#include <array>
+#include <cmath>
+#include <limits>
 #include <utility>
 
 using namespace bristle;
@@ -134,4 +140,70 @@ TEST_CASE("ContactCache: a repeated step is its own predecessor") {
   cache.begin_step();
   CHECK(cache.manifolds().empty());
   CHECK(cache.last_manifolds().size() == 1);
+}
+
+TEST_CASE_TEMPLATE("ContactCache: equal boxes that jitter on each other keep all their impulses", S,
+                   float, double) {
+  test::Random random(21);
+  const Box<S> box{{S(0.5), S(0.3), S(0.2)}};
+  const S smallest = std::log2(std::numeric_limits<S>::epsilon());
+  const S largest = std::log2(Tolerance<S>::equal() / S(10));
+  ContactCache<S> cache;
+  for (int i = 0; i < 500; ++i) {
+    const S jitter = std::exp2(random.uniform(smallest, largest));
+    const Transform<S> X_AB{
+        exp_rotation<S>(jitter * random.direction<S>()),
+        Vec3<S>(Vec3<S>(0, 0, S(0.4)) + S(0.5) * jitter * random.direction<S>())};
+    ContactManifolds<S> found;
+    collide_shapes(box, box, X_AB, S(0.01), found);
+    cache.begin_step();
+    cache.add({0, 1}, found,
+              {Mat3<S>::Identity(), Vec3<S>::Zero(), X_AB.translation, Vec3<S>::Zero()});
+    REQUIRE(cache.points().size() == 4);
+    for (CachedPoint<S>& point : cache.points()) {
+      // Each corner carries a number of its own, and gets its own back.
+      const S mine =
+          S(1) + (point.arm_a.x() > S(0) ? S(1) : S(0)) + (point.arm_a.y() > S(0) ? S(2) : S(0));
+      CHECK(point.is_fresh == (i == 0));
+      if (i > 0) CHECK(point.impulse[0] == mine);
+      point.impulse[0] = mine;
+    }
+  }
+}
+
+TEST_CASE_TEMPLATE(
+    "ContactCache: points are matched by feature in any order, and left over by place", S, float,
+    double) {
+  ContactCache<S> cache;
+  cache.begin_step();
+  add<S>(cache, {0, 1}, manifold<S>(0, {1, 2, 3, 4}));
+  for (std::size_t i = 0; i < 4; ++i) cache.points()[i].impulse = {S(i + 1), S(i) / 4, -S(i)};
+  cache.points()[2].took_impact = true;
+  cache.begin_step();
+  ContactManifolds<S> found = manifold<S>(0, {4, 3, 9, 1});
+  // Another name where feature 2 was; the patch is 3 long.
+  found[0].points[2].position = {S(2.02), 0, 0};
+  add<S>(cache, {0, 1}, found);
+  const auto& points = cache.points();
+  CHECK(points[0].impulse == std::array<S, 3>{S(4), S(0.75), S(-3)});
+  CHECK(points[1].is_fresh);
+  CHECK(points[2].impulse == std::array<S, 3>{S(2), S(0.25), S(-1)});
+  CHECK(points[3].impulse == std::array<S, 3>{S(1), S(0), S(0)});
+  // A normal on the other side of the jump of tangent_basis keeps friction as a vector.
+  ContactManifolds<S> below = manifold<S>(0, {1});
+  below[0].normal = {1, 0, S(1e-6)};
+  ContactManifolds<S> above = below;
+  above[0].normal = {1, 0, S(-1e-6)};
+  const auto friction = [&]() -> Vec3<S> {
+    Vec3<S> t1, t2;
+    tangent_basis<S>(cache.manifolds()[0].normal, t1, t2);
+    return cache.points()[0].impulse[1] * t1 + cache.points()[0].impulse[2] * t2;
+  };
+  cache.begin_step();
+  add<S>(cache, {5, 6}, below);
+  cache.points()[0].impulse = {S(1), S(0.5), S(0.25)};
+  const Vec3<S> before = friction();
+  cache.begin_step();
+  add<S>(cache, {5, 6}, above);
+  CHECK((friction() - before).norm() < S(1e-5));
 }

@@ -27,7 +27,10 @@ struct Fall {
     context.position_tolerance = 1e-12;
     context.restitution_speed = 0.01;
   }
-  void aim() { aim_contact(contact, floor, ball, context); }
+  void aim() {
+    ball.free_motion = mean_free_motion(ball, context.integrator);
+    aim_contact(contact, floor, ball, context);
+  }
 };
 
 }  // namespace

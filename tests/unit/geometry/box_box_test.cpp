@@ -3,8 +3,11 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
+#include <set>
 #include <support/random.hpp>
 #include <vector>
 
@@ -178,4 +181,109 @@ TEST_CASE_TEMPLATE("collide_shapes: no box comes within the margin without a con
     CHECK(deepest(contacts(a, b, X, margin)) <= distance + tolerance);
   }
   CHECK(near > 1000);
+}
+
+TEST_CASE("collide_shapes: two boxes have the contacts that clipping of any shapes finds") {
+  // clip_features() intersects the same faces and edges without knowing that they are of boxes. In
+  // float a corner in a thousand lies so near a side that one keeps it and the other cuts it.
+  using S = double;
+  Random random(73);
+  int face_count = 0;
+  int edge_count = 0;
+  for (int i = 0; i < 3000; ++i) {
+    const S size = std::exp2(random.uniform(S(-8), S(8)));
+    const Box<S> a{(random.in_cube(S(0.4)) + Vec3<S>::Constant(S(0.5))) * size};
+    const Box<S> b{(random.in_cube(S(0.4)) + Vec3<S>::Constant(S(0.5))) * size};
+    Transform<S> X_AB = random.pose(S(1.1) * size);
+    if (i % 3 == 0) X_AB.rotation = exp_rotation<S>(S(0.02) * random.direction<S>());
+    const S margin = S(0.03) * size;
+    const auto out = contacts(a, b, X_AB, margin);
+    if (out.empty()) continue;
+    CAPTURE(i);
+    REQUIRE(out.size() == 1);
+    const ContactManifold<S>& m = out[0];
+    const auto features = detail::feature_pair(a, b, X_AB, m.normal);
+    const ContactManifold<S> expected =
+        detail::clip_features(features.a, features.b, m.normal, margin);
+    // Both are sums of a handful of products of coordinates up to twice the size; a crossing of
+    // edges divides by the sine of their angle, which is at least edge_tolerance, 1 / 20, twice.
+    const S tolerance = S(100) * Tolerance<S>::round_off() * size;
+    // A contact that one has and the other has not is at the margin, or beside one it has.
+    const auto is_in = [&](const ContactPoint<S>& p, const ContactManifold<S>& others) {
+      if (p.gap > margin - tolerance) return true;
+      for (std::size_t k = 0; k < others.size; ++k) {
+        const ContactPoint<S>& q = others.points[k];
+        const S apart = (q.position - p.position).norm();
+        if (apart <= tolerance && std::abs(q.gap - p.gap) <= tolerance) return true;
+        if (apart <= S(4) * Tolerance<S>::equal() * size) return true;
+      }
+      return false;
+    };
+    std::set<std::uint32_t> names;
+    for (std::size_t k = 0; k < m.size; ++k) {
+      CHECK(is_in(m.points[k], expected));
+      names.insert(m.points[k].feature);
+    }
+    for (std::size_t k = 0; k < expected.size; ++k) CHECK(is_in(expected.points[k], m));
+    CHECK(names.size() == m.size);
+    const Vec3<S> normal_B = X_AB.inverse().rotate(m.normal);
+    const bool is_face =
+        std::max(m.normal.cwiseAbs().maxCoeff(), normal_B.cwiseAbs().maxCoeff()) > S(0.9999);
+    (is_face ? face_count : edge_count) += 1;
+  }
+  CHECK(face_count > 300);
+  CHECK(edge_count > 100);
+}
+
+TEST_CASE_TEMPLATE("collide_shapes: equal boxes that jitter keep their four contacts and names", S,
+                   float, double) {
+  Random random(74);
+  // From the last bit to a tenth of what counts as equal.
+  const S smallest = std::log2(std::numeric_limits<S>::epsilon());
+  const S largest = std::log2(Tolerance<S>::equal() / S(10));
+  for (int i = 0; i < 300; ++i) {
+    const S size = std::exp2(random.uniform(S(-8), S(8)));
+    const Box<S> box{(random.in_cube(S(0.4)) + Vec3<S>::Constant(S(0.5))) * size};
+    const int axis = i % 3;
+    const S side = i % 2 == 0 ? S(1) : S(-1);
+    std::set<std::uint32_t> names;
+    for (int k = 0; k < 20; ++k) {
+      const S jitter = std::exp2(random.uniform(smallest, largest));
+      Transform<S> X_AB{exp_rotation<S>(jitter * random.direction<S>()),
+                        size * jitter * random.direction<S>()};
+      X_AB.translation[axis] += S(2) * side * box.half_extents[axis];
+      const auto out = contacts(box, box, X_AB, S(0.01) * size);
+      REQUIRE(out.size() == 1);
+      REQUIRE(out[0].size == 4);
+      std::set<std::uint32_t> now;
+      for (std::size_t p = 0; p < 4; ++p) now.insert(out[0].points[p].feature);
+      CHECK(now.size() == 4);
+      if (k == 0) names = now;
+      CHECK(now == names);
+    }
+  }
+}
+
+TEST_CASE_TEMPLATE("collide_shapes: names of contacts stay when the other box gives the normal", S,
+                   float, double) {
+  // Two boxes that lie half over each other. Tipped one way the edge of the second comes down on
+  // the face of the first, tipped the other way its face comes down on the edge of the first.
+  const Box<S> box{{S(1), S(1), S(1)}};
+  std::set<std::uint32_t> names;
+  int taken_from_a = 0;
+  int taken_from_b = 0;
+  for (int i = -25; i <= 25; ++i) {
+    const Transform<S> X_AB{exp_rotation<S>({S(1e-3) * S(i), S(-4e-3) * S(i), S(0.1)}),
+                            {S(1), S(0.5), S(1.95)}};
+    const auto out = contacts(box, box, X_AB, S(0.5));
+    REQUIRE(out.size() == 1);
+    REQUIRE(out[0].size == 4);
+    (out[0].normal == Vec3<S>::UnitZ() ? taken_from_a : taken_from_b) += 1;
+    std::set<std::uint32_t> now;
+    for (std::size_t p = 0; p < 4; ++p) now.insert(out[0].points[p].feature);
+    if (names.empty()) names = now;
+    CHECK(now == names);
+  }
+  CHECK(taken_from_a > 10);
+  CHECK(taken_from_b > 10);
 }
