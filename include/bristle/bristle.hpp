@@ -12,6 +12,7 @@
 #include <bristle/core/disjoint_sets.hpp>
 #include <bristle/core/error.hpp>
 #include <bristle/core/parallel.hpp>
+#include <bristle/core/refill.hpp>
 #include <bristle/core/slot_map.hpp>
 #include <bristle/core/version.hpp>
 #include <bristle/dynamics/body.hpp>
@@ -20,6 +21,7 @@
 #include <bristle/dynamics/contact_constraint.hpp>
 #include <bristle/dynamics/integrator.hpp>
 #include <bristle/dynamics/island_order.hpp>
+#include <bristle/dynamics/island_row.hpp>
 #include <bristle/dynamics/island_rows.hpp>
 #include <bristle/dynamics/island_solver.hpp>
 #include <bristle/dynamics/islands.hpp>

@@ -8,6 +8,7 @@
 #pragma once
 
 #include <bristle/dynamics/island_order.hpp>
+#include <bristle/dynamics/island_row.hpp>
 #include <bristle/dynamics/solver_types.hpp>
 #include <bristle/math/envelope_cholesky.hpp>
 
@@ -133,6 +134,33 @@ class IslandRows {
     return {{S(u[0]), S(u[1]), S(u[2])}, {S(u[3]), S(u[4]), S(u[5])}};
   }
 
+  /// Whether there are joints, and other rows that may ask for what they forbid.
+  [[nodiscard]] bool has_joints_beside_others() const {
+    return can_switch_ && std::any_of(rows_.begin(), rows_.end(),
+                                      [](const Row& row) { return row.kind == Kind::free; });
+  }
+  /// Adds J^T J / (eps K) of the joints alone.
+  void add_joints(Real eps, EnvelopeMatrix<Real>& h) const {
+    for (const Row& row : rows_) {
+      if (row.kind != Kind::free || !(row.response > Real(0))) continue;
+      add_square(h, Real(1) / (eps * row.response), row);
+    }
+  }
+  /// Leaves out rows whose response in a factored matrix is less than a share of what it is by
+  /// itself; a contact goes with its normal.
+  void drop_locked(const EnvelopeMatrix<Real>& factored, Real share, std::vector<Real>& scratch) {
+    for (std::size_t i = 0; i < rows_.size(); ++i) {
+      Row& row = rows_[i];
+      if (row.kind == Kind::free || row.kind == Kind::tangent) continue;
+      scratch.assign(unknowns_, Real(0));
+      row.add_to(scratch, Real(1));
+      factored.solve(scratch.data());
+      if (row.times(scratch) > share * row.response) continue;
+      row.response = Real(0);
+      if (row.kind == Kind::cone) rows_[i + 1].response = rows_[i + 2].response = Real(0);
+    }
+  }
+
   /// Velocities of all rows, relative to their targets, for velocities of the bodies.
   void evaluate(const std::vector<Real>& v) {
     for (Row& row : rows_) row.velocity = row.times(v) - row.target;
@@ -159,15 +187,15 @@ class IslandRows {
 
   /// g -= J^T lambda+.
   void subtract_impulses(Real eps, std::vector<Real>& g) const {
-    for_each_impulse(eps, Real(0), [&](const Row& row, Real x) {
-      if (x != Real(0)) row.add_to(g, -x);
+    for_each_impulse(eps, Real(0), [&](std::size_t i, Real x) {
+      if (x != Real(0)) rows_[i].add_to(g, -x);
     });
   }
   /// lambda+ . J step, a part s of the way along the step: what constraints add to the derivative
   /// on the line.
   [[nodiscard]] Real work(Real eps, Real s) const {
     Real sum = Real(0);
-    for_each_impulse(eps, s, [&](const Row& row, Real x) { sum += x * row.change; });
+    for_each_impulse(eps, s, [&](std::size_t i, Real x) { sum += x * rows_[i].change; });
     return sum;
   }
   /// Adds J^T D J, D the derivative of -lambda+ by J v, and remembers on which side of their bounds
@@ -184,8 +212,7 @@ class IslandRows {
   }
   /// lambda := lambda+.
   void accept(Real eps) {
-    for_each_impulse(eps, Real(0), [](const Row& row, Real x) { row.next = x; });
-    for (Row& row : rows_) row.lambda = row.next;
+    for_each_impulse(eps, Real(0), [this](std::size_t i, Real x) { rows_[i].lambda = x; });
   }
   /// Largest distance of a row from its rule, as the velocity that its own response makes of it.
   [[nodiscard]] Real residual() const {
@@ -204,7 +231,7 @@ class IslandRows {
       const Row& second = rows_[i + 2];
       Real x = first.lambda - first.velocity / K;
       Real y = second.lambda - second.velocity / K;
-      shrink(row.friction * row.lambda, x, y);
+      detail::shrink(row.friction * row.lambda, x, y);
       largest = std::max(largest, K * std::hypot(first.lambda - x, second.lambda - y));
     }
     return largest;
@@ -224,7 +251,7 @@ class IslandRows {
       ContactConstraint<S>& c = constraints.contacts[i];
       Real x = rows_[r + 1].lambda;
       Real y = rows_[r + 2].lambda;
-      shrink(rows_[r].friction * rows_[r].lambda, x, y);
+      detail::shrink(rows_[r].friction * rows_[r].lambda, x, y);
       c.impulse = {S(rows_[r].lambda), S(x), S(y)};
       r += 3;
     }
@@ -250,108 +277,39 @@ class IslandRows {
   }
 
  private:
-  enum class Kind : std::uint8_t { free, bounded, cone, tangent };
-  /// Which part of its rule a row is on.
-  enum class Side : std::uint8_t { inside, at_bound, sliding };
-
-  struct Row {
-    std::uint32_t a = none;  // First unknown of each body.
-    std::uint32_t b = none;
-    Kind kind = Kind::free;
-    Side side = Side::inside;
-    std::array<Real, 6> jacobian_a{};
-    std::array<Real, 6> jacobian_b{};
-    Real target = Real(0);
-    Real response = Real(0);  // K: velocity per own impulse.
-    Real lower = Real(0);
-    Real upper = Real(0);
-    Real friction = Real(0);
-    Real shift = Real(0);  // Of a cone: what sliding adds to the normal velocity.
-    Real lambda = Real(0);
-    Real velocity = Real(0);
-    Real change = Real(0);
-    mutable Real next = Real(0);
-
-    [[nodiscard]] Real times(const std::vector<Real>& v) const {
-      Real sum = Real(0);
-      if (a != none) {
-        for (std::size_t i = 0; i < 6; ++i) sum += jacobian_a[i] * v[a + i];
-      }
-      if (b != none) {
-        for (std::size_t i = 0; i < 6; ++i) sum += jacobian_b[i] * v[b + i];
-      }
-      return sum;
-    }
-    void add_to(std::vector<Real>& g, Real x) const {
-      if (a != none) {
-        for (std::size_t i = 0; i < 6; ++i) g[a + i] += x * jacobian_a[i];
-      }
-      if (b != none) {
-        for (std::size_t i = 0; i < 6; ++i) g[b + i] += x * jacobian_b[i];
-      }
-    }
-    [[nodiscard]] Real clamped(Real x) const {
-      return kind == Kind::free ? x : std::min(std::max(x, lower), upper);
-    }
-  };
-
-  /// Moves a point into a disk, radially.
-  static void shrink(Real radius, Real& x, Real& y) {
-    const Real length = std::hypot(x, y);
-    if (length <= radius) return;
-    x *= radius / length;
-    y *= radius / length;
-  }
-
-  /// What a row's impulse would be without its rule, a part s of the way along the step.
-  [[nodiscard]] static Real proposed(const Row& row, Real eps, Real s) {
-    if (!(row.response > Real(0))) return Real(0);
-    return row.lambda - (row.velocity + row.shift + s * row.change) / (eps * row.response);
-  }
+  using Row = IslandRow<Real>;
+  using Kind = RowKind;
+  using Side = RowSide;
 
   [[nodiscard]] Side side_of(std::size_t i, Real eps) const {
     const Row& row = rows_[i];
     if (row.kind == Kind::free) return Side::inside;
-    const Real x = proposed(row, eps, Real(0));
+    const Real x = row.proposed(eps, Real(0));
     if (row.kind != Kind::cone) {
       return x > row.lower && x < row.upper ? Side::inside : Side::at_bound;
     }
     const Real t =
-        std::hypot(proposed(rows_[i + 1], eps, Real(0)), proposed(rows_[i + 2], eps, Real(0)));
+        std::hypot(rows_[i + 1].proposed(eps, Real(0)), rows_[i + 2].proposed(eps, Real(0)));
     if (t <= row.friction * x) return Side::inside;
     return row.friction * t <= -x ? Side::at_bound : Side::sliding;
   }
 
-  /// The point of a friction cone that is nearest to (n, x, y).
-  static void project_on_cone(Real friction, Real& n, Real& x, Real& y) {
-    const Real t = std::hypot(x, y);
-    if (t <= friction * n) return;
-    if (friction * t <= -n) {
-      n = x = y = Real(0);
-      return;
-    }
-    n = (n + friction * t) / (Real(1) + friction * friction);
-    const Real scale = t > Real(0) ? friction * n / t : Real(0);
-    x *= scale;
-    y *= scale;
-  }
-
-  /// Calls use(row, lambda+) for all rows, a part s of the way along the step.
+  /// Calls use(number of the row, lambda+) for all rows, a part s of the way along the step.
   template <typename Use>
   void for_each_impulse(Real eps, Real s, Use&& use) const {
     for (std::size_t i = 0; i < rows_.size(); ++i) {
       const Row& row = rows_[i];
-      Real n = proposed(row, eps, s);
+      Real n = row.proposed(eps, s);
       if (row.kind != Kind::cone) {
-        use(row, row.clamped(n));
+        use(i, row.clamped(n));
         continue;
       }
-      Real x = proposed(rows_[i + 1], eps, s);
-      Real y = proposed(rows_[i + 2], eps, s);
-      project_on_cone(row.friction, n, x, y);
-      use(row, n);
-      use(rows_[i + 1], x);
-      use(rows_[i + 2], y);
+      Real x = rows_[i + 1].proposed(eps, s);
+      Real y = rows_[i + 2].proposed(eps, s);
+      detail::project_on_cone(row.friction, n, x, y);
+      use(i, n);
+      use(i + 1, x);
+      use(i + 2, y);
       i += 2;
     }
   }
@@ -435,9 +393,9 @@ void IslandRows<S, Real>::add_hessian(Real eps, EnvelopeMatrix<Real>& h) {
       continue;
     }
     // On the side of the cone: along its edge, and across, where only the direction may give.
-    Real n = proposed(row, eps, Real(0));
-    Real x = proposed(first, eps, Real(0));
-    Real y = proposed(second, eps, Real(0));
+    Real n = row.proposed(eps, Real(0));
+    Real x = first.proposed(eps, Real(0));
+    Real y = second.proposed(eps, Real(0));
     const Real t = std::hypot(x, y);
     const Real mu = row.friction;
     const Real on_edge = (n + mu * t) / (Real(1) + mu * mu);

@@ -131,7 +131,7 @@ class IslandSolver {
       parts_[n].change = (S(1) / parts) * (body.free - body.start);
       parts_[n].motion = {};
     }
-    totals_.assign(island.contacts.size(), {});
+    detail::refill(totals_, island.contacts.size(), {});
     row_totals_.clear();
     std::size_t fresh = 0;
     for (const std::uint32_t i : island.contacts) {
@@ -210,6 +210,11 @@ class IslandSolver {
                           bodies[c.body_b], motion_of);
     }
     if (!has_position_error(island, constraints, bodies, context)) return;
+    if (!island.blocks.empty() && !is_large(island, context)) {
+      // Joints must not give way to what they forbid, which sweeps do not see.
+      proximal_.place(island, constraints, bodies, context, report);
+      return;
+    }
     Convergence progress(context.position_tolerance / context.dt);
     for (int n = 0; n < most_sweeps; ++n) {
       const S residual =

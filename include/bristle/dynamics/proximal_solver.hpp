@@ -44,10 +44,14 @@ class ProximalSolver {
     rows_.number(island, constraints, bodies);
     rows_.add_velocity_rows(island, constraints, bodies);
     make_matrix(island, constraints, bodies);
-    v_.resize(rows_.unknowns());
-    for (const std::uint32_t slot : island.bodies) {
-      rows_.put(slot, bodies[slot].twist, v_);
+    drop_locked_rows();
+    // Where all is linear one step from zero is exact; from anywhere else it would leave what
+    // rounding makes of stiff blocks there.
+    detail::refill(v_, rows_.unknowns(), Real(0));
+    if (rows_.can_switch()) {
+      for (const std::uint32_t slot : island.bodies) rows_.put(slot, bodies[slot].twist, v_);
     }
+    is_stiff_ = rows_.can_switch() && !island.soft.empty();
     // Well below what counts, so that a sweep over the result finds nothing to do.
     const Real left =
         iterate(Real(0.1) * Real(context.velocity_tolerance), context.settings, report);
@@ -70,6 +74,8 @@ class ProximalSolver {
     rows_.number(island, constraints, bodies);
     rows_.add_position_rows(island, constraints, bodies, context.dt);
     make_mass(island, bodies);
+    drop_locked_rows();
+    is_stiff_ = false;
     // The motion without any placed impulse: the present one with them taken out again.
     v_.resize(rows_.unknowns());
     for (const std::uint32_t slot : island.bodies) rows_.put(slot, bodies[slot].motion, v_);
@@ -89,6 +95,7 @@ class ProximalSolver {
   void make_matrix(const Island& island, const Constraints<S>& constraints,
                    std::span<const SolverBody<S>> bodies);
   void add_soft(const SoftBlock<S>& soft, std::span<const SolverBody<S>> bodies);
+  void drop_locked_rows();
   Real iterate(Real tolerance, const SolverDef<S>& settings, SolveReport<S>& report);
   bool minimise(Real eps, Real tolerance, int& steps, int most_steps);
   void find_gradient(Real eps);
@@ -97,6 +104,7 @@ class ProximalSolver {
   IslandRows<S, Real> rows_;
   EnvelopeMatrix<Real> matrix_;   // Mt.
   EnvelopeMatrix<Real> hessian_;  // Mt + J^T D J, then its factor.
+  bool is_stiff_ = false;         // Whether one step of Newton's leaves more than round-off.
   std::vector<Real> rhs_;         // r.
   std::vector<Real> v_, gradient_, step_, product_;
 };
@@ -106,7 +114,7 @@ class ProximalSolver {
 template <Scalar S>
 void ProximalSolver<S>::make_mass(const Island& island, std::span<const SolverBody<S>> bodies) {
   matrix_.reset(rows_.envelope());
-  rhs_.assign(rows_.unknowns(), Real(0));
+  detail::refill(rhs_, rows_.unknowns(), Real(0));
   for (const std::uint32_t slot : island.bodies) {
     const SolverBody<S>& body = bodies[slot];
     const std::size_t u = rows_.unknown(slot);
@@ -180,6 +188,19 @@ void ProximalSolver<S>::add_soft(const SoftBlock<S>& soft, std::span<const Solve
   }
 }
 
+/// Leaves out rows along which joints leave no mobility: a finger on a slide, pushed across it,
+/// could only be met by tearing it off its slide
+/// (docs/decisions/0009-locked-contact-directions.md). What is left of a row's response is that of
+/// the matrix with all joints held by springs of 1e-9.
+template <Scalar S>
+void ProximalSolver<S>::drop_locked_rows() {
+  if (!rows_.has_joints_beside_others()) return;
+  hessian_ = matrix_;
+  rows_.add_joints(Real(1e-9), hessian_);
+  if (!hessian_.factor()) return;
+  rows_.drop_locked(hessian_, Real(1e-6), product_);
+}
+
 /// The outer loop: multipliers, opening speeds, eps.
 template <Scalar S>
 auto ProximalSolver<S>::iterate(Real tolerance, const SolverDef<S>& settings,
@@ -227,7 +248,8 @@ bool ProximalSolver<S>::minimise(Real eps, Real tolerance, int& steps, int most_
     for (const Real x : step_) size = std::max(size, std::abs(x));
     if (!(size < infinity<Real>)) return false;
     search_line(eps);
-    if (size <= tolerance || rows_.is_linear(eps) || steps >= most_steps) return true;
+    const bool is_exact = !is_stiff_ && rows_.is_linear(eps);
+    if (size <= tolerance || is_exact || steps >= most_steps) return true;
   }
 }
 

@@ -7,6 +7,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <bristle/core/refill.hpp>
 #include <bristle/math/types.hpp>
 
 #include <algorithm>
@@ -31,7 +32,7 @@ class EnvelopeMatrix {
       start_[i] = size - first[i];  // Wraps around; only sums with a column are used.
       size += i - first[i] + 1;
     }
-    values_.assign(size, S(0));
+    detail::refill(values_, size, S(0));
   }
 
   [[nodiscard]] std::size_t size() const { return first_.size(); }

@@ -1,0 +1,110 @@
+/// @file
+/// One constraint row of `IslandRows`: its Jacobian, its multiplier and the rule for it.
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace bristle {
+
+/// What the multiplier of a row may be.
+enum class RowKind : std::uint8_t {
+  /// Anything.
+  free,
+  /// What lies within [lower, upper].
+  bounded,
+  /// The normal part of a point of Coulomb's cone; two `tangent` rows follow.
+  cone,
+  /// See `cone`.
+  tangent
+};
+
+/// On which part of its rule a row is.
+enum class RowSide : std::uint8_t { inside, at_bound, sliding };
+
+/// A row over the velocities of two bodies. Velocities are relative to the row's target.
+template <typename Real>
+struct IslandRow {
+  static constexpr std::uint32_t none = 0xffffffffu;
+
+  std::uint32_t a = none;  // First unknown of each body, `none` where it has no unknowns.
+  std::uint32_t b = none;
+  RowKind kind = RowKind::free;
+  RowSide side = RowSide::inside;
+  std::array<Real, 6> jacobian_a{};
+  std::array<Real, 6> jacobian_b{};
+  Real target = Real(0);
+  Real response = Real(0);  // K: velocity per own impulse; 0 for a row that is left out.
+  Real lower = Real(0);
+  Real upper = Real(0);
+  Real friction = Real(0);
+  Real shift = Real(0);  // Of a cone: what sliding adds to the normal velocity.
+  Real lambda = Real(0);
+  Real velocity = Real(0);
+  Real change = Real(0);  // Of the velocity, along the whole step of Newton's.
+
+  /// J v.
+  [[nodiscard]] Real times(const std::vector<Real>& v) const {
+    Real sum = Real(0);
+    if (a != none) {
+      for (std::size_t i = 0; i < 6; ++i) sum += jacobian_a[i] * v[a + i];
+    }
+    if (b != none) {
+      for (std::size_t i = 0; i < 6; ++i) sum += jacobian_b[i] * v[b + i];
+    }
+    return sum;
+  }
+  /// g += J^T x.
+  void add_to(std::vector<Real>& g, Real x) const {
+    if (a != none) {
+      for (std::size_t i = 0; i < 6; ++i) g[a + i] += x * jacobian_a[i];
+    }
+    if (b != none) {
+      for (std::size_t i = 0; i < 6; ++i) g[b + i] += x * jacobian_b[i];
+    }
+  }
+  /// The nearest value that a row without a cone may have.
+  [[nodiscard]] Real clamped(Real x) const {
+    return kind == RowKind::free ? x : std::min(std::max(x, lower), upper);
+  }
+  /// What the multiplier would be without its rule, a part s of the way along the step.
+  [[nodiscard]] Real proposed(Real eps, Real s) const {
+    if (!(response > Real(0))) return Real(0);
+    return lambda - (velocity + shift + s * change) / (eps * response);
+  }
+};
+
+namespace detail {
+
+/// Moves a point into a disk, radially.
+template <typename Real>
+void shrink(Real radius, Real& x, Real& y) {
+  const Real length = std::hypot(x, y);
+  if (length <= radius) return;
+  x *= radius / length;
+  y *= radius / length;
+}
+
+/// Moves (n, x, y) to the nearest point of a friction cone.
+template <typename Real>
+void project_on_cone(Real friction, Real& n, Real& x, Real& y) {
+  const Real t = std::hypot(x, y);
+  if (t <= friction * n) return;
+  if (friction * t <= -n) {
+    n = x = y = Real(0);
+    return;
+  }
+  n = (n + friction * t) / (Real(1) + friction * friction);
+  const Real scale = t > Real(0) ? friction * n / t : Real(0);
+  x *= scale;
+  y *= scale;
+}
+
+}  // namespace detail
+
+}  // namespace bristle
