@@ -394,6 +394,13 @@ TEST_CASE("bad_input: definitions of a world") {
   CHECK(field_of([](auto& d) { d.solver.max_passes = 0; }) == "SolverDef::max_passes");
   CHECK(field_of([](auto& d) { d.solver.max_position_sweeps = -1; }) ==
         "SolverDef::max_position_sweeps");
+  CHECK(field_of([](auto& d) { d.solver.position_tolerance = 0; }) ==
+        "SolverDef::position_tolerance");
+  CHECK(field_of([](auto& d) { d.solver.max_newton_steps = 0; }) == "SolverDef::max_newton_steps");
+  CHECK(field_of([](auto& d) { d.solver.large_sweeps = 0; }) == "SolverDef::large_sweeps");
+  CHECK(field_of([](auto& d) { d.solver.large_position_sweeps = -1; }) ==
+        "SolverDef::large_position_sweeps");
+  CHECK(field_of([](auto& d) { d.solver.longest_part = 0; }) == "SolverDef::longest_part");
   CHECK(field_of([](auto& d) { d.parallel_for = nullptr; }) == "WorldDef::parallel_for");
 }
 

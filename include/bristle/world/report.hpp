@@ -38,8 +38,11 @@ struct StepReport {
   std::uint64_t flow_evaluations = 0;
   /// [-] Sweeps of the position correction; zero in a step without position errors.
   std::uint64_t position_sweeps = 0;
-  /// [m/s] Largest velocity change of the last sweep of any island.
+  /// [m/s] What is left to solve in the worst island: the largest velocity change of its last
+  /// sweep.
   S residual = S(0);
+  /// [-] Islands where a limit of `SolverDef` ended the solution before its tolerance did.
+  std::uint64_t capped_islands = 0;
   /// [-] Contact queries that the backend failed; those pairs do not touch in this step.
   std::uint64_t backend_failures = 0;
   /// [-] Islands whose solution was not finite: nothing acts between their bodies in this step.

@@ -20,6 +20,14 @@ requires ShapeBackend<Backend, S> World<S, Backend>::World(const WorldDef<S>& de
                   "must be > 0");
   detail::require(def.solver.max_position_sweeps >= 0, "SolverDef::max_position_sweeps",
                   def.solver.max_position_sweeps, "must be >= 0");
+  detail::require_positive("SolverDef::position_tolerance", def.solver.position_tolerance);
+  detail::require_positive("SolverDef::longest_part", def.solver.longest_part);
+  detail::require(def.solver.max_newton_steps > 0, "SolverDef::max_newton_steps",
+                  def.solver.max_newton_steps, "must be > 0");
+  detail::require(def.solver.large_sweeps > 0, "SolverDef::large_sweeps", def.solver.large_sweeps,
+                  "must be > 0");
+  detail::require(def.solver.large_position_sweeps >= 0, "SolverDef::large_position_sweeps",
+                  def.solver.large_position_sweeps, "must be >= 0");
   detail::require(def.solver.max_passes > 0, "SolverDef::max_passes", def.solver.max_passes,
                   "must be > 0");
   detail::require(static_cast<bool>(def.parallel_for), "WorldDef::parallel_for", 0,
