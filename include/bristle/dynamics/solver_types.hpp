@@ -46,9 +46,10 @@ struct SolverDef {
   std::uint32_t max_direct_bodies = 64;
   /// [-] Most Newton steps of one such solve: the bound on the cost of the worst step.
   int max_newton_steps = 60;
-  /// [-] Most sweeps over an island with more bodies than that, and of its position problem;
-  /// `max_sweeps` where most of its contacts are new.
+  /// [-] Most sweeps over an island with more bodies than that in each part of a step; `max_sweeps`
+  /// where most of its contacts are new.
   int large_sweeps = 10;
+  /// [-] Most sweeps of its position problem.
   int large_position_sweeps = 4;
   /// [s] Longest part of a step over which such an island is solved at once.
   S longest_part = S(1) / S(240);
