@@ -45,8 +45,11 @@ void aim_contact(ContactConstraint<S>& c, const SolverBody<S>& a, const SolverBo
 
 /// Share of the impulse that a contact will have taken when the step ends, by default and for
 /// bounces; to be called when impulses are known.
+///
+/// @param normal_velocity  [m/s] At the end of the step.
 template <Scalar S>
-void place_contact(ContactConstraint<S>& c, Integrator integrator) {
+void place_contact(ContactConstraint<S>& c, S normal_velocity, Integrator integrator) {
+  c.parts = c.restitution > S(0) && normal_velocity > S(0);
   const S usual = integrator == Integrator::trapezoidal ? S(0.5) : S(1);
   if (c.bounce_share >= S(0)) {
     c.placed = c.least_placed = c.bounce_share * c.impulse[0];
@@ -108,9 +111,15 @@ void aim_contact(ContactConstraint<S>& c, const SolverBody<S>& a, const SolverBo
       return;
     }
   }
+  if (closes || (c.gap <= context.position_tolerance && c.restitution == S(0))) {
+    c.target = S(0);
+    return;
+  }
   // Free flight that does not touch must not feel the contact; others may still push the bodies
-  // together, by the gap at most.
-  c.target = closes || c.gap <= context.position_tolerance ? S(0) : min(free, -c.gap / dt);
+  // together, by the gap at most. Where they bounce the speed of approach is not lost, so they may
+  // come together as fast as closes the gap by the end of the step: stopping bodies that part would
+  // give energy to whatever pushes them.
+  c.target = min(free, c.restitution > S(0) ? S(-2) * c.gap / dt - start : -c.gap / dt);
 }
 
 }  // namespace bristle

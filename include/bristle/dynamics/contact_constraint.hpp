@@ -49,6 +49,8 @@ struct ContactConstraint {
   /// [1] Share of the step that is left after a bounce, which is the share of its impulse that
   /// moves the bodies; negative where nothing bounces.
   S bounce_share = S(-1);
+  /// Whether its bodies fly apart after a bounce: an overlap then closes by itself.
+  bool parts = false;
   /// Whether the impulse of the last step says nothing about this one: a new contact, or one that
   /// took an impact.
   bool is_fresh = true;

@@ -1,6 +1,6 @@
 /// @file
 /// Order of an island's bodies in its matrix: neighbours side by side, so that the envelope is
-/// narrow (Cuthill and McKee 1969, from an end of the island).
+/// narrow (reverse Cuthill-McKee, from an end of the island; George 1971).
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -29,7 +29,8 @@ class IslandOrder {
     walk(queue_.back(), count);
 
     number_.resize(count);
-    for (std::uint32_t i = 0; i < count; ++i) number_[queue_[i]] = i;
+    // Backwards: a hub that many bodies touch then comes after them, where it fills one row only.
+    for (std::uint32_t i = 0; i < count; ++i) number_[queue_[i]] = count - 1 - i;
     lowest_.resize(count);
     for (std::uint32_t i = 0; i < count; ++i) lowest_[i] = i;
     for (std::uint32_t i = 0; i < count; ++i) {

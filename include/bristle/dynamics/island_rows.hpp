@@ -94,7 +94,8 @@ class IslandRows {
       row.target -= Real(c.gap / dt);
       row.lambda = Real(c.placed);
       row.lower = Real(c.least_placed);
-      row.upper = infinity<Real>;
+      row.upper = c.parts ? row.lambda : infinity<Real>;
+      if (c.parts) row.lower = row.lambda;
       row.kind = Kind::bounded;
     }
     for (const std::uint32_t i : island.blocks) {

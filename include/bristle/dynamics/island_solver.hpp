@@ -204,7 +204,8 @@ class IslandSolver {
     }
     for (const std::uint32_t i : island.contacts) {
       ContactConstraint<S>& c = constraints.contacts[i];
-      place_contact(c, context.integrator);
+      place_contact(c, c.normal_velocity(bodies[c.body_a].twist, bodies[c.body_b].twist),
+                    context.integrator);
       if (c.bounce_share < S(0)) continue;
       apply_at_contact<S>(c, (c.bounce_share - usual) * c.impulse_W(), bodies[c.body_a],
                           bodies[c.body_b], motion_of);
@@ -303,7 +304,7 @@ class IslandSolver {
     const S tolerance = context.position_tolerance;
     for (const std::uint32_t i : island.contacts) {
       const ContactConstraint<S>& c = constraints.contacts[i];
-      if (c.bounce_share >= S(0)) continue;
+      if (c.parts) continue;
       const S left =
           c.gap + dt * c.normal_velocity(bodies[c.body_a].motion, bodies[c.body_b].motion);
       if (left < -tolerance || (left > tolerance && c.placed > c.least_placed)) return true;

@@ -88,6 +88,7 @@ class ManifoldSweeps {
       for (std::uint32_t k = m.first; k < m.first + m.count; ++k) {
         ContactConstraint<S>& c = constraints.contacts[island.contacts[k]];
         const Point& p = points_[k];
+        if (c.parts) continue;
         const S left = c.gap / dt + pair.velocity(m.normal, p.row);
         const S wanted = max(c.least_placed, c.placed - left * p.inverse_response);
         const S change = wanted - c.placed;

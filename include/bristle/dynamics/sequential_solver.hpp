@@ -211,6 +211,7 @@ class SequentialSolver {
     using std::max;
     SolverBody<S>& a = bodies[c.body_a];
     SolverBody<S>& b = bodies[c.body_b];
+    if (c.parts) return S(0);
     const S response = contact_responses_[k].nn;
     const S left = c.gap / dt + c.normal_velocity(a.motion, b.motion);
     const S wanted = max(c.least_placed, c.placed + detail::scalar_change(left, response));

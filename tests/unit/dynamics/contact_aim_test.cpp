@@ -87,7 +87,7 @@ TEST_CASE("aim_contact: a bounce leaves at e times the speed it hits with, at th
   CHECK(fall.contact.target == doctest::Approx(e * hit + a * (dt - time)));
   CHECK(fall.contact.bounce_share == doctest::Approx(1 - time / dt));
   fall.contact.impulse[0] = 3;
-  place_contact(fall.contact, Integrator::trapezoidal);
+  place_contact(fall.contact, fall.contact.target, Integrator::trapezoidal);
   CHECK(fall.contact.placed == doctest::Approx(3 * (1 - time / dt)));
   CHECK(fall.contact.least_placed == fall.contact.placed);
 }
@@ -109,6 +109,6 @@ TEST_CASE("aim_contact: by symplectic Euler surfaces approach by their gap, and 
   dead.aim();
   CHECK(dead.contact.target == doctest::Approx(-0.5));
   dead.contact.impulse[0] = 3;
-  place_contact(dead.contact, Integrator::symplectic_euler);
+  place_contact(dead.contact, 0.0, Integrator::symplectic_euler);
   CHECK(dead.contact.placed == 3);
 }
