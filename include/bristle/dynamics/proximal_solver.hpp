@@ -98,6 +98,7 @@ class ProximalSolver {
   void drop_locked_rows();
   Real iterate(Real tolerance, const SolverDef<S>& settings, SolveReport<S>& report);
   bool minimise(Real eps, Real tolerance, int& steps, int most_steps);
+  [[nodiscard]] Real mismatch() const;
   void find_gradient(Real eps);
   void search_line(Real eps);
 
@@ -106,7 +107,8 @@ class ProximalSolver {
   EnvelopeMatrix<Real> hessian_;  // Mt + J^T D J, then its factor.
   bool is_stiff_ = false;         // Whether one step of Newton's leaves more than round-off.
   std::vector<Real> rhs_;         // r.
-  std::vector<Real> v_, gradient_, step_, product_;
+  std::vector<Real> masses_;      // Diagonal of M.
+  std::vector<Real> v_, settled_, gradient_, step_, product_;
 };
 
 // Implementation -----------------------------------------------------------------------------------
@@ -129,6 +131,8 @@ void ProximalSolver<S>::make_mass(const Island& island, std::span<const SolverBo
       }
     }
   }
+  masses_.resize(rows_.unknowns());
+  for (std::size_t i = 0; i < masses_.size(); ++i) masses_[i] = matrix_.at(i, i);
 }
 
 template <Scalar S>
@@ -216,9 +220,12 @@ auto ProximalSolver<S>::iterate(Real tolerance, const SolverDef<S>& settings,
   for (int outer = 0; steps < settings.max_newton_steps; ++outer) {
     rows_.set_shifts();
     if (!minimise(eps, std::max(Real(0.1) * tolerance, inner), steps, settings.max_newton_steps)) {
-      left = infinity<Real>;
+      // The impulses of an iteration that was cut short belong to no velocities: those of the one
+      // before do.
+      v_ = settled_;
       break;
     }
+    settled_ = v_;
     rows_.accept(eps);
     const Real before = left;
     left = rows_.residual();
@@ -232,11 +239,14 @@ auto ProximalSolver<S>::iterate(Real tolerance, const SolverDef<S>& settings,
   return left;
 }
 
-/// The inner loop: Newton with line search, until steps are below a velocity.
+/// The inner loop: Newton with line search, until the impulses that belong to the velocities move
+/// the bodies by these velocities. Steps that are small are not enough: stiffnesses of 1e6 make
+/// much of what is left, and velocities are made of the impulses in the end.
+/// @return Whether that was reached.
 template <Scalar S>
 bool ProximalSolver<S>::minimise(Real eps, Real tolerance, int& steps, int most_steps) {
-  for (;;) {
-    find_gradient(eps);
+  find_gradient(eps);
+  while (steps < most_steps) {
     hessian_ = matrix_;
     rows_.add_hessian(eps, hessian_);
     if (!hessian_.factor()) return false;
@@ -245,12 +255,28 @@ bool ProximalSolver<S>::minimise(Real eps, Real tolerance, int& steps, int most_
     for (std::size_t i = 0; i < step_.size(); ++i) step_[i] = -gradient_[i];
     hessian_.solve(step_.data());
     Real size = Real(0);
-    for (const Real x : step_) size = std::max(size, std::abs(x));
+    Real speed = Real(0);
+    for (std::size_t i = 0; i < step_.size(); ++i) {
+      size = std::max(size, std::abs(step_[i]));
+      speed = std::max(speed, std::abs(v_[i]));
+    }
     if (!(size < infinity<Real>)) return false;
     search_line(eps);
-    const bool is_exact = !is_stiff_ && rows_.is_linear(eps);
-    if (size <= tolerance || is_exact || steps >= most_steps) return true;
+    if (!is_stiff_ && rows_.is_linear(eps)) return true;
+    find_gradient(eps);
+    if (mismatch() <= tolerance || size <= Tolerance<Real>::round_off() * speed) return true;
   }
+  return false;
+}
+
+/// [m/s, rad/s] By how much the velocities differ from what the impulses make of them.
+template <Scalar S>
+auto ProximalSolver<S>::mismatch() const -> Real {
+  Real largest = Real(0);
+  for (std::size_t i = 0; i < gradient_.size(); ++i) {
+    largest = std::max(largest, std::abs(gradient_[i]) / masses_[i]);
+  }
+  return largest;
 }
 
 /// gradient := Mt v - r - J^T lambda+.
