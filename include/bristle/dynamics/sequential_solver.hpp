@@ -211,14 +211,14 @@ class SequentialSolver {
     using std::max;
     SolverBody<S>& a = bodies[c.body_a];
     SolverBody<S>& b = bodies[c.body_b];
-    const S response = contact_responses_[k].nn;
+    const ContactResponse<S>& response = contact_responses_[k];
     const S left = c.gap / dt + c.normal_velocity(a.motion, b.motion);
-    const S wanted = max(c.least_placed, c.placed + detail::scalar_change(left, response));
+    const S wanted = max(c.least_placed, c.placed - left * response.inverse_nn);
     const S change = wanted - c.placed;
     if (change == S(0)) return S(0);
     c.placed = wanted;
     apply_at_contact<S>(c, change * c.axes[0], a, b, motion_of);
-    return abs(change) * response;
+    return abs(change) * response.nn;
   }
 
   bool by_manifold_ = false;

@@ -7,6 +7,7 @@
 #include <bristle/dynamics/constraint.hpp>
 #include <bristle/dynamics/contact_constraint.hpp>
 #include <bristle/dynamics/soft_block.hpp>
+#include <bristle/math/small_products.hpp>
 
 #include <cstdint>
 #include <span>
@@ -87,7 +88,7 @@ struct SolverBody {
   /// Adds what an impulse about the centre of mass does to a velocity.
   void push(Twist<S>& velocity, const Vec3<S>& impulse, const Vec3<S>& angular_impulse) const {
     velocity.linear += inverse_mass.cwiseProduct(impulse);
-    velocity.angular += inverse_inertia * angular_impulse;
+    velocity.angular += product<S>(inverse_inertia, angular_impulse);
   }
 };
 
@@ -176,25 +177,33 @@ void local_response(const ConstraintBlock<S>& block, const ConstraintRow<S>* row
 template <Scalar S>
 [[nodiscard]] ContactResponse<S> contact_response(const ContactConstraint<S>& c,
                                                   const SolverBody<S>& a, const SolverBody<S>& b) {
-  // Velocity of the point for a unit impulse along each axis.
-  std::array<Vec3<S>, 3> answer{Vec3<S>::Zero(), Vec3<S>::Zero(), Vec3<S>::Zero()};
-  const auto add = [&](const SolverBody<S>& body, const Vec3<S>& arm) {
-    if (!body.moves) return;
-    for (std::size_t k = 0; k < 3; ++k) {
-      answer[k] += body.inverse_mass.cwiseProduct(c.axes[k]) +
-                   (body.inverse_inertia * arm.cross(c.axes[k])).cross(arm);
-    }
-  };
-  add(a, c.arm_a);
-  add(b, c.arm_b);
   ContactResponse<S> K;
-  K.nn = c.axes[0].dot(answer[0]);
-  K.n1 = c.axes[1].dot(answer[0]);
-  K.n2 = c.axes[2].dot(answer[0]);
-  K.a = c.axes[1].dot(answer[1]);
-  K.b = c.axes[2].dot(answer[1]);
-  K.c = c.axes[2].dot(answer[2]);
-  K.find_largest();
+  const Vec3<S> inverse_mass = a.inverse_mass + b.inverse_mass;
+  const Vec3<S> move0 = inverse_mass.cwiseProduct(c.axes[0]);
+  const Vec3<S> move1 = inverse_mass.cwiseProduct(c.axes[1]);
+  K.nn = c.axes[0].dot(move0);
+  K.n1 = c.axes[1].dot(move0);
+  K.n2 = c.axes[2].dot(move0);
+  K.a = c.axes[1].dot(move1);
+  K.b = c.axes[2].dot(move1);
+  K.c = c.axes[2].dot(inverse_mass.cwiseProduct(c.axes[2]));
+  const auto turn = [&](const SolverBody<S>& body, const Vec3<S>& arm) {
+    if (!body.moves) return;
+    const Vec3<S> t0 = arm.cross(c.axes[0]);
+    const Vec3<S> t1 = arm.cross(c.axes[1]);
+    const Vec3<S> t2 = arm.cross(c.axes[2]);
+    const Vec3<S> turn0 = product<S>(body.inverse_inertia, t0);
+    const Vec3<S> turn1 = product<S>(body.inverse_inertia, t1);
+    K.nn += t0.dot(turn0);
+    K.n1 += t1.dot(turn0);
+    K.n2 += t2.dot(turn0);
+    K.a += t1.dot(turn1);
+    K.b += t2.dot(turn1);
+    K.c += t2.dot(product<S>(body.inverse_inertia, t2));
+  };
+  turn(a, c.arm_a);
+  turn(b, c.arm_b);
+  K.prepare();
   return K;
 }
 
@@ -251,9 +260,25 @@ template <Scalar S>
 void apply_impulses(const Island& island, const Constraints<S>& constraints,
                     std::span<SolverBody<S>> bodies) {
   for (const std::uint32_t slot : island.bodies) bodies[slot].twist = bodies[slot].free;
-  for (const std::uint32_t i : island.contacts) {
-    const ContactConstraint<S>& c = constraints.contacts[i];
-    apply_at_contact(c, c.impulse_W(), bodies[c.body_a], bodies[c.body_b], velocity_of);
+  // Points between the same two bodies follow each other: their impulses are summed first.
+  for (std::size_t k = 0; k < island.contacts.size();) {
+    const std::uint32_t slot_a = constraints.contacts[island.contacts[k]].body_a;
+    const std::uint32_t slot_b = constraints.contacts[island.contacts[k]].body_b;
+    Vec3<S> force = Vec3<S>::Zero();
+    Vec3<S> torque_a = Vec3<S>::Zero();
+    Vec3<S> torque_b = Vec3<S>::Zero();
+    for (; k < island.contacts.size(); ++k) {
+      const ContactConstraint<S>& c = constraints.contacts[island.contacts[k]];
+      if (c.body_a != slot_a || c.body_b != slot_b) break;
+      const Vec3<S> impulse = c.impulse_W();
+      force += impulse;
+      torque_a += c.arm_a.cross(impulse);
+      torque_b += c.arm_b.cross(impulse);
+    }
+    SolverBody<S>& a = bodies[slot_a];
+    SolverBody<S>& b = bodies[slot_b];
+    if (a.moves) a.push(a.twist, -force, -torque_a);
+    if (b.moves) b.push(b.twist, force, torque_b);
   }
   for (const std::uint32_t i : island.blocks) {
     const ConstraintBlock<S>& block = constraints.blocks[i];

@@ -40,14 +40,15 @@ template <Scalar S, typename Backend>
 
 /// Whether a shape can get to another one within the step that is a half-space and may move, too;
 /// true for all others, whose boxes overlap.
+/// @param swept  [m] Box of all that the shape can reach.
 template <Scalar S, typename Backend>
 [[nodiscard]] bool reaches_plane(const WorldState<S, Backend>& state, const Collider<S, Backend>& c,
-                                 const Collider<S, Backend>& plane) {
-  return !plane.half_space ||
-         state.reaches(swept_box(state, c).inflated(reach_of(state, plane, c)), plane);
+                                 const Aabb<S>& swept, const Collider<S, Backend>& plane) {
+  return !plane.half_space || state.reaches(swept.inflated(reach_of(state, plane, c)), plane);
 }
 
-/// Whether two shapes with overlapping boxes are asked of the backend.
+/// Whether two shapes with overlapping boxes are asked of the backend. Their boxes in the broad
+/// phase must be those of all they can reach in this step.
 template <Scalar S, typename Backend>
 [[nodiscard]] bool may_touch(const WorldState<S, Backend>& state, std::uint32_t tag_a,
                              std::uint32_t tag_b) {
@@ -61,7 +62,8 @@ template <Scalar S, typename Backend>
   const ShapePair bodies{std::min(a.body.index, b.body.index),
                          std::max(a.body.index, b.body.index)};
   if (std::binary_search(state.unpaired.begin(), state.unpaired.end(), bodies)) return false;
-  return reaches_plane(state, a, b) && reaches_plane(state, b, a);
+  return reaches_plane(state, a, state.broad_phase.swept(tag_a), b) &&
+         reaches_plane(state, b, state.broad_phase.swept(tag_b), a);
 }
 
 /// Appends the manifolds of a pair, in the frame of its first shape, with gaps of at most what can
