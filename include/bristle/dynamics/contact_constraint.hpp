@@ -71,6 +71,13 @@ struct ContactConstraint {
   [[nodiscard]] S share() const { return impulse[0] > S(0) ? placed / impulse[0] : S(0); }
 };
 
+/// Whether two contacts are between the same bodies along the same axes.
+template <Scalar S>
+[[nodiscard]] bool are_of_one_manifold(const ContactConstraint<S>& c,
+                                       const ContactConstraint<S>& d) {
+  return c.body_a == d.body_a && c.body_b == d.body_b && c.axes[0] == d.axes[0];
+}
+
 /// Response of a contact's velocities along its axes to its impulses, when only its own bodies
 /// move: a symmetric 3x3 matrix.
 template <Scalar S>

@@ -30,9 +30,7 @@ class ManifoldSweeps {
     manifolds_.clear();
     points_.clear();
     const auto belong_together = [&](std::uint32_t i, std::uint32_t j) {
-      const ContactConstraint<S>& c = constraints.contacts[i];
-      const ContactConstraint<S>& d = constraints.contacts[j];
-      return i + 1 == j && c.body_a == d.body_a && c.body_b == d.body_b && c.axes[0] == d.axes[0];
+      return i + 1 == j && are_of_one_manifold(constraints.contacts[i], constraints.contacts[j]);
     };
     for (std::size_t k = 0; k < island.contacts.size();) {
       std::size_t end = k + 1;

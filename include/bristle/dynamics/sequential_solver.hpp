@@ -104,9 +104,14 @@ class SequentialSolver {
   void start_points(const Island& island, const Constraints<S>& constraints,
                     std::span<const SolverBody<S>> bodies) {
     contact_responses_.resize(std::max(contact_responses_.size(), island.contacts.size()));
-    for (std::size_t k = 0; k < island.contacts.size(); ++k) {
-      const ContactConstraint<S>& c = constraints.contacts[island.contacts[k]];
-      contact_responses_[k] = contact_response(c, bodies[c.body_a], bodies[c.body_b]);
+    for (std::size_t k = 0; k < island.contacts.size();) {
+      const ContactConstraint<S>& first = constraints.contacts[island.contacts[k]];
+      const ContactFrame<S> frame(first, bodies[first.body_a], bodies[first.body_b]);
+      for (; k < island.contacts.size(); ++k) {
+        const ContactConstraint<S>& c = constraints.contacts[island.contacts[k]];
+        if (!are_of_one_manifold(first, c)) break;
+        contact_responses_[k] = contact_response(c, frame);
+      }
     }
   }
 

@@ -173,36 +173,57 @@ void local_response(const ConstraintBlock<S>& block, const ConstraintRow<S>* row
   K.prepare(block.kind, block.count);
 }
 
+/// Mobilities of two bodies along and about the axes of a contact: what the points of a manifold
+/// have in common.
+template <Scalar S>
+struct ContactFrame {
+  ContactFrame(const ContactConstraint<S>& c, const SolverBody<S>& a, const SolverBody<S>& b) {
+    for (Eigen::Index k = 0; k < 3; ++k) to_contact.row(k) = c.axes[static_cast<std::size_t>(k)];
+    inverse_mass = rotated<S>(to_contact, Mat3<S>((a.inverse_mass + b.inverse_mass).asDiagonal()));
+    inverse_inertia_a = rotated<S>(to_contact, a.inverse_inertia);
+    inverse_inertia_b = rotated<S>(to_contact, b.inverse_inertia);
+  }
+
+  Mat3<S> to_contact;
+  Mat3<S> inverse_mass, inverse_inertia_a, inverse_inertia_b;
+};
+
 /// Response of a contact's velocities to its impulses when only its two bodies move.
 template <Scalar S>
 [[nodiscard]] ContactResponse<S> contact_response(const ContactConstraint<S>& c,
-                                                  const SolverBody<S>& a, const SolverBody<S>& b) {
+                                                  const ContactFrame<S>& frame) {
   ContactResponse<S> K;
-  const Vec3<S> inverse_mass = a.inverse_mass + b.inverse_mass;
-  const Vec3<S> move0 = inverse_mass.cwiseProduct(c.axes[0]);
-  const Vec3<S> move1 = inverse_mass.cwiseProduct(c.axes[1]);
-  K.nn = c.axes[0].dot(move0);
-  K.n1 = c.axes[1].dot(move0);
-  K.n2 = c.axes[2].dot(move0);
-  K.a = c.axes[1].dot(move1);
-  K.b = c.axes[2].dot(move1);
-  K.c = c.axes[2].dot(inverse_mass.cwiseProduct(c.axes[2]));
-  const auto turn = [&](const SolverBody<S>& body, const Vec3<S>& arm) {
-    if (!body.moves) return;
-    const Vec3<S> t0 = arm.cross(c.axes[0]);
-    const Vec3<S> t1 = arm.cross(c.axes[1]);
-    const Vec3<S> t2 = arm.cross(c.axes[2]);
-    const Vec3<S> turn0 = product<S>(body.inverse_inertia, t0);
-    const Vec3<S> turn1 = product<S>(body.inverse_inertia, t1);
-    K.nn += t0.dot(turn0);
-    K.n1 += t1.dot(turn0);
-    K.n2 += t2.dot(turn0);
-    K.a += t1.dot(turn1);
-    K.b += t2.dot(turn1);
-    K.c += t2.dot(product<S>(body.inverse_inertia, t2));
+  const Mat3<S>& M = frame.inverse_mass;
+  K.nn = M(0, 0);
+  K.n1 = M(0, 1);
+  K.n2 = M(0, 2);
+  K.a = M(1, 1);
+  K.b = M(1, 2);
+  K.c = M(2, 2);
+  // Along the contact's axes the torques r x e_k of unit impulses at the arm r are
+  // (0, z, -y), (-z, 0, x) and (y, -x, 0).
+  const auto turn = [&](const Mat3<S>& J, const Vec3<S>& arm) {
+    const Vec3<S> r = product<S>(frame.to_contact, arm);
+    const S x = r[0];
+    const S y = r[1];
+    const S z = r[2];
+    const S x0 = z * J(0, 1) - y * J(0, 2);
+    const S y0 = z * J(1, 1) - y * J(1, 2);
+    const S z0 = z * J(1, 2) - y * J(2, 2);
+    const S x1 = x * J(0, 2) - z * J(0, 0);
+    const S y1 = x * J(1, 2) - z * J(0, 1);
+    const S z1 = x * J(2, 2) - z * J(0, 2);
+    const S x2 = y * J(0, 0) - x * J(0, 1);
+    const S y2 = y * J(0, 1) - x * J(1, 1);
+    K.nn += z * y0 - y * z0;
+    K.n1 += x * z0 - z * x0;
+    K.n2 += y * x0 - x * y0;
+    K.a += x * z1 - z * x1;
+    K.b += y * x1 - x * y1;
+    K.c += y * x2 - x * y2;
   };
-  turn(a, c.arm_a);
-  turn(b, c.arm_b);
+  turn(frame.inverse_inertia_a, c.arm_a);
+  turn(frame.inverse_inertia_b, c.arm_b);
   K.prepare();
   return K;
 }

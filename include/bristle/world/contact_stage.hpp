@@ -177,7 +177,9 @@ class ContactStage {
       const Transform<S>& X_WB = state.body_of(state.colliders.at(pairs_[i].b)).center_pose;
       state.contacts.add(
           pairs_[i], std::span(buffers_[i / chunk_size]).subspan(found_[i].first, found_[i].count),
-          {(X_WA.rotation * a.X_CmS.rotation).toRotationMatrix(), X_WA.rotate(a.X_CmS.translation),
+          {a.is_centered ? X_WA.rotation_matrix()
+                         : (X_WA.rotation * a.X_CmS.rotation).toRotationMatrix(),
+           a.is_centered ? Vec3<S>::Zero() : X_WA.rotate(a.X_CmS.translation),
            X_WB.translation - X_WA.translation, X_WA.translation});
     }
     if (has_sleepers) state.contacts.carry_before({~0u, ~0u}, stays);
