@@ -7,6 +7,7 @@
 #pragma once
 
 #include <bristle/geometry/aabb_tree.hpp>
+#include <bristle/math/small_products.hpp>
 
 #include <algorithm>
 #include <compare>
@@ -68,9 +69,11 @@ class BroadPhase {
     const S surplus = S(0.2) * swept.half_extents().maxCoeff();
     const Aabb<S>& box = tree_.box(entry.node);
     if (box.contains(swept) && swept.inflated(S(7) * surplus).contains(box)) return;
-    const Vec3<S> ahead = (S(16) * (swept.center() - last.center()))
-                              .cwiseMin(Vec3<S>::Constant(S(4) * surplus))
-                              .cwiseMax(Vec3<S>::Constant(S(-4) * surplus));
+    Vec3<S> ahead = (S(16) * (swept.center() - last.center()))
+                        .cwiseMin(Vec3<S>::Constant(S(4) * surplus))
+                        .cwiseMax(Vec3<S>::Constant(S(-4) * surplus));
+    // A force that overflowed reaches everywhere, which has no centre.
+    if (!all_finite<S>(ahead)) ahead.setZero();
     Aabb<S> grown = swept.inflated(surplus);
     grown.lower += ahead.cwiseMin(Vec3<S>::Zero());
     grown.upper += ahead.cwiseMax(Vec3<S>::Zero());

@@ -79,6 +79,7 @@ class ManifoldSweeps {
     using std::abs;
     using std::max;
     S largest = S(0);
+    const S per_step = S(1) / dt;
     const std::size_t count = manifolds_.size();
     for (std::size_t n = 0; n < count; ++n) {
       const Manifold& m = manifolds_[backwards ? count - 1 - n : n];
@@ -87,7 +88,7 @@ class ManifoldSweeps {
       for (std::uint32_t k = m.first; k < m.first + m.count; ++k) {
         ContactConstraint<S>& c = constraints.contacts[island.contacts[k]];
         const Point& p = points_[k];
-        const S left = c.gap / dt + normal.velocity(p.row);
+        const S left = c.gap * per_step + normal.velocity(p.row);
         const S wanted = max(c.least_placed, c.placed - left * p.inverse_response);
         const S change = wanted - c.placed;
         c.placed = wanted;

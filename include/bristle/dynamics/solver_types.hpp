@@ -75,6 +75,8 @@ struct SolverBody {
   Mat3<S> inertia = Mat3<S>::Zero();
   /// Whether forces move it along or about any axis.
   bool moves = false;
+  /// Whether it turns about all axes alike: its inertia is then a number times the identity.
+  bool is_isotropic = false;
   /// Whether sensors push it: it is then stepped by symplectic Euler.
   bool is_sensed = false;
   /// Whether its free motion is that of a mechanism, and velocities are those at its end.
@@ -179,13 +181,24 @@ template <Scalar S>
 struct ContactFrame {
   ContactFrame(const ContactConstraint<S>& c, const SolverBody<S>& a, const SolverBody<S>& b) {
     for (Eigen::Index k = 0; k < 3; ++k) to_contact.row(k) = c.axes[static_cast<std::size_t>(k)];
-    inverse_mass = rotated<S>(to_contact, Mat3<S>((a.inverse_mass + b.inverse_mass).asDiagonal()));
-    inverse_inertia_a = rotated<S>(to_contact, a.inverse_inertia);
-    inverse_inertia_b = rotated<S>(to_contact, b.inverse_inertia);
+    const Vec3<S> m = a.inverse_mass + b.inverse_mass;
+    inverse_mass = m.asDiagonal();
+    if (m[0] != m[1] || m[0] != m[2]) inverse_mass = rotated<S>(to_contact, inverse_mass);
+    const auto inverse_inertia = [&](const SolverBody<S>& body) -> Mat3<S> {
+      return body.is_isotropic ? body.inverse_inertia
+                               : rotated<S>(to_contact, body.inverse_inertia);
+    };
+    moves_a = a.moves;
+    moves_b = b.moves;
+    if (moves_a) inverse_inertia_a = inverse_inertia(a);
+    if (moves_b) inverse_inertia_b = inverse_inertia(b);
   }
 
   Mat3<S> to_contact;
-  Mat3<S> inverse_mass, inverse_inertia_a, inverse_inertia_b;
+  Mat3<S> inverse_mass;
+  bool moves_a, moves_b;
+  /// Of bodies that move.
+  Mat3<S> inverse_inertia_a, inverse_inertia_b;
 };
 
 /// Response of a contact's velocities to its impulses when only its two bodies move.
@@ -222,8 +235,8 @@ template <Scalar S>
     K.b += y * x1 - x * y1;
     K.c += y * x2 - x * y2;
   };
-  turn(frame.inverse_inertia_a, c.arm_a);
-  turn(frame.inverse_inertia_b, c.arm_b);
+  if (frame.moves_a) turn(frame.inverse_inertia_a, c.arm_a);
+  if (frame.moves_b) turn(frame.inverse_inertia_b, c.arm_b);
   K.prepare();
   return K;
 }

@@ -33,7 +33,8 @@ class SolveStage {
     const Body<S>& body = state.bodies.at(slot);
     out.mass = body.mass;
     out.inverse_mass = body.inverse_mass_W();
-    if (detail::is_isotropic(body.inertia_B) && !body.locked.any_angular()) {
+    out.is_isotropic = detail::is_isotropic(body.inertia_B) && !body.locked.any_angular();
+    if (out.is_isotropic) {
       out.inertia = body.inertia_B;
       out.inverse_inertia = body.inverse_inertia_B;
       return;
