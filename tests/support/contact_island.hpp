@@ -77,7 +77,7 @@ S contact_error(const ContactIsland<S>& pile) {
   for (const ContactConstraint<S>& c : pile.constraints.contacts) {
     const SolverBody<S>& a = pile.bodies[c.body_a];
     const SolverBody<S>& b = pile.bodies[c.body_b];
-    const ContactResponse<S> K = contact_response(c, a, b);
+    const ContactResponse<S> K = contact_response(c, ContactFrame<S>(c, a, b));
     const Vec3<S> v = c.velocity(a.twist, b.twist);
     const S normal = c.impulse[0] - (c.axes[0].dot(v) - c.target) / K.nn;
     worst = max(worst, K.nn * abs(c.impulse[0] - max(S(0), normal)));

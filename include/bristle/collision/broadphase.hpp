@@ -7,6 +7,7 @@
 #pragma once
 
 #include <bristle/geometry/aabb_tree.hpp>
+#include <bristle/math/small_products.hpp>
 
 #include <algorithm>
 #include <compare>
@@ -58,15 +59,25 @@ class BroadPhase {
   /// shapes do not change it every step.
   void move(std::uint32_t tag, const Aabb<S>& swept) {
     Entry& entry = entries_[tag];
+    const Aabb<S> last = entry.swept;
     entry.swept = swept;
     if (entry.node == AabbTree<S>::null) return;
-    // A surplus of a tenth of the size: a shape then changes the tree once in the time it takes to
-    // move by a tenth of itself, and the surplus costs few false pairs. A box left over from a fast
-    // step shrinks again once it is several times too large.
+    // A surplus of a tenth of the size, and where the shape is going up to four more: it then
+    // changes the tree once in the time it takes to move by half of itself, and the surplus costs
+    // few false pairs. A box left over from a fast step shrinks again once it is several times too
+    // large.
     const S surplus = S(0.2) * swept.half_extents().maxCoeff();
     const Aabb<S>& box = tree_.box(entry.node);
-    if (box.contains(swept) && swept.inflated(S(5) * surplus).contains(box)) return;
-    tree_.update(entry.node, swept.inflated(surplus));
+    if (box.contains(swept) && swept.inflated(S(7) * surplus).contains(box)) return;
+    Vec3<S> ahead = (S(16) * (swept.center() - last.center()))
+                        .cwiseMin(Vec3<S>::Constant(S(4) * surplus))
+                        .cwiseMax(Vec3<S>::Constant(S(-4) * surplus));
+    // A force that overflowed reaches everywhere, which has no centre.
+    if (!all_finite<S>(ahead)) ahead.setZero();
+    Aabb<S> grown = swept.inflated(surplus);
+    grown.lower += ahead.cwiseMin(Vec3<S>::Zero());
+    grown.upper += ahead.cwiseMax(Vec3<S>::Zero());
+    tree_.update(entry.node, grown);
     mark_stale(tag);
   }
 

@@ -8,6 +8,7 @@
 #include <bristle/dynamics/material.hpp>
 #include <bristle/geometry/shapes.hpp>
 #include <bristle/math/mass_properties.hpp>
+#include <bristle/math/small_products.hpp>
 #include <bristle/math/spatial.hpp>
 #include <bristle/math/transform.hpp>
 
@@ -45,6 +46,9 @@ struct LockedAxes {
   std::array<bool, 3> angular{};
 
   [[nodiscard]] bool any_angular() const { return angular[0] || angular[1] || angular[2]; }
+  [[nodiscard]] bool all() const {
+    return linear[0] && linear[1] && linear[2] && angular[0] && angular[1] && angular[2];
+  }
 };
 
 /// Describes one shape of a body to `BodyDef::shapes` or `World::add_shape`.
@@ -155,8 +159,8 @@ struct Body {
   /// alone torques turn the body.
   [[nodiscard]] Mat3<S> inverse_inertia_W() const {
     const Mat3<S> R = center_pose.rotation_matrix();
-    if (!locked.any_angular() || !is_dynamic()) return R * inverse_inertia_B * R.transpose();
-    Mat3<S> inertia = R * inertia_B * R.transpose();
+    if (!locked.any_angular() || !is_dynamic()) return rotated<S>(R, inverse_inertia_B);
+    Mat3<S> inertia = rotated<S>(R, inertia_B);
     for (Eigen::Index i = 0; i < 3; ++i) {
       if (!locked.angular[static_cast<std::size_t>(i)]) continue;
       inertia.row(i).setZero();

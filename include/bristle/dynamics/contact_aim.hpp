@@ -85,10 +85,16 @@ void aim_contact(ContactConstraint<S>& c, const SolverBody<S>& a, const SolverBo
   using std::min;
   const S dt = context.dt;
   const bool is_trapezoidal = context.integrator == Integrator::trapezoidal;
-  const S start = c.normal_velocity(a.start, b.start);
-  const S free = c.normal_velocity(a.free, b.free);
+  const Vec3<S>& n = c.axes[0];
+  const Vec3<S> torque_a = c.arm_a.cross(n);
+  const Vec3<S> torque_b = c.arm_b.cross(n);
+  const auto normal_part = [&](const Twist<S>& u, const Twist<S>& v) {
+    return n.dot(v.linear - u.linear) + (torque_b.dot(v.angular) - torque_a.dot(u.angular));
+  };
+  const S start = normal_part(a.start, b.start);
+  const S free = normal_part(a.free, b.free);
   const S change = free - start;  // What forces do to the normal velocity within the step.
-  const bool closes = c.gap + dt * c.normal_velocity(a.free_motion, b.free_motion) < S(0);
+  const bool closes = c.gap + dt * normal_part(a.free_motion, b.free_motion) < S(0);
   const bool bounces = c.restitution > S(0) && closes && start < -context.restitution_speed;
   c.bounce_share = S(-1);
   c.is_impact = closes && -start > context.speed_change;

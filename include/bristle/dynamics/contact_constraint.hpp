@@ -73,6 +73,13 @@ struct ContactConstraint {
   [[nodiscard]] S share() const { return impulse[0] > S(0) ? placed / impulse[0] : S(0); }
 };
 
+/// Whether two contacts are between the same bodies along the same axes.
+template <Scalar S>
+[[nodiscard]] bool are_of_one_manifold(const ContactConstraint<S>& c,
+                                       const ContactConstraint<S>& d) {
+  return c.body_a == d.body_a && c.body_b == d.body_b && c.axes[0] == d.axes[0];
+}
+
 /// Response of a contact's velocities along its axes to its impulses, when only its own bodies
 /// move: a symmetric 3x3 matrix.
 template <Scalar S>
@@ -80,10 +87,18 @@ struct ContactResponse {
   S nn = S(0), n1 = S(0), n2 = S(0), a = S(0), b = S(0), c = S(0);
   /// Largest eigenvalue of the tangential part [[a, b], [b, c]].
   S largest = S(0);
+  /// Inverse of that part's determinant, 0 where it is singular, and of `largest` and `nn`, 0 where
+  /// they are.
+  S inverse_determinant = S(0), inverse_largest = S(0), inverse_nn = S(0);
 
-  void find_largest() {
+  /// Prepares the solution once the entries are filled.
+  void prepare() {
     using std::sqrt;
     largest = S(0.5) * (a + c) + sqrt(S(0.25) * (a - c) * (a - c) + b * b);
+    const S determinant = a * c - b * b;
+    inverse_determinant = determinant > no_mobility<S> * a * c ? S(1) / determinant : S(0);
+    inverse_largest = largest > S(0) ? S(1) / largest : S(0);
+    inverse_nn = nn > S(0) ? S(1) / nn : S(0);
   }
 };
 
@@ -101,19 +116,17 @@ template <Scalar S>
 template <Scalar S>
 void solve_friction(const ContactResponse<S>& K, S v1, S v2, S radius, S& t1, S& t2) {
   using std::sqrt;
-  const S determinant = K.a * K.c - K.b * K.b;
-  if (determinant > no_mobility<S> * K.a * K.c) {
-    const S x = t1 - (K.c * v1 - K.b * v2) / determinant;
-    const S y = t2 - (K.a * v2 - K.b * v1) / determinant;
+  if (K.inverse_determinant > S(0)) {
+    const S x = t1 - (K.c * v1 - K.b * v2) * K.inverse_determinant;
+    const S y = t2 - (K.a * v2 - K.b * v1) * K.inverse_determinant;
     if (x * x + y * y <= radius * radius) {
       t1 = x;
       t2 = y;
       return;
     }
   }
-  if (!(K.largest > S(0))) return;
-  t1 -= v1 / K.largest;
-  t2 -= v2 / K.largest;
+  t1 -= v1 * K.inverse_largest;
+  t2 -= v2 * K.inverse_largest;
   const S size2 = t1 * t1 + t2 * t2;
   if (size2 > radius * radius) {
     const S shrink = radius / sqrt(size2);
@@ -131,7 +144,7 @@ template <Scalar S>
 std::array<S, 3> solve_contact(ContactConstraint<S>& c, const ContactResponse<S>& K,
                                const Vec3<S>& v) {
   const std::array<S, 3> before = c.impulse;
-  const S wanted = before[0] + detail::scalar_change(c.axes[0].dot(v) - c.target, K.nn);
+  const S wanted = before[0] + (c.target - c.axes[0].dot(v)) * K.inverse_nn;
   c.impulse[0] = wanted > S(0) ? wanted : S(0);
   const S change = c.impulse[0] - before[0];
   detail::solve_friction(K, c.axes[1].dot(v) + K.n1 * change, c.axes[2].dot(v) + K.n2 * change,

@@ -16,15 +16,17 @@ namespace bristle {
 /// Velocities of a body after the forces known at the start of the step: gravity and what the
 /// caller applies. The gyroscopic torque is not among them; `step_pose` accounts for it exactly.
 template <Scalar S>
-[[nodiscard]] Twist<S> free_twist(const Body<S>& body, const Mat3<S>& inverse_inertia_W,
-                                  const Vec3<S>& gravity, S dt) {
+[[nodiscard]] Twist<S> free_twist(const Body<S>& body, const Vec3<S>& gravity, S dt) {
   if (!body.is_dynamic()) return body.twist;
   Vec3<S> acceleration = body.gravity_scale * gravity + body.inverse_mass * body.applied.force;
   for (std::size_t i = 0; i < 3; ++i) {
     if (body.locked.linear[i]) acceleration[static_cast<Eigen::Index>(i)] = S(0);
   }
-  return {body.twist.linear + dt * acceleration,
-          body.twist.angular + dt * (inverse_inertia_W * body.applied.torque)};
+  Twist<S> result{body.twist.linear + dt * acceleration, body.twist.angular};
+  if (body.applied.torque != Vec3<S>::Zero()) {
+    result.angular += dt * product<S>(body.inverse_inertia_W(), body.applied.torque);
+  }
+  return result;
 }
 
 /// Moves a body by one step.

@@ -115,6 +115,7 @@ class IslandSolver {
       sequential_.finish(island, constraints);
       if (!island.soft.empty()) break;  // Placed when their sensors have settled.
       place(island, constraints, bodies, part, context.settings.large_position_sweeps, report);
+      if (k + S(1) < parts) move_gaps(island, constraints, bodies, part.dt);
       end_part(island, constraints, bodies, part.dt, parts);
     }
     end_parts(island, constraints, bodies);
@@ -146,11 +147,18 @@ class IslandSolver {
     });
   }
 
+  static void move_gaps(const Island& island, Constraints<S>& constraints,
+                        std::span<const SolverBody<S>> bodies, S dt) {
+    for (const std::uint32_t i : island.contacts) {
+      ContactConstraint<S>& c = constraints.contacts[i];
+      c.gap += dt * c.normal_velocity(bodies[c.body_a].motion, bodies[c.body_b].motion);
+    }
+  }
+
   void end_part(const Island& island, Constraints<S>& constraints, std::span<SolverBody<S>> bodies,
                 S dt, S parts) {
     for (std::size_t k = 0; k < island.contacts.size(); ++k) {
-      ContactConstraint<S>& c = constraints.contacts[island.contacts[k]];
-      c.gap += dt * c.normal_velocity(bodies[c.body_a].motion, bodies[c.body_b].motion);
+      const ContactConstraint<S>& c = constraints.contacts[island.contacts[k]];
       for (std::size_t i = 0; i < 3; ++i) totals_[k][i] += c.impulse[i];
     }
     std::size_t r = 0;

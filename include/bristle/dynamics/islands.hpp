@@ -24,7 +24,13 @@ class IslandBuilder {
                                    const Constraints<S>& constraints) {
     const std::size_t count = bodies.size();
     sets_.reset(count);
+    // The points of a manifold come one after the other: the first connects for all of them.
+    std::uint32_t last_a = none;
+    std::uint32_t last_b = none;
     const auto connect = [&](std::uint32_t a, std::uint32_t b) {
+      if (a == last_a && b == last_b) return;
+      last_a = a;
+      last_b = b;
       if (bodies[a].is_moving() && bodies[b].is_moving()) sets_.join(a, b);
     };
     for (const ContactConstraint<S>& c : constraints.contacts) connect(c.body_a, c.body_b);
@@ -77,6 +83,15 @@ class IslandBuilder {
   template <typename IslandOf>
   void distribute(std::uint32_t islands, std::size_t count, Members& out, IslandOf&& island_of) {
     out.starts.assign(islands + 1, 0);
+    out.items.clear();
+    if (count == 0) return;
+    if (islands == 1) {
+      for (std::size_t i = 0; i < count; ++i) {
+        if (island_of(i) != none) out.items.push_back(static_cast<std::uint32_t>(i));
+      }
+      out.starts[1] = static_cast<std::uint32_t>(out.items.size());
+      return;
+    }
     for (std::size_t i = 0; i < count; ++i) {
       const std::uint32_t island = island_of(i);
       if (island != none) ++out.starts[island + 1];

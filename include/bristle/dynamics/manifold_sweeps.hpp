@@ -30,9 +30,7 @@ class ManifoldSweeps {
     manifolds_.clear();
     points_.clear();
     const auto belong_together = [&](std::uint32_t i, std::uint32_t j) {
-      const ContactConstraint<S>& c = constraints.contacts[i];
-      const ContactConstraint<S>& d = constraints.contacts[j];
-      return i + 1 == j && c.body_a == d.body_a && c.body_b == d.body_b && c.axes[0] == d.axes[0];
+      return i + 1 == j && are_of_one_manifold(constraints.contacts[i], constraints.contacts[j]);
     };
     for (std::size_t k = 0; k < island.contacts.size();) {
       std::size_t end = k + 1;
@@ -81,22 +79,25 @@ class ManifoldSweeps {
     using std::abs;
     using std::max;
     S largest = S(0);
+    const S per_step = S(1) / dt;
     const std::size_t count = manifolds_.size();
     for (std::size_t n = 0; n < count; ++n) {
       const Manifold& m = manifolds_[backwards ? count - 1 - n : n];
       Pair pair(m, bodies, motion_of);
+      NormalPart normal(m, pair);
       for (std::uint32_t k = m.first; k < m.first + m.count; ++k) {
         ContactConstraint<S>& c = constraints.contacts[island.contacts[k]];
         const Point& p = points_[k];
         if (c.parts) continue;
-        const S left = c.gap / dt + pair.velocity(m.normal, p.row);
+        const S left = c.gap * per_step + normal.velocity(p.row);
         const S wanted = max(c.least_placed, c.placed - left * p.inverse_response);
         const S change = wanted - c.placed;
         c.placed = wanted;
         if (change == S(0)) continue;
-        pair.push(m.normal, p.row, change);
+        normal.push(p.row, change);
         largest = max(largest, abs(change) * p.response);
       }
+      normal.finish();
       pair.store(m, bodies, motion_of);
     }
     return largest;
@@ -179,7 +180,9 @@ class ManifoldSweeps {
     S friction = S(0);
     S radius = S(0);  // The largest of its points.
     ContactResponse<S> response;
+    S linear_response = S(0);  // To an impulse along the normal, of the centres of mass.
     S torsion_response = S(0);
+    S inverse_torsion_response = S(0);
     std::array<S, 2> friction_impulse{};
     S torsion = S(0);
   };
@@ -218,6 +221,32 @@ class ManifoldSweeps {
     Lanes linear_a, linear_b, angular_a, angular_b;
   };
 
+  /// The normal impulses of a manifold's points, which have one direction: what they do to linear
+  /// velocities is one number while they are solved.
+  struct NormalPart {
+    NormalPart(const Manifold& m, Pair& bodies)
+        : manifold(m), pair(bodies), linear(m.normal.axis.dot(bodies.linear_b - bodies.linear_a)) {}
+    [[nodiscard]] S velocity(const Row& row) const {
+      const Lanes sum =
+          row.arm_b.cwiseProduct(pair.angular_b) - row.arm_a.cwiseProduct(pair.angular_a);
+      return linear + ((sum[0] + sum[1]) + sum[2]);
+    }
+    void push(const Row& row, S x) {
+      linear += x * manifold.linear_response;
+      total += x;
+      pair.angular_a -= x * row.turn_a;
+      pair.angular_b += x * row.turn_b;
+    }
+    void finish() {
+      pair.linear_a -= total * manifold.normal.move_a;
+      pair.linear_b += total * manifold.normal.move_b;
+    }
+    const Manifold& manifold;
+    Pair& pair;
+    S linear;
+    S total = S(0);
+  };
+
   [[nodiscard]] std::span<const Point> points_of(const Manifold& m) const {
     return std::span<const Point>(points_).subspan(m.first, m.count);
   }
@@ -230,8 +259,8 @@ class ManifoldSweeps {
                                const SolverBody<S>& a, const SolverBody<S>& b) {
     const Vec3<S> torque_a = arm_a.cross(d);
     const Vec3<S> torque_b = arm_b.cross(d);
-    return {lanes(torque_a), lanes(torque_b), lanes(a.inverse_inertia * torque_a),
-            lanes(b.inverse_inertia * torque_b)};
+    return {lanes(torque_a), lanes(torque_b), lanes(product<S>(a.inverse_inertia, torque_a)),
+            lanes(product<S>(b.inverse_inertia, torque_b))};
   }
   /// Velocity along one direction for a unit impulse along another.
   [[nodiscard]] static S response(const Direction& d, const Row& at, const Direction& e,
@@ -273,10 +302,12 @@ class ManifoldSweeps {
     m.response.a = response(m.t1, m.row1, m.t1, m.row1);
     m.response.b = response(m.t1, m.row1, m.t2, m.row2);
     m.response.c = response(m.t2, m.row2, m.t2, m.row2);
-    m.response.find_largest();
-    m.turn_a = lanes(a.inverse_inertia * one.axes[0]);
-    m.turn_b = lanes(b.inverse_inertia * one.axes[0]);
+    m.response.prepare();
+    m.turn_a = lanes(product<S>(a.inverse_inertia, one.axes[0]));
+    m.turn_b = lanes(product<S>(b.inverse_inertia, one.axes[0]));
+    m.linear_response = m.normal.axis.dot(m.normal.move_a + m.normal.move_b);
     m.torsion_response = m.normal.axis.dot(m.turn_a + m.turn_b);
+    m.inverse_torsion_response = m.torsion_response > S(0) ? S(1) / m.torsion_response : S(0);
 
     for (const std::uint32_t i : contacts) {
       const ContactConstraint<S>& c = constraints.contacts[i];
@@ -301,20 +332,22 @@ class ManifoldSweeps {
     using std::max;
     using std::min;
     Pair pair(m, bodies, velocity_of);
+    NormalPart normal(m, pair);
     S largest = S(0);
     S sum = S(0);
     S moment = S(0);
     for (std::uint32_t k = m.first; k < m.first + m.count; ++k) {
       Point& p = points_[k];
       const S wanted =
-          max(S(0), p.impulse + (p.target - pair.velocity(m.normal, p.row)) * p.inverse_response);
+          max(S(0), p.impulse + (p.target - normal.velocity(p.row)) * p.inverse_response);
       const S change = wanted - p.impulse;
       p.impulse = wanted;
       sum += wanted;
       moment += wanted * p.radius;
-      pair.push(m.normal, p.row, change);
+      normal.push(p.row, change);
       largest = max(largest, abs(change) * p.response);
     }
+    normal.finish();
     if (sum > S(0) || m.friction_impulse[0] != S(0) || m.friction_impulse[1] != S(0)) {
       largest = max(largest, rub(m, m.friction * sum, m.friction * moment, pair));
     }
@@ -327,7 +360,7 @@ class ManifoldSweeps {
     using std::abs;
     using std::max;
     using std::min;
-    const S wanted = m.torsion + detail::scalar_change(pair.spin(m.normal), m.torsion_response);
+    const S wanted = m.torsion - pair.spin(m.normal) * m.inverse_torsion_response;
     const S torsion = min(max(wanted, -most_torsion), most_torsion);
     const S twist = torsion - m.torsion;
     m.torsion = torsion;

@@ -104,9 +104,14 @@ class SequentialSolver {
   void start_points(const Island& island, const Constraints<S>& constraints,
                     std::span<const SolverBody<S>> bodies) {
     contact_responses_.resize(std::max(contact_responses_.size(), island.contacts.size()));
-    for (std::size_t k = 0; k < island.contacts.size(); ++k) {
-      const ContactConstraint<S>& c = constraints.contacts[island.contacts[k]];
-      contact_responses_[k] = contact_response(c, bodies[c.body_a], bodies[c.body_b]);
+    for (std::size_t k = 0; k < island.contacts.size();) {
+      const ContactConstraint<S>& first = constraints.contacts[island.contacts[k]];
+      const ContactFrame<S> frame(first, bodies[first.body_a], bodies[first.body_b]);
+      for (; k < island.contacts.size(); ++k) {
+        const ContactConstraint<S>& c = constraints.contacts[island.contacts[k]];
+        if (!are_of_one_manifold(first, c)) break;
+        contact_responses_[k] = contact_response(c, frame);
+      }
     }
   }
 
@@ -212,14 +217,14 @@ class SequentialSolver {
     SolverBody<S>& a = bodies[c.body_a];
     SolverBody<S>& b = bodies[c.body_b];
     if (c.parts) return S(0);
-    const S response = contact_responses_[k].nn;
+    const ContactResponse<S>& response = contact_responses_[k];
     const S left = c.gap / dt + c.normal_velocity(a.motion, b.motion);
-    const S wanted = max(c.least_placed, c.placed + detail::scalar_change(left, response));
+    const S wanted = max(c.least_placed, c.placed - left * response.inverse_nn);
     const S change = wanted - c.placed;
     if (change == S(0)) return S(0);
     c.placed = wanted;
     apply_at_contact<S>(c, change * c.axes[0], a, b, motion_of);
-    return abs(change) * response;
+    return abs(change) * response.nn;
   }
 
   bool by_manifold_ = false;

@@ -7,6 +7,7 @@
 #include <bristle/dynamics/constraint.hpp>
 #include <bristle/dynamics/contact_constraint.hpp>
 #include <bristle/dynamics/soft_block.hpp>
+#include <bristle/math/small_products.hpp>
 
 #include <cstdint>
 #include <span>
@@ -75,6 +76,8 @@ struct SolverBody {
   Mat3<S> inertia = Mat3<S>::Zero();
   /// Whether forces move it along or about any axis.
   bool moves = false;
+  /// Whether it turns about all axes alike: its inertia is then a number times the identity.
+  bool is_isotropic = false;
   /// Whether sensors push it: it is then stepped by symplectic Euler.
   bool is_sensed = false;
   /// Whether its free motion is that of a mechanism, and velocities are those at its end.
@@ -88,7 +91,7 @@ struct SolverBody {
   /// Adds what an impulse about the centre of mass does to a velocity.
   void push(Twist<S>& velocity, const Vec3<S>& impulse, const Vec3<S>& angular_impulse) const {
     velocity.linear += inverse_mass.cwiseProduct(impulse);
-    velocity.angular += inverse_inertia * angular_impulse;
+    velocity.angular += product<S>(inverse_inertia, angular_impulse);
   }
 };
 
@@ -173,29 +176,69 @@ void local_response(const ConstraintBlock<S>& block, const ConstraintRow<S>* row
   K.prepare(block.kind, block.count);
 }
 
+/// Mobilities of two bodies along and about the axes of a contact: what the points of a manifold
+/// have in common.
+template <Scalar S>
+struct ContactFrame {
+  ContactFrame(const ContactConstraint<S>& c, const SolverBody<S>& a, const SolverBody<S>& b) {
+    for (Eigen::Index k = 0; k < 3; ++k) to_contact.row(k) = c.axes[static_cast<std::size_t>(k)];
+    const Vec3<S> m = a.inverse_mass + b.inverse_mass;
+    inverse_mass = m.asDiagonal();
+    if (m[0] != m[1] || m[0] != m[2]) inverse_mass = rotated<S>(to_contact, inverse_mass);
+    const auto inverse_inertia = [&](const SolverBody<S>& body) -> Mat3<S> {
+      return body.is_isotropic ? body.inverse_inertia
+                               : rotated<S>(to_contact, body.inverse_inertia);
+    };
+    moves_a = a.moves;
+    moves_b = b.moves;
+    if (moves_a) inverse_inertia_a = inverse_inertia(a);
+    if (moves_b) inverse_inertia_b = inverse_inertia(b);
+  }
+
+  Mat3<S> to_contact;
+  Mat3<S> inverse_mass;
+  bool moves_a, moves_b;
+  /// Of bodies that move.
+  Mat3<S> inverse_inertia_a, inverse_inertia_b;
+};
+
 /// Response of a contact's velocities to its impulses when only its two bodies move.
 template <Scalar S>
 [[nodiscard]] ContactResponse<S> contact_response(const ContactConstraint<S>& c,
-                                                  const SolverBody<S>& a, const SolverBody<S>& b) {
-  // Velocity of the point for a unit impulse along each axis.
-  std::array<Vec3<S>, 3> answer{Vec3<S>::Zero(), Vec3<S>::Zero(), Vec3<S>::Zero()};
-  const auto add = [&](const SolverBody<S>& body, const Vec3<S>& arm) {
-    if (!body.moves) return;
-    for (std::size_t k = 0; k < 3; ++k) {
-      answer[k] += body.inverse_mass.cwiseProduct(c.axes[k]) +
-                   (body.inverse_inertia * arm.cross(c.axes[k])).cross(arm);
-    }
-  };
-  add(a, c.arm_a);
-  add(b, c.arm_b);
+                                                  const ContactFrame<S>& frame) {
   ContactResponse<S> K;
-  K.nn = c.axes[0].dot(answer[0]);
-  K.n1 = c.axes[1].dot(answer[0]);
-  K.n2 = c.axes[2].dot(answer[0]);
-  K.a = c.axes[1].dot(answer[1]);
-  K.b = c.axes[2].dot(answer[1]);
-  K.c = c.axes[2].dot(answer[2]);
-  K.find_largest();
+  const Mat3<S>& M = frame.inverse_mass;
+  K.nn = M(0, 0);
+  K.n1 = M(0, 1);
+  K.n2 = M(0, 2);
+  K.a = M(1, 1);
+  K.b = M(1, 2);
+  K.c = M(2, 2);
+  // Along the contact's axes the torques r x e_k of unit impulses at the arm r are
+  // (0, z, -y), (-z, 0, x) and (y, -x, 0).
+  const auto turn = [&](const Mat3<S>& J, const Vec3<S>& arm) {
+    const Vec3<S> r = product<S>(frame.to_contact, arm);
+    const S x = r[0];
+    const S y = r[1];
+    const S z = r[2];
+    const S x0 = z * J(0, 1) - y * J(0, 2);
+    const S y0 = z * J(1, 1) - y * J(1, 2);
+    const S z0 = z * J(1, 2) - y * J(2, 2);
+    const S x1 = x * J(0, 2) - z * J(0, 0);
+    const S y1 = x * J(1, 2) - z * J(0, 1);
+    const S z1 = x * J(2, 2) - z * J(0, 2);
+    const S x2 = y * J(0, 0) - x * J(0, 1);
+    const S y2 = y * J(0, 1) - x * J(1, 1);
+    K.nn += z * y0 - y * z0;
+    K.n1 += x * z0 - z * x0;
+    K.n2 += y * x0 - x * y0;
+    K.a += x * z1 - z * x1;
+    K.b += y * x1 - x * y1;
+    K.c += y * x2 - x * y2;
+  };
+  if (frame.moves_a) turn(frame.inverse_inertia_a, c.arm_a);
+  if (frame.moves_b) turn(frame.inverse_inertia_b, c.arm_b);
+  K.prepare();
   return K;
 }
 
@@ -252,9 +295,25 @@ template <Scalar S>
 void apply_impulses(const Island& island, const Constraints<S>& constraints,
                     std::span<SolverBody<S>> bodies) {
   for (const std::uint32_t slot : island.bodies) bodies[slot].twist = bodies[slot].free;
-  for (const std::uint32_t i : island.contacts) {
-    const ContactConstraint<S>& c = constraints.contacts[i];
-    apply_at_contact(c, c.impulse_W(), bodies[c.body_a], bodies[c.body_b], velocity_of);
+  // Points between the same two bodies follow each other: their impulses are summed first.
+  for (std::size_t k = 0; k < island.contacts.size();) {
+    const std::uint32_t slot_a = constraints.contacts[island.contacts[k]].body_a;
+    const std::uint32_t slot_b = constraints.contacts[island.contacts[k]].body_b;
+    Vec3<S> force = Vec3<S>::Zero();
+    Vec3<S> torque_a = Vec3<S>::Zero();
+    Vec3<S> torque_b = Vec3<S>::Zero();
+    for (; k < island.contacts.size(); ++k) {
+      const ContactConstraint<S>& c = constraints.contacts[island.contacts[k]];
+      if (c.body_a != slot_a || c.body_b != slot_b) break;
+      const Vec3<S> impulse = c.impulse_W();
+      force += impulse;
+      torque_a += c.arm_a.cross(impulse);
+      torque_b += c.arm_b.cross(impulse);
+    }
+    SolverBody<S>& a = bodies[slot_a];
+    SolverBody<S>& b = bodies[slot_b];
+    if (a.moves) a.push(a.twist, -force, -torque_a);
+    if (b.moves) b.push(b.twist, force, torque_b);
   }
   for (const std::uint32_t i : island.blocks) {
     const ConstraintBlock<S>& block = constraints.blocks[i];

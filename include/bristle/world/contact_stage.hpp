@@ -48,8 +48,10 @@ class ContactStage {
   /// Moves the boxes of shapes that impulses took out of what free motion would sweep, so that
   /// queries between steps find them.
   void settle_boxes(State& state) const {
-    for (const std::uint32_t i : moving_) {
+    for (std::size_t k = 0; k < moving_.size(); ++k) {
+      const std::uint32_t i = moving_[k];
       const Collider<S, Backend>& c = state.colliders.at(i);
+      if (stays_in_reach(state, c, starts_[k])) continue;
       const Aabb<S> box = detail::box_of(state, c);
       if (!state.broad_phase.swept(i).contains(box)) state.broad_phase.move(i, box);
     }
@@ -82,17 +84,38 @@ class ContactStage {
     bool has_failed = false;
   };
 
+  /// Where a shape that moves starts from, and how far its box was grown.
+  struct Start {
+    Transform<S> center_pose;
+    S reach = S(0);
+  };
+
+  /// Whether no point of a shape has moved by more than its box was grown. A point at the distance
+  /// r moves by 2 r sin(angle / 2), and unit quaternions by 2 sin(angle / 4).
+  [[nodiscard]] static bool stays_in_reach(const State& state, const Collider<S, Backend>& c,
+                                           const Start& start) {
+    using std::sqrt;
+    const Transform<S>& end = state.body_of(c).center_pose;
+    const S turn2 = (end.rotation.coeffs() - start.center_pose.rotation.coeffs()).squaredNorm();
+    const S shift2 = (end.translation - start.center_pose.translation).squaredNorm();
+    return sqrt(shift2) + S(2) * c.radius * sqrt(turn2) <= start.reach;
+  }
+
   void sweep_boxes(State& state) {
     moving_.clear();
+    starts_.clear();
     for (std::uint32_t i = 0; i < state.colliders.slot_count(); ++i) {
       if (!state.colliders.is_live(i)) continue;
       const Collider<S, Backend>& c = state.colliders.at(i);
       // Half-spaces belong to bodies that forces do not move, and are always listed.
-      if (state.body_of(c).motion == Motion::fixed || c.half_space) continue;
-      if (state.body_of(c).is_asleep()) continue;
-      state.broad_phase.move(i, detail::swept_box(state, c));
+      const Body<S>& body = state.body_of(c);
+      if (body.motion == Motion::fixed || c.half_space || body.is_asleep()) continue;
+      const S reach = detail::reach_of(state, c, c);
+      state.broad_phase.move(i, detail::box_of(state, c).inflated(reach));
       // What stands still is found by those that move.
-      if (state.is_active(c.body.index)) moving_.push_back(i);
+      if (!state.is_active(c.body.index)) continue;
+      moving_.push_back(i);
+      starts_.push_back({body.center_pose, reach});
     }
   }
 
@@ -154,7 +177,9 @@ class ContactStage {
       const Transform<S>& X_WB = state.body_of(state.colliders.at(pairs_[i].b)).center_pose;
       state.contacts.add(
           pairs_[i], std::span(buffers_[i / chunk_size]).subspan(found_[i].first, found_[i].count),
-          {(X_WA.rotation * a.X_CmS.rotation).toRotationMatrix(), X_WA.rotate(a.X_CmS.translation),
+          {a.is_centered ? X_WA.rotation_matrix()
+                         : (X_WA.rotation * a.X_CmS.rotation).toRotationMatrix(),
+           a.is_centered ? Vec3<S>::Zero() : X_WA.rotate(a.X_CmS.translation),
            X_WB.translation - X_WA.translation, X_WA.translation});
     }
     if (has_sleepers) state.contacts.carry_before({~0u, ~0u}, stays);
@@ -164,6 +189,7 @@ class ContactStage {
   }
 
   std::vector<std::uint32_t> moving_;
+  std::vector<Start> starts_;  // One for each of them.
   std::vector<ShapePair> pairs_;
   std::vector<Found> found_;
   std::vector<ContactManifolds<S>> buffers_;

@@ -27,7 +27,9 @@ template <Scalar S, typename Backend>
 /// [m] Box of a shape where it is; infinite for a half-space.
 template <Scalar S, typename Backend>
 [[nodiscard]] Aabb<S> box_of(const WorldState<S, Backend>& state, const Collider<S, Backend>& c) {
-  return c.half_space ? c.bounds : transformed(c.bounds, state.body_of(c).center_pose * c.X_CmS);
+  if (c.half_space) return c.bounds;
+  const Transform<S>& X = state.body_of(c).center_pose;
+  return transformed(c.bounds, c.is_centered ? X : X * c.X_CmS);
 }
 
 /// [m] Box of all that a shape can reach within the step.
@@ -40,14 +42,15 @@ template <Scalar S, typename Backend>
 
 /// Whether a shape can get to another one within the step that is a half-space and may move, too;
 /// true for all others, whose boxes overlap.
+/// @param swept  [m] Box of all that the shape can reach.
 template <Scalar S, typename Backend>
 [[nodiscard]] bool reaches_plane(const WorldState<S, Backend>& state, const Collider<S, Backend>& c,
-                                 const Collider<S, Backend>& plane) {
-  return !plane.half_space ||
-         state.reaches(swept_box(state, c).inflated(reach_of(state, plane, c)), plane);
+                                 const Aabb<S>& swept, const Collider<S, Backend>& plane) {
+  return !plane.half_space || state.reaches(swept.inflated(reach_of(state, plane, c)), plane);
 }
 
-/// Whether two shapes with overlapping boxes are asked of the backend.
+/// Whether two shapes with overlapping boxes are asked of the backend. Their boxes in the broad
+/// phase must be those of all they can reach in this step.
 template <Scalar S, typename Backend>
 [[nodiscard]] bool may_touch(const WorldState<S, Backend>& state, std::uint32_t tag_a,
                              std::uint32_t tag_b) {
@@ -61,7 +64,8 @@ template <Scalar S, typename Backend>
   const ShapePair bodies{std::min(a.body.index, b.body.index),
                          std::max(a.body.index, b.body.index)};
   if (std::binary_search(state.unpaired.begin(), state.unpaired.end(), bodies)) return false;
-  return reaches_plane(state, a, b) && reaches_plane(state, b, a);
+  return reaches_plane(state, a, state.broad_phase.swept(tag_a), b) &&
+         reaches_plane(state, b, state.broad_phase.swept(tag_b), a);
 }
 
 /// Appends the manifolds of a pair, in the frame of its first shape, with gaps of at most what can
@@ -75,11 +79,13 @@ ContactStatus collide_pair(const WorldState<S, Backend>& state, const ShapePair&
   const Transform<S>& X_WB = state.body_of(b).center_pose;
   // Of each shape about its body's centre of mass, world axes. Centres of mass are subtracted
   // first: far from the world's origin nothing else is lost.
-  const auto about_center = [](const Transform<S>& X, const Transform<S>& X_CmS) -> Transform<S> {
-    return {X.rotation * X_CmS.rotation, X.rotation * X_CmS.translation};
+  const auto about_center = [](const Transform<S>& X,
+                               const Collider<S, Backend>& c) -> Transform<S> {
+    if (c.is_centered) return {X.rotation, Vec3<S>::Zero()};
+    return {X.rotation * c.X_CmS.rotation, X.rotation * c.X_CmS.translation};
   };
-  const Transform<S> X_a = about_center(X_WA, a.X_CmS);
-  const Transform<S> X_b = about_center(X_WB, b.X_CmS);
+  const Transform<S> X_a = about_center(X_WA, a);
+  const Transform<S> X_b = about_center(X_WB, b);
   const Vec3<S> p = (X_WB.translation - X_WA.translation) + X_b.translation - X_a.translation;
   const Quat<S> R_SaW = X_a.rotation.conjugate();
   const Transform<S> X_SaSb{R_SaW * X_b.rotation, R_SaW * p};

@@ -85,7 +85,9 @@ class SleepStage {
         return true;
       };
       if (!c.half_space) {
-        state.broad_phase.overlap(detail::swept_box(state, c), visit);
+        const Aabb<S> swept = detail::swept_box(state, c);
+        state.broad_phase.move(i, swept);
+        state.broad_phase.overlap(swept, visit);
         continue;
       }
       for (std::uint32_t other = 0; other < state.colliders.slot_count(); ++other) {

@@ -26,6 +26,23 @@ class SolveStage {
     for (std::uint32_t i = 0; i < state.bodies.slot_count(); ++i) prepare_body(state, i);
   }
 
+  /// How forces and impulses move a body: needed only of bodies that something acts on.
+  static void prepare_mass(State& state, std::uint32_t slot) {
+    SolverBody<S>& out = state.solver_bodies[slot];
+    if (!out.moves) return;
+    const Body<S>& body = state.bodies.at(slot);
+    out.mass = body.mass;
+    out.inverse_mass = body.inverse_mass_W();
+    out.is_isotropic = detail::is_isotropic(body.inertia_B) && !body.locked.any_angular();
+    if (out.is_isotropic) {
+      out.inertia = body.inertia_B;
+      out.inverse_inertia = body.inverse_inertia_B;
+      return;
+    }
+    out.inertia = rotated<S>(body.center_pose.rotation_matrix(), body.inertia_B);
+    out.inverse_inertia = body.inverse_inertia_W();
+  }
+
   /// The same for one slot. Bodies asleep are to others like those that forces do not move.
   void prepare_body(State& state, std::uint32_t slot) const {
     SolverBody<S>& out = state.solver_bodies[slot];
@@ -33,15 +50,10 @@ class SolveStage {
     if (!state.bodies.is_live(slot) || state.bodies.at(slot).is_asleep()) return;
     const Body<S>& body = state.bodies.at(slot);
     out.start = body.twist;
-    if (body.is_dynamic()) {
-      const Mat3<S> R = body.center_pose.rotation_matrix();
-      out.mass = body.mass;
-      out.inverse_mass = body.inverse_mass_W();
-      out.inertia = R * body.inertia_B * R.transpose();
-      out.inverse_inertia = body.inverse_inertia_W();
-      out.moves = out.inverse_mass.maxCoeff() > S(0) || out.inverse_inertia.trace() > S(0);
-    }
-    out.free = free_twist(body, out.inverse_inertia, state.def.gravity, state.def.time_step);
+    out.moves = body.is_dynamic() && !body.locked.all();
+    // Sensors ask early what their bodies weigh.
+    if (state.patches.size() > 0) prepare_mass(state, slot);
+    out.free = free_twist(body, state.def.gravity, state.def.time_step);
     out.twist = out.free;
   }
 
@@ -62,6 +74,9 @@ class SolveStage {
     if (state.report.rows == 0) return;
     for (const Island& island : islands_.build(state.solver_bodies, state.constraints)) {
       if (island.contacts.empty() && island.blocks.empty() && island.soft.empty()) continue;
+      if (state.patches.size() == 0) {
+        for (const std::uint32_t slot : island.bodies) prepare_mass(state, slot);
+      }
       ++state.report.islands;
       solve_island(state, sensors, island);
     }
@@ -87,8 +102,7 @@ class SolveStage {
       } else {
         step_pose(body, solved.motion, state.def.time_step);
       }
-      if (is_finite(body.twist) && body.center_pose.translation.allFinite() &&
-          body.center_pose.rotation.coeffs().allFinite()) {
+      if (is_finite(body.twist) && is_finite(body.center_pose)) {
         continue;
       }
       body.center_pose = start;
@@ -99,7 +113,12 @@ class SolveStage {
 
  private:
   [[nodiscard]] static bool is_finite(const Twist<S>& twist) {
-    return twist.linear.allFinite() && twist.angular.allFinite();
+    return all_finite<S>(twist.linear) && all_finite<S>(twist.angular);
+  }
+
+  [[nodiscard]] static bool is_finite(const Transform<S>& X) {
+    return all_finite<S>(X.translation) && all_finite<S>(X.rotation.vec()) &&
+           X.rotation.w() * S(0) == S(0);
   }
 
   [[nodiscard]] static Integrator integrator_of(const State& state, const SolverBody<S>& body) {
@@ -110,6 +129,7 @@ class SolveStage {
   [[nodiscard]] SolveContext<S> context_of(const State& state, const Island& island) const {
     using std::abs;
     using std::max;
+    using std::sqrt;
     SolveContext<S> context;
     context.dt = state.def.time_step;
     context.settings = state.def.solver;
@@ -117,19 +137,29 @@ class SolveStage {
     context.integrator = island.soft.empty() ? state.def.integrator : Integrator::symplectic_euler;
     // What a step changes velocities by: gravity, other forces, and the impulses of the last step.
     S change = state.def.gravity.norm() * context.dt;
-    S speed = S(0);
+    S change2 = S(0);
+    S speed2 = S(0);
     S extent = S(0);
     for (const std::uint32_t slot : island.bodies) {
       const SolverBody<S>& body = state.solver_bodies[slot];
-      change = max(change, (body.free.linear - body.start.linear).norm());
-      speed = max(speed, body.free.linear.norm());
+      change2 = max(change2, (body.free.linear - body.start.linear).squaredNorm());
+      speed2 = max(speed2, body.free.linear.squaredNorm());
       extent = max(extent, state.bodies.at(slot).center_pose.translation.cwiseAbs().maxCoeff());
       if (body.is_sensed) context.integrator = Integrator::symplectic_euler;
     }
+    change = max(change, sqrt(change2));
     context.speed_change = change;
+    std::uint32_t last_a = 0;
+    std::uint32_t last_b = 0;
+    S mobility = S(0);
     const auto add_impulse = [&](std::uint32_t slot_a, std::uint32_t slot_b, S impulse) {
-      const S mobility = max(state.solver_bodies[slot_a].inverse_mass.maxCoeff(),
-                             state.solver_bodies[slot_b].inverse_mass.maxCoeff());
+      // The points of a manifold come one after the other.
+      if (slot_a != last_a || slot_b != last_b) {
+        mobility = max(state.solver_bodies[slot_a].inverse_mass.maxCoeff(),
+                       state.solver_bodies[slot_b].inverse_mass.maxCoeff());
+        last_a = slot_a;
+        last_b = slot_b;
+      }
       change = max(change, mobility * abs(impulse));
     };
     for (const std::uint32_t i : island.contacts) {
@@ -145,7 +175,7 @@ class SolveStage {
     }
     // Relative to that, but not below what the arithmetic of the present state resolves.
     context.velocity_tolerance = max(context.settings.tolerance * context.speed_change,
-                                     Tolerance<S>::round_off() * max(speed, change));
+                                     Tolerance<S>::round_off() * max(sqrt(speed2), change));
     context.position_tolerance =
         max(context.settings.position_tolerance * context.dt * context.speed_change,
             Tolerance<S>::round_off() * extent);

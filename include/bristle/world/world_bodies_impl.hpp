@@ -37,6 +37,8 @@ World<S, Backend>::insert_shape(BodyId id, Prepared prepared, const Shape<S>& sh
   c.body = id;
   c.X_CmS = X_BS;
   c.X_CmS.translation -= body.center_B;
+  c.is_centered = c.X_CmS.translation == Vec3<S>::Zero() &&
+                  c.X_CmS.rotation.coeffs() == Quat<S>::Identity().coeffs();
   c.kind = Backend::kind(prepared);
   c.material = material;
   c.bounds = Backend::bounds(prepared);

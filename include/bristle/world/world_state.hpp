@@ -59,6 +59,8 @@ struct Collider {
   BodyId body{};
   /// [m] Pose of the shape from the body's centre of mass, along the body's axes.
   Transform<S> X_CmS{};
+  /// Whether that is the identity, as of most shapes.
+  bool is_centered = false;
   typename Backend::template Collidable<S> shape{};
   ShapeKind kind = ShapeKind::sphere;
   Material<S> material{};

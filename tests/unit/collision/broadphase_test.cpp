@@ -175,3 +175,24 @@ TEST_CASE("BroadPhase: a ray meets unbounded shapes first, and what shortens it 
   });
   CHECK(seen == std::vector<std::uint32_t>{2, 0});
 }
+
+TEST_CASE_TEMPLATE("BroadPhase: a box that was everywhere for one step finds its pairs after", S,
+                   float, double) {
+  BroadPhase<S> phase;
+  phase.insert(0, box_at<S>(Vec3<S>::Zero(), S(1)));
+  phase.insert(1, box_at<S>(Vec3<S>(S(5), S(0), S(0)), S(1)));
+  const auto pairs = [&] {
+    std::vector<ShapePair> found;
+    std::uint64_t tested = 0;
+    phase.find_pairs(
+        {0}, [](auto, auto) { return true; }, found, tested);
+    return found.size();
+  };
+  CHECK(pairs() == 0);
+  phase.move(0, everywhere<S>());
+  CHECK(pairs() == 1);
+  phase.move(0, box_at<S>(Vec3<S>::Zero(), S(1)));
+  CHECK(pairs() == 0);
+  phase.move(0, box_at<S>(Vec3<S>(S(3.5), S(0), S(0)), S(1)));
+  CHECK(pairs() == 1);
+}

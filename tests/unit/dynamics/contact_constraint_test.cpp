@@ -17,7 +17,7 @@ ContactResponse<S> response(S normal, S t1, S t2, S coupling = S(0)) {
   K.a = t1;
   K.b = coupling;
   K.c = t2;
-  K.find_largest();
+  K.prepare();
   return K;
 }
 
