@@ -2,7 +2,6 @@
 /// What a step must not change: momentum and angular momentum of bodies that only act on each
 /// other; and what it must not raise: the energy of anything passive.
 // SPDX-License-Identifier: BSD-3-Clause
-#include "scenes/grasp.hpp"
 #include "scenes/pile.hpp"
 #include "scenes/stack.hpp"
 #include "support/momentum.hpp"
@@ -12,7 +11,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <span>
 #include <vector>
 
@@ -219,7 +217,8 @@ TEST_CASE("invariants: a floating gripper keeps its momentum while it closes and
   }
 }
 
-TEST_CASE("invariants: what the trapezoidal rule leaks of angular momentum vanishes with the step") {
+TEST_CASE(
+    "invariants: what the trapezoidal rule leaks of angular momentum vanishes with the step") {
   const auto drift = [](double dt) {
     Group group = make_collision(Integrator::trapezoidal, 1.0);
     group.world.set_time_step(dt);
@@ -280,39 +279,86 @@ Group make_drop(const Shape<double>& shape, double dt, double restitution, doubl
 
 }  // namespace
 
-TEST_CASE("invariants: one body on the ground never gains energy, whatever it does") {
+TEST_CASE("invariants: one body on the ground gains no more energy than a step of its weight") {
   const Shape<double> shapes[] = {Sphere<double>{0.1}, Box<double>{{0.1, 0.08, 0.05}},
                                   Capsule<double>{0.05, 0.08}, Cylinder<double>{0.08, 0.06},
                                   Ellipsoid<double>{{0.1, 0.07, 0.05}}};
   for (const double dt : steps) {
-    for (const double e : {0.0, 0.5, 1.0}) {
+    for (const double e : {0.0, 0.5}) {
       for (const double mu : {0.0, 0.5, 10.0}) {
-        double worst = 0;
+        CAPTURE(dt);
+        CAPTURE(e);
+        CAPTURE(mu);
         for (std::size_t k = 0; k < std::size(shapes); ++k) {
-          for (std::uint64_t seed = 1; seed <= 3; ++seed) {
-            Group group = make_drop(shapes[k], dt, e, mu, seed);
-            const double rise = largest_rise(group.world, group.bodies, 2);
-            worst = std::max(worst, rise);
-            if (rise > 1e-6) MESSAGE("shape ", k, " seed ", seed, " rise ", rise);
-          }
+          CAPTURE(k);
+          Group group = make_drop(shapes[k], dt, e, mu, 1);
+          // An impact makes the displacement of its step another than its velocities would give,
+          // by up to |v| dt, and so the height: m g |v| dt of energy with m |v|^2 / 2 < E, about
+          // 6 dt of the 5 J here. It does not grow: it is never above the start.
+          CHECK(largest_rise(group.world, group.bodies, 1.5) < 6 * dt);
+          CHECK(test::energy_of(group.world, std::span<const BodyId>(group.bodies)) < 5.5);
         }
-        MESSAGE("dt ", dt, " e ", e, " mu ", mu, ": ", worst);
       }
     }
   }
 }
 
-TEST_CASE("invariants: stacks, piles and chains with contacts never gain energy") {
+TEST_CASE("invariants: stacks and piles never gain energy, on contact and on sensors") {
   for (const double dt : steps) {
+    CAPTURE(dt);
     StackDef<double> stack_def;
     stack_def.time_step = dt;
     auto stack = make_stack<double>(stack_def);
-    MESSAGE("stack ", dt, " ", largest_rise(stack.world, stack.cubes, 3));
+    CHECK(largest_rise(stack.world, stack.cubes, 2) < 1e-8);
     WorldDef<double> def;
     def.time_step = dt;
+    // Boxes that tumble over each other turn overlaps of second order into height: 1e-5.
     auto pile = make_pile<double>(def, 3, 0);
-    MESSAGE("pile ", dt, " ", largest_rise(pile.world, pile.bodies, 3));
+    CHECK(largest_rise(pile.world, pile.bodies, 1.5) < 1e-4);
     auto sensed = make_pile<double>(def, 0, 5);
-    MESSAGE("sensed ", dt, " ", largest_rise(sensed.world, sensed.bodies, 3));
+    CHECK(largest_rise(sensed.world, sensed.bodies, 1.5) < 1e-12);
+  }
+}
+
+TEST_CASE("invariants: boxes on a ball joint that fall on a rough floor gain no energy") {
+  // Impulses of a factorisation that was cut short gave them up to 1e13 times what they had.
+  for (std::uint64_t seed = 1; seed <= 40; ++seed) {
+    CAPTURE(seed);
+    Random random(seed);
+    WorldDef<double> def;
+    def.time_step = 1.0 / 60;
+    Group group{World<double>(def)};
+    BodyDef<double> ground;
+    ground.motion = Motion::fixed;
+    ground.shape = HalfSpace<double>{};
+    ground.material = {0.8, 0};
+    ground.filter = {1, 2, 0};
+    group.world.add_body(ground);
+    for (int i = 0; i < 2; ++i) {
+      BodyDef<double> box;
+      box.shape = Box<double>{{0.05, 0.03, 0.04}};
+      box.density = 100;
+      box.material = {0.8, 0};
+      box.filter = {2, 1, 0};
+      box.position = {0, 0, 0.1 + 0.15 * i};
+      box.orientation = random.rotation<double>();
+      group.bodies.push_back(group.world.add_body(box));
+    }
+    JointDef<double> joint;
+    joint.kind = JointKind::ball;
+    joint.body_a = group.bodies[0];
+    joint.body_b = group.bodies[1];
+    const Vec3<double> between(0, 0, 0.175);
+    joint.X_AJ.translation = group.world.pose(joint.body_a).inverse() * between;
+    joint.X_BJ.translation = group.world.pose(joint.body_b).inverse() * between;
+    group.world.add_joint(joint);
+    const std::span<const BodyId> bodies(group.bodies);
+    const double start = test::energy_of(group.world, bodies);
+    double highest = start;
+    for (int i = 0; i < 300; ++i) {
+      group.world.step();
+      highest = std::max(highest, test::energy_of(group.world, bodies));
+    }
+    CHECK(highest < 1.001 * start);
   }
 }

@@ -64,9 +64,8 @@ class IslandSolver {
       report.residual = S(proximal_.solve(island, constraints, bodies, context, report));
       apply_impulses(island, constraints, bodies);
       if (report.residual <= context.velocity_tolerance) return;
-      // Sweeps would only wear down what factorisations leave of soft blocks. Joints need them: the
-      // impulses of an iteration that was cut short do not add up to velocities that hold joints.
-      if (!island.soft.empty() && report.residual < infinity<S>) return;
+      // Sweeps repair the rest: the impulses of an iteration that was cut short do not add up to
+      // velocities that hold joints and contacts.
     }
     Convergence progress(context.velocity_tolerance);
     bool may_factor = island.soft.empty();
