@@ -235,17 +235,15 @@ TEST_CASE(
 
 namespace {
 
-/// [1] Largest energy of a run above its lowest so far, relative to that at its start; energies are
-/// measured from `floor_energy`.
-double largest_rise(World<double>& world, std::span<const BodyId> bodies, double seconds,
-                    double floor_energy = 0) {
-  const double start = test::energy_of(world, bodies) - floor_energy;
+/// [1] Largest energy of a run above its lowest so far, relative to that at its start.
+double largest_rise(World<double>& world, std::span<const BodyId> bodies, double seconds) {
+  const double start = test::energy_of(world, bodies);
   double lowest = start;
   double rise = 0;
   const long steps = std::lround(seconds / world.time_step());
   for (long i = 0; i < steps; ++i) {
     world.step();
-    const double now = test::energy_of(world, bodies) - floor_energy;
+    const double now = test::energy_of(world, bodies);
     rise = std::max(rise, (now - lowest) / start);
     lowest = std::min(lowest, now);
   }
