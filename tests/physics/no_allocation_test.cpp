@@ -1,5 +1,5 @@
 /// @file
-/// A warmed-up step allocates nothing. Replaces the program's `operator new` to count.
+/// A warmed-up step allocates nothing.
 // SPDX-License-Identifier: BSD-3-Clause
 #include "scenes/drops.hpp"
 #include "scenes/grasp.hpp"
@@ -7,65 +7,11 @@
 #include "scenes/pile.hpp"
 #include "scenes/plate.hpp"
 #include "scenes/stack.hpp"
+#include "support/counted_new.hpp"
 
 #include <bristle/core/thread_pool.hpp>
 
 #include <doctest/doctest.h>
-
-#include <cstdlib>
-#include <new>
-
-namespace {
-
-/// Allocations of this thread; a global because `operator new` has no other place.
-thread_local std::size_t allocations = 0;
-
-void* counted(std::size_t size, std::size_t alignment) {
-  ++allocations;
-  // aligned_alloc wants a multiple of the alignment.
-  const std::size_t rounded = (size + alignment - 1) / alignment * alignment;
-  void* memory = std::aligned_alloc(alignment, rounded > 0 ? rounded : alignment);
-  if (memory == nullptr) throw std::bad_alloc();
-  return memory;
-}
-
-}  // namespace
-
-// None of them inlined: the compiler would see `free` meet memory that came from `operator new`.
-[[gnu::noinline]] void* operator new(std::size_t size) {
-  return counted(size, alignof(std::max_align_t));
-}
-[[gnu::noinline]] void* operator new[](std::size_t size) {
-  return counted(size, alignof(std::max_align_t));
-}
-[[gnu::noinline]] void* operator new(std::size_t size, const std::nothrow_t&) noexcept {
-  return counted(size, alignof(std::max_align_t));
-}
-[[gnu::noinline]] void* operator new[](std::size_t size, const std::nothrow_t&) noexcept {
-  return counted(size, alignof(std::max_align_t));
-}
-[[gnu::noinline]] void* operator new(std::size_t size, std::align_val_t alignment) {
-  return counted(size, static_cast<std::size_t>(alignment));
-}
-[[gnu::noinline]] void* operator new[](std::size_t size, std::align_val_t alignment) {
-  return counted(size, static_cast<std::size_t>(alignment));
-}
-[[gnu::noinline]] void operator delete(void* memory) noexcept { std::free(memory); }
-[[gnu::noinline]] void operator delete[](void* memory) noexcept { std::free(memory); }
-[[gnu::noinline]] void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
-[[gnu::noinline]] void operator delete[](void* memory, std::size_t) noexcept { std::free(memory); }
-[[gnu::noinline]] void operator delete(void* memory, std::align_val_t) noexcept {
-  std::free(memory);
-}
-[[gnu::noinline]] void operator delete[](void* memory, std::align_val_t) noexcept {
-  std::free(memory);
-}
-[[gnu::noinline]] void operator delete(void* memory, std::size_t, std::align_val_t) noexcept {
-  std::free(memory);
-}
-[[gnu::noinline]] void operator delete[](void* memory, std::size_t, std::align_val_t) noexcept {
-  std::free(memory);
-}
 
 using namespace bristle;
 using namespace bristle::scenes;
@@ -76,18 +22,18 @@ namespace {
 template <typename World>
 std::size_t allocations_of(World& world, int warm_up, int steps) {
   for (int i = 0; i < warm_up; ++i) world.step();
-  const std::size_t before = allocations;
+  const std::size_t before = test::allocations;
   for (int i = 0; i < steps; ++i) world.step();
-  return allocations - before;
+  return test::allocations - before;
 }
 
 }  // namespace
 
 TEST_CASE("no_allocation: the counter counts") {
-  const std::size_t before = allocations;
+  const std::size_t before = test::allocations;
   // Called by name, so that the compiler may not leave the pair out.
   ::operator delete(::operator new(8));
-  CHECK(allocations == before + 1);
+  CHECK(test::allocations == before + 1);
 }
 
 TEST_CASE_TEMPLATE("no_allocation: plates that hold, slip and slide", S, float, double) {
@@ -166,9 +112,9 @@ TEST_CASE("no_allocation: falling asleep, sleeping and waking") {
   };
   for (int i = 0; i < 2000; ++i) scene.world.step();
   wake_and_rest();
-  const std::size_t before = allocations;
+  const std::size_t before = test::allocations;
   for (int k = 0; k < 3; ++k) wake_and_rest();
-  CHECK(allocations == before);
+  CHECK(test::allocations == before);
 }
 
 TEST_CASE("no_allocation: queries and readings") {
@@ -179,9 +125,9 @@ TEST_CASE("no_allocation: queries and readings") {
   ray.direction = {0, 0, -1};
   ray.length = 2;
   double sum = 0;
-  const std::size_t before = allocations;
+  const std::size_t before = test::allocations;
   sum += scene.world.reading(scene.pads[0]).total_normal();
   sum += scene.world.largest_stable_step(scene.pads[0]);
-  CHECK(allocations == before);
+  CHECK(test::allocations == before);
   CHECK(sum > 0);
 }

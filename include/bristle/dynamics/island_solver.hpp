@@ -63,10 +63,9 @@ class IslandSolver {
     if (wants_even_load(island, constraints)) {
       report.residual = S(proximal_.solve(island, constraints, bodies, context, report));
       apply_impulses(island, constraints, bodies);
-      // Sweeps would only wear down what factorisations leave of soft blocks and joints.
-      const bool is_stiff = !island.soft.empty() || !island.blocks.empty();
       if (report.residual <= context.velocity_tolerance) return;
-      if (is_stiff && report.residual < infinity<S>) return;
+      // Sweeps repair the rest: the impulses of an iteration that was cut short do not add up to
+      // velocities that hold joints and contacts.
     }
     Convergence progress(context.velocity_tolerance);
     bool may_factor = island.soft.empty();
