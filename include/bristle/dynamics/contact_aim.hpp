@@ -106,6 +106,12 @@ void aim_contact(ContactConstraint<S>& c, const SolverBody<S>& a, const SolverBo
     if (bounces) c.target = max(c.target, -c.restitution * start);
     return;
   }
+  if (bounces && (a.follows_joints || b.follows_joints)) {
+    // What changes the speed of a mechanism within the step depends on its speed, and must not be
+    // given back to it as if it were a constant force.
+    c.target = -c.restitution * free;
+    return;
+  }
   if (bounces) {
     const S time = detail::closing_time(c.gap, dt * start, dt * change);
     const S after = -c.restitution * (start + time * change);

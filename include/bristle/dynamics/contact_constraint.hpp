@@ -77,7 +77,8 @@ struct ContactConstraint {
 template <Scalar S>
 [[nodiscard]] bool are_of_one_manifold(const ContactConstraint<S>& c,
                                        const ContactConstraint<S>& d) {
-  return c.body_a == d.body_a && c.body_b == d.body_b && c.axes[0] == d.axes[0];
+  return c.body_a == d.body_a && c.body_b == d.body_b && c.axes[0] == d.axes[0] &&
+         c.friction == d.friction;
 }
 
 /// Response of a contact's velocities along its axes to its impulses, when only its own bodies

@@ -43,11 +43,14 @@ class IslandSolver {
     place(island, constraints, bodies, context, context.settings.max_position_sweeps, report);
   }
 
- private:
+  /// Whether an island is swept only. Joints converge too slowly for that, and what they connect is
+  /// chains more often than heaps, so islands with joints may be larger.
   [[nodiscard]] static bool is_large(const Island& island, const SolveContext<S>& context) {
-    return island.bodies.size() > context.settings.max_direct_bodies;
+    const std::uint32_t factor = island.blocks.empty() ? 1 : 8;
+    return island.bodies.size() > std::size_t{factor} * context.settings.max_direct_bodies;
   }
 
+ private:
   static void aim(const Island& island, Constraints<S>& constraints,
                   std::span<const SolverBody<S>> bodies, const SolveContext<S>& context) {
     for (const std::uint32_t i : island.contacts) {
@@ -87,24 +90,20 @@ class IslandSolver {
   void solve_large(const Island& island, Constraints<S>& constraints,
                    std::span<SolverBody<S>> bodies, const SolveContext<S>& context,
                    SolveReport<S>& report) {
-    using std::ceil;
     // Soft blocks are linearised over the whole step.
-    const S parts = island.soft.empty() ? ceil(context.dt / context.settings.longest_part) : S(1);
+    const int count = island.soft.empty() ? part_count(context) : 1;
+    const S parts = S(count);
     const SolveContext<S> part = context.part(parts);
     begin_parts(island, constraints, bodies, parts);
-    for (S k = S(0); k < parts; k += S(1)) {
+    for (int k = 0; k < count; ++k) {
       for (std::size_t n = 0; n < island.bodies.size(); ++n) {
         SolverBody<S>& body = bodies[island.bodies[n]];
-        body.start = k > S(0) ? body.twist : body.start;
+        body.start = k > 0 ? body.twist : body.start;
         body.free = body.start + parts_[n].change;
         body.free_motion = mean_free_motion(body, context.integrator);
       }
       aim(island, constraints, bodies, part);
-      if (k == S(0)) {
-        sequential_.start(island, constraints, bodies, true);
-      } else {
-        sequential_.restart(island, constraints, bodies);
-      }
+      sequential_.start(island, constraints, bodies, true);
       const int most = is_cold_ ? context.settings.max_sweeps : context.settings.large_sweeps;
       for (int n = 0; n < most; ++n) {
         report.residual = sequential_.sweep(island, constraints, bodies, n % 2 != 0);
@@ -118,6 +117,14 @@ class IslandSolver {
       end_part(island, constraints, bodies, part.dt, parts);
     }
     end_parts(island, constraints, bodies);
+  }
+
+  /// Parts of a step; no more than a bound on its cost, however long it is.
+  [[nodiscard]] static int part_count(const SolveContext<S>& context) {
+    using std::ceil;
+    using std::min;
+    const S most = S(64);
+    return static_cast<int>(min(most, ceil(context.dt / context.settings.longest_part)));
   }
 
   /// Remembers the whole step of each body and makes warm impulses those of a part.
@@ -157,8 +164,10 @@ class IslandSolver {
   void end_part(const Island& island, Constraints<S>& constraints, std::span<SolverBody<S>> bodies,
                 S dt, S parts) {
     for (std::size_t k = 0; k < island.contacts.size(); ++k) {
-      const ContactConstraint<S>& c = constraints.contacts[island.contacts[k]];
+      ContactConstraint<S>& c = constraints.contacts[island.contacts[k]];
       for (std::size_t i = 0; i < 3; ++i) totals_[k][i] += c.impulse[i];
+      // As from step to step: an impact says nothing about the load that follows.
+      if (c.is_impact) c.impulse = {};
     }
     std::size_t r = 0;
     for_each_row(island, constraints,

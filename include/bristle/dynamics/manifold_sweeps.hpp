@@ -43,13 +43,6 @@ class ManifoldSweeps {
     }
   }
 
-  /// Takes targets from the constraints, again where they have changed.
-  void aim(const Island& island, const Constraints<S>& constraints) {
-    for (std::size_t k = 0; k < points_.size(); ++k) {
-      points_[k].target = constraints.contacts[island.contacts[k]].target;
-    }
-  }
-
   /// Adds what the impulses do to the velocities.
   void apply(std::span<SolverBody<S>> bodies) const {
     for (const Manifold& m : manifolds_) {
@@ -355,21 +348,35 @@ class ManifoldSweeps {
     return largest;
   }
 
-  /// Friction of a manifold: torsion within `most_torsion`, force within the disk of `most`.
+  /// Friction of a manifold: force and torsion together within an ellipsoid, whose axes are the
+  /// force `most` alone and the torsion `most_torsion` alone.
   static S rub(Manifold& m, S most, S most_torsion, Pair& pair) {
     using std::abs;
     using std::max;
-    using std::min;
-    const S wanted = m.torsion - pair.spin(m.normal) * m.inverse_torsion_response;
-    const S torsion = min(max(wanted, -most_torsion), most_torsion);
-    const S twist = torsion - m.torsion;
-    m.torsion = torsion;
-    pair.twist(m, twist);
+    using std::sqrt;
     const std::array<S, 2> before = m.friction_impulse;
+    const S before_torsion = m.torsion;
+    S torsion = m.torsion - pair.spin(m.normal) * m.inverse_torsion_response;
     detail::solve_friction(m.response, pair.velocity(m.t1, m.row1), pair.velocity(m.t2, m.row2),
                            most, m.friction_impulse[0], m.friction_impulse[1]);
+    const S force = most > S(0) ? (m.friction_impulse[0] * m.friction_impulse[0] +
+                                   m.friction_impulse[1] * m.friction_impulse[1]) /
+                                      (most * most)
+                                : S(0);
+    const S turn = most_torsion > S(0) ? torsion / most_torsion : S(0);
+    if (!(most_torsion > S(0))) torsion = S(0);
+    const S size2 = force + turn * turn;
+    if (size2 > S(1)) {
+      const S shrink = S(1) / sqrt(size2);
+      torsion *= shrink;
+      m.friction_impulse[0] *= shrink;
+      m.friction_impulse[1] *= shrink;
+    }
+    m.torsion = torsion;
+    const S twist = torsion - before_torsion;
     const S x1 = m.friction_impulse[0] - before[0];
     const S x2 = m.friction_impulse[1] - before[1];
+    pair.twist(m, twist);
     pair.push(m.t1, m.row1, x1);
     pair.push(m.t2, m.row2, x2);
     return max(max(abs(x1), abs(x2)) * m.response.largest,

@@ -67,13 +67,6 @@ class SequentialSolver {
     return largest;
   }
 
-  /// Goes on with the same contacts in the next part of a step: new free velocities and targets,
-  /// the impulses found so far.
-  void restart(const Island& island, Constraints<S>& constraints, std::span<SolverBody<S>> bodies) {
-    manifolds_.aim(island, constraints);
-    apply_impulses(island, constraints, bodies);
-  }
-
   /// Writes impulses that the sweeps kept to themselves back to the constraints.
   void finish(const Island& island, Constraints<S>& constraints) const {
     manifolds_.store(island, constraints);

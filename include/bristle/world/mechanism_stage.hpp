@@ -8,6 +8,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <bristle/dynamics/island_solver.hpp>
 #include <bristle/dynamics/joint_flow.hpp>
 #include <bristle/world/world_state.hpp>
 
@@ -38,9 +39,7 @@ class MechanismStage {
   [[nodiscard]] static bool applies_to(const State& state, const Island& island,
                                        const SolveContext<S>& context) {
     if (island.blocks.empty() || context.integrator != Integrator::trapezoidal) return false;
-    if (!island.contacts.empty() && island.bodies.size() > context.settings.max_direct_bodies) {
-      return false;
-    }
+    if (!island.contacts.empty() && IslandSolver<S>::is_large(island, context)) return false;
     return std::all_of(island.blocks.begin(), island.blocks.end(), [&](std::uint32_t i) {
       return state.constraints.blocks[i].kind == BlockKind::equality;
     });

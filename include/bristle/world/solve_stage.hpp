@@ -228,8 +228,8 @@ class SolveStage {
   /// They act at the arms of the start, but bodies with the velocity v at the end have moved by
   /// dt u since: the angular momentum of their centres changes by dt m u x v, which is the doing of
   /// outer forces only for free motion (u0, v0). Where surfaces slide or hit the difference is of
-  /// the order of the step. It is returned as one turn of the whole island, which moves nothing
-  /// relative to anything else.
+  /// the order of the step. It is returned as one turn of the whole island about its centre of
+  /// mass, as of one rigid body, which moves nothing in it relative to anything else.
   void keep_angular_momentum(State& state, const Island& island) const {
     const auto is_free = [&](std::uint32_t slot) {
       const SolverBody<S>& body = state.solver_bodies[slot];
@@ -247,17 +247,28 @@ class SolveStage {
       const ConstraintBlock<S>& block = state.constraints.blocks[i];
       if (!is_free(block.body_a) || !is_free(block.body_b)) return;
     }
+    S mass = S(0);
+    Vec3<S> center = Vec3<S>::Zero();
+    for (const std::uint32_t slot : island.bodies) {
+      mass += state.solver_bodies[slot].mass;
+      center += state.solver_bodies[slot].mass * state.bodies.at(slot).center_pose.translation;
+    }
+    center /= mass;
     Vec3<S> excess = Vec3<S>::Zero();
     Mat3<S> inertia = Mat3<S>::Zero();
     for (const std::uint32_t slot : island.bodies) {
       const SolverBody<S>& body = state.solver_bodies[slot];
       excess += body.mass * (body.motion.linear.cross(body.twist.linear) -
                              body.free_motion.linear.cross(body.free.linear));
-      inertia += body.inertia;
+      inertia +=
+          body.inertia +
+          point_inertia<S>(body.mass, state.bodies.at(slot).center_pose.translation - center);
     }
     const Vec3<S> turn = inertia.inverse() * (-state.def.time_step * excess);
     for (const std::uint32_t slot : island.bodies) {
-      state.solver_bodies[slot].twist.angular += turn;
+      Twist<S>& twist = state.solver_bodies[slot].twist;
+      twist.linear += turn.cross(state.bodies.at(slot).center_pose.translation - center);
+      twist.angular += turn;
     }
   }
 

@@ -12,6 +12,12 @@ requires ShapeBackend<Backend, S>
 void World<S, Backend>::require_known_contacts(BodyId id, bool is_dynamic,
                                                const CollisionFilter& filter,
                                                ShapeKind kind) const {
+  // Most kinds of shapes may meet all others, and nothing is to be looked for.
+  bool meets_all = true;
+  for (std::size_t other = 0; other < shape_kind_count; ++other) {
+    meets_all = meets_all && Backend::can_collide(kind, static_cast<ShapeKind>(other));
+  }
+  if (meets_all) return;
   for (std::uint32_t i = 0; i < state_.colliders.slot_count(); ++i) {
     if (!state_.colliders.is_live(i)) continue;
     const Collider<S, Backend>& other = state_.colliders.at(i);
