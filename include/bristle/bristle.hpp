@@ -87,6 +87,7 @@
 #include <bristle/math/envelope_cholesky.hpp>
 #include <bristle/math/mass_properties.hpp>
 #include <bristle/math/rotation.hpp>
+#include <bristle/math/small_products.hpp>
 #include <bristle/math/spatial.hpp>
 #include <bristle/math/transform.hpp>
 #include <bristle/math/types.hpp>
