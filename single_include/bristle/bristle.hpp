@@ -6061,7 +6061,7 @@ class IslandSolver {
       sequential_.finish(island, constraints);
       if (!island.soft.empty()) break;  // Placed when their sensors have settled.
       place(island, constraints, bodies, part, context.settings.large_position_sweeps, report);
-      if (k + S(1) < parts) move_gaps(island, constraints, bodies, part.dt);
+      if (k + 1 < count) move_gaps(island, constraints, bodies, part.dt);
       end_part(island, constraints, bodies, part.dt, parts);
     }
     end_parts(island, constraints, bodies);
