@@ -26,7 +26,8 @@ int main() {
       world.apply_wrench(box, {{force, 0, 0}, {0, 0, 0}});
       world.step();
     }
-    std::printf("%4.1f N: %.3f m\n", force, world.pose(box).translation.x());
+    const double moved = world.pose(box).translation.x();
+    std::printf("%4.1f N: %s\n", force, moved > 1e-3 ? "slides" : "holds");
   }
   world.restore(start);
   std::puts(world.state_hash() == hash ? "back at the start" : "lost");

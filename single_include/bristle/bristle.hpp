@@ -18187,6 +18187,9 @@ class MechanismStage {
       for (std::size_t k = 0; k < saved_.size(); ++k) {
         state.solver_bodies[island.bodies[k]] = saved_[k];
       }
+      for (const std::uint32_t i : island.blocks) {
+        joint_impulses_[state.constraints.blocks[i].joint] = {};
+      }
       return false;
     }
     has_flow_ = true;
@@ -18962,11 +18965,18 @@ class SolveStage {
       const ConstraintBlock<S>& block = state.constraints.blocks[i];
       if (!is_free(block.body_a) || !is_free(block.body_b)) return;
     }
+    // Where the bodies will be: what is added to velocities then adds to the angular momentum
+    // there.
+    const S dt = state.def.time_step;
+    const auto end_of = [&](std::uint32_t slot) -> Vec3<S> {
+      return state.bodies.at(slot).center_pose.translation +
+             dt * state.solver_bodies[slot].motion.linear;
+    };
     S mass = S(0);
     Vec3<S> center = Vec3<S>::Zero();
     for (const std::uint32_t slot : island.bodies) {
       mass += state.solver_bodies[slot].mass;
-      center += state.solver_bodies[slot].mass * state.bodies.at(slot).center_pose.translation;
+      center += state.solver_bodies[slot].mass * end_of(slot);
     }
     center /= mass;
     Vec3<S> excess = Vec3<S>::Zero();
@@ -18975,14 +18985,12 @@ class SolveStage {
       const SolverBody<S>& body = state.solver_bodies[slot];
       excess += body.mass * (body.motion.linear.cross(body.twist.linear) -
                              body.free_motion.linear.cross(body.free.linear));
-      inertia +=
-          body.inertia +
-          point_inertia<S>(body.mass, state.bodies.at(slot).center_pose.translation - center);
+      inertia += body.inertia + point_inertia<S>(body.mass, end_of(slot) - center);
     }
-    const Vec3<S> turn = inertia.inverse() * (-state.def.time_step * excess);
+    const Vec3<S> turn = inertia.inverse() * (-dt * excess);
     for (const std::uint32_t slot : island.bodies) {
       Twist<S>& twist = state.solver_bodies[slot].twist;
-      twist.linear += turn.cross(state.bodies.at(slot).center_pose.translation - center);
+      twist.linear += turn.cross(end_of(slot) - center);
       twist.angular += turn;
     }
   }

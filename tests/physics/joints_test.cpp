@@ -205,8 +205,9 @@ TEST_CASE("joints: stops are met exactly and not passed") {
       slide.world.step();
       lowest = std::min(lowest, slide.world.reading(slide.joint).position);
     }
-    // What gravity moves a body by in a step, to a millionth (SolverDef::position_tolerance).
-    CHECK(lowest >= -0.1 - 1e-6 * dt * dt);
+    // What forces move a body by in a step, about 10 m/s^2 dt^2 of two bodies, to a millionth
+    // (SolverDef::position_tolerance).
+    CHECK(lowest >= -0.1 - 1e-4 * dt * dt);
     CHECK(slide.world.reading(slide.joint).position == doctest::Approx(-0.1).epsilon(1e-9));
     CHECK(slide.world.reading(slide.joint).reaction.force.z() == doctest::Approx(20).epsilon(1e-9));
     slide.world.set_velocity(slide.body, {{0, 0, 30}, {0, 0, 0}});

@@ -58,6 +58,9 @@ class MechanismStage {
       for (std::size_t k = 0; k < saved_.size(); ++k) {
         state.solver_bodies[island.bodies[k]] = saved_[k];
       }
+      for (const std::uint32_t i : island.blocks) {
+        joint_impulses_[state.constraints.blocks[i].joint] = {};
+      }
       return false;
     }
     has_flow_ = true;
