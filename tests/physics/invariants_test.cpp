@@ -321,7 +321,7 @@ TEST_CASE("invariants: stacks and piles never gain energy, on contact and on sen
 
 TEST_CASE("invariants: boxes on a ball joint that fall on a rough floor gain no energy") {
   // Impulses of a factorisation that was cut short gave them up to 1e13 times what they had.
-  for (std::uint64_t seed = 1; seed <= 40; ++seed) {
+  for (std::uint64_t seed = 1; seed <= 15; ++seed) {
     CAPTURE(seed);
     Random random(seed);
     WorldDef<double> def;

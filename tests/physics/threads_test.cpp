@@ -14,7 +14,7 @@ using namespace bristle;
 using namespace bristle::scenes;
 
 TEST_CASE_TEMPLATE("threads: 1 to 8 workers give the same bits in every step", S, float, double) {
-  constexpr int steps = 200;
+  constexpr int steps = 80;
   std::vector<std::uint64_t> expected;
   auto serial = make_pile<S>();
   std::uint64_t most_pairs = 0;
