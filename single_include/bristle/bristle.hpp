@@ -5253,6 +5253,7 @@ auto ProximalSolver<S>::iterate(Real tolerance, const SolverDef<S>& settings,
 template <Scalar S>
 bool ProximalSolver<S>::minimise(Real eps, Real tolerance, int& steps, int most_steps) {
   find_gradient(eps);
+  Real left = infinity<Real>;
   while (steps < most_steps) {
     hessian_ = matrix_;
     rows_.add_hessian(eps, hessian_);
@@ -5262,16 +5263,15 @@ bool ProximalSolver<S>::minimise(Real eps, Real tolerance, int& steps, int most_
     for (std::size_t i = 0; i < step_.size(); ++i) step_[i] = -gradient_[i];
     hessian_.solve(step_.data());
     Real size = Real(0);
-    Real speed = Real(0);
-    for (std::size_t i = 0; i < step_.size(); ++i) {
-      size = std::max(size, std::abs(step_[i]));
-      speed = std::max(speed, std::abs(v_[i]));
-    }
+    for (const Real x : step_) size = std::max(size, std::abs(x));
     if (!(size < infinity<Real>)) return false;
     search_line(eps);
     if (!is_stiff_ && rows_.is_linear(eps)) return true;
     find_gradient(eps);
-    if (mismatch() <= tolerance || size <= Tolerance<Real>::round_off() * speed) return true;
+    // Where steps are small and no longer help, what is left is the rounding of large impulses.
+    const Real before = left;
+    left = mismatch();
+    if (left <= tolerance || (size <= tolerance && left > before / Real(2))) return true;
   }
   return false;
 }
