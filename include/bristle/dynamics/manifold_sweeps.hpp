@@ -43,18 +43,6 @@ class ManifoldSweeps {
     }
   }
 
-  /// Adds what the impulses do to the velocities.
-  void apply(std::span<SolverBody<S>> bodies) const {
-    for (const Manifold& m : manifolds_) {
-      Pair pair(m, bodies, velocity_of);
-      for (const Point& p : points_of(m)) pair.push(m.normal, p.row, p.impulse);
-      pair.push(m.t1, m.row1, m.friction_impulse[0]);
-      pair.push(m.t2, m.row2, m.friction_impulse[1]);
-      pair.twist(m, m.torsion);
-      pair.store(m, bodies, velocity_of);
-    }
-  }
-
   /// One sweep over all contacts, there or back.
   /// @return [m/s] Largest velocity change.
   S sweep(std::span<SolverBody<S>> bodies, bool backwards) {
@@ -239,10 +227,6 @@ class ManifoldSweeps {
     S linear;
     S total = S(0);
   };
-
-  [[nodiscard]] std::span<const Point> points_of(const Manifold& m) const {
-    return std::span<const Point>(points_).subspan(m.first, m.count);
-  }
 
   [[nodiscard]] static Direction direction(const Vec3<S>& d, const SolverBody<S>& a,
                                            const SolverBody<S>& b) {
