@@ -1,6 +1,7 @@
 /// @file
 /// The whole library. It needs Eigen and the standard library, nothing else; the FCL backend joins
-/// in where the CMake target `bristle::fcl` is linked.
+/// in where the CMake target `bristle::fcl` is linked, worker threads where `BRISTLE_WITH_THREADS` is
+/// defined.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -129,4 +130,7 @@
 #include <bristle/geometry/fcl_rays.hpp>
 #include <bristle/geometry/fcl_scene_rays.hpp>
 #include <bristle/geometry/fcl_shapes.hpp>
+#endif
+#if defined(BRISTLE_WITH_THREADS)
+#include <bristle/core/thread_pool.hpp>
 #endif

@@ -1,6 +1,5 @@
 # What every file has: a licence line and a bounded length; headers also #pragma once, those of the
-# library and of tests `/// @file` on top, and those of the library a place in the umbrella, unless
-# they say `/// Opt-in:`.
+# library and of tests `/// @file` on top, and those of the library a place in the umbrella.
 # Usage: cmake -DROOT=<tree> [-DMAX_LINES=500] -P form.cmake
 # SPDX-License-Identifier: BSD-3-Clause
 include("${CMAKE_CURRENT_LIST_DIR}/lines.cmake")
@@ -33,9 +32,6 @@ foreach(file IN LISTS files)
     if(NOT file MATCHES "^examples/" AND NOT text MATCHES "^/// @file\n///? [A-Z]")
       violation("${file}:1" "must open with `/// @file` and a sentence on what it is")
     endif()
-  endif()
-  if(text MATCHES "\n/// Opt-in: ")
-    continue()
   endif()
   if(file MATCHES "^include/(.+)$" AND NOT file STREQUAL umbrella)
     string(FIND "${umbrella_text}" "\n#include <${CMAKE_MATCH_1}>\n" at)

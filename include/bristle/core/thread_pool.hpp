@@ -1,8 +1,9 @@
 /// @file
 /// Worker threads for `WorldDef::parallel_for`.
 ///
-/// Opt-in: no other header includes this one, so who does not want threads neither compiles nor
-/// links any. Programs that include it link the system's threads (CMake: `Threads::Threads`).
+/// Who does not want threads neither compiles nor links any: no other header includes this one, and
+/// `bristle.hpp` does so only where `BRISTLE_WITH_THREADS` is defined. Programs that include it link
+/// the system's threads (CMake: `Threads::Threads`).
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
