@@ -33,7 +33,7 @@ int main() {
   grid.count_u = grid.count_v = 16;
   grid.depth = 0.004;
   grid.range = 0.004 + 1e-9;
-  const ElasticSkin<double> skin{.young_modulus = 2e5,
+  const ElasticSkin<double> skin{.young_modulus = 3e4,
                                  .thickness = 0.004,
                                  .area_per_sensor = 4e-6,
                                  .length = 0.004,

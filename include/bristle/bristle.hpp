@@ -93,8 +93,10 @@
 #include <bristle/math/transform.hpp>
 #include <bristle/math/types.hpp>
 #include <bristle/sensors/ambf_law.hpp>
+#include <bristle/sensors/elastic_skin.hpp>
 #include <bristle/sensors/law.hpp>
 #include <bristle/sensors/passes.hpp>
+#include <bristle/sensors/passivity_observer.hpp>
 #include <bristle/sensors/patch.hpp>
 #include <bristle/sensors/patch_block.hpp>
 #include <bristle/sensors/patch_contacts.hpp>
@@ -104,6 +106,8 @@
 #include <bristle/sensors/sensor_layout.hpp>
 #include <bristle/sensors/sensor_parameters.hpp>
 #include <bristle/sensors/stability.hpp>
+#include <bristle/sensors/tactile_image.hpp>
+#include <bristle/sensors/taxel_flaws.hpp>
 #include <bristle/sensors/tuning.hpp>
 #include <bristle/world/contact_events.hpp>
 #include <bristle/world/contact_stage.hpp>
@@ -132,5 +136,6 @@
 #include <bristle/geometry/fcl_shapes.hpp>
 #endif
 #if defined(BRISTLE_WITH_THREADS)
+#include <bristle/core/real_time_pacer.hpp>
 #include <bristle/core/thread_pool.hpp>
 #endif
