@@ -102,6 +102,7 @@
 #include <bristle/sensors/patch_contacts.hpp>
 #include <bristle/sensors/patch_explicit.hpp>
 #include <bristle/sensors/placement.hpp>
+#include <bristle/sensors/ray_fan.hpp>
 #include <bristle/sensors/reading.hpp>
 #include <bristle/sensors/sensor_layout.hpp>
 #include <bristle/sensors/sensor_parameters.hpp>
@@ -113,6 +114,7 @@
 #include <bristle/world/contact_stage.hpp>
 #include <bristle/world/mechanism_stage.hpp>
 #include <bristle/world/near_shapes.hpp>
+#include <bristle/world/proximity.hpp>
 #include <bristle/world/ray_query.hpp>
 #include <bristle/world/report.hpp>
 #include <bristle/world/sensor_stage.hpp>

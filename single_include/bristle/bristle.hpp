@@ -17319,6 +17319,91 @@ SensorLayout<S> sensor_grid(const SensorGridDef<S>& def) {
 
 }  // namespace bristle
 
+// === bristle/sensors/ray_fan.hpp
+
+/// @file
+/// Rays that spread from one point, row by row: scanners, range finders, whisker fans.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <cmath>
+#include <cstddef>
+#include <numbers>
+
+namespace bristle {
+
+/// A fan in the frame A of the body that carries it. Rays lie in the middles of equal cells of
+/// azimuth and elevation, so a fan of one row and a width of 2 pi goes round without a ray twice.
+template <Scalar S>
+struct RayFanDef {
+  /// [m] Point from which the rays spread.
+  Vec3<S> origin = Vec3<S>::Zero();
+  /// [1] Direction of the middle of the fan; any length but 0.
+  Vec3<S> forward = Vec3<S>::UnitX();
+  /// [1] Axis of the azimuth, made perpendicular to `forward`; must not be along it.
+  Vec3<S> up = Vec3<S>::UnitZ();
+  /// [rad] Whole angle of the columns, around `up`, in [0, 2 pi].
+  S width = S(std::numbers::pi) / S(2);
+  /// [rad] Whole angle of the rows, in [0, pi].
+  S height = S(0);
+  /// [-] Rays in a row, from the right (negative azimuth) to the left; >= 1.
+  std::size_t columns = 1;
+  /// [-] Rows, from below to above; >= 1.
+  std::size_t rows = 1;
+  /// [m] Distance from the origin at which the rays start. Finite, >= 0.
+  S start = S(0);
+  /// [m] Length of the rays from there. Finite, > 0.
+  S range = S(1);
+};
+
+/// The rays of a fan, row by row.
+/// @throws InvalidArgument when the definition breaks a rule.
+template <Scalar S>
+[[nodiscard]] SensorLayout<S> ray_fan(const RayFanDef<S>& def);
+
+// Implementation -----------------------------------------------------------------------------------
+
+template <Scalar S>
+SensorLayout<S> ray_fan(const RayFanDef<S>& def) {
+  using std::cos;
+  using std::sin;
+  detail::require_all_finite("RayFanDef::origin", def.origin);
+  detail::require_all_finite("RayFanDef::forward", def.forward);
+  detail::require_all_finite("RayFanDef::up", def.up);
+  const S pi = S(std::numbers::pi);
+  detail::require(def.width >= S(0) && def.width <= S(2) * pi * (S(1) + Tolerance<S>::equal()),
+                  "RayFanDef::width", def.width, "must be in [0, 2 pi]");
+  detail::require(def.height >= S(0) && def.height <= pi * (S(1) + Tolerance<S>::equal()),
+                  "RayFanDef::height", def.height, "must be in [0, pi]");
+  detail::require(def.columns > 0, "RayFanDef::columns", def.columns, "must be >= 1");
+  detail::require(def.rows > 0, "RayFanDef::rows", def.rows, "must be >= 1");
+  detail::require_not_negative("RayFanDef::start", def.start);
+  detail::require_positive("RayFanDef::range", def.range);
+  detail::require(def.forward.stableNorm() > S(0), "RayFanDef::forward", S(0), "must not be 0");
+  const Vec3<S> forward = def.forward.stableNormalized();
+  const Vec3<S> left_of = def.up.stableNormalized().cross(forward);
+  detail::require(left_of.norm() > Tolerance<S>::equal(), "RayFanDef::up", left_of.norm(),
+                  "must not be along forward");
+  const Vec3<S> left = left_of.normalized();
+  const Vec3<S> up = forward.cross(left);
+
+  const auto middle = [](std::size_t i, std::size_t count, S whole) {
+    return ((static_cast<S>(i) + S(0.5)) / static_cast<S>(count) - S(0.5)) * whole;
+  };
+  SensorLayout<S> layout;
+  for (std::size_t row = 0; row < def.rows; ++row) {
+    const S elevation = middle(row, def.rows, def.height);
+    for (std::size_t column = 0; column < def.columns; ++column) {
+      const S azimuth = middle(column, def.columns, def.width);
+      const Vec3<S> direction =
+          cos(elevation) * (cos(azimuth) * forward + sin(azimuth) * left) + sin(elevation) * up;
+      layout.add(Vec3<S>(def.origin + def.start * direction), direction.normalized(), def.range);
+    }
+  }
+  return layout;
+}
+
+}  // namespace bristle
+
 // === bristle/sensors/stability.hpp
 
 /// @file
@@ -18777,6 +18862,125 @@ class MechanismStage {
   std::vector<Twist<S>> twists_;
   std::vector<Wrench<S>> impulses_;
 };
+
+}  // namespace bristle
+
+// === bristle/world/proximity.hpp
+
+/// @file
+/// Sensors of distance: the rays of resistive sensors without their forces.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <utility>
+#include <vector>
+
+namespace bristle {
+
+/// Whom sensors of distance see.
+struct ProximityFilter {
+  /// [-] Categories of the bodies that are seen.
+  std::uint32_t sees = 0xffffffffu;
+  /// [-] Bodies that are not seen, besides the one that carries the sensors.
+  std::vector<BodyId> excluded{};
+};
+
+/// An array of rays on a body and what they met last.
+///
+/// It belongs to no world: `world.sense(body, array)` fills it when somebody wants to know, so that
+/// sensors which are read every tenth step, or not at all, cost nothing in between, and no state of
+/// the world depends on whether it was asked. A body far from the array costs one test of boxes.
+template <Scalar S>
+class ProximityArray {
+ public:
+  /// @throws InvalidArgument as `SensorLayout::validate`, or when there are no rays.
+  explicit ProximityArray(SensorLayout<S> rays, ProximityFilter filter = {})
+      : rays_(std::move(rays)), filter_(std::move(filter)) {
+    rays_.validate();
+    detail::require(rays_.size() > 0, "ProximityArray: rays.size()", rays_.size(), "must be > 0");
+    for (std::size_t i = 0; i < rays_.size(); ++i) {
+      box_.include(rays_.start[i]);
+      box_.include(rays_.start[i] + rays_.length[i] * rays_.direction[i]);
+    }
+    hits_.reset(rays_.size());
+    body_.resize(rays_.size());
+  }
+
+  [[nodiscard]] std::size_t size() const { return rays_.size(); }
+  [[nodiscard]] const SensorLayout<S>& rays() const { return rays_; }
+
+  /// [m] Distance of each ray's start from what it met; infinite where it met nothing, 0 where it
+  /// starts inside.
+  [[nodiscard]] std::span<const S> distance() const { return hits_.distance; }
+  /// [-] What each ray met; names nothing where it met nothing.
+  [[nodiscard]] std::span<const BodyId> body() const { return body_; }
+  /// [1] Outward unit normal of the surface that a ray met, in the frame of the carrying body.
+  [[nodiscard]] Vec3<S> normal(std::size_t ray) const { return hits_.normal[ray]; }
+  /// [-] The ray with the shortest distance, the first of equals; `size()` where none met anything.
+  [[nodiscard]] std::size_t nearest() const {
+    const auto least = std::min_element(hits_.distance.begin(), hits_.distance.end());
+    return *least < infinity<S> ? static_cast<std::size_t>(least - hits_.distance.begin()) : size();
+  }
+  /// [-] Rays that were cast in the last call: rays times shapes in reach.
+  [[nodiscard]] std::uint64_t rays_cast() const { return rays_cast_; }
+
+  /// What `World::sense` calls.
+  template <typename Backend>
+  void sense(const WorldState<S, Backend>& state, BodyId carrier);
+
+ private:
+  template <typename Backend>
+  [[nodiscard]] bool sees(const WorldState<S, Backend>& state, BodyId carrier,
+                          const Collider<S, Backend>& c) const {
+    return c.body != carrier && (filter_.sees & state.body_of(c).filter.category) != 0 &&
+           std::find(filter_.excluded.begin(), filter_.excluded.end(), c.body) ==
+               filter_.excluded.end();
+  }
+
+  SensorLayout<S> rays_;
+  ProximityFilter filter_;
+  Aabb<S> box_{};
+  RayHits<S> hits_;
+  std::vector<BodyId> body_;
+  std::vector<std::uint32_t> near_;
+  std::uint64_t rays_cast_ = 0;
+};
+
+// Implementation -----------------------------------------------------------------------------------
+
+template <Scalar S>
+template <typename Backend>
+void ProximityArray<S>::sense(const WorldState<S, Backend>& state, BodyId carrier) {
+  const Transform<S> X_WA = state.bodies.get(carrier, "BodyId").pose();
+  const Aabb<S> box = transformed(box_, X_WA);
+  near_.clear();
+  state.broad_phase.overlap(box, [&](std::uint32_t tag) {
+    const Collider<S, Backend>& c = state.colliders.at(tag);
+    if (!sees(state, carrier, c)) return true;
+    const Transform<S> X_AS = relative_pose(X_WA, state.body_of(c).center_pose) * c.X_CmS;
+    const bool is_near =
+        c.half_space ? state.reaches(box, c) : transformed(box_, X_AS.inverse()).overlaps(c.bounds);
+    if (is_near) near_.push_back(tag);
+    return true;
+  });
+  // Ties go to the lower tag, as they do for patches.
+  std::sort(near_.begin(), near_.end());
+  hits_.reset(size());
+  rays_cast_ = near_.size() * size();
+  const RayBatch<S> batch{rays_.start.x,     rays_.start.y,     rays_.start.z, rays_.direction.x,
+                          rays_.direction.y, rays_.direction.z, rays_.length,  S(0)};
+  for (const std::uint32_t tag : near_) {
+    const Collider<S, Backend>& c = state.colliders.at(tag);
+    Backend::cast_rays(c.shape, relative_pose(X_WA, state.body_of(c).center_pose) * c.X_CmS, batch,
+                       tag, hits_);
+  }
+  for (std::size_t i = 0; i < size(); ++i) {
+    body_[i] = hits_.is_hit(i) ? state.colliders.at(hits_.tag[i]).body : BodyId{};
+  }
+}
 
 }  // namespace bristle
 
@@ -20338,6 +20542,9 @@ class World {
   /// Nearest hits of many rays; `hits` has one entry a ray.
   void cast_rays(std::span<const Ray<S>> rays, const RayFilter& filter,
                  std::span<WorldRayHit<S>> hits) const;
+  /// Measures distances with an array of rays on a body, given in its frame, as things are now.
+  /// Several arrays may be filled at once from several threads.
+  void sense(BodyId carrier, ProximityArray<S>& array) const { array.sense(state_, carrier); }
 
   // Contacts
   // ---------------------------------------------------------------------------------------
