@@ -59,6 +59,7 @@ TEST_CASE("proximity: an array meets what single rays meet") {
   for (int i = 0; i < 40; ++i) {
     const Vec3<double> at(random.uniform(-1.0, 1.0), random.uniform(-1.0, 1.0),
                           random.uniform(-0.2, 0.2));
+    if (at.norm() < 0.35) continue;  // No ray starts inside of anything.
     if (i % 2 == 0) {
       world.add_body({.shape = Sphere<double>{0.1}, .position = at});
     } else {
@@ -68,17 +69,18 @@ TEST_CASE("proximity: an array meets what single rays meet") {
   const BodyId scanner = world.add_body({.motion = Motion::kinematic,
                                          .shape = Sphere<double>{0.05},
                                          .position = {0.03, -0.02, 0.01}});
-  ProximityArray<double> array(full_turn(200, 0.3));
+  ProximityArray<double> array(full_turn(200, 0.6));
   world.sense(scanner, array);
   std::size_t met = 0;
   for (std::size_t i = 0; i < array.size(); ++i) {
     const Transform<double> X = world.pose(scanner);
-    const Ray<double> ray{X * array.rays().start[i], X.rotate(array.rays().direction[i]), 0.3};
+    const Ray<double> ray{X * array.rays().start[i], X.rotate(array.rays().direction[i]), 0.6};
     const WorldRayHit<double> hit = world.cast_ray(ray, {.excluded = scanner});
     REQUIRE(hit.is_hit() == (array.distance()[i] < infinity<double>));
     CHECK(array.body()[i] == hit.body);
     if (!hit.is_hit()) continue;
     ++met;
+    CHECK(hit.distance > 0);
     CHECK(array.distance()[i] == doctest::Approx(hit.distance).epsilon(1e-9));
     CHECK((X.rotate(array.normal(i)) - hit.normal).norm() < 1e-9);
   }
