@@ -93,22 +93,28 @@
 #include <bristle/math/transform.hpp>
 #include <bristle/math/types.hpp>
 #include <bristle/sensors/ambf_law.hpp>
+#include <bristle/sensors/elastic_skin.hpp>
 #include <bristle/sensors/law.hpp>
 #include <bristle/sensors/passes.hpp>
+#include <bristle/sensors/passivity_observer.hpp>
 #include <bristle/sensors/patch.hpp>
 #include <bristle/sensors/patch_block.hpp>
 #include <bristle/sensors/patch_contacts.hpp>
 #include <bristle/sensors/patch_explicit.hpp>
 #include <bristle/sensors/placement.hpp>
+#include <bristle/sensors/ray_fan.hpp>
 #include <bristle/sensors/reading.hpp>
 #include <bristle/sensors/sensor_layout.hpp>
 #include <bristle/sensors/sensor_parameters.hpp>
 #include <bristle/sensors/stability.hpp>
+#include <bristle/sensors/tactile_image.hpp>
+#include <bristle/sensors/taxel_flaws.hpp>
 #include <bristle/sensors/tuning.hpp>
 #include <bristle/world/contact_events.hpp>
 #include <bristle/world/contact_stage.hpp>
 #include <bristle/world/mechanism_stage.hpp>
 #include <bristle/world/near_shapes.hpp>
+#include <bristle/world/proximity.hpp>
 #include <bristle/world/ray_query.hpp>
 #include <bristle/world/report.hpp>
 #include <bristle/world/sensor_stage.hpp>
@@ -132,5 +138,6 @@
 #include <bristle/geometry/fcl_shapes.hpp>
 #endif
 #if defined(BRISTLE_WITH_THREADS)
+#include <bristle/core/real_time_pacer.hpp>
 #include <bristle/core/thread_pool.hpp>
 #endif

@@ -16879,6 +16879,180 @@ inline std::string Trace::csv(int digits) const {
 
 }  // namespace bristle
 
+// === bristle/sensors/elastic_skin.hpp
+
+/// @file
+/// Constants of sensors from the material of a skin: Young's modulus, Poisson's ratio, thickness.
+///
+/// A thin elastic layer on a hard body is a bed of springs that do not know of each other (an
+/// elastic foundation, as in Johnson, *Contact Mechanics*, 4.3): each sensor is one of them.
+/// Confined sideways, the layer is pressed with the modulus (1 - nu) E / ((1 + nu)(1 - 2 nu)), and
+/// sheared with G = E / (2 (1 + nu)), both over its thickness h.
+// SPDX-License-Identifier: BSD-3-Clause
+
+namespace bristle {
+
+/// A layer of soft material on a hard body. Silicone rubber is the default.
+template <Scalar S>
+struct ElasticSkin {
+  /// [Pa] Young's modulus E. Finite, > 0.
+  S young_modulus = S(1e6);
+  /// [1] Poisson's ratio nu, in [0, 0.5): an incompressible layer cannot be pressed at all. Rubbers
+  /// have 0.45 to 0.49, foams about 0.1.
+  S poisson_ratio = S(0.45);
+  /// [m] Thickness h. Finite, > 0.
+  S thickness = S(0.003);
+  /// [m^2] Area that one sensor stands for: the skin's over the number of its sensors. Finite, > 0.
+  S area_per_sensor = S(1e-6);
+  /// [m] Length of the rays, at most the thickness: the depth at which a sensor saturates.
+  S length = S(0.003);
+  /// [1] Static friction coefficient. Finite, > 0.
+  S friction = S(0.8);
+  /// [s] Relaxation time of the material, viscosity over modulus (Kelvin and Voigt's solid).
+  /// Finite, >= 0.
+  S relaxation_time = S(1e-3);
+  /// [Pa] Pressure at which the shear stiffness of the bristles, which grows with the normal force
+  /// (Eq. 1), is that of the material. Finite, > 0.
+  S working_pressure = S(1e4);
+
+  /// [Pa/m] Pressure per depth of indentation.
+  [[nodiscard]] S normal_stiffness_per_area() const {
+    const S nu = poisson_ratio;
+    return (S(1) - nu) * young_modulus / ((S(1) + nu) * (S(1) - S(2) * nu) * thickness);
+  }
+  /// [Pa/m] Shear stress per displacement along the surface.
+  [[nodiscard]] S shear_stiffness_per_area() const {
+    return young_modulus / (S(2) * (S(1) + poisson_ratio) * thickness);
+  }
+
+  /// Constants of each sensor, for FrictionScaling::normal_force.
+  /// @throws InvalidArgument naming the field.
+  [[nodiscard]] SensorParameters<S> parameters() const;
+};
+
+// Implementation -----------------------------------------------------------------------------------
+
+template <Scalar S>
+SensorParameters<S> ElasticSkin<S>::parameters() const {
+  detail::require_positive("ElasticSkin::young_modulus", young_modulus);
+  detail::require_not_negative("ElasticSkin::poisson_ratio", poisson_ratio);
+  detail::require(poisson_ratio < S(0.5), "ElasticSkin::poisson_ratio", poisson_ratio,
+                  "must be < 0.5");
+  detail::require_positive("ElasticSkin::thickness", thickness);
+  detail::require_positive("ElasticSkin::area_per_sensor", area_per_sensor);
+  detail::require_positive("ElasticSkin::length", length);
+  detail::require(length <= thickness, "ElasticSkin::length", length,
+                  "must be at most the thickness, " + detail::to_text(thickness));
+  detail::require_positive("ElasticSkin::friction", friction);
+  detail::require_not_negative("ElasticSkin::relaxation_time", relaxation_time);
+  detail::require_positive("ElasticSkin::working_pressure", working_pressure);
+
+  SensorParameters<S> p;
+  // F_N = p A at the depth e L, and p = k e L.
+  p.normal_stiffness = normal_stiffness_per_area() * area_per_sensor * length;
+  // F_N = K_N (e + tau de/dt).
+  p.normal_damping = relaxation_time * p.normal_stiffness;
+  // k_t = mu_S F_N is G A / h where F_N is the working pressure times A.
+  p.static_friction = shear_stiffness_per_area() / working_pressure;
+  p.breakaway_distance = friction / p.static_friction;
+  p.sliding_friction = relaxation_time * shear_stiffness_per_area() * area_per_sensor;
+  return p;
+}
+
+}  // namespace bristle
+
+// === bristle/sensors/passivity_observer.hpp
+
+/// @file
+/// Watches a port for energy that comes out without having gone in, and damps just that away.
+///
+/// A hand on a haptic device feels whatever a simulation makes up. Hannaford and Ryu, *Time-domain
+/// passivity control of haptic interfaces* (2002), count the energy at the port, where force and
+/// velocity meet, and take out what is too much by a damper that is there only then.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <algorithm>
+
+namespace bristle {
+
+/// Energy that a tool has brought into whatever resists it, less what it got back.
+///
+/// At each tick of the device's loop `observe` takes the wrench that acts on the tool and the
+/// tool's motion, both about one point. With `control` instead, the wrench that comes back is to be
+/// sent to the device: that of the simulation, plus the least damping that keeps the balance.
+///
+/// The sum is that of forces held over a tick: E += -dt (f . v + tau . w). It is exact where v is
+/// the mean velocity of the tick in which f acts, (x1 - x0) / dt.
+template <Scalar S>
+class PassivityObserver {
+ public:
+  /// @param allowance  [J] Energy that may come out beyond what went in: what was stored in the
+  ///                   simulation at the start. Finite, >= 0.
+  /// @throws InvalidArgument when it is not.
+  explicit PassivityObserver(S allowance = S(0)) : allowance_(allowance) {
+    detail::require_not_negative("PassivityObserver: allowance", allowance);
+  }
+
+  /// Counts one tick of `dt` [s]. A wrench or motion that is not finite is not counted.
+  void observe(const Wrench<S>& on_tool, const Twist<S>& tool, S dt) {
+    add(-dt * power(on_tool, tool));
+  }
+
+  /// Counts one tick, damped where it would bring the balance below minus the allowance: the wrench
+  /// to send, `on_tool` - alpha times the velocity, with the least alpha that does it. Force and
+  /// torque are damped in the proportion of `radius` [m], which turns rad/s into m/s.
+  ///
+  /// A tool at rest cannot be damped; what it is owed stays in the balance, and is taken when it
+  /// moves.
+  [[nodiscard]] Wrench<S> control(const Wrench<S>& on_tool, const Twist<S>& tool, S dt,
+                                  S radius = S(0.05)) {
+    const S missing = -(energy_ - dt * power(on_tool, tool) + allowance_);
+    const S speed2 = tool.linear.squaredNorm() + radius * radius * tool.angular.squaredNorm();
+    Wrench<S> sent = on_tool;
+    if (missing > S(0) && speed2 > S(0)) {
+      const S alpha = missing / (dt * speed2);
+      sent.force -= alpha * tool.linear;
+      sent.torque -= (alpha * radius * radius) * tool.angular;
+      damped_ += missing;
+    }
+    observe(sent, tool, dt);
+    return sent;
+  }
+
+  /// [J] What went in less what came out.
+  [[nodiscard]] S energy() const { return energy_; }
+  /// [J] The lowest that `energy` has been.
+  [[nodiscard]] S lowest_energy() const { return lowest_; }
+  /// [J] What `control` has taken out.
+  [[nodiscard]] S damped_energy() const { return damped_; }
+  /// Whether no more has come out than went in and was allowed, up to the sum's round-off.
+  [[nodiscard]] bool is_passive() const {
+    return lowest_ >= -allowance_ - Tolerance<S>::equal() * turnover_;
+  }
+
+ private:
+  static S power(const Wrench<S>& on_tool, const Twist<S>& tool) {
+    return on_tool.force.dot(tool.linear) + on_tool.torque.dot(tool.angular);
+  }
+  void add(S work) {
+    using std::abs;
+    using std::isfinite;
+    if (!isfinite(work)) return;
+    energy_ += work;
+    turnover_ += abs(work);
+    lowest_ = std::min(lowest_, energy_);
+  }
+
+  S allowance_;
+  S energy_ = S(0);
+  S lowest_ = S(0);
+  S damped_ = S(0);
+  /// [J] Sum of the sizes of all terms, for the round-off of their sum.
+  S turnover_ = S(0);
+};
+
+}  // namespace bristle
+
 // === bristle/sensors/placement.hpp
 
 /// @file
@@ -17145,6 +17319,91 @@ SensorLayout<S> sensor_grid(const SensorGridDef<S>& def) {
 
 }  // namespace bristle
 
+// === bristle/sensors/ray_fan.hpp
+
+/// @file
+/// Rays that spread from one point, row by row: scanners, range finders, whisker fans.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <cmath>
+#include <cstddef>
+#include <numbers>
+
+namespace bristle {
+
+/// A fan in the frame A of the body that carries it. Rays lie in the middles of equal cells of
+/// azimuth and elevation, so a fan of one row and a width of 2 pi goes round without a ray twice.
+template <Scalar S>
+struct RayFanDef {
+  /// [m] Point from which the rays spread.
+  Vec3<S> origin = Vec3<S>::Zero();
+  /// [1] Direction of the middle of the fan; any length but 0.
+  Vec3<S> forward = Vec3<S>::UnitX();
+  /// [1] Axis of the azimuth, made perpendicular to `forward`; must not be along it.
+  Vec3<S> up = Vec3<S>::UnitZ();
+  /// [rad] Whole angle of the columns, around `up`, in [0, 2 pi].
+  S width = S(std::numbers::pi) / S(2);
+  /// [rad] Whole angle of the rows, in [0, pi].
+  S height = S(0);
+  /// [-] Rays in a row, from the right (negative azimuth) to the left; >= 1.
+  std::size_t columns = 1;
+  /// [-] Rows, from below to above; >= 1.
+  std::size_t rows = 1;
+  /// [m] Distance from the origin at which the rays start. Finite, >= 0.
+  S start = S(0);
+  /// [m] Length of the rays from there. Finite, > 0.
+  S range = S(1);
+};
+
+/// The rays of a fan, row by row.
+/// @throws InvalidArgument when the definition breaks a rule.
+template <Scalar S>
+[[nodiscard]] SensorLayout<S> ray_fan(const RayFanDef<S>& def);
+
+// Implementation -----------------------------------------------------------------------------------
+
+template <Scalar S>
+SensorLayout<S> ray_fan(const RayFanDef<S>& def) {
+  using std::cos;
+  using std::sin;
+  detail::require_all_finite("RayFanDef::origin", def.origin);
+  detail::require_all_finite("RayFanDef::forward", def.forward);
+  detail::require_all_finite("RayFanDef::up", def.up);
+  const S pi = S(std::numbers::pi);
+  detail::require(def.width >= S(0) && def.width <= S(2) * pi * (S(1) + Tolerance<S>::equal()),
+                  "RayFanDef::width", def.width, "must be in [0, 2 pi]");
+  detail::require(def.height >= S(0) && def.height <= pi * (S(1) + Tolerance<S>::equal()),
+                  "RayFanDef::height", def.height, "must be in [0, pi]");
+  detail::require(def.columns > 0, "RayFanDef::columns", def.columns, "must be >= 1");
+  detail::require(def.rows > 0, "RayFanDef::rows", def.rows, "must be >= 1");
+  detail::require_not_negative("RayFanDef::start", def.start);
+  detail::require_positive("RayFanDef::range", def.range);
+  detail::require(def.forward.stableNorm() > S(0), "RayFanDef::forward", S(0), "must not be 0");
+  const Vec3<S> forward = def.forward.stableNormalized();
+  const Vec3<S> left_of = def.up.stableNormalized().cross(forward);
+  detail::require(left_of.norm() > Tolerance<S>::equal(), "RayFanDef::up", left_of.norm(),
+                  "must not be along forward");
+  const Vec3<S> left = left_of.normalized();
+  const Vec3<S> up = forward.cross(left);
+
+  const auto middle = [](std::size_t i, std::size_t count, S whole) {
+    return ((static_cast<S>(i) + S(0.5)) / static_cast<S>(count) - S(0.5)) * whole;
+  };
+  SensorLayout<S> layout;
+  for (std::size_t row = 0; row < def.rows; ++row) {
+    const S elevation = middle(row, def.rows, def.height);
+    for (std::size_t column = 0; column < def.columns; ++column) {
+      const S azimuth = middle(column, def.columns, def.width);
+      const Vec3<S> direction =
+          cos(elevation) * (cos(azimuth) * forward + sin(azimuth) * left) + sin(elevation) * up;
+      layout.add(Vec3<S>(def.origin + def.start * direction), direction.normalized(), def.range);
+    }
+  }
+  return layout;
+}
+
+}  // namespace bristle
+
 // === bristle/sensors/stability.hpp
 
 /// @file
@@ -17248,6 +17507,306 @@ S largest_stable_step(const SensorPatch<S>& patch, MobilityOf&& mobility_of) {
     smallest = std::min(smallest, low);
   }
   return smallest;
+}
+
+}  // namespace bristle
+
+// === bristle/sensors/tactile_image.hpp
+
+/// @file
+/// Readings of a patch as images, and the last few of them.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <span>
+#include <vector>
+
+namespace bristle {
+
+/// What a pixel of a tactile image can show.
+enum class TactileChannel : std::uint8_t {
+  /// [1] Depth in [0, 1].
+  depth,
+  /// [N] Normal force.
+  normal_force,
+  /// [N] Shear along the sensor's t1 and t2.
+  shear_1,
+  shear_2
+};
+/// [-] How many there are.
+inline constexpr std::size_t tactile_channel_count = 4;
+
+/// One channel of a patch, row by row. A view: valid as long as what it was made from.
+///
+/// Row r and column c is the sensor r * columns + c. `sensor_grid` numbers its sensors like that,
+/// with count_u columns along side_u and count_v rows along side_v; a patch of any other layout is
+/// an image of one row in the order of its sensors.
+template <Scalar S>
+struct TactileImage {
+  /// [-] Sensors in a column and in a row.
+  std::size_t rows = 0;
+  std::size_t columns = 0;
+  /// Pixels, row by row.
+  std::span<const S> pixels{};
+
+  [[nodiscard]] S operator()(std::size_t row, std::size_t column) const {
+    return pixels[row * columns + column];
+  }
+};
+
+/// A channel of a reading as an image, without copying it.
+/// @param columns  [-] Sensors in a row; 0: all of them.
+/// @throws InvalidArgument when they do not fill whole rows.
+template <Scalar S>
+[[nodiscard]] TactileImage<S> tactile_image(const PatchReading<S>& reading, TactileChannel channel,
+                                            std::size_t columns = 0);
+
+/// The last readings of a patch as one block of numbers, [frame][channel][row][column], such as a
+/// learner takes for its observation. `push` does not allocate.
+template <Scalar S>
+class TactileHistory {
+ public:
+  /// @param sensors  [-] Number of sensors of the patch, > 0.
+  /// @param frames   [-] Readings to keep, > 0.
+  /// @throws InvalidArgument naming the argument.
+  TactileHistory(std::size_t sensors, std::size_t frames) : sensors_(sensors), frames_(frames) {
+    detail::require(sensors > 0, "TactileHistory: sensors", sensors, "must be > 0");
+    detail::require(frames > 0, "TactileHistory: frames", frames, "must be > 0");
+    values_.resize(frames * tactile_channel_count * sensors);
+  }
+
+  /// Takes a reading; the oldest is forgotten when all frames are taken.
+  /// @throws InvalidArgument when it is of another number of sensors.
+  void push(const PatchReading<S>& reading);
+
+  /// Forgets all: for the start of an episode.
+  void clear() { size_ = 0; }
+
+  /// [-] Readings taken, at most the number of frames.
+  [[nodiscard]] std::size_t size() const { return size_; }
+
+  /// One channel of the reading taken `age` pushes ago, 0 being the last.
+  /// @throws InvalidArgument when there is none that old, or as `tactile_image`.
+  [[nodiscard]] TactileImage<S> image(std::size_t age, TactileChannel channel,
+                                      std::size_t columns = 0) const;
+
+  /// [-] Values that `copy_to` writes.
+  [[nodiscard]] std::size_t value_count() const { return values_.size(); }
+  /// Writes all frames, newest first; frames not yet taken are zero.
+  /// @throws InvalidArgument when `out` does not hold `value_count()`.
+  void copy_to(std::span<S> out) const;
+
+ private:
+  [[nodiscard]] std::size_t frame_size() const { return tactile_channel_count * sensors_; }
+  [[nodiscard]] std::span<const S> frame(std::size_t age) const {
+    const std::size_t slot = (newest_ + frames_ - age) % frames_;
+    return std::span<const S>(values_).subspan(slot * frame_size(), frame_size());
+  }
+
+  std::size_t sensors_, frames_;
+  std::size_t size_ = 0;
+  std::size_t newest_ = 0;
+  std::vector<S> values_;
+};
+
+// Implementation -----------------------------------------------------------------------------------
+
+namespace detail {
+
+template <Scalar S>
+[[nodiscard]] TactileImage<S> rows_of(std::span<const S> pixels, std::size_t columns) {
+  if (columns == 0) columns = std::max<std::size_t>(pixels.size(), 1);
+  require(pixels.size() % columns == 0, "tactile_image: columns", columns,
+          "must divide the number of sensors, " + std::to_string(pixels.size()));
+  return {pixels.size() / columns, columns, pixels};
+}
+
+template <Scalar S>
+[[nodiscard]] std::array<std::span<const S>, tactile_channel_count> channels_of(
+    const PatchReading<S>& reading) {
+  return {reading.depth, reading.normal_force, reading.shear_1, reading.shear_2};
+}
+
+}  // namespace detail
+
+template <Scalar S>
+TactileImage<S> tactile_image(const PatchReading<S>& reading, TactileChannel channel,
+                              std::size_t columns) {
+  return detail::rows_of(detail::channels_of(reading)[static_cast<std::size_t>(channel)], columns);
+}
+
+template <Scalar S>
+void TactileHistory<S>::push(const PatchReading<S>& reading) {
+  detail::require(reading.size() == sensors_, "TactileHistory::push: size of the reading",
+                  reading.size(), "must be " + std::to_string(sensors_));
+  newest_ = (newest_ + 1) % frames_;
+  size_ = std::min(size_ + 1, frames_);
+  S* out = values_.data() + newest_ * frame_size();
+  for (const std::span<const S> channel : detail::channels_of(reading)) {
+    out = std::copy(channel.begin(), channel.end(), out);
+  }
+}
+
+template <Scalar S>
+TactileImage<S> TactileHistory<S>::image(std::size_t age, TactileChannel channel,
+                                         std::size_t columns) const {
+  detail::require(age < size_, "TactileHistory::image: age", age,
+                  "must be less than the readings taken, " + std::to_string(size_));
+  return detail::rows_of(frame(age).subspan(static_cast<std::size_t>(channel) * sensors_, sensors_),
+                         columns);
+}
+
+template <Scalar S>
+void TactileHistory<S>::copy_to(std::span<S> out) const {
+  detail::require(out.size() == values_.size(), "TactileHistory::copy_to: size", out.size(),
+                  "must be " + std::to_string(values_.size()));
+  for (std::size_t age = 0; age < frames_; ++age) {
+    const std::span<S> to = out.subspan(age * frame_size(), frame_size());
+    if (age < size_) {
+      std::copy_n(frame(age).begin(), frame_size(), to.begin());
+    } else {
+      std::fill(to.begin(), to.end(), S(0));
+    }
+  }
+}
+
+}  // namespace bristle
+
+// === bristle/sensors/taxel_flaws.hpp
+
+/// @file
+/// What real taxels make of a true reading: gain, hysteresis, noise, and some are dead.
+///
+/// It comes after the physics and never feeds back into it: forces stay what was applied.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <numbers>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace bristle {
+
+/// How far the taxels of an array are from perfect. The defaults are perfect.
+template <Scalar S>
+struct TaxelFlawsDef {
+  /// [1] Standard deviation of the taxels' gains around 1. Finite, >= 0.
+  S gain_spread = S(0);
+  /// [1] Share of taxels that always read 0, in [0, 1]; which ones, the seed says.
+  S dead_share = S(0);
+  /// [unit of the channel] Half the width of the play between what acts and what is read:
+  /// the reading follows only once the input has moved on by it (Prandtl's play operator), and
+  /// stays behind by it, on the way up and on the way down. Finite, >= 0.
+  S hysteresis = S(0);
+  /// [unit of the channel] Standard deviation of the noise of each sample. Finite, >= 0.
+  S noise = S(0);
+  /// [-] Other seeds, other flaws; equal seeds, equal bits.
+  std::uint64_t seed = 1;
+};
+
+/// The flaws of one array of taxels in one channel; it remembers where each one's play stands.
+template <Scalar S>
+class TaxelFlaws {
+ public:
+  /// @throws InvalidArgument naming the field, or when there are no taxels.
+  TaxelFlaws(std::size_t taxels, const TaxelFlawsDef<S>& def);
+
+  /// Turns true values into what is read; `in` and `out` may be the same. Each call is one sample.
+  /// @throws InvalidArgument when a span is not of the number of taxels.
+  void apply(std::span<const S> in, std::span<S> out);
+
+  /// Back to the first sample, at rest.
+  void reset() {
+    sample_ = 0;
+    std::fill(play_.begin(), play_.end(), S(0));
+  }
+
+  [[nodiscard]] std::size_t size() const { return gain_.size(); }
+  /// [1] Gain of a taxel; 0 where it is dead.
+  [[nodiscard]] S gain(std::size_t taxel) const { return gain_[taxel]; }
+
+ private:
+  S hysteresis_, noise_;
+  std::uint64_t seed_;
+  std::uint64_t sample_ = 0;
+  std::vector<S> gain_;
+  std::vector<S> play_;
+};
+
+// Implementation -----------------------------------------------------------------------------------
+
+namespace detail {
+
+/// A number for each (seed, stream, index), without any state to keep: the finaliser of SplitMix64
+/// (Steele, Lea and Flood 2014) over a running sum.
+[[nodiscard]] inline std::uint64_t random_bits(std::uint64_t seed, std::uint64_t stream,
+                                               std::uint64_t index) {
+  const auto mix = [](std::uint64_t z) {
+    z += 0x9e3779b97f4a7c15u;
+    z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
+    z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
+    return z ^ (z >> 31);
+  };
+  return mix(mix(mix(seed) ^ stream) ^ index);
+}
+
+/// Uniform in (0, 1).
+[[nodiscard]] inline double random_uniform(std::uint64_t seed, std::uint64_t stream,
+                                           std::uint64_t index) {
+  return (static_cast<double>(random_bits(seed, stream, index) >> 11) + 0.5) * 0x1p-53;
+}
+
+/// Normal with mean 0 and deviation 1 (Box and Muller); `index` must be below 2^63.
+[[nodiscard]] inline double random_normal(std::uint64_t seed, std::uint64_t stream,
+                                          std::uint64_t index) {
+  const double radius = std::sqrt(-2 * std::log(random_uniform(seed, stream, 2 * index)));
+  const double turn = random_uniform(seed, stream, 2 * index + 1);
+  return radius * std::cos(2 * std::numbers::pi * turn);
+}
+
+}  // namespace detail
+
+template <Scalar S>
+TaxelFlaws<S>::TaxelFlaws(std::size_t taxels, const TaxelFlawsDef<S>& def)
+    : hysteresis_(def.hysteresis), noise_(def.noise), seed_(def.seed) {
+  detail::require(taxels > 0, "TaxelFlaws: taxels", taxels, "must be > 0");
+  detail::require_not_negative("TaxelFlawsDef::gain_spread", def.gain_spread);
+  detail::require_not_negative("TaxelFlawsDef::dead_share", def.dead_share);
+  detail::require(def.dead_share <= S(1), "TaxelFlawsDef::dead_share", def.dead_share,
+                  "must be <= 1");
+  detail::require_not_negative("TaxelFlawsDef::hysteresis", def.hysteresis);
+  detail::require_not_negative("TaxelFlawsDef::noise", def.noise);
+  gain_.resize(taxels);
+  play_.resize(taxels);
+  // Streams 0 and 1 are what taxels are born with; samples have the streams from 2 on.
+  for (std::size_t i = 0; i < taxels; ++i) {
+    const bool is_dead = detail::random_uniform(seed_, 0, i) < static_cast<double>(def.dead_share);
+    gain_[i] = is_dead
+                   ? S(0)
+                   : S(1) + def.gain_spread * static_cast<S>(detail::random_normal(seed_, 1, i));
+  }
+}
+
+template <Scalar S>
+void TaxelFlaws<S>::apply(std::span<const S> in, std::span<S> out) {
+  for (const std::size_t n : {in.size(), out.size()}) {
+    detail::require(n == size(), "TaxelFlaws::apply: size of a span", n,
+                    "must be " + std::to_string(size()));
+  }
+  for (std::size_t i = 0; i < size(); ++i) {
+    play_[i] = std::clamp(play_[i], in[i] - hysteresis_, in[i] + hysteresis_);
+    out[i] = gain_[i] * play_[i];
+    if (noise_ > S(0) && gain_[i] != S(0)) {
+      out[i] += noise_ * static_cast<S>(detail::random_normal(seed_, 2 + sample_, i));
+    }
+  }
+  ++sample_;
 }
 
 }  // namespace bristle
@@ -18303,6 +18862,125 @@ class MechanismStage {
   std::vector<Twist<S>> twists_;
   std::vector<Wrench<S>> impulses_;
 };
+
+}  // namespace bristle
+
+// === bristle/world/proximity.hpp
+
+/// @file
+/// Sensors of distance: the rays of resistive sensors without their forces.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <utility>
+#include <vector>
+
+namespace bristle {
+
+/// Whom sensors of distance see.
+struct ProximityFilter {
+  /// [-] Categories of the bodies that are seen.
+  std::uint32_t sees = 0xffffffffu;
+  /// [-] Bodies that are not seen, besides the one that carries the sensors.
+  std::vector<BodyId> excluded{};
+};
+
+/// An array of rays on a body and what they met last.
+///
+/// It belongs to no world: `world.sense(body, array)` fills it when somebody wants to know, so that
+/// sensors which are read every tenth step, or not at all, cost nothing in between, and no state of
+/// the world depends on whether it was asked. A body far from the array costs one test of boxes.
+template <Scalar S>
+class ProximityArray {
+ public:
+  /// @throws InvalidArgument as `SensorLayout::validate`, or when there are no rays.
+  explicit ProximityArray(SensorLayout<S> rays, ProximityFilter filter = {})
+      : rays_(std::move(rays)), filter_(std::move(filter)) {
+    rays_.validate();
+    detail::require(rays_.size() > 0, "ProximityArray: rays.size()", rays_.size(), "must be > 0");
+    for (std::size_t i = 0; i < rays_.size(); ++i) {
+      box_.include(rays_.start[i]);
+      box_.include(rays_.start[i] + rays_.length[i] * rays_.direction[i]);
+    }
+    hits_.reset(rays_.size());
+    body_.resize(rays_.size());
+  }
+
+  [[nodiscard]] std::size_t size() const { return rays_.size(); }
+  [[nodiscard]] const SensorLayout<S>& rays() const { return rays_; }
+
+  /// [m] Distance of each ray's start from what it met; infinite where it met nothing, 0 where it
+  /// starts inside.
+  [[nodiscard]] std::span<const S> distance() const { return hits_.distance; }
+  /// [-] What each ray met; names nothing where it met nothing.
+  [[nodiscard]] std::span<const BodyId> body() const { return body_; }
+  /// [1] Outward unit normal of the surface that a ray met, in the frame of the carrying body.
+  [[nodiscard]] Vec3<S> normal(std::size_t ray) const { return hits_.normal[ray]; }
+  /// [-] The ray with the shortest distance, the first of equals; `size()` where none met anything.
+  [[nodiscard]] std::size_t nearest() const {
+    const auto least = std::min_element(hits_.distance.begin(), hits_.distance.end());
+    return *least < infinity<S> ? static_cast<std::size_t>(least - hits_.distance.begin()) : size();
+  }
+  /// [-] Rays that were cast in the last call: rays times shapes in reach.
+  [[nodiscard]] std::uint64_t rays_cast() const { return rays_cast_; }
+
+  /// What `World::sense` calls.
+  template <typename Backend>
+  void sense(const WorldState<S, Backend>& state, BodyId carrier);
+
+ private:
+  template <typename Backend>
+  [[nodiscard]] bool sees(const WorldState<S, Backend>& state, BodyId carrier,
+                          const Collider<S, Backend>& c) const {
+    return c.body != carrier && (filter_.sees & state.body_of(c).filter.category) != 0 &&
+           std::find(filter_.excluded.begin(), filter_.excluded.end(), c.body) ==
+               filter_.excluded.end();
+  }
+
+  SensorLayout<S> rays_;
+  ProximityFilter filter_;
+  Aabb<S> box_{};
+  RayHits<S> hits_;
+  std::vector<BodyId> body_;
+  std::vector<std::uint32_t> near_;
+  std::uint64_t rays_cast_ = 0;
+};
+
+// Implementation -----------------------------------------------------------------------------------
+
+template <Scalar S>
+template <typename Backend>
+void ProximityArray<S>::sense(const WorldState<S, Backend>& state, BodyId carrier) {
+  const Transform<S> X_WA = state.bodies.get(carrier, "BodyId").pose();
+  const Aabb<S> box = transformed(box_, X_WA);
+  near_.clear();
+  state.broad_phase.overlap(box, [&](std::uint32_t tag) {
+    const Collider<S, Backend>& c = state.colliders.at(tag);
+    if (!sees(state, carrier, c)) return true;
+    const Transform<S> X_AS = relative_pose(X_WA, state.body_of(c).center_pose) * c.X_CmS;
+    const bool is_near =
+        c.half_space ? state.reaches(box, c) : transformed(box_, X_AS.inverse()).overlaps(c.bounds);
+    if (is_near) near_.push_back(tag);
+    return true;
+  });
+  // Ties go to the lower tag, as they do for patches.
+  std::sort(near_.begin(), near_.end());
+  hits_.reset(size());
+  rays_cast_ = near_.size() * size();
+  const RayBatch<S> batch{rays_.start.x,     rays_.start.y,     rays_.start.z, rays_.direction.x,
+                          rays_.direction.y, rays_.direction.z, rays_.length,  S(0)};
+  for (const std::uint32_t tag : near_) {
+    const Collider<S, Backend>& c = state.colliders.at(tag);
+    Backend::cast_rays(c.shape, relative_pose(X_WA, state.body_of(c).center_pose) * c.X_CmS, batch,
+                       tag, hits_);
+  }
+  for (std::size_t i = 0; i < size(); ++i) {
+    body_[i] = hits_.is_hit(i) ? state.colliders.at(hits_.tag[i]).body : BodyId{};
+  }
+}
 
 }  // namespace bristle
 
@@ -19864,6 +20542,9 @@ class World {
   /// Nearest hits of many rays; `hits` has one entry a ray.
   void cast_rays(std::span<const Ray<S>> rays, const RayFilter& filter,
                  std::span<WorldRayHit<S>> hits) const;
+  /// Measures distances with an array of rays on a body, given in its frame, as things are now.
+  /// Several arrays may be filled at once from several threads.
+  void sense(BodyId carrier, ProximityArray<S>& array) const { array.sense(state_, carrier); }
 
   // Contacts
   // ---------------------------------------------------------------------------------------
@@ -21451,6 +22132,121 @@ FclSceneHit<S> cast_ray(const fcl::DynamicAABBTreeCollisionManager<S>& scene, co
 
 #endif
 #if defined(BRISTLE_WITH_THREADS)
+// === bristle/core/real_time_pacer.hpp
+
+/// @file
+/// Keeps a fixed-step loop in step with the clock on the wall, and says how well that goes.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <algorithm>
+#include <chrono>
+#include <cstdint>
+#include <thread>
+
+namespace bristle {
+
+/// Paces a loop of equal steps:
+///
+///     RealTimePacer pacer(1e-3);
+///     while (running) {
+///       world.step();
+///       pacer.wait();
+///     }
+///
+/// Step k is due k steps after the first `wait`. A loop that is early sleeps, and spins for the
+/// last bit, since systems wake sleepers late; one that is late goes on at once and so catches up,
+/// unless it is more than `longest_debt` behind: then the rest is forgiven, the simulation stays
+/// behind the wall, and `real_time_factor` says so.
+///
+/// The steps themselves do not depend on it: a paced run computes the bits of one that is not.
+///
+/// @tparam Clock  A steady clock of the standard library's shape; `sleep_until` of its own if it
+/// has
+///                one (tests do).
+template <typename Clock = std::chrono::steady_clock>
+class RealTimePacer {
+ public:
+  using Duration = typename Clock::duration;
+  using TimePoint = typename Clock::time_point;
+
+  /// @param step          [s] Simulated time of one step. Finite, > 0.
+  /// @param longest_debt  [s] Lateness that is made up for. Finite, >= 0.
+  /// @param spin          [s] Waited for without sleeping, at the end of each wait. Finite, >= 0.
+  /// @throws InvalidArgument naming the argument.
+  explicit RealTimePacer(double step, double longest_debt = 0.1, double spin = 200e-6)
+      : step_(step), longest_debt_(longest_debt), spin_(spin) {
+    detail::require_positive("RealTimePacer: step", step);
+    detail::require_not_negative("RealTimePacer: longest_debt", longest_debt);
+    detail::require_not_negative("RealTimePacer: spin", spin);
+  }
+
+  /// Returns when the next step is due; call it once a step. The first call starts the clock.
+  void wait() {
+    const TimePoint now = Clock::now();
+    if (steps_ == 0) {
+      origin_ = start_ = now;
+      steps_ = 1;
+      return;
+    }
+    const double due = static_cast<double>(steps_ - forgiven_from_) * step_;
+    const double lateness = seconds(now - origin_) - due;
+    ++steps_;
+    if (lateness <= 0) {
+      sleep_until(origin_ + duration(due));
+      return;
+    }
+    ++late_steps_;
+    worst_lateness_ = std::max(worst_lateness_, lateness);
+    if (lateness > longest_debt_) {
+      // From here on steps count from now.
+      forgiven_ += lateness;
+      origin_ = now;
+      forgiven_from_ = steps_ - 1;
+    }
+  }
+
+  /// Simulated time over real time since the first `wait`; 1 for a loop that keeps up, and before
+  /// the second one.
+  [[nodiscard]] double real_time_factor() const {
+    if (steps_ < 2) return 1;
+    const double real = seconds(Clock::now() - start_);
+    return real > 0 ? static_cast<double>(steps_ - 1) * step_ / real : 1;
+  }
+  /// [-] Steps that were due before their `wait` was called.
+  [[nodiscard]] std::uint64_t late_steps() const { return late_steps_; }
+  /// [s] By how much the latest of them was late.
+  [[nodiscard]] double worst_lateness() const { return worst_lateness_; }
+  /// [s] Lateness that was not made up for.
+  [[nodiscard]] double forgiven() const { return forgiven_; }
+
+ private:
+  static double seconds(Duration d) { return std::chrono::duration<double>(d).count(); }
+  static Duration duration(double s) {
+    return std::chrono::duration_cast<Duration>(std::chrono::duration<double>(s));
+  }
+
+  void sleep_until(TimePoint due) const {
+    const TimePoint wake = due - duration(spin_);
+    if constexpr (requires { Clock::sleep_until(wake); }) {
+      Clock::sleep_until(wake);
+    } else {
+      std::this_thread::sleep_until(wake);
+    }
+    while (Clock::now() < due) {
+    }
+  }
+
+  double step_, longest_debt_, spin_;
+  TimePoint start_{}, origin_{};
+  std::uint64_t steps_ = 0;
+  std::uint64_t forgiven_from_ = 0;
+  std::uint64_t late_steps_ = 0;
+  double worst_lateness_ = 0;
+  double forgiven_ = 0;
+};
+
+}  // namespace bristle
+
 // === bristle/core/thread_pool.hpp
 
 /// @file

@@ -8,6 +8,7 @@
 #include <bristle/sensors/tuning.hpp>
 #include <bristle/world/contact_events.hpp>
 #include <bristle/world/contact_stage.hpp>
+#include <bristle/world/proximity.hpp>
 #include <bristle/world/ray_query.hpp>
 #include <bristle/world/sensor_stage.hpp>
 #include <bristle/world/sleep_stage.hpp>
@@ -127,6 +128,9 @@ class World {
   /// Nearest hits of many rays; `hits` has one entry a ray.
   void cast_rays(std::span<const Ray<S>> rays, const RayFilter& filter,
                  std::span<WorldRayHit<S>> hits) const;
+  /// Measures distances with an array of rays on a body, given in its frame, as things are now.
+  /// Several arrays may be filled at once from several threads.
+  void sense(BodyId carrier, ProximityArray<S>& array) const { array.sense(state_, carrier); }
 
   // Contacts
   // ---------------------------------------------------------------------------------------

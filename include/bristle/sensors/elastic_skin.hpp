@@ -1,0 +1,83 @@
+/// @file
+/// Constants of sensors from the material of a skin: Young's modulus, Poisson's ratio, thickness.
+///
+/// A thin elastic layer on a hard body is a bed of springs that do not know of each other (an
+/// elastic foundation, as in Johnson, *Contact Mechanics*, 4.3): each sensor is one of them.
+/// Confined sideways, the layer is pressed with the modulus (1 - nu) E / ((1 + nu)(1 - 2 nu)), and
+/// sheared with G = E / (2 (1 + nu)), both over its thickness h.
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <bristle/core/error.hpp>
+#include <bristle/sensors/sensor_parameters.hpp>
+
+namespace bristle {
+
+/// A layer of soft material on a hard body. Silicone rubber is the default.
+template <Scalar S>
+struct ElasticSkin {
+  /// [Pa] Young's modulus E. Finite, > 0.
+  S young_modulus = S(1e6);
+  /// [1] Poisson's ratio nu, in [0, 0.5): an incompressible layer cannot be pressed at all. Rubbers
+  /// have 0.45 to 0.49, foams about 0.1.
+  S poisson_ratio = S(0.45);
+  /// [m] Thickness h. Finite, > 0.
+  S thickness = S(0.003);
+  /// [m^2] Area that one sensor stands for: the skin's over the number of its sensors. Finite, > 0.
+  S area_per_sensor = S(1e-6);
+  /// [m] Length of the rays, at most the thickness: the depth at which a sensor saturates.
+  S length = S(0.003);
+  /// [1] Static friction coefficient. Finite, > 0.
+  S friction = S(0.8);
+  /// [s] Relaxation time of the material, viscosity over modulus (Kelvin and Voigt's solid).
+  /// Finite, >= 0.
+  S relaxation_time = S(1e-3);
+  /// [Pa] Pressure at which the shear stiffness of the bristles, which grows with the normal force
+  /// (Eq. 1), is that of the material. Finite, > 0.
+  S working_pressure = S(1e4);
+
+  /// [Pa/m] Pressure per depth of indentation.
+  [[nodiscard]] S normal_stiffness_per_area() const {
+    const S nu = poisson_ratio;
+    return (S(1) - nu) * young_modulus / ((S(1) + nu) * (S(1) - S(2) * nu) * thickness);
+  }
+  /// [Pa/m] Shear stress per displacement along the surface.
+  [[nodiscard]] S shear_stiffness_per_area() const {
+    return young_modulus / (S(2) * (S(1) + poisson_ratio) * thickness);
+  }
+
+  /// Constants of each sensor, for FrictionScaling::normal_force.
+  /// @throws InvalidArgument naming the field.
+  [[nodiscard]] SensorParameters<S> parameters() const;
+};
+
+// Implementation -----------------------------------------------------------------------------------
+
+template <Scalar S>
+SensorParameters<S> ElasticSkin<S>::parameters() const {
+  detail::require_positive("ElasticSkin::young_modulus", young_modulus);
+  detail::require_not_negative("ElasticSkin::poisson_ratio", poisson_ratio);
+  detail::require(poisson_ratio < S(0.5), "ElasticSkin::poisson_ratio", poisson_ratio,
+                  "must be < 0.5");
+  detail::require_positive("ElasticSkin::thickness", thickness);
+  detail::require_positive("ElasticSkin::area_per_sensor", area_per_sensor);
+  detail::require_positive("ElasticSkin::length", length);
+  detail::require(length <= thickness, "ElasticSkin::length", length,
+                  "must be at most the thickness, " + detail::to_text(thickness));
+  detail::require_positive("ElasticSkin::friction", friction);
+  detail::require_not_negative("ElasticSkin::relaxation_time", relaxation_time);
+  detail::require_positive("ElasticSkin::working_pressure", working_pressure);
+
+  SensorParameters<S> p;
+  // F_N = p A at the depth e L, and p = k e L.
+  p.normal_stiffness = normal_stiffness_per_area() * area_per_sensor * length;
+  // F_N = K_N (e + tau de/dt).
+  p.normal_damping = relaxation_time * p.normal_stiffness;
+  // k_t = mu_S F_N is G A / h where F_N is the working pressure times A.
+  p.static_friction = shear_stiffness_per_area() / working_pressure;
+  p.breakaway_distance = friction / p.static_friction;
+  p.sliding_friction = relaxation_time * shear_stiffness_per_area() * area_per_sensor;
+  return p;
+}
+
+}  // namespace bristle

@@ -1,0 +1,93 @@
+/// @file
+/// Watches a port for energy that comes out without having gone in, and damps just that away.
+///
+/// A hand on a haptic device feels whatever a simulation makes up. Hannaford and Ryu, *Time-domain
+/// passivity control of haptic interfaces* (2002), count the energy at the port, where force and
+/// velocity meet, and take out what is too much by a damper that is there only then.
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <bristle/core/error.hpp>
+#include <bristle/math/spatial.hpp>
+
+#include <algorithm>
+
+namespace bristle {
+
+/// Energy that a tool has brought into whatever resists it, less what it got back.
+///
+/// At each tick of the device's loop `observe` takes the wrench that acts on the tool and the
+/// tool's motion, both about one point. With `control` instead, the wrench that comes back is to be
+/// sent to the device: that of the simulation, plus the least damping that keeps the balance.
+///
+/// The sum is that of forces held over a tick: E += -dt (f . v + tau . w). It is exact where v is
+/// the mean velocity of the tick in which f acts, (x1 - x0) / dt.
+template <Scalar S>
+class PassivityObserver {
+ public:
+  /// @param allowance  [J] Energy that may come out beyond what went in: what was stored in the
+  ///                   simulation at the start. Finite, >= 0.
+  /// @throws InvalidArgument when it is not.
+  explicit PassivityObserver(S allowance = S(0)) : allowance_(allowance) {
+    detail::require_not_negative("PassivityObserver: allowance", allowance);
+  }
+
+  /// Counts one tick of `dt` [s]. A wrench or motion that is not finite is not counted.
+  void observe(const Wrench<S>& on_tool, const Twist<S>& tool, S dt) {
+    add(-dt * power(on_tool, tool));
+  }
+
+  /// Counts one tick, damped where it would bring the balance below minus the allowance: the wrench
+  /// to send, `on_tool` - alpha times the velocity, with the least alpha that does it. Force and
+  /// torque are damped in the proportion of `radius` [m], which turns rad/s into m/s.
+  ///
+  /// A tool at rest cannot be damped; what it is owed stays in the balance, and is taken when it
+  /// moves.
+  [[nodiscard]] Wrench<S> control(const Wrench<S>& on_tool, const Twist<S>& tool, S dt,
+                                  S radius = S(0.05)) {
+    const S missing = -(energy_ - dt * power(on_tool, tool) + allowance_);
+    const S speed2 = tool.linear.squaredNorm() + radius * radius * tool.angular.squaredNorm();
+    Wrench<S> sent = on_tool;
+    if (missing > S(0) && speed2 > S(0)) {
+      const S alpha = missing / (dt * speed2);
+      sent.force -= alpha * tool.linear;
+      sent.torque -= (alpha * radius * radius) * tool.angular;
+      damped_ += missing;
+    }
+    observe(sent, tool, dt);
+    return sent;
+  }
+
+  /// [J] What went in less what came out.
+  [[nodiscard]] S energy() const { return energy_; }
+  /// [J] The lowest that `energy` has been.
+  [[nodiscard]] S lowest_energy() const { return lowest_; }
+  /// [J] What `control` has taken out.
+  [[nodiscard]] S damped_energy() const { return damped_; }
+  /// Whether no more has come out than went in and was allowed, up to the sum's round-off.
+  [[nodiscard]] bool is_passive() const {
+    return lowest_ >= -allowance_ - Tolerance<S>::equal() * turnover_;
+  }
+
+ private:
+  static S power(const Wrench<S>& on_tool, const Twist<S>& tool) {
+    return on_tool.force.dot(tool.linear) + on_tool.torque.dot(tool.angular);
+  }
+  void add(S work) {
+    using std::abs;
+    using std::isfinite;
+    if (!isfinite(work)) return;
+    energy_ += work;
+    turnover_ += abs(work);
+    lowest_ = std::min(lowest_, energy_);
+  }
+
+  S allowance_;
+  S energy_ = S(0);
+  S lowest_ = S(0);
+  S damped_ = S(0);
+  /// [J] Sum of the sizes of all terms, for the round-off of their sum.
+  S turnover_ = S(0);
+};
+
+}  // namespace bristle

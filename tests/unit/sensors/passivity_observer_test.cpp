@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <bristle/sensors/passivity_observer.hpp>
+
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <limits>
+
+using namespace bristle;
+
+namespace {
+
+Wrench<double> push(double f) { return {{f, 0, 0}, Vec3<double>::Zero()}; }
+Twist<double> move(double v) { return {{v, 0, 0}, Vec3<double>::Zero()}; }
+
+/// A wall of stiffness k sampled every dt, and a hand that pushes into it and back: the force of a
+/// tick is that of the depth at its start, so it lags, and the wall gives k dt v^2 dt / 2 a tick.
+template <typename Feel>
+void press_and_release(double k, double dt, int ticks, Feel&& feel) {
+  double x = 0;
+  for (int i = 0; i < 2 * ticks; ++i) {
+    const double v = i < ticks ? 0.1 : -0.1;
+    feel(push(-k * x), move(v));
+    x += dt * v;
+  }
+}
+
+}  // namespace
+
+// Pressing by n ticks of v and back gives the sum over ticks of dt k x v: sum_{i<n} i on the way in
+// and sum_{i<=n} i on the way out, times k v^2 dt^2: n k v^2 dt^2 comes out in all.
+TEST_CASE("passivity observer: a sampled spring gives energy, by the closed form") {
+  constexpr double k = 1000, dt = 1e-3, v = 0.1;
+  constexpr int n = 50;
+  PassivityObserver<double> observer;
+  press_and_release(k, dt, n, [&](const auto& f, const auto& u) { observer.observe(f, u, dt); });
+  CHECK(observer.energy() == doctest::Approx(-n * k * v * v * dt * dt).epsilon(1e-9));
+  CHECK_FALSE(observer.is_passive());
+  PassivityObserver<double> lenient(1.01 * n * k * v * v * dt * dt);
+  press_and_release(k, dt, n, [&](const auto& f, const auto& u) { lenient.observe(f, u, dt); });
+  CHECK(lenient.is_passive());
+}
+
+TEST_CASE("passivity observer: control takes out just that much") {
+  constexpr double k = 1000, dt = 1e-3, v = 0.1;
+  constexpr int n = 50;
+  PassivityObserver<double> observer;
+  double damped_ticks = 0;
+  press_and_release(k, dt, n, [&](const Wrench<double>& f, const Twist<double>& u) {
+    const Wrench<double> sent = observer.control(f, u, dt);
+    const double added = sent.force.x() - f.force.x();
+    if (added != 0) {
+      ++damped_ticks;
+      CHECK(added * u.linear.x() < 0);  // A damper opposes the motion.
+    }
+  });
+  CHECK(observer.is_passive());
+  CHECK(observer.energy() == doctest::Approx(0).epsilon(1e-12));
+  CHECK(observer.damped_energy() == doctest::Approx(n * k * v * v * dt * dt).epsilon(1e-9));
+  CHECK(damped_ticks > 0);
+}
+
+TEST_CASE("passivity observer: a damper is passive and left alone") {
+  PassivityObserver<double> observer;
+  for (int i = 0; i < 100; ++i) {
+    const double v = std::sin(0.1 * i);
+    const Wrench<double> f = push(-3 * v);
+    CHECK(observer.control(f, move(v), 1e-3).force == f.force);
+  }
+  CHECK(observer.is_passive());
+  CHECK(observer.energy() > 0);
+  CHECK(observer.damped_energy() == 0);
+}
+
+TEST_CASE("passivity observer: counts torques, and damps them with the radius it is given") {
+  PassivityObserver<double> observer;
+  const Wrench<double> on_tool{Vec3<double>::Zero(), {0, 0, 2}};
+  const Twist<double> tool{Vec3<double>::Zero(), {0, 0, 3}};
+  const Wrench<double> sent = observer.control(on_tool, tool, 0.01, 0.1);
+  // 0.06 J would come out; all of it is damped, so nothing is left of the torque.
+  CHECK(sent.torque.z() == doctest::Approx(0).epsilon(1e-12));
+  CHECK(observer.damped_energy() == doctest::Approx(0.06));
+}
+
+TEST_CASE("passivity observer: what is no number does not count") {
+  PassivityObserver<double> observer;
+  observer.observe(push(std::numeric_limits<double>::quiet_NaN()), move(1), 1e-3);
+  observer.observe(push(std::numeric_limits<double>::infinity()), move(1), 1e-3);
+  CHECK(observer.energy() == 0);
+  CHECK_THROWS_AS(PassivityObserver<double>(-1), InvalidArgument);
+}
