@@ -5060,6 +5060,12 @@ class ProximalSolver {
       for (const std::uint32_t slot : island.bodies) rows_.put(slot, bodies[slot].twist, v_);
     }
     is_stiff_ = rows_.can_switch() && !island.soft.empty();
+    // What slips is taken to slip on as it did when the step began. From slip that the impulses to
+    // come will stop, the iteration can end where a grip slides that could hold.
+    detail::refill(step_, rows_.unknowns(), Real(0));
+    for (const std::uint32_t slot : island.bodies) rows_.put(slot, bodies[slot].start, step_);
+    rows_.evaluate(step_);
+    rows_.set_shifts();
     // Well below what counts, so that a sweep over the result finds nothing to do.
     const Real left =
         iterate(Real(0.1) * Real(context.velocity_tolerance), context.settings, report);
@@ -5226,7 +5232,7 @@ auto ProximalSolver<S>::iterate(Real tolerance, const SolverDef<S>& settings,
   int steps = 0;
   rows_.evaluate(v_);
   for (int outer = 0; steps < settings.max_newton_steps; ++outer) {
-    rows_.set_shifts();
+    if (outer > 0) rows_.set_shifts();
     if (!minimise(eps, std::max(Real(0.1) * tolerance, inner), steps, settings.max_newton_steps)) {
       // The impulses of an iteration that was cut short belong to no velocities: those of the one
       // before do.
