@@ -263,7 +263,16 @@ class IslandRows {
       }
     }
   }
-  /// The same for the position rows.
+  /// Writes by how much the contacts' multipliers fall along the whole step of the velocities.
+  void store_passing(Real eps, const Island& island, Constraints<S>& constraints,
+                     std::vector<Real>& scratch) const {
+    scratch.resize(rows_.size());
+    for_each_impulse(eps, Real(0), [&](std::size_t i, Real x) { scratch[i] = x; });
+    for_each_impulse(eps, Real(1), [&](std::size_t i, Real x) {
+      constraints.contacts[island.contacts[i / 3]].passing[i % 3] = S(scratch[i] - x);
+    });
+  }
+  /// Writes the multipliers of the position rows back.
   void store_placed(const Island& island, Constraints<S>& constraints) const {
     std::size_t r = 0;
     for (const std::uint32_t i : island.contacts) {

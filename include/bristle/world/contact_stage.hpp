@@ -66,6 +66,7 @@ class ContactStage {
       for (std::uint32_t i = m.first; i < m.first + m.count; ++i) {
         const ContactConstraint<S>& c = state.constraints.contacts[contact++];
         points[i].impulse = c.impulse;
+        points[i].passing = c.passing;
         points[i].took_impact = c.is_impact;
       }
     }
