@@ -70,7 +70,9 @@ class IslandSolver {
       // Sweeps repair the rest: the impulses of an iteration that was cut short do not add up to
       // velocities that hold joints and contacts.
     }
-    Convergence progress(context.velocity_tolerance);
+    // What one sweep does not settle is brought well below what counts: left just there it would
+    // come up again in the next step.
+    Convergence progress(context.velocity_tolerance, S(0.3) * context.velocity_tolerance);
     bool may_factor = island.soft.empty();
     for (int n = 0; n < context.settings.max_sweeps; ++n) {
       const S residual = sequential_.sweep(island, constraints, bodies, n % 2 != 0);
@@ -232,7 +234,8 @@ class IslandSolver {
       proximal_.place(island, constraints, bodies, context, report);
       return;
     }
-    Convergence progress(context.position_tolerance / context.dt);
+    const S tolerance = context.position_tolerance / context.dt;
+    Convergence progress(tolerance, tolerance);
     for (int n = 0; n < most_sweeps; ++n) {
       const S residual =
           sequential_.sweep_positions(island, constraints, bodies, context.dt, n % 2 != 0);
@@ -248,14 +251,15 @@ class IslandSolver {
   /// Watches a sequence of residuals and tells whether sweeps are worth going on with.
   class Convergence {
    public:
-    explicit Convergence(S tolerance) : tolerance_(tolerance) {}
+    /// @param first  Residual at which the first sweep is the last; `later` is for the others.
+    Convergence(S first, S later) : first_(first), tolerance_(later) {}
 
     [[nodiscard]] bool is_done(S residual) {
       before_last_ = between_;
       between_ = last_;
       last_ = residual;
       ++count_;
-      return residual <= tolerance_;
+      return residual <= (count_ == 1 ? first_ : tolerance_);
     }
     /// Whether the sweeps to come would cost more than factorisations: about 60 sweeps of contacts
     /// are worth one solve by factorisation, in stacks of any height (docs/solver.md). Sweeps go
@@ -268,6 +272,7 @@ class IslandSolver {
     }
 
    private:
+    S first_;
     S tolerance_;
     S last_ = infinity<S>;
     S between_ = infinity<S>;
