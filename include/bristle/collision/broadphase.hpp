@@ -62,18 +62,21 @@ class BroadPhase {
     const Aabb<S> last = entry.swept;
     entry.swept = swept;
     if (entry.node == AabbTree<S>::null) return;
-    // A surplus of a tenth of the size, and where the shape is going up to four more: it then
-    // changes the tree once in the time it takes to move by half of itself, and the surplus costs
-    // few false pairs. A box left over from a fast step shrinks again once it is several times too
-    // large.
-    const S surplus = S(0.2) * swept.half_extents().maxCoeff();
+    // A surplus of a tenth of the size, and where the shape is going as much as sixteen steps take,
+    // but not more than twice its size: a change of the tree costs as much as hundreds of false
+    // pairs. A box left over from a faster step shrinks again once it is several times too large.
+    const S size = swept.half_extents().maxCoeff();
+    const S surplus = S(0.2) * size;
     const Aabb<S>& box = tree_.box(entry.node);
-    if (box.contains(swept) && swept.inflated(S(7) * surplus).contains(box)) return;
+    const Vec3<S> spare = (box.upper - box.lower) - (swept.upper - swept.lower);
+    const bool fits = box.contains(swept);
+    if (fits && spare.maxCoeff() <= S(8) * surplus) return;
     Vec3<S> ahead = (S(16) * (swept.center() - last.center()))
-                        .cwiseMin(Vec3<S>::Constant(S(4) * surplus))
-                        .cwiseMax(Vec3<S>::Constant(S(-4) * surplus));
+                        .cwiseMin(Vec3<S>::Constant(S(4) * size))
+                        .cwiseMax(Vec3<S>::Constant(S(-4) * size));
     // A force that overflowed reaches everywhere, which has no centre.
     if (!all_finite<S>(ahead)) ahead.setZero();
+    if (fits && (spare - ahead.cwiseAbs()).maxCoeff() <= S(8) * surplus) return;
     Aabb<S> grown = swept.inflated(surplus);
     grown.lower += ahead.cwiseMin(Vec3<S>::Zero());
     grown.upper += ahead.cwiseMax(Vec3<S>::Zero());

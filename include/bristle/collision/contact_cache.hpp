@@ -166,6 +166,8 @@ class ContactCache {
   class TangentTurn {
    public:
     TangentTurn(const Vec3<S>& from, const Vec3<S>& to) {
+      // Faces at rest keep theirs to the last bit.
+      if (from == to) return;
       Vec3<S> t1, t2, u1, u2;
       tangent_basis<S>(from, t1, t2);
       tangent_basis<S>(to, u1, u2);
@@ -179,8 +181,8 @@ class ContactCache {
     }
 
    private:
-    Vec2<S> t1_;  // The old tangents along the new ones.
-    Vec2<S> t2_;
+    Vec2<S> t1_ = Vec2<S>::UnitX();  // The old tangents along the new ones.
+    Vec2<S> t2_ = Vec2<S>::UnitY();
   };
 
   /// Gives the points of a manifold the impulses of their predecessors: first by feature, then what

@@ -222,8 +222,10 @@ class IslandSolver {
     }
     for (const std::uint32_t i : island.contacts) {
       ContactConstraint<S>& c = constraints.contacts[i];
-      place_contact(c, c.normal_velocity(bodies[c.body_a].twist, bodies[c.body_b].twist),
-                    context.integrator);
+      const S parting = c.restitution > S(0)
+                            ? c.normal_velocity(bodies[c.body_a].twist, bodies[c.body_b].twist)
+                            : S(0);
+      place_contact(c, parting, context.integrator);
       if (c.bounce_share < S(0)) continue;
       apply_at_contact<S>(c, (c.bounce_share - usual) * c.impulse_W(), bodies[c.body_a],
                           bodies[c.body_b], motion_of);

@@ -12,6 +12,8 @@
 #include <bristle/world/sensor_stage.hpp>
 #include <bristle/world/world_state.hpp>
 
+#include <array>
+
 namespace bristle {
 
 /// Solves every island with the solver that suits it, and integrates.
@@ -33,14 +35,17 @@ class SolveStage {
     const Body<S>& body = state.bodies.at(slot);
     out.mass = body.mass;
     out.inverse_mass = body.inverse_mass_W();
-    out.is_isotropic = detail::is_isotropic(body.inertia_B) && !body.locked.any_angular();
+    const std::array<bool, 3>& locked = body.locked.angular;
+    out.turns = !(locked[0] && locked[1] && locked[2]);
+    out.is_isotropic = !body.locked.any_angular() && detail::is_isotropic(body.inertia_B);
     if (out.is_isotropic) {
       out.inertia = body.inertia_B;
       out.inverse_inertia = body.inverse_inertia_B;
       return;
     }
-    out.inertia = rotated<S>(body.center_pose.rotation_matrix(), body.inertia_B);
-    out.inverse_inertia = body.inverse_inertia_W();
+    const Mat3<S> R = body.center_pose.rotation_matrix();
+    out.inertia = rotated<S>(R, body.inertia_B);
+    if (out.turns) out.inverse_inertia = body.inverse_inertia_W(R);
   }
 
   /// The same for one slot. Bodies asleep are to others like those that forces do not move.
