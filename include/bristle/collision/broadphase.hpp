@@ -36,6 +36,7 @@ class BroadPhase {
     mark_stale(tag);
     Entry& entry = entries_[tag];
     entry.swept = box;
+    entry.center = box.center();
     if (is_bounded(box)) {
       entry.node = tree_.insert(box, tag);
     } else {
@@ -57,31 +58,46 @@ class BroadPhase {
 
   /// Sets the box that a shape may reach during the step. The tree keeps a larger one, so that slow
   /// shapes do not change it every step.
-  void move(std::uint32_t tag, const Aabb<S>& swept) {
+  /// @param reach  [m] By how much it was grown around the shape for the step.
+  void move(std::uint32_t tag, const Aabb<S>& swept, S reach = S(0)) {
     Entry& entry = entries_[tag];
-    const Aabb<S> last = entry.swept;
+    const Vec3<S> last = entry.center;
     entry.swept = swept;
+    entry.center = swept.center();
+    entry.is_coarse = false;
     if (entry.node == AabbTree<S>::null) return;
-    // A surplus of a tenth of the size, and where the shape is going as much as sixteen steps take,
-    // but not more than twice its size: a change of the tree costs as much as hundreds of false
-    // pairs. A box left over from a faster step shrinks again once it is several times too large.
-    const S size = swept.half_extents().maxCoeff();
-    const S surplus = S(0.2) * size;
+    fit_tree(entry, tag, last, reach);
+    if (has_company(entry)) return;
     const Aabb<S>& box = tree_.box(entry.node);
-    const Vec3<S> spare = (box.upper - box.lower) - (swept.upper - swept.lower);
-    const bool fits = box.contains(swept);
-    if (fits && spare.maxCoeff() <= S(8) * surplus) return;
-    Vec3<S> ahead = (S(16) * (swept.center() - last.center()))
-                        .cwiseMin(Vec3<S>::Constant(S(4) * size))
-                        .cwiseMax(Vec3<S>::Constant(S(-4) * size));
-    // A force that overflowed reaches everywhere, which has no centre.
-    if (!all_finite<S>(ahead)) ahead.setZero();
-    if (fits && (spare - ahead.cwiseAbs()).maxCoeff() <= S(8) * surplus) return;
-    Aabb<S> grown = swept.inflated(surplus);
-    grown.lower += ahead.cwiseMin(Vec3<S>::Zero());
-    grown.upper += ahead.cwiseMax(Vec3<S>::Zero());
-    tree_.update(entry.node, grown);
-    mark_stale(tag);
+    entry.room = reach + std::min((swept.lower - box.lower).minCoeff(),
+                                  (box.upper - swept.upper).minCoeff());
+  }
+
+  /// Whether a shape is alone in its box in the tree and stays there while its points move by
+  /// `reach` [m]: nothing needs to be known of it then, and all of that box counts as swept.
+  [[nodiscard]] bool stays(std::uint32_t tag, S reach) {
+    Entry& entry = entries_[tag];
+    if (has_company(entry) || !(reach <= entry.room)) return false;
+    if (!entry.is_coarse) entry.swept = tree_.box(entry.node);
+    entry.is_coarse = true;
+    return true;
+  }
+  /// Whether that is so in this step.
+  [[nodiscard]] bool is_coarse(std::uint32_t tag) const { return entries_[tag].is_coarse; }
+  /// Sets the swept box after all, which will be needed again in the steps to come.
+  void refine(std::uint32_t tag, const Aabb<S>& swept) {
+    Entry& entry = entries_[tag];
+    entry.swept = swept;
+    entry.is_coarse = false;
+    entry.is_needed = true;
+  }
+
+  /// Notes that no point of a shape has moved by more than `distance` [m].
+  /// @return Whether its swept box holds it still, as far as that is known.
+  [[nodiscard]] bool settle(std::uint32_t tag, S distance, S reach) {
+    Entry& entry = entries_[tag];
+    entry.room -= distance;
+    return entry.is_coarse ? entry.room >= S(0) : distance <= reach;
   }
 
   /// The box a shape was last given.
@@ -153,6 +169,16 @@ class BroadPhase {
   struct Entry {
     typename AabbTree<S>::NodeId node = AabbTree<S>::null;
     Aabb<S> swept{};
+    /// [m] Middle of the box that it was last given.
+    Vec3<S> center = Vec3<S>::Zero();
+    /// [m] By how much its points may move until it may leave its box in the tree.
+    S room = S(0);
+    /// When `near_` last named it.
+    std::uint64_t met_at = 0;
+    /// Whether its swept box was of use since its box in the tree changed.
+    bool is_needed = false;
+    /// Whether `swept` is its box in the tree.
+    bool is_coarse = false;
     /// Whether the box in the tree is another than `near_` knows.
     bool is_stale = false;
     /// Whether it has ever been named as moving; those that never were do not meet each other.
@@ -172,10 +198,45 @@ class BroadPhase {
     return entries_[tag].node != AabbTree<S>::null;
   }
 
+  /// Whether what a shape reaches matters to others, or may.
+  [[nodiscard]] bool has_company(const Entry& entry) const {
+    return entry.is_stale || entry.is_needed || entry.met_at == refreshes_;
+  }
+
   void mark_stale(std::uint32_t tag) {
     if (entries_[tag].is_stale) return;
     entries_[tag].is_stale = true;
     stale_.push_back(tag);
+  }
+
+  /// Changes the box in the tree where it does not hold the swept one, or is far too large for it.
+  /// @param last  [m] Where its middle was when its swept box was given last.
+  void fit_tree(Entry& entry, std::uint32_t tag, const Vec3<S>& last, S reach) {
+    const Aabb<S>& swept = entry.swept;
+    // A surplus of a tenth of the size, and where the shape is going as much as sixteen steps take,
+    // but not more than twice its size: a change of the tree costs as much as hundreds of false
+    // pairs. A box left over from a faster step shrinks again once it is several times too large.
+    const S size = swept.half_extents().maxCoeff();
+    const S surplus = S(0.2) * size;
+    const Aabb<S>& box = tree_.box(entry.node);
+    const Vec3<S> spare = (box.upper - box.lower) - (swept.upper - swept.lower);
+    const bool fits = box.contains(swept);
+    if (fits && spare.maxCoeff() <= S(8) * surplus) return;
+    Vec3<S> shift = entry.center - last;
+    const S distance = shift.norm();
+    if (distance > reach && reach > S(0)) shift *= reach / distance;  // That was some steps ago.
+    Vec3<S> ahead = (S(16) * shift)
+                        .cwiseMin(Vec3<S>::Constant(S(4) * size))
+                        .cwiseMax(Vec3<S>::Constant(S(-4) * size));
+    // A force that overflowed reaches everywhere, which has no centre.
+    if (!all_finite<S>(ahead)) ahead.setZero();
+    if (fits && (spare - ahead.cwiseAbs()).maxCoeff() <= S(8) * surplus) return;
+    Aabb<S> grown = swept.inflated(surplus);
+    grown.lower += ahead.cwiseMin(Vec3<S>::Zero());
+    grown.upper += ahead.cwiseMax(Vec3<S>::Zero());
+    tree_.update(entry.node, grown);
+    entry.is_needed = false;
+    mark_stale(tag);
   }
 
   /// Looks up in the tree what the boxes overlap that changed since the last time.
@@ -199,6 +260,10 @@ class BroadPhase {
     }
     near_.clear();
     append_sorted(kept, near_);
+    ++refreshes_;
+    for (const ShapePair& pair : near_) {
+      entries_[pair.a].met_at = entries_[pair.b].met_at = refreshes_;
+    }
     for (const std::uint32_t tag : stale_) entries_[tag].is_stale = false;
     stale_.clear();
   }
@@ -216,6 +281,7 @@ class BroadPhase {
   /// Pairs of bounded shapes whose boxes in the tree overlap and one of which moves, or did,
   /// sorted.
   std::vector<ShapePair> near_;
+  std::uint64_t refreshes_ = 0;
   /// Shapes whose boxes in the tree are not those that `near_` was made from.
   std::vector<std::uint32_t> stale_;
   /// Scratch.
