@@ -213,7 +213,7 @@ class BroadPhase {
   /// @param last  [m] Where its middle was when its swept box was given last.
   void fit_tree(Entry& entry, std::uint32_t tag, const Vec3<S>& last, S reach) {
     const Aabb<S>& swept = entry.swept;
-    // A surplus of a tenth of the size, and where the shape is going as much as sixteen steps take,
+    // A surplus of a tenth of the size, and where the shape is going as much as thirty steps take,
     // but not more than twice its size: a change of the tree costs as much as hundreds of false
     // pairs. A box left over from a faster step shrinks again once it is several times too large.
     const S size = swept.half_extents().maxCoeff();
@@ -225,7 +225,7 @@ class BroadPhase {
     Vec3<S> shift = entry.center - last;
     const S distance = shift.norm();
     if (distance > reach && reach > S(0)) shift *= reach / distance;  // That was some steps ago.
-    Vec3<S> ahead = (S(16) * shift)
+    Vec3<S> ahead = (S(30) * shift)
                         .cwiseMin(Vec3<S>::Constant(S(4) * size))
                         .cwiseMax(Vec3<S>::Constant(S(-4) * size));
     // A force that overflowed reaches everywhere, which has no centre.

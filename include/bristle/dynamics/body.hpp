@@ -140,6 +140,8 @@ struct Body {
   BodySleep<S> sleep{};
 
   [[nodiscard]] bool is_dynamic() const { return motion == Motion::dynamic; }
+  /// Whether forces move it along or about any axis.
+  [[nodiscard]] bool moves() const { return is_dynamic() && !locked.all(); }
   [[nodiscard]] bool is_asleep() const { return sleep.island != BodySleep<S>::awake; }
 
   /// Pose of the body frame in the world.

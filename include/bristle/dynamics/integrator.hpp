@@ -18,11 +18,13 @@ namespace bristle {
 template <Scalar S>
 [[nodiscard]] Twist<S> free_twist(const Body<S>& body, const Vec3<S>& gravity, S dt) {
   if (!body.is_dynamic()) return body.twist;
-  Vec3<S> acceleration = body.gravity_scale * gravity + body.inverse_mass * body.applied.force;
-  for (std::size_t i = 0; i < 3; ++i) {
-    if (body.locked.linear[i]) acceleration[static_cast<Eigen::Index>(i)] = S(0);
+  Twist<S> result = body.twist;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const auto i = static_cast<Eigen::Index>(k);
+    if (body.locked.linear[k]) continue;
+    result.linear[i] +=
+        dt * (body.gravity_scale * gravity[i] + body.inverse_mass * body.applied.force[i]);
   }
-  Twist<S> result{body.twist.linear + dt * acceleration, body.twist.angular};
   if (body.applied.torque != Vec3<S>::Zero()) {
     result.angular += dt * product<S>(body.inverse_inertia_W(), body.applied.torque);
   }
