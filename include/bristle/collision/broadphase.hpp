@@ -36,7 +36,6 @@ class BroadPhase {
     mark_stale(tag);
     Entry& entry = entries_[tag];
     entry.swept = box;
-    entry.center = box.center();
     if (is_bounded(box)) {
       entry.node = tree_.insert(box, tag);
     } else {
@@ -58,26 +57,33 @@ class BroadPhase {
 
   /// Sets the box that a shape may reach during the step. The tree keeps a larger one, so that slow
   /// shapes do not change it every step.
-  /// @param reach  [m] By how much it was grown around the shape for the step.
-  void move(std::uint32_t tag, const Aabb<S>& swept, S reach = S(0)) {
+  /// @param reach   [m] By how much it was grown around the shape for the step.
+  /// @param center  [m] Point from which the shape is followed, and about which it turns.
+  void move(std::uint32_t tag, const Aabb<S>& swept, S reach, const Vec3<S>& center) {
     Entry& entry = entries_[tag];
-    const Vec3<S> last = entry.center;
     entry.swept = swept;
-    entry.center = swept.center();
     entry.is_coarse = false;
     if (entry.node == AabbTree<S>::null) return;
-    fit_tree(entry, tag, last, reach);
-    if (has_company(entry)) return;
+    fit_tree(entry, tag, center - entry.center, reach);
+    entry.center = center;
+    entry.is_followed = true;
     const Aabb<S>& box = tree_.box(entry.node);
-    entry.room = reach + std::min((swept.lower - box.lower).minCoeff(),
-                                  (box.upper - swept.upper).minCoeff());
+    const Vec3<S> margin = Vec3<S>::Constant(reach);
+    entry.room = {center - ((swept.lower - box.lower) + margin),
+                  center + ((box.upper - swept.upper) + margin)};
+    entry.turned = S(0);
+  }
+  /// The same for a shape that is not followed.
+  void move(std::uint32_t tag, const Aabb<S>& swept) {
+    move(tag, swept, S(0), swept.center());
+    entries_[tag].is_followed = false;
   }
 
-  /// Whether a shape is alone in its box in the tree and stays there while its points move by
-  /// `reach` [m]: nothing needs to be known of it then, and all of that box counts as swept.
-  [[nodiscard]] bool stays(std::uint32_t tag, S reach) {
+  /// Whether a shape is alone in its box in the tree, and stays there while its points move by
+  /// `reach` [m]: nothing more needs to be known of it then, and all of that box counts as swept.
+  [[nodiscard]] bool stays(std::uint32_t tag, S reach, const Vec3<S>& center) {
     Entry& entry = entries_[tag];
-    if (has_company(entry) || !(reach <= entry.room)) return false;
+    if (!entry.is_followed || has_company(entry) || !is_within(entry, center, reach)) return false;
     if (!entry.is_coarse) entry.swept = tree_.box(entry.node);
     entry.is_coarse = true;
     return true;
@@ -92,12 +98,13 @@ class BroadPhase {
     entry.is_needed = true;
   }
 
-  /// Notes that no point of a shape has moved by more than `distance` [m].
+  /// Notes where a shape is after the step.
+  /// @param shift, turn  [m] By how much its centre has moved, and other points about it at most.
   /// @return Whether its swept box holds it still, as far as that is known.
-  [[nodiscard]] bool settle(std::uint32_t tag, S distance, S reach) {
+  [[nodiscard]] bool settle(std::uint32_t tag, const Vec3<S>& center, S shift, S turn, S reach) {
     Entry& entry = entries_[tag];
-    entry.room -= distance;
-    return entry.is_coarse ? entry.room >= S(0) : distance <= reach;
+    entry.turned += turn;
+    return entry.is_coarse ? is_within(entry, center, S(0)) : shift + turn <= reach;
   }
 
   /// The box a shape was last given.
@@ -169,10 +176,14 @@ class BroadPhase {
   struct Entry {
     typename AabbTree<S>::NodeId node = AabbTree<S>::null;
     Aabb<S> swept{};
-    /// [m] Middle of the box that it was last given.
+    /// [m] Where it was when its box was last given, and where its centre may be without the shape
+    /// leaving its box in the tree.
     Vec3<S> center = Vec3<S>::Zero();
-    /// [m] By how much its points may move until it may leave its box in the tree.
-    S room = S(0);
+    Aabb<S> room{};
+    /// [m] By how much it has turned about its centre since then.
+    S turned = S(0);
+    /// Whether that is known.
+    bool is_followed = false;
     /// When `near_` last named it.
     std::uint64_t met_at = 0;
     /// Whether its swept box was of use since its box in the tree changed.
@@ -198,6 +209,13 @@ class BroadPhase {
     return entries_[tag].node != AabbTree<S>::null;
   }
 
+  /// Whether a shape with its centre at a place, grown by a margin, lies within its box in the
+  /// tree.
+  [[nodiscard]] static bool is_within(const Entry& entry, const Vec3<S>& center, S margin) {
+    const Vec3<S> extra = Vec3<S>::Constant(margin + entry.turned);
+    return entry.room.contains(Aabb<S>{center - extra, center + extra});
+  }
+
   /// Whether what a shape reaches matters to others, or may.
   [[nodiscard]] bool has_company(const Entry& entry) const {
     return entry.is_stale || entry.is_needed || entry.met_at == refreshes_;
@@ -210,8 +228,8 @@ class BroadPhase {
   }
 
   /// Changes the box in the tree where it does not hold the swept one, or is far too large for it.
-  /// @param last  [m] Where its middle was when its swept box was given last.
-  void fit_tree(Entry& entry, std::uint32_t tag, const Vec3<S>& last, S reach) {
+  /// @param shift  [m] By how much the shape has moved since the last time, some steps ago.
+  void fit_tree(Entry& entry, std::uint32_t tag, Vec3<S> shift, S reach) {
     const Aabb<S>& swept = entry.swept;
     // A surplus of a tenth of the size, and where the shape is going as much as thirty steps take,
     // but not more than twice its size: a change of the tree costs as much as hundreds of false
@@ -222,9 +240,8 @@ class BroadPhase {
     const Vec3<S> spare = (box.upper - box.lower) - (swept.upper - swept.lower);
     const bool fits = box.contains(swept);
     if (fits && spare.maxCoeff() <= S(8) * surplus) return;
-    Vec3<S> shift = entry.center - last;
     const S distance = shift.norm();
-    if (distance > reach && reach > S(0)) shift *= reach / distance;  // That was some steps ago.
+    if (distance > reach) shift *= reach / distance;
     Vec3<S> ahead = (S(30) * shift)
                         .cwiseMin(Vec3<S>::Constant(S(4) * size))
                         .cwiseMax(Vec3<S>::Constant(S(-4) * size));

@@ -53,11 +53,18 @@ class ContactStage {
   /// Moves the boxes of shapes that impulses took out of what free motion would sweep, so that
   /// queries between steps find them.
   void settle_boxes(State& state) const {
+    using std::sqrt;
     for (std::size_t k = 0; k < moving_.size(); ++k) {
       const std::uint32_t i = moving_[k];
       const Collider<S, Backend>& c = state.colliders.at(i);
       const Start& start = starts_[k];
-      if (state.broad_phase.settle(i, distance_from(state, c, start), start.reach)) continue;
+      const Transform<S>& end = state.body_of(c).center_pose;
+      const S turn2 = (end.rotation.coeffs() - start.center_pose.rotation.coeffs()).squaredNorm();
+      const S shift2 = (end.translation - start.center_pose.translation).squaredNorm();
+      // A point at the distance r turns by 2 r sin(angle / 2), and unit quaternions by
+      // 2 sin(angle / 4).
+      const S turn = S(2) * c.radius * sqrt(turn2);
+      if (state.broad_phase.settle(i, end.translation, sqrt(shift2), turn, start.reach)) continue;
       const Aabb<S> box = detail::box_of(state, c);
       if (!state.broad_phase.swept(i).contains(box)) state.broad_phase.move(i, box);
     }
@@ -97,17 +104,6 @@ class ContactStage {
     S reach = S(0);
   };
 
-  /// [m] By how much points of a shape have moved at most. A point at the distance r moves by
-  /// 2 r sin(angle / 2), and unit quaternions by 2 sin(angle / 4).
-  [[nodiscard]] static S distance_from(const State& state, const Collider<S, Backend>& c,
-                                       const Start& start) {
-    using std::sqrt;
-    const Transform<S>& end = state.body_of(c).center_pose;
-    const S turn2 = (end.rotation.coeffs() - start.center_pose.rotation.coeffs()).squaredNorm();
-    const S shift2 = (end.translation - start.center_pose.translation).squaredNorm();
-    return sqrt(shift2) + S(2) * c.radius * sqrt(turn2);
-  }
-
   /// Gives a shape the box of all that it can reach where only a larger one is known.
   static void refine(State& state, std::uint32_t tag) {
     if (!state.broad_phase.is_coarse(tag)) return;
@@ -124,8 +120,9 @@ class ContactStage {
       const Body<S>& body = state.body_of(c);
       if (body.motion == Motion::fixed || c.half_space || body.is_asleep()) continue;
       const S reach = detail::reach_of(state, c, c);
-      if (!state.broad_phase.stays(i, reach)) {
-        state.broad_phase.move(i, detail::box_of(state, c).inflated(reach), reach);
+      const Vec3<S>& center = body.center_pose.translation;
+      if (!state.broad_phase.stays(i, reach, center)) {
+        state.broad_phase.move(i, detail::box_of(state, c).inflated(reach), reach, center);
       }
       // What stands still is found by those that move.
       if (!state.is_active(c.body.index)) continue;
