@@ -263,6 +263,15 @@ class IslandRows {
       }
     }
   }
+  /// Whether any contact that presses slides, faster than what adds `speed` to its cone.
+  [[nodiscard]] bool has_sliding(Real eps, Real speed) const {
+    for (std::size_t i = 0; i < rows_.size(); ++i) {
+      const Row& row = rows_[i];
+      if (row.kind != Kind::cone || !(row.shift > speed)) continue;
+      if (side_of(i, eps) == Side::sliding) return true;
+    }
+    return false;
+  }
   /// Writes by how much the contacts' multipliers fall along the whole step of the velocities.
   void store_passing(Real eps, const Island& island, Constraints<S>& constraints,
                      std::vector<Real>& scratch) const {

@@ -57,7 +57,8 @@ class ProximalSolver {
     const Real left = iterate(tolerance, context.settings, report);
     if (!(left < infinity<Real>)) return left;
     rows_.store_impulses(island, constraints);
-    if (left <= tolerance && island.blocks.empty() && island.soft.empty()) {
+    if (left <= tolerance && island.blocks.empty() && island.soft.empty() &&
+        !rows_.has_sliding(eps_, tolerance)) {
       find_passing(island, constraints, bodies);
     }
     for (const std::uint32_t s : island.soft) {
@@ -213,7 +214,8 @@ void ProximalSolver<S>::drop_locked_rows() {
 
 /// Finds what of the contacts' impulses the next step will not need: what they would be less if
 /// this one had started with the velocities v that it ends with. The difference is linear as long
-/// as no contact changes its state, and the factor of the last step of Newton's gives it:
+/// as no contact changes its state or slides, where the opening speed would change too, and the
+/// factor of the last step of Newton's gives it:
 ///     H dv = M (v - v0),   dlambda = D J dv.
 /// Without it a step that stops what the last one left of motion would push it the other way in the
 /// next, and heavy bodies on light ones would never come to rest.

@@ -70,7 +70,7 @@ TEST_CASE("ProximalSolver: without what passes, impulses are those of the next s
   test::Random random(4);
   const double noise = 1e-4;
   for (int round = 0; round < 20; ++round) {
-    auto pile = test::random_pile<double>(random, 4, 3, 0.5, 30.0);
+    auto pile = test::random_pile<double>(random, 4, 3, 5.0, 30.0);
     std::vector<Twist<double>> change;
     for (SolverBody<double>& body : pile.bodies) {
       change.push_back(body.free);
