@@ -57,28 +57,54 @@ class BroadPhase {
 
   /// Sets the box that a shape may reach during the step. The tree keeps a larger one, so that slow
   /// shapes do not change it every step.
-  void move(std::uint32_t tag, const Aabb<S>& swept) {
+  /// @param reach   [m] By how much it was grown around the shape for the step.
+  /// @param center  [m] Point from which the shape is followed, and about which it turns.
+  void move(std::uint32_t tag, const Aabb<S>& swept, S reach, const Vec3<S>& center) {
     Entry& entry = entries_[tag];
-    const Aabb<S> last = entry.swept;
     entry.swept = swept;
+    entry.is_coarse = false;
     if (entry.node == AabbTree<S>::null) return;
-    // A surplus of a tenth of the size, and where the shape is going up to four more: it then
-    // changes the tree once in the time it takes to move by half of itself, and the surplus costs
-    // few false pairs. A box left over from a fast step shrinks again once it is several times too
-    // large.
-    const S surplus = S(0.2) * swept.half_extents().maxCoeff();
+    fit_tree(entry, tag, center - entry.center, reach);
+    entry.center = center;
+    entry.is_followed = true;
     const Aabb<S>& box = tree_.box(entry.node);
-    if (box.contains(swept) && swept.inflated(S(7) * surplus).contains(box)) return;
-    Vec3<S> ahead = (S(16) * (swept.center() - last.center()))
-                        .cwiseMin(Vec3<S>::Constant(S(4) * surplus))
-                        .cwiseMax(Vec3<S>::Constant(S(-4) * surplus));
-    // A force that overflowed reaches everywhere, which has no centre.
-    if (!all_finite<S>(ahead)) ahead.setZero();
-    Aabb<S> grown = swept.inflated(surplus);
-    grown.lower += ahead.cwiseMin(Vec3<S>::Zero());
-    grown.upper += ahead.cwiseMax(Vec3<S>::Zero());
-    tree_.update(entry.node, grown);
-    mark_stale(tag);
+    const Vec3<S> margin = Vec3<S>::Constant(reach);
+    entry.room = {center - ((swept.lower - box.lower) + margin),
+                  center + ((box.upper - swept.upper) + margin)};
+    entry.turned = S(0);
+  }
+  /// The same for a shape that is not followed.
+  void move(std::uint32_t tag, const Aabb<S>& swept) {
+    move(tag, swept, S(0), swept.center());
+    entries_[tag].is_followed = false;
+  }
+
+  /// Whether a shape is alone in its box in the tree, and stays there while its points move by
+  /// `reach` [m]: nothing more needs to be known of it then, and all of that box counts as swept.
+  [[nodiscard]] bool stays(std::uint32_t tag, S reach, const Vec3<S>& center) {
+    Entry& entry = entries_[tag];
+    if (!entry.is_followed || has_company(entry) || !is_within(entry, center, reach)) return false;
+    if (!entry.is_coarse) entry.swept = tree_.box(entry.node);
+    entry.is_coarse = true;
+    return true;
+  }
+  /// Whether that is so in this step.
+  [[nodiscard]] bool is_coarse(std::uint32_t tag) const { return entries_[tag].is_coarse; }
+  /// Sets the swept box after all, which will be needed again in the steps to come.
+  void refine(std::uint32_t tag, const Aabb<S>& swept) {
+    Entry& entry = entries_[tag];
+    entry.swept = swept;
+    entry.is_coarse = false;
+    entry.is_needed = true;
+  }
+
+  /// Notes where a shape is after the step.
+  /// @param shift, turn  [m] By how much its centre has moved, and other points about it at most.
+  /// @return Whether its swept box holds it still, as far as that is known.
+  [[nodiscard]] bool settle(std::uint32_t tag, const Vec3<S>& center, S shift, S turn, S reach) {
+    Entry& entry = entries_[tag];
+    entry.turned += turn;
+    return entry.is_coarse ? is_within(entry, center, S(0)) : shift + turn <= reach;
   }
 
   /// The box a shape was last given.
@@ -150,6 +176,20 @@ class BroadPhase {
   struct Entry {
     typename AabbTree<S>::NodeId node = AabbTree<S>::null;
     Aabb<S> swept{};
+    /// [m] Where it was when its box was last given, and where its centre may be without the shape
+    /// leaving its box in the tree.
+    Vec3<S> center = Vec3<S>::Zero();
+    Aabb<S> room{};
+    /// [m] By how much it has turned about its centre since then.
+    S turned = S(0);
+    /// Whether that is known.
+    bool is_followed = false;
+    /// When `near_` last named it.
+    std::uint64_t met_at = 0;
+    /// Whether its swept box was of use since its box in the tree changed.
+    bool is_needed = false;
+    /// Whether `swept` is its box in the tree.
+    bool is_coarse = false;
     /// Whether the box in the tree is another than `near_` knows.
     bool is_stale = false;
     /// Whether it has ever been named as moving; those that never were do not meet each other.
@@ -169,10 +209,51 @@ class BroadPhase {
     return entries_[tag].node != AabbTree<S>::null;
   }
 
+  /// Whether a shape with its centre at a place, grown by a margin, lies within its box in the
+  /// tree.
+  [[nodiscard]] static bool is_within(const Entry& entry, const Vec3<S>& center, S margin) {
+    const Vec3<S> extra = Vec3<S>::Constant(margin + entry.turned);
+    return entry.room.contains(Aabb<S>{center - extra, center + extra});
+  }
+
+  /// Whether what a shape reaches matters to others, or may.
+  [[nodiscard]] bool has_company(const Entry& entry) const {
+    return entry.is_stale || entry.is_needed || entry.met_at == refreshes_;
+  }
+
   void mark_stale(std::uint32_t tag) {
     if (entries_[tag].is_stale) return;
     entries_[tag].is_stale = true;
     stale_.push_back(tag);
+  }
+
+  /// Changes the box in the tree where it does not hold the swept one, or is far too large for it.
+  /// @param shift  [m] By how much the shape has moved since the last time, some steps ago.
+  void fit_tree(Entry& entry, std::uint32_t tag, Vec3<S> shift, S reach) {
+    const Aabb<S>& swept = entry.swept;
+    // A surplus of a tenth of the size, and where the shape is going as much as thirty steps take,
+    // but not more than twice its size: a change of the tree costs as much as hundreds of false
+    // pairs. A box left over from a faster step shrinks again once it is several times too large.
+    const S size = swept.half_extents().maxCoeff();
+    const S surplus = S(0.2) * size;
+    const Aabb<S>& box = tree_.box(entry.node);
+    const Vec3<S> spare = (box.upper - box.lower) - (swept.upper - swept.lower);
+    const bool fits = box.contains(swept);
+    if (fits && spare.maxCoeff() <= S(8) * surplus) return;
+    const S distance = shift.norm();
+    if (distance > reach) shift *= reach / distance;
+    Vec3<S> ahead = (S(30) * shift)
+                        .cwiseMin(Vec3<S>::Constant(S(4) * size))
+                        .cwiseMax(Vec3<S>::Constant(S(-4) * size));
+    // A force that overflowed reaches everywhere, which has no centre.
+    if (!all_finite<S>(ahead)) ahead.setZero();
+    if (fits && (spare - ahead.cwiseAbs()).maxCoeff() <= S(8) * surplus) return;
+    Aabb<S> grown = swept.inflated(surplus);
+    grown.lower += ahead.cwiseMin(Vec3<S>::Zero());
+    grown.upper += ahead.cwiseMax(Vec3<S>::Zero());
+    tree_.update(entry.node, grown);
+    entry.is_needed = false;
+    mark_stale(tag);
   }
 
   /// Looks up in the tree what the boxes overlap that changed since the last time.
@@ -196,6 +277,10 @@ class BroadPhase {
     }
     near_.clear();
     append_sorted(kept, near_);
+    ++refreshes_;
+    for (const ShapePair& pair : near_) {
+      entries_[pair.a].met_at = entries_[pair.b].met_at = refreshes_;
+    }
     for (const std::uint32_t tag : stale_) entries_[tag].is_stale = false;
     stale_.clear();
   }
@@ -213,6 +298,7 @@ class BroadPhase {
   /// Pairs of bounded shapes whose boxes in the tree overlap and one of which moves, or did,
   /// sorted.
   std::vector<ShapePair> near_;
+  std::uint64_t refreshes_ = 0;
   /// Shapes whose boxes in the tree are not those that `near_` was made from.
   std::vector<std::uint32_t> stale_;
   /// Scratch.

@@ -29,6 +29,8 @@ struct CachedPoint {
   std::uint32_t feature = 0;
   /// [N s] Impulse along the normal, and along the two tangents of `tangent_basis`.
   std::array<S, 3> impulse{};
+  /// [N s] What of it the next step will not need; see `ContactConstraint::passing`.
+  std::array<S, 3> passing{};
   /// Whether no contact of the last step tells what to expect of this one.
   bool is_fresh = true;
   /// Whether the impulse stopped an approach, and says nothing about the step to come.
@@ -164,20 +166,23 @@ class ContactCache {
   class TangentTurn {
    public:
     TangentTurn(const Vec3<S>& from, const Vec3<S>& to) {
+      // Faces at rest keep theirs to the last bit.
+      if (from == to) return;
       Vec3<S> t1, t2, u1, u2;
       tangent_basis<S>(from, t1, t2);
       tangent_basis<S>(to, u1, u2);
       t1_ = {t1.dot(u1), t1.dot(u2)};
       t2_ = {t2.dot(u1), t2.dot(u2)};
     }
-    [[nodiscard]] std::array<S, 3> operator()(const std::array<S, 3>& impulse) const {
-      const Vec2<S> friction = impulse[1] * t1_ + impulse[2] * t2_;
-      return {impulse[0], friction.x(), friction.y()};
+    [[nodiscard]] std::array<S, 3> operator()(const CachedPoint<S>& old) const {
+      const Vec2<S> friction =
+          (old.impulse[1] - old.passing[1]) * t1_ + (old.impulse[2] - old.passing[2]) * t2_;
+      return {old.impulse[0] - old.passing[0], friction.x(), friction.y()};
     }
 
    private:
-    Vec2<S> t1_;  // The old tangents along the new ones.
-    Vec2<S> t2_;
+    Vec2<S> t1_ = Vec2<S>::UnitX();  // The old tangents along the new ones.
+    Vec2<S> t2_ = Vec2<S>::UnitY();
   };
 
   /// Gives the points of a manifold the impulses of their predecessors: first by feature, then what
@@ -196,7 +201,7 @@ class ContactCache {
           if (!is_taken[k] && !other.took_impact && is_same(point, other)) {
             is_taken[k] = true;
             point.is_fresh = false;
-            point.impulse = turn(other.impulse);
+            point.impulse = turn(other);
             --fresh;
           }
           k = k + 1 < old.count ? k + 1 : 0;

@@ -140,6 +140,8 @@ struct Body {
   BodySleep<S> sleep{};
 
   [[nodiscard]] bool is_dynamic() const { return motion == Motion::dynamic; }
+  /// Whether forces move it along or about any axis.
+  [[nodiscard]] bool moves() const { return is_dynamic() && !locked.all(); }
   [[nodiscard]] bool is_asleep() const { return sleep.island != BodySleep<S>::awake; }
 
   /// Pose of the body frame in the world.
@@ -158,7 +160,10 @@ struct Body {
   /// [1/(kg m^2)] Inverse inertia along world axes: that of the axes that are free, among which
   /// alone torques turn the body.
   [[nodiscard]] Mat3<S> inverse_inertia_W() const {
-    const Mat3<S> R = center_pose.rotation_matrix();
+    return inverse_inertia_W(center_pose.rotation_matrix());
+  }
+  /// The same where the axes of the body are known as a matrix.
+  [[nodiscard]] Mat3<S> inverse_inertia_W(const Mat3<S>& R) const {
     if (!locked.any_angular() || !is_dynamic()) return rotated<S>(R, inverse_inertia_B);
     Mat3<S> inertia = rotated<S>(R, inertia_B);
     for (Eigen::Index i = 0; i < 3; ++i) {

@@ -46,7 +46,7 @@ void aim_contact(ContactConstraint<S>& c, const SolverBody<S>& a, const SolverBo
 /// Share of the impulse that a contact will have taken when the step ends, by default and for
 /// bounces; to be called when impulses are known.
 ///
-/// @param normal_velocity  [m/s] At the end of the step.
+/// @param normal_velocity  [m/s] At the end of the step; not asked for without restitution.
 template <Scalar S>
 void place_contact(ContactConstraint<S>& c, S normal_velocity, Integrator integrator) {
   c.parts = c.restitution > S(0) && normal_velocity > S(0);

@@ -43,6 +43,9 @@ struct ContactConstraint {
   S target = S(0);
   /// [N s] Impulse along the axes.
   std::array<S, 3> impulse{};
+  /// [N s] What of it answers the velocities that the step started with, where that is known. They
+  /// are gone at its end: the next step needs that much less.
+  std::array<S, 3> passing{};
   /// [N s] What of the normal impulse moves the bodies within the step, and the least it may be.
   S placed = S(0);
   S least_placed = S(0);

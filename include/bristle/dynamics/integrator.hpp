@@ -18,11 +18,13 @@ namespace bristle {
 template <Scalar S>
 [[nodiscard]] Twist<S> free_twist(const Body<S>& body, const Vec3<S>& gravity, S dt) {
   if (!body.is_dynamic()) return body.twist;
-  Vec3<S> acceleration = body.gravity_scale * gravity + body.inverse_mass * body.applied.force;
-  for (std::size_t i = 0; i < 3; ++i) {
-    if (body.locked.linear[i]) acceleration[static_cast<Eigen::Index>(i)] = S(0);
+  Twist<S> result = body.twist;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const auto i = static_cast<Eigen::Index>(k);
+    if (body.locked.linear[k]) continue;
+    result.linear[i] +=
+        dt * (body.gravity_scale * gravity[i] + body.inverse_mass * body.applied.force[i]);
   }
-  Twist<S> result{body.twist.linear + dt * acceleration, body.twist.angular};
   if (body.applied.torque != Vec3<S>::Zero()) {
     result.angular += dt * product<S>(body.inverse_inertia_W(), body.applied.torque);
   }
@@ -58,11 +60,11 @@ bool solve_top_step(const Mat3<S>& inertia, const Mat3<S>& inverse_inertia, cons
   const S scale = sum / (S(6) * product);
   const S s = -trace_inverse * H / S(3) + scale * C;
   const S d = scale * H - C / (S(3) * product);
-  const Mat3<S> J =
-      Mat3<S>((S(1) + h * h * s) * inverse_inertia + h * h * d * Mat3<S>::Identity()).inverse();
+  const Mat3<S> inverse_J = (S(1) + h * h * s) * inverse_inertia + h * h * d * Mat3<S>::Identity();
+  const Mat3<S> J = inverse_J.inverse();
 
   const Vec3<S> target = (h / S(2)) * y;
-  q = J.inverse() * target;
+  q = inverse_J * target;
   const S round_off = Tolerance<S>::round_off();
   for (int iteration = 0; iteration < 8; ++iteration) {
     const S rest = S(1) - q.squaredNorm();
@@ -80,8 +82,11 @@ bool solve_top_step(const Mat3<S>& inertia, const Mat3<S>& inverse_inertia, cons
 
 template <Scalar S>
 [[nodiscard]] bool is_isotropic(const Mat3<S>& inertia) {
-  const Mat3<S> rest = inertia - inertia(0, 0) * Mat3<S>::Identity();
-  return rest.cwiseAbs().maxCoeff() <= Tolerance<S>::round_off() * inertia(0, 0);
+  using std::abs;
+  using std::max;
+  const S unequal = max(abs(inertia(1, 1) - inertia(0, 0)), abs(inertia(2, 2) - inertia(0, 0)));
+  const S mixed = max({abs(inertia(1, 0)), abs(inertia(2, 0)), abs(inertia(2, 1))});
+  return max(unequal, mixed) <= Tolerance<S>::round_off() * inertia(0, 0);
 }
 
 /// Turns a body as a free top that has the angular velocity w [rad/s, world axes] now; the body's

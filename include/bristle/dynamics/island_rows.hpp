@@ -263,7 +263,25 @@ class IslandRows {
       }
     }
   }
-  /// The same for the position rows.
+  /// Whether any contact that presses slides, faster than what adds `speed` to its cone.
+  [[nodiscard]] bool has_sliding(Real eps, Real speed) const {
+    for (std::size_t i = 0; i < rows_.size(); ++i) {
+      const Row& row = rows_[i];
+      if (row.kind != Kind::cone || !(row.shift > speed)) continue;
+      if (side_of(i, eps) == Side::sliding) return true;
+    }
+    return false;
+  }
+  /// Writes by how much the contacts' multipliers fall along the whole step of the velocities.
+  void store_passing(Real eps, const Island& island, Constraints<S>& constraints,
+                     std::vector<Real>& scratch) const {
+    scratch.resize(rows_.size());
+    for_each_impulse(eps, Real(0), [&](std::size_t i, Real x) { scratch[i] = x; });
+    for_each_impulse(eps, Real(1), [&](std::size_t i, Real x) {
+      constraints.contacts[island.contacts[i / 3]].passing[i % 3] = S(scratch[i] - x);
+    });
+  }
+  /// Writes the multipliers of the position rows back.
   void store_placed(const Island& island, Constraints<S>& constraints) const {
     std::size_t r = 0;
     for (const std::uint32_t i : island.contacts) {

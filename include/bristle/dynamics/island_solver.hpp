@@ -70,7 +70,9 @@ class IslandSolver {
       // Sweeps repair the rest: the impulses of an iteration that was cut short do not add up to
       // velocities that hold joints and contacts.
     }
-    Convergence progress(context.velocity_tolerance);
+    // What one sweep does not settle is brought well below what counts: left just there it would
+    // come up again in the next step.
+    Convergence progress(context.velocity_tolerance, S(0.3) * context.velocity_tolerance);
     bool may_factor = island.soft.empty();
     for (int n = 0; n < context.settings.max_sweeps; ++n) {
       const S residual = sequential_.sweep(island, constraints, bodies, n % 2 != 0);
@@ -220,8 +222,10 @@ class IslandSolver {
     }
     for (const std::uint32_t i : island.contacts) {
       ContactConstraint<S>& c = constraints.contacts[i];
-      place_contact(c, c.normal_velocity(bodies[c.body_a].twist, bodies[c.body_b].twist),
-                    context.integrator);
+      const S parting = c.restitution > S(0)
+                            ? c.normal_velocity(bodies[c.body_a].twist, bodies[c.body_b].twist)
+                            : S(0);
+      place_contact(c, parting, context.integrator);
       if (c.bounce_share < S(0)) continue;
       apply_at_contact<S>(c, (c.bounce_share - usual) * c.impulse_W(), bodies[c.body_a],
                           bodies[c.body_b], motion_of);
@@ -232,7 +236,8 @@ class IslandSolver {
       proximal_.place(island, constraints, bodies, context, report);
       return;
     }
-    Convergence progress(context.position_tolerance / context.dt);
+    const S tolerance = context.position_tolerance / context.dt;
+    Convergence progress(tolerance, tolerance);
     for (int n = 0; n < most_sweeps; ++n) {
       const S residual =
           sequential_.sweep_positions(island, constraints, bodies, context.dt, n % 2 != 0);
@@ -248,14 +253,15 @@ class IslandSolver {
   /// Watches a sequence of residuals and tells whether sweeps are worth going on with.
   class Convergence {
    public:
-    explicit Convergence(S tolerance) : tolerance_(tolerance) {}
+    /// @param first  Residual at which the first sweep is the last; `later` is for the others.
+    Convergence(S first, S later) : first_(first), tolerance_(later) {}
 
     [[nodiscard]] bool is_done(S residual) {
       before_last_ = between_;
       between_ = last_;
       last_ = residual;
       ++count_;
-      return residual <= tolerance_;
+      return residual <= (count_ == 1 ? first_ : tolerance_);
     }
     /// Whether the sweeps to come would cost more than factorisations: about 60 sweeps of contacts
     /// are worth one solve by factorisation, in stacks of any height (docs/solver.md). Sweeps go
@@ -268,6 +274,7 @@ class IslandSolver {
     }
 
    private:
+    S first_;
     S tolerance_;
     S last_ = infinity<S>;
     S between_ = infinity<S>;

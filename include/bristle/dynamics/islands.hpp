@@ -6,6 +6,7 @@
 #include <bristle/core/disjoint_sets.hpp>
 #include <bristle/dynamics/solver_types.hpp>
 
+#include <algorithm>
 #include <cstdint>
 #include <vector>
 
@@ -71,7 +72,7 @@ class IslandBuilder {
 
   /// Members of all islands, one island after the other.
   struct Members {
-    std::vector<std::uint32_t> items;
+    std::vector<std::uint32_t> items;  // And room behind them.
     std::vector<std::uint32_t> starts;
 
     [[nodiscard]] std::span<const std::uint32_t> part(std::uint32_t i) const {
@@ -83,13 +84,15 @@ class IslandBuilder {
   template <typename IslandOf>
   void distribute(std::uint32_t islands, std::size_t count, Members& out, IslandOf&& island_of) {
     out.starts.assign(islands + 1, 0);
-    out.items.clear();
     if (count == 0) return;
     if (islands == 1) {
+      if (out.items.size() < count) out.items.resize(std::max(count, 2 * out.items.size()));
+      std::uint32_t kept = 0;
       for (std::size_t i = 0; i < count; ++i) {
-        if (island_of(i) != none) out.items.push_back(static_cast<std::uint32_t>(i));
+        out.items[kept] = static_cast<std::uint32_t>(i);
+        kept += island_of(i) != none ? 1u : 0u;
       }
-      out.starts[1] = static_cast<std::uint32_t>(out.items.size());
+      out.starts[1] = kept;
       return;
     }
     for (std::size_t i = 0; i < count; ++i) {
@@ -97,7 +100,8 @@ class IslandBuilder {
       if (island != none) ++out.starts[island + 1];
     }
     for (std::uint32_t i = 0; i < islands; ++i) out.starts[i + 1] += out.starts[i];
-    out.items.resize(out.starts[islands]);
+    const std::size_t total = out.starts[islands];
+    if (out.items.size() < total) out.items.resize(std::max(total, 2 * out.items.size()));
     next_.assign(out.starts.begin(), out.starts.end());
     for (std::size_t i = 0; i < count; ++i) {
       const std::uint32_t island = island_of(i);

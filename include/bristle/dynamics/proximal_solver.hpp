@@ -59,10 +59,14 @@ class ProximalSolver {
     rows_.evaluate(step_);
     rows_.set_shifts();
     // Well below what counts, so that a sweep over the result finds nothing to do.
-    const Real left =
-        iterate(Real(0.1) * Real(context.velocity_tolerance), context.settings, report);
+    const Real tolerance = Real(0.1) * Real(context.velocity_tolerance);
+    const Real left = iterate(tolerance, context.settings, report);
     if (!(left < infinity<Real>)) return left;
     rows_.store_impulses(island, constraints);
+    if (left <= tolerance && island.blocks.empty() && island.soft.empty() &&
+        !rows_.has_sliding(eps_, tolerance)) {
+      find_passing(island, constraints, bodies);
+    }
     for (const std::uint32_t s : island.soft) {
       SoftBlock<S>& soft = constraints.soft[s];
       soft.motion = relative_motion(soft, rows_.twist(soft.body_a, v_, bodies),
@@ -102,6 +106,8 @@ class ProximalSolver {
                    std::span<const SolverBody<S>> bodies);
   void add_soft(const SoftBlock<S>& soft, std::span<const SolverBody<S>> bodies);
   void drop_locked_rows();
+  void find_passing(const Island& island, Constraints<S>& constraints,
+                    std::span<const SolverBody<S>> bodies);
   Real iterate(Real tolerance, const SolverDef<S>& settings, SolveReport<S>& report);
   bool minimise(Real eps, Real tolerance, int& steps, int most_steps);
   [[nodiscard]] Real mismatch() const;
@@ -111,6 +117,7 @@ class ProximalSolver {
   IslandRows<S, Real> rows_;
   EnvelopeMatrix<Real> matrix_;   // Mt.
   EnvelopeMatrix<Real> hessian_;  // Mt + J^T D J, then its factor.
+  Real eps_ = Real(1);            // With which it was factored.
   bool is_stiff_ = false;         // Whether one step of Newton's leaves more than round-off.
   std::vector<Real> rhs_;         // r.
   std::vector<Real> masses_;      // Diagonal of M.
@@ -211,6 +218,26 @@ void ProximalSolver<S>::drop_locked_rows() {
   rows_.drop_locked(hessian_, Real(1e-6), product_);
 }
 
+/// Finds what of the contacts' impulses the next step will not need: what they would be less if
+/// this one had started with the velocities v that it ends with. The difference is linear as long
+/// as no contact changes its state or slides, where the opening speed would change too, and the
+/// factor of the last step of Newton's gives it:
+///     H dv = M (v - v0),   dlambda = D J dv.
+/// Without it a step that stops what the last one left of motion would push it the other way in the
+/// next, and heavy bodies on light ones would never come to rest.
+template <Scalar S>
+void ProximalSolver<S>::find_passing(const Island& island, Constraints<S>& constraints,
+                                     std::span<const SolverBody<S>> bodies) {
+  product_.resize(v_.size());
+  step_.resize(v_.size());
+  for (const std::uint32_t slot : island.bodies) rows_.put(slot, bodies[slot].start, product_);
+  for (std::size_t i = 0; i < v_.size(); ++i) product_[i] = v_[i] - product_[i];
+  matrix_.multiply(product_.data(), step_.data());
+  hessian_.solve(step_.data());
+  rows_.evaluate_step(step_);
+  rows_.store_passing(eps_, island, constraints, product_);
+}
+
 /// The outer loop: multipliers, opening speeds, eps.
 template <Scalar S>
 auto ProximalSolver<S>::iterate(Real tolerance, const SolverDef<S>& settings,
@@ -232,6 +259,7 @@ auto ProximalSolver<S>::iterate(Real tolerance, const SolverDef<S>& settings,
       break;
     }
     settled_ = v_;
+    eps_ = eps;
     rows_.accept(eps);
     const Real before = left;
     left = rows_.residual();

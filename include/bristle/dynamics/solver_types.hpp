@@ -74,8 +74,9 @@ struct SolverBody {
   /// [kg, kg m^2] Of the whole body, world axes.
   S mass = S(0);
   Mat3<S> inertia = Mat3<S>::Zero();
-  /// Whether forces move it along or about any axis.
+  /// Whether forces move it along or about any axis, and whether torques turn it about any.
   bool moves = false;
+  bool turns = true;
   /// Whether it turns about all axes alike: its inertia is then a number times the identity.
   bool is_isotropic = false;
   /// Whether sensors push it: it is then stepped by symplectic Euler.
@@ -87,6 +88,11 @@ struct SolverBody {
   /// Whether nothing moves it along (0 to 2) or about (3 to 5) an axis of the world.
   [[nodiscard]] bool is_locked(Eigen::Index axis) const {
     return (axis < 3 ? inverse_mass[axis] : inverse_inertia(axis - 3, axis - 3)) == S(0);
+  }
+  /// Adds what an impulse at the end of an arm does to a velocity.
+  void push_at(Twist<S>& velocity, const Vec3<S>& impulse, const Vec3<S>& arm) const {
+    velocity.linear += inverse_mass.cwiseProduct(impulse);
+    if (turns) velocity.angular += product<S>(inverse_inertia, arm.cross(impulse));
   }
   /// Adds what an impulse about the centre of mass does to a velocity.
   void push(Twist<S>& velocity, const Vec3<S>& impulse, const Vec3<S>& angular_impulse) const {
@@ -189,16 +195,16 @@ struct ContactFrame {
       return body.is_isotropic ? body.inverse_inertia
                                : rotated<S>(to_contact, body.inverse_inertia);
     };
-    moves_a = a.moves;
-    moves_b = b.moves;
-    if (moves_a) inverse_inertia_a = inverse_inertia(a);
-    if (moves_b) inverse_inertia_b = inverse_inertia(b);
+    turns_a = a.moves && a.turns;
+    turns_b = b.moves && b.turns;
+    if (turns_a) inverse_inertia_a = inverse_inertia(a);
+    if (turns_b) inverse_inertia_b = inverse_inertia(b);
   }
 
   Mat3<S> to_contact;
   Mat3<S> inverse_mass;
-  bool moves_a, moves_b;
-  /// Of bodies that move.
+  bool turns_a, turns_b;
+  /// Of bodies that turn.
   Mat3<S> inverse_inertia_a, inverse_inertia_b;
 };
 
@@ -236,8 +242,8 @@ template <Scalar S>
     K.b += y * x1 - x * y1;
     K.c += y * x2 - x * y2;
   };
-  if (frame.moves_a) turn(frame.inverse_inertia_a, c.arm_a);
-  if (frame.moves_b) turn(frame.inverse_inertia_b, c.arm_b);
+  if (frame.turns_a) turn(frame.inverse_inertia_a, c.arm_a);
+  if (frame.turns_b) turn(frame.inverse_inertia_b, c.arm_b);
   K.prepare();
   return K;
 }
@@ -246,8 +252,8 @@ template <Scalar S>
 template <Scalar S, typename Of>
 void apply_at_contact(const ContactConstraint<S>& c, const Vec3<S>& impulse, SolverBody<S>& a,
                       SolverBody<S>& b, Of&& of) {
-  if (a.moves) a.push(of(a), -impulse, -c.arm_a.cross(impulse));
-  if (b.moves) b.push(of(b), impulse, c.arm_b.cross(impulse));
+  if (a.moves) a.push_at(of(a), -impulse, c.arm_a);
+  if (b.moves) b.push_at(of(b), impulse, c.arm_b);
 }
 
 /// Applies the impulse x of a row to both bodies.

@@ -117,7 +117,7 @@ class AabbTree {
   void attach(NodeId leaf);
   void detach(NodeId leaf);
   [[nodiscard]] NodeId best_sibling(const Aabb<S>& box) const;
-  void fit(NodeId id);
+  bool fit(NodeId id);
   void fit_upwards(NodeId id);
   void rotate(NodeId id);
   void swap_subtrees(NodeId a, NodeId b);
@@ -139,6 +139,9 @@ namespace detail {
 /// What a node costs a query: in proportion to its surface.
 template <Scalar S>
 [[nodiscard]] S tree_cost(const Aabb<S>& box) {
+  const S area = box.half_area();
+  // Not so where it overflows or is no number.
+  if (area <= tree_extent_limit<S> * tree_extent_limit<S>) return area;
   return finite_part(box).half_area();
 }
 
@@ -334,7 +337,9 @@ auto AabbTree<S>::best_sibling(const Aabb<S>& box) const -> NodeId {
   using detail::merged;
   using detail::tree_cost;
   const S box_cost = tree_cost(box);
-  const Vec3<S> center = detail::finite_part(box).center();
+  const auto distance_of = [&](NodeId child) {
+    return (detail::finite_center(nodes_[child].box) - detail::finite_center(box)).squaredNorm();
+  };
   NodeId best = root_;
   NodeId id = root_;
   S with_box = tree_cost(merged(nodes_[root_].box, box));
@@ -345,7 +350,6 @@ auto AabbTree<S>::best_sibling(const Aabb<S>& box) const -> NodeId {
     NodeId next = null;
     S next_bound = infinity<S>;
     S next_with_box = S(0);
-    S next_distance = infinity<S>;
     for (const NodeId child : nodes_[id].child) {
       const Node& node = nodes_[child];
       const S cost = tree_cost(merged(node.box, box));
@@ -357,12 +361,12 @@ auto AabbTree<S>::best_sibling(const Aabb<S>& box) const -> NodeId {
       // Below the child at least the leaf itself is paid for. Boxes that contain the leaf tie, and
       // then the one around it goes first.
       const S bound = growth_above + (cost - tree_cost(node.box)) + box_cost;
-      const S distance = (detail::finite_part(node.box).center() - center).squaredNorm();
-      if (bound < next_bound || (bound == next_bound && distance < next_distance)) {
+      const bool is_nearer =
+          bound == next_bound && next != null && distance_of(child) < distance_of(next);
+      if (bound < next_bound || is_nearer) {
         next = child;
         next_bound = bound;
         next_with_box = cost;
-        next_distance = distance;
       }
     }
     if (next == null || !(next_bound < best_cost)) break;
@@ -372,19 +376,26 @@ auto AabbTree<S>::best_sibling(const Aabb<S>& box) const -> NodeId {
   return best;
 }
 
-/// Box and height of an inner node from its children.
+/// Box and height of an inner node from its children. Returns whether they are others than before.
 template <Scalar S>
-void AabbTree<S>::fit(NodeId id) {
+bool AabbTree<S>::fit(NodeId id) {
   Node& node = nodes_[id];
   const Node& a = nodes_[node.child[0]];
   const Node& b = nodes_[node.child[1]];
-  node.box = detail::merged(a.box, b.box);
-  node.height = 1 + std::max(a.height, b.height);
+  const Aabb<S> box = detail::merged(a.box, b.box);
+  const std::int32_t height = 1 + std::max(a.height, b.height);
+  if (height == node.height && box.lower == node.box.lower && box.upper == node.box.upper) {
+    return false;
+  }
+  node.box = box;
+  node.height = height;
+  return true;
 }
 
+/// Fits a node and those above it, as far as anything changes.
 template <Scalar S>
 void AabbTree<S>::fit_upwards(NodeId id) {
-  for (; id != null; id = nodes_[id].parent) fit(id);
+  while (id != null && fit(id)) id = nodes_[id].parent;
 }
 
 /// Exchanges a child with a grandchild from the other side where that makes the child's box

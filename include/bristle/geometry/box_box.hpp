@@ -21,8 +21,8 @@ namespace bristle {
 /// The normal is that of least overlap among the 15 axes (3 + 3 face normals, 9 pairs of edges;
 /// Gottschalk, Lin, Manocha 1996). Where boxes are apart it is the axis that separates them most,
 /// and the gaps are distances along it; boxes that pass each other cornerwise, without facing along
-/// it, have no contact. Faces are preferred to edges, and faces of A to those of B, until the other
-/// is better by a twentieth: so resting boxes keep their normal.
+/// it, have no contact. Faces are preferred to edges, and large faces to small ones, A's where they
+/// are equal, until the other is better by a twentieth: so resting boxes keep their normal.
 template <Scalar S>
 void collide_shapes(const Box<S>& a, const Box<S>& b, const Transform<S>& X_AB, S margin,
                     ContactManifolds<S>& out);
@@ -55,6 +55,13 @@ template <Scalar S>
     if (gaps[i] > best.gap) best = {gaps[i], i};
   }
   return best;
+}
+
+/// [m^2] Area of the faces across an axis.
+template <Scalar S>
+[[nodiscard]] S face_area(const Box<S>& box, int axis) {
+  const Vec3<S>& h = box.half_extents;
+  return S(4) * h[axis < 2 ? axis + 1 : 0] * h[axis > 0 ? axis - 1 : 2];
 }
 
 /// Two boxes, seen from the first.
@@ -190,7 +197,10 @@ void collide_shapes(const Box<S>& a, const Box<S>& b, const Transform<S>& X_AB, 
 
   const S least_gain =
       Tolerance<S>::equal() * (a.half_extents.maxCoeff() + b.half_extents.maxCoeff());
-  const bool is_of_a = !(face_b.gap > face_a.bar(least_gain));
+  // Of two as good as each other the larger: what lies within a face need not be cut to it.
+  const bool is_b_larger = detail::face_area(b, face_b.axis) > detail::face_area(a, face_a.axis);
+  const bool is_of_a =
+      is_b_larger ? face_a.gap > face_b.bar(least_gain) : !(face_b.gap > face_a.bar(least_gain));
   const detail::BoxAxis<S>& face = is_of_a ? face_a : face_b;
   detail::BoxEdges<S> edges;
   edges.gap = face.bar(least_gain);

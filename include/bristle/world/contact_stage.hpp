@@ -27,7 +27,12 @@ class ContactStage {
     pairs_.clear();
     state.contacts.begin_step();
     const auto may_touch = [&](std::uint32_t a, std::uint32_t b) {
-      return !is_dormant(state, {a, b}) && detail::may_touch(state, a, b);
+      if (is_dormant(state, {a, b}) || !detail::may_touch(state, a, b)) return false;
+      if (!state.broad_phase.is_coarse(a) && !state.broad_phase.is_coarse(b)) return true;
+      refine(state, a);
+      refine(state, b);
+      return state.broad_phase.swept(a).overlaps(state.broad_phase.swept(b)) &&
+             detail::may_touch(state, a, b);
     };
     state.broad_phase.find_pairs(moving_, may_touch, pairs_, state.report.pairs_tested);
     collide_pairs(state);
@@ -48,10 +53,18 @@ class ContactStage {
   /// Moves the boxes of shapes that impulses took out of what free motion would sweep, so that
   /// queries between steps find them.
   void settle_boxes(State& state) const {
+    using std::sqrt;
     for (std::size_t k = 0; k < moving_.size(); ++k) {
       const std::uint32_t i = moving_[k];
       const Collider<S, Backend>& c = state.colliders.at(i);
-      if (stays_in_reach(state, c, starts_[k])) continue;
+      const Start& start = starts_[k];
+      const Transform<S>& end = state.body_of(c).center_pose;
+      const S turn2 = (end.rotation.coeffs() - start.center_pose.rotation.coeffs()).squaredNorm();
+      const S shift2 = (end.translation - start.center_pose.translation).squaredNorm();
+      // A point at the distance r turns by 2 r sin(angle / 2), and unit quaternions by
+      // 2 sin(angle / 4).
+      const S turn = S(2) * c.radius * sqrt(turn2);
+      if (state.broad_phase.settle(i, end.translation, sqrt(shift2), turn, start.reach)) continue;
       const Aabb<S> box = detail::box_of(state, c);
       if (!state.broad_phase.swept(i).contains(box)) state.broad_phase.move(i, box);
     }
@@ -66,6 +79,7 @@ class ContactStage {
       for (std::uint32_t i = m.first; i < m.first + m.count; ++i) {
         const ContactConstraint<S>& c = state.constraints.contacts[contact++];
         points[i].impulse = c.impulse;
+        points[i].passing = c.passing;
         points[i].took_impact = c.is_impact;
       }
     }
@@ -90,15 +104,10 @@ class ContactStage {
     S reach = S(0);
   };
 
-  /// Whether no point of a shape has moved by more than its box was grown. A point at the distance
-  /// r moves by 2 r sin(angle / 2), and unit quaternions by 2 sin(angle / 4).
-  [[nodiscard]] static bool stays_in_reach(const State& state, const Collider<S, Backend>& c,
-                                           const Start& start) {
-    using std::sqrt;
-    const Transform<S>& end = state.body_of(c).center_pose;
-    const S turn2 = (end.rotation.coeffs() - start.center_pose.rotation.coeffs()).squaredNorm();
-    const S shift2 = (end.translation - start.center_pose.translation).squaredNorm();
-    return sqrt(shift2) + S(2) * c.radius * sqrt(turn2) <= start.reach;
+  /// Gives a shape the box of all that it can reach where only a larger one is known.
+  static void refine(State& state, std::uint32_t tag) {
+    if (!state.broad_phase.is_coarse(tag)) return;
+    state.broad_phase.refine(tag, detail::swept_box(state, state.colliders.at(tag)));
   }
 
   void sweep_boxes(State& state) {
@@ -111,7 +120,10 @@ class ContactStage {
       const Body<S>& body = state.body_of(c);
       if (body.motion == Motion::fixed || c.half_space || body.is_asleep()) continue;
       const S reach = detail::reach_of(state, c, c);
-      state.broad_phase.move(i, detail::box_of(state, c).inflated(reach));
+      const Vec3<S>& center = body.center_pose.translation;
+      if (!state.broad_phase.stays(i, reach, center)) {
+        state.broad_phase.move(i, detail::box_of(state, c).inflated(reach), reach, center);
+      }
       // What stands still is found by those that move.
       if (!state.is_active(c.body.index)) continue;
       moving_.push_back(i);

@@ -29,6 +29,9 @@ template <Scalar S, typename Backend>
 [[nodiscard]] Aabb<S> box_of(const WorldState<S, Backend>& state, const Collider<S, Backend>& c) {
   if (c.half_space) return c.bounds;
   const Transform<S>& X = state.body_of(c).center_pose;
+  if (c.kind == ShapeKind::sphere && c.is_centered) {
+    return {c.bounds.lower + X.translation, c.bounds.upper + X.translation};
+  }
   return transformed(c.bounds, c.is_centered ? X : X * c.X_CmS);
 }
 

@@ -12,6 +12,8 @@
 #include <bristle/world/sensor_stage.hpp>
 #include <bristle/world/world_state.hpp>
 
+#include <array>
+
 namespace bristle {
 
 /// Solves every island with the solver that suits it, and integrates.
@@ -33,24 +35,31 @@ class SolveStage {
     const Body<S>& body = state.bodies.at(slot);
     out.mass = body.mass;
     out.inverse_mass = body.inverse_mass_W();
-    out.is_isotropic = detail::is_isotropic(body.inertia_B) && !body.locked.any_angular();
+    const std::array<bool, 3>& locked = body.locked.angular;
+    out.turns = !(locked[0] && locked[1] && locked[2]);
+    out.is_isotropic = !body.locked.any_angular() && detail::is_isotropic(body.inertia_B);
     if (out.is_isotropic) {
       out.inertia = body.inertia_B;
       out.inverse_inertia = body.inverse_inertia_B;
       return;
     }
-    out.inertia = rotated<S>(body.center_pose.rotation_matrix(), body.inertia_B);
-    out.inverse_inertia = body.inverse_inertia_W();
+    const Mat3<S> R = body.center_pose.rotation_matrix();
+    out.inertia = rotated<S>(R, body.inertia_B);
+    out.inverse_inertia = out.turns ? body.inverse_inertia_W(R) : Mat3<S>::Zero();
   }
 
   /// The same for one slot. Bodies asleep are to others like those that forces do not move.
   void prepare_body(State& state, std::uint32_t slot) const {
     SolverBody<S>& out = state.solver_bodies[slot];
-    out = SolverBody<S>{};
-    if (!state.bodies.is_live(slot) || state.bodies.at(slot).is_asleep()) return;
+    const bool is_awake = state.bodies.is_live(slot) && !state.bodies.at(slot).is_asleep();
+    const bool moves = is_awake && state.bodies.at(slot).moves();
+    // What moves gets its masses where they are needed; all else must have none.
+    if (!moves) out = SolverBody<S>{};
+    if (!is_awake) return;
     const Body<S>& body = state.bodies.at(slot);
+    out.moves = moves;
+    out.is_sensed = out.follows_joints = false;
     out.start = body.twist;
-    out.moves = body.is_dynamic() && !body.locked.all();
     // Sensors ask early what their bodies weigh.
     if (state.patches.size() > 0) prepare_mass(state, slot);
     out.free = free_twist(body, state.def.gravity, state.def.time_step);

@@ -178,6 +178,7 @@ void visit_contacts(const State& state, Cache& cache, Visitor& visit) {
     visit.value(point.gap);
     visit.value(point.feature);
     visit.value(std::span(point.impulse));
+    visit.value(std::span(point.passing));
     visit.value(point.took_impact);
   });
   std::size_t next = 0;

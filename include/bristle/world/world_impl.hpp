@@ -215,6 +215,7 @@ void World<S, Backend>::set_time_step(S dt) {
   const S ratio = dt / state_.def.time_step;
   for (CachedPoint<S>& point : state_.contacts.points()) {
     for (S& impulse : point.impulse) impulse *= ratio;
+    for (S& impulse : point.passing) impulse *= ratio;
   }
   for (std::uint32_t i = 0; i < state_.joints.slot_count(); ++i) {
     if (!state_.joints.is_live(i)) continue;

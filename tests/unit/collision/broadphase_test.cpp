@@ -196,3 +196,46 @@ TEST_CASE_TEMPLATE("BroadPhase: a box that was everywhere for one step finds its
   phase.move(0, box_at<S>(Vec3<S>(S(3.5), S(0), S(0)), S(1)));
   CHECK(pairs() == 1);
 }
+
+TEST_CASE_TEMPLATE("BroadPhase: who is alone need not be looked at while in its box of the tree", S,
+                   float, double) {
+  BroadPhase<S> phase;
+  phase.insert(0, box_at<S>(Vec3<S>::Zero(), S(1)));
+  phase.insert(1, box_at<S>(Vec3<S>(S(9), S(0), S(0)), S(1)));
+  const auto find_pairs = [&] {
+    std::vector<ShapePair> found;
+    std::uint64_t tested = 0;
+    phase.find_pairs(
+        {0, 1}, [](auto, auto) { return true; }, found, tested);
+    return found.size();
+  };
+  const auto at = [](S x) { return Vec3<S>(x, S(0), S(0)); };
+  // It goes 0.1 a step along x, so that its box in the tree reaches farther there.
+  const auto follow = [&](S x) {
+    phase.move(0, box_at<S>(at(x), S(1.1)), S(0.1), at(x));
+    return find_pairs();
+  };
+  CHECK(follow(S(0)) == 0);
+  CHECK(follow(S(2)) == 0);
+  CHECK(phase.stays(0, S(0.1), at(S(2))));
+  CHECK(phase.stays(0, S(0.1), at(S(3))));
+  CHECK(phase.is_coarse(0));
+  CHECK(phase.swept(0).contains(box_at<S>(at(S(3)), S(1.1))));
+  CHECK(phase.settle(0, at(S(3)), S(1), S(0), S(0.1)));
+  // Backwards, by its reach, or by turning it would leave the box.
+  CHECK_FALSE(phase.stays(0, S(0.1), at(S(1))));
+  CHECK_FALSE(phase.stays(0, S(5), at(S(3))));
+  CHECK_FALSE(phase.settle(0, at(S(3)), S(0), S(5), S(0.1)));
+  CHECK_FALSE(phase.stays(0, S(0.1), at(S(3))));
+  // Whoever asked for its swept box will do so again, until it leaves its box in the tree.
+  CHECK(follow(S(3)) == 0);
+  CHECK(phase.stays(0, S(0.1), at(S(3))));
+  phase.refine(0, box_at<S>(at(S(3)), S(1.1)));
+  CHECK_FALSE(phase.is_coarse(0));
+  CHECK_FALSE(phase.stays(0, S(0.1), at(S(3))));
+  CHECK(follow(S(30)) == 0);
+  CHECK(phase.stays(0, S(0.1), at(S(30))));
+  // In company it is looked at.
+  CHECK(follow(S(8)) == 1);
+  CHECK_FALSE(phase.stays(0, S(0.1), at(S(8))));
+}

@@ -56,6 +56,18 @@ TEST_CASE_TEMPLATE("ContactCache: points inherit impulses of the same pair, key 
   CHECK(cache.points()[2].impulse[0] == S(0));
 }
 
+TEST_CASE("ContactCache: what passes of an impulse is not inherited") {
+  ContactCache<double> cache;
+  cache.begin_step();
+  add<double>(cache, {0, 1}, manifold<double>(0, {1}));
+  cache.points()[0].impulse = {4, 2, -1};
+  cache.points()[0].passing = {1, 0.5, -2};
+  cache.begin_step();
+  add<double>(cache, {0, 1}, manifold<double>(0, {1}));
+  CHECK(cache.points()[0].impulse == std::array<double, 3>{3, 1.5, 1});
+  CHECK(cache.points()[0].passing == std::array<double, 3>{});
+}
+
 TEST_CASE_TEMPLATE("ContactCache: arms reach from each centre of mass to the point", S, float,
                    double) {
   ContactCache<S> cache;
