@@ -86,10 +86,11 @@
 /// Axis-aligned box.
 // SPDX-License-Identifier: BSD-3-Clause
 
-// === bristle/math/transform.hpp
+// === bristle/math/small_products.hpp
 
 /// @file
-/// Rigid transform: where one frame stands in another.
+/// Products of 3x3 matrices and vectors, written so that they are computed in place: Eigen's own
+/// become function calls wherever the caller is large, and the step is made of them.
 // SPDX-License-Identifier: BSD-3-Clause
 
 // === bristle/math/types.hpp
@@ -162,6 +163,44 @@ template <typename Derived>
 }
 
 }  // namespace bristle
+
+namespace bristle {
+
+/// M v.
+template <Scalar S>
+[[nodiscard]] inline Vec3<S> product(const Mat3<S>& M, const Vec3<S>& v) {
+  const S* m = M.data();  // Column by column.
+  return {m[0] * v[0] + m[3] * v[1] + m[6] * v[2], m[1] * v[0] + m[4] * v[1] + m[7] * v[2],
+          m[2] * v[0] + m[5] * v[1] + m[8] * v[2]};
+}
+
+/// R M R^T of a symmetric M, of which six entries are enough.
+template <Scalar S>
+[[nodiscard]] inline Mat3<S> rotated(const Mat3<S>& R, const Mat3<S>& M) {
+  const Vec3<S> x = product<S>(M, R.row(0));
+  const Vec3<S> y = product<S>(M, R.row(1));
+  const Vec3<S> z = product<S>(M, R.row(2));
+  const S xy = R.row(0).dot(y);
+  const S xz = R.row(0).dot(z);
+  const S yz = R.row(1).dot(z);
+  Mat3<S> result;
+  result << R.row(0).dot(x), xy, xz, xy, R.row(1).dot(y), yz, xz, yz, R.row(2).dot(z);
+  return result;
+}
+
+/// Whether no component is infinite or NaN: only of finite ones is 0 times the component 0.
+template <Scalar S>
+[[nodiscard]] inline bool all_finite(const Vec3<S>& v) {
+  return v[0] * S(0) + v[1] * S(0) + v[2] * S(0) == S(0);
+}
+
+}  // namespace bristle
+
+// === bristle/math/transform.hpp
+
+/// @file
+/// Rigid transform: where one frame stands in another.
+// SPDX-License-Identifier: BSD-3-Clause
 
 namespace bristle {
 
@@ -263,8 +302,8 @@ struct Aabb {
 template <Scalar S>
 [[nodiscard]] Aabb<S> transformed(const Aabb<S>& box_B, const Transform<S>& X_AB) {
   const Mat3<S> R = X_AB.rotation_matrix();
-  const Vec3<S> center = R * box_B.center() + X_AB.translation;
-  const Vec3<S> half = R.cwiseAbs() * box_B.half_extents();
+  const Vec3<S> center = product<S>(R, box_B.center()) + X_AB.translation;
+  const Vec3<S> half = product<S>(R.cwiseAbs(), box_B.half_extents());
   return {center - half, center + half};
 }
 
@@ -645,7 +684,7 @@ class AabbTree {
   void attach(NodeId leaf);
   void detach(NodeId leaf);
   [[nodiscard]] NodeId best_sibling(const Aabb<S>& box) const;
-  void fit(NodeId id);
+  bool fit(NodeId id);
   void fit_upwards(NodeId id);
   void rotate(NodeId id);
   void swap_subtrees(NodeId a, NodeId b);
@@ -667,6 +706,9 @@ namespace detail {
 /// What a node costs a query: in proportion to its surface.
 template <Scalar S>
 [[nodiscard]] S tree_cost(const Aabb<S>& box) {
+  const S area = box.half_area();
+  // Not so where it overflows or is no number.
+  if (area <= tree_extent_limit<S> * tree_extent_limit<S>) return area;
   return finite_part(box).half_area();
 }
 
@@ -862,7 +904,9 @@ auto AabbTree<S>::best_sibling(const Aabb<S>& box) const -> NodeId {
   using detail::merged;
   using detail::tree_cost;
   const S box_cost = tree_cost(box);
-  const Vec3<S> center = detail::finite_part(box).center();
+  const auto distance_of = [&](NodeId child) {
+    return (detail::finite_center(nodes_[child].box) - detail::finite_center(box)).squaredNorm();
+  };
   NodeId best = root_;
   NodeId id = root_;
   S with_box = tree_cost(merged(nodes_[root_].box, box));
@@ -873,7 +917,6 @@ auto AabbTree<S>::best_sibling(const Aabb<S>& box) const -> NodeId {
     NodeId next = null;
     S next_bound = infinity<S>;
     S next_with_box = S(0);
-    S next_distance = infinity<S>;
     for (const NodeId child : nodes_[id].child) {
       const Node& node = nodes_[child];
       const S cost = tree_cost(merged(node.box, box));
@@ -885,12 +928,12 @@ auto AabbTree<S>::best_sibling(const Aabb<S>& box) const -> NodeId {
       // Below the child at least the leaf itself is paid for. Boxes that contain the leaf tie, and
       // then the one around it goes first.
       const S bound = growth_above + (cost - tree_cost(node.box)) + box_cost;
-      const S distance = (detail::finite_part(node.box).center() - center).squaredNorm();
-      if (bound < next_bound || (bound == next_bound && distance < next_distance)) {
+      const bool is_nearer =
+          bound == next_bound && next != null && distance_of(child) < distance_of(next);
+      if (bound < next_bound || is_nearer) {
         next = child;
         next_bound = bound;
         next_with_box = cost;
-        next_distance = distance;
       }
     }
     if (next == null || !(next_bound < best_cost)) break;
@@ -900,19 +943,26 @@ auto AabbTree<S>::best_sibling(const Aabb<S>& box) const -> NodeId {
   return best;
 }
 
-/// Box and height of an inner node from its children.
+/// Box and height of an inner node from its children. Returns whether they are others than before.
 template <Scalar S>
-void AabbTree<S>::fit(NodeId id) {
+bool AabbTree<S>::fit(NodeId id) {
   Node& node = nodes_[id];
   const Node& a = nodes_[node.child[0]];
   const Node& b = nodes_[node.child[1]];
-  node.box = detail::merged(a.box, b.box);
-  node.height = 1 + std::max(a.height, b.height);
+  const Aabb<S> box = detail::merged(a.box, b.box);
+  const std::int32_t height = 1 + std::max(a.height, b.height);
+  if (height == node.height && box.lower == node.box.lower && box.upper == node.box.upper) {
+    return false;
+  }
+  node.box = box;
+  node.height = height;
+  return true;
 }
 
+/// Fits a node and those above it, as far as anything changes.
 template <Scalar S>
 void AabbTree<S>::fit_upwards(NodeId id) {
-  for (; id != null; id = nodes_[id].parent) fit(id);
+  while (id != null && fit(id)) id = nodes_[id].parent;
 }
 
 /// Exchanges a child with a grandchild from the other side where that makes the child's box
@@ -987,45 +1037,6 @@ auto AabbTree<S>::build_range(std::span<NodeId> leaves, int depth) -> NodeId {
 
 }  // namespace bristle
 
-// === bristle/math/small_products.hpp
-
-/// @file
-/// Products of 3x3 matrices and vectors, written so that they are computed in place: Eigen's own
-/// become function calls wherever the caller is large, and the step is made of them.
-// SPDX-License-Identifier: BSD-3-Clause
-
-namespace bristle {
-
-/// M v.
-template <Scalar S>
-[[nodiscard]] inline Vec3<S> product(const Mat3<S>& M, const Vec3<S>& v) {
-  const S* m = M.data();  // Column by column.
-  return {m[0] * v[0] + m[3] * v[1] + m[6] * v[2], m[1] * v[0] + m[4] * v[1] + m[7] * v[2],
-          m[2] * v[0] + m[5] * v[1] + m[8] * v[2]};
-}
-
-/// R M R^T of a symmetric M, of which six entries are enough.
-template <Scalar S>
-[[nodiscard]] inline Mat3<S> rotated(const Mat3<S>& R, const Mat3<S>& M) {
-  const Vec3<S> x = product<S>(M, R.row(0));
-  const Vec3<S> y = product<S>(M, R.row(1));
-  const Vec3<S> z = product<S>(M, R.row(2));
-  const S xy = R.row(0).dot(y);
-  const S xz = R.row(0).dot(z);
-  const S yz = R.row(1).dot(z);
-  Mat3<S> result;
-  result << R.row(0).dot(x), xy, xz, xy, R.row(1).dot(y), yz, xz, yz, R.row(2).dot(z);
-  return result;
-}
-
-/// Whether no component is infinite or NaN: only of finite ones is 0 times the component 0.
-template <Scalar S>
-[[nodiscard]] inline bool all_finite(const Vec3<S>& v) {
-  return v[0] * S(0) + v[1] * S(0) + v[2] * S(0) == S(0);
-}
-
-}  // namespace bristle
-
 #include <algorithm>
 #include <compare>
 #include <cstdint>
@@ -1074,28 +1085,54 @@ class BroadPhase {
 
   /// Sets the box that a shape may reach during the step. The tree keeps a larger one, so that slow
   /// shapes do not change it every step.
-  void move(std::uint32_t tag, const Aabb<S>& swept) {
+  /// @param reach   [m] By how much it was grown around the shape for the step.
+  /// @param center  [m] Point from which the shape is followed, and about which it turns.
+  void move(std::uint32_t tag, const Aabb<S>& swept, S reach, const Vec3<S>& center) {
     Entry& entry = entries_[tag];
-    const Aabb<S> last = entry.swept;
     entry.swept = swept;
+    entry.is_coarse = false;
     if (entry.node == AabbTree<S>::null) return;
-    // A surplus of a tenth of the size, and where the shape is going up to four more: it then
-    // changes the tree once in the time it takes to move by half of itself, and the surplus costs
-    // few false pairs. A box left over from a fast step shrinks again once it is several times too
-    // large.
-    const S surplus = S(0.2) * swept.half_extents().maxCoeff();
+    fit_tree(entry, tag, center - entry.center, reach);
+    entry.center = center;
+    entry.is_followed = true;
     const Aabb<S>& box = tree_.box(entry.node);
-    if (box.contains(swept) && swept.inflated(S(7) * surplus).contains(box)) return;
-    Vec3<S> ahead = (S(16) * (swept.center() - last.center()))
-                        .cwiseMin(Vec3<S>::Constant(S(4) * surplus))
-                        .cwiseMax(Vec3<S>::Constant(S(-4) * surplus));
-    // A force that overflowed reaches everywhere, which has no centre.
-    if (!all_finite<S>(ahead)) ahead.setZero();
-    Aabb<S> grown = swept.inflated(surplus);
-    grown.lower += ahead.cwiseMin(Vec3<S>::Zero());
-    grown.upper += ahead.cwiseMax(Vec3<S>::Zero());
-    tree_.update(entry.node, grown);
-    mark_stale(tag);
+    const Vec3<S> margin = Vec3<S>::Constant(reach);
+    entry.room = {center - ((swept.lower - box.lower) + margin),
+                  center + ((box.upper - swept.upper) + margin)};
+    entry.turned = S(0);
+  }
+  /// The same for a shape that is not followed.
+  void move(std::uint32_t tag, const Aabb<S>& swept) {
+    move(tag, swept, S(0), swept.center());
+    entries_[tag].is_followed = false;
+  }
+
+  /// Whether a shape is alone in its box in the tree, and stays there while its points move by
+  /// `reach` [m]: nothing more needs to be known of it then, and all of that box counts as swept.
+  [[nodiscard]] bool stays(std::uint32_t tag, S reach, const Vec3<S>& center) {
+    Entry& entry = entries_[tag];
+    if (!entry.is_followed || has_company(entry) || !is_within(entry, center, reach)) return false;
+    if (!entry.is_coarse) entry.swept = tree_.box(entry.node);
+    entry.is_coarse = true;
+    return true;
+  }
+  /// Whether that is so in this step.
+  [[nodiscard]] bool is_coarse(std::uint32_t tag) const { return entries_[tag].is_coarse; }
+  /// Sets the swept box after all, which will be needed again in the steps to come.
+  void refine(std::uint32_t tag, const Aabb<S>& swept) {
+    Entry& entry = entries_[tag];
+    entry.swept = swept;
+    entry.is_coarse = false;
+    entry.is_needed = true;
+  }
+
+  /// Notes where a shape is after the step.
+  /// @param shift, turn  [m] By how much its centre has moved, and other points about it at most.
+  /// @return Whether its swept box holds it still, as far as that is known.
+  [[nodiscard]] bool settle(std::uint32_t tag, const Vec3<S>& center, S shift, S turn, S reach) {
+    Entry& entry = entries_[tag];
+    entry.turned += turn;
+    return entry.is_coarse ? is_within(entry, center, S(0)) : shift + turn <= reach;
   }
 
   /// The box a shape was last given.
@@ -1167,6 +1204,20 @@ class BroadPhase {
   struct Entry {
     typename AabbTree<S>::NodeId node = AabbTree<S>::null;
     Aabb<S> swept{};
+    /// [m] Where it was when its box was last given, and where its centre may be without the shape
+    /// leaving its box in the tree.
+    Vec3<S> center = Vec3<S>::Zero();
+    Aabb<S> room{};
+    /// [m] By how much it has turned about its centre since then.
+    S turned = S(0);
+    /// Whether that is known.
+    bool is_followed = false;
+    /// When `near_` last named it.
+    std::uint64_t met_at = 0;
+    /// Whether its swept box was of use since its box in the tree changed.
+    bool is_needed = false;
+    /// Whether `swept` is its box in the tree.
+    bool is_coarse = false;
     /// Whether the box in the tree is another than `near_` knows.
     bool is_stale = false;
     /// Whether it has ever been named as moving; those that never were do not meet each other.
@@ -1186,10 +1237,51 @@ class BroadPhase {
     return entries_[tag].node != AabbTree<S>::null;
   }
 
+  /// Whether a shape with its centre at a place, grown by a margin, lies within its box in the
+  /// tree.
+  [[nodiscard]] static bool is_within(const Entry& entry, const Vec3<S>& center, S margin) {
+    const Vec3<S> extra = Vec3<S>::Constant(margin + entry.turned);
+    return entry.room.contains(Aabb<S>{center - extra, center + extra});
+  }
+
+  /// Whether what a shape reaches matters to others, or may.
+  [[nodiscard]] bool has_company(const Entry& entry) const {
+    return entry.is_stale || entry.is_needed || entry.met_at == refreshes_;
+  }
+
   void mark_stale(std::uint32_t tag) {
     if (entries_[tag].is_stale) return;
     entries_[tag].is_stale = true;
     stale_.push_back(tag);
+  }
+
+  /// Changes the box in the tree where it does not hold the swept one, or is far too large for it.
+  /// @param shift  [m] By how much the shape has moved since the last time, some steps ago.
+  void fit_tree(Entry& entry, std::uint32_t tag, Vec3<S> shift, S reach) {
+    const Aabb<S>& swept = entry.swept;
+    // A surplus of a tenth of the size, and where the shape is going as much as thirty steps take,
+    // but not more than twice its size: a change of the tree costs as much as hundreds of false
+    // pairs. A box left over from a faster step shrinks again once it is several times too large.
+    const S size = swept.half_extents().maxCoeff();
+    const S surplus = S(0.2) * size;
+    const Aabb<S>& box = tree_.box(entry.node);
+    const Vec3<S> spare = (box.upper - box.lower) - (swept.upper - swept.lower);
+    const bool fits = box.contains(swept);
+    if (fits && spare.maxCoeff() <= S(8) * surplus) return;
+    const S distance = shift.norm();
+    if (distance > reach) shift *= reach / distance;
+    Vec3<S> ahead = (S(30) * shift)
+                        .cwiseMin(Vec3<S>::Constant(S(4) * size))
+                        .cwiseMax(Vec3<S>::Constant(S(-4) * size));
+    // A force that overflowed reaches everywhere, which has no centre.
+    if (!all_finite<S>(ahead)) ahead.setZero();
+    if (fits && (spare - ahead.cwiseAbs()).maxCoeff() <= S(8) * surplus) return;
+    Aabb<S> grown = swept.inflated(surplus);
+    grown.lower += ahead.cwiseMin(Vec3<S>::Zero());
+    grown.upper += ahead.cwiseMax(Vec3<S>::Zero());
+    tree_.update(entry.node, grown);
+    entry.is_needed = false;
+    mark_stale(tag);
   }
 
   /// Looks up in the tree what the boxes overlap that changed since the last time.
@@ -1213,6 +1305,10 @@ class BroadPhase {
     }
     near_.clear();
     append_sorted(kept, near_);
+    ++refreshes_;
+    for (const ShapePair& pair : near_) {
+      entries_[pair.a].met_at = entries_[pair.b].met_at = refreshes_;
+    }
     for (const std::uint32_t tag : stale_) entries_[tag].is_stale = false;
     stale_.clear();
   }
@@ -1230,6 +1326,7 @@ class BroadPhase {
   /// Pairs of bounded shapes whose boxes in the tree overlap and one of which moves, or did,
   /// sorted.
   std::vector<ShapePair> near_;
+  std::uint64_t refreshes_ = 0;
   /// Shapes whose boxes in the tree are not those that `near_` was made from.
   std::vector<std::uint32_t> stale_;
   /// Scratch.
@@ -1317,10 +1414,15 @@ template <Scalar S>
   using std::sin;
   using std::sqrt;
   const S angle2 = phi.squaredNorm();
-  // Below this, sin(a/2)/a = 1/2 - a^2/48 to the last bit (the next term is a^4/3840).
-  if (angle2 < Tolerance<S>::equal()) {
-    const S k = S(0.5) - angle2 / S(48);
-    return Quat<S>(S(1) - angle2 / S(8), k * phi.x(), k * phi.y(), k * phi.z()).normalized();
+  // Most bodies turn by little in a step. Up to a quarter of a radian the series of the cosine and
+  // of sin(a/2)/a in y = (a/2)^2 are exact to the last bit: the terms left out, y^6 / 12! and
+  // y^5 / 11!, are below 3e-17.
+  if (angle2 < S(0.0625)) {
+    const S y = S(0.25) * angle2;
+    const auto term = [y](S n, S rest) { return S(1) - (y / n) * rest; };
+    const S cosine = term(S(2), term(S(12), term(S(30), term(S(56), term(S(90), S(1))))));
+    const S k = S(0.5) * term(S(6), term(S(20), term(S(42), term(S(72), S(1)))));
+    return Quat<S>(cosine, k * phi.x(), k * phi.y(), k * phi.z());
   }
   const S angle = sqrt(angle2);
   const S k = sin(angle / S(2)) / angle;
@@ -1380,6 +1482,8 @@ struct CachedPoint {
   std::uint32_t feature = 0;
   /// [N s] Impulse along the normal, and along the two tangents of `tangent_basis`.
   std::array<S, 3> impulse{};
+  /// [N s] What of it the next step will not need; see `ContactConstraint::passing`.
+  std::array<S, 3> passing{};
   /// Whether no contact of the last step tells what to expect of this one.
   bool is_fresh = true;
   /// Whether the impulse stopped an approach, and says nothing about the step to come.
@@ -1515,20 +1619,23 @@ class ContactCache {
   class TangentTurn {
    public:
     TangentTurn(const Vec3<S>& from, const Vec3<S>& to) {
+      // Faces at rest keep theirs to the last bit.
+      if (from == to) return;
       Vec3<S> t1, t2, u1, u2;
       tangent_basis<S>(from, t1, t2);
       tangent_basis<S>(to, u1, u2);
       t1_ = {t1.dot(u1), t1.dot(u2)};
       t2_ = {t2.dot(u1), t2.dot(u2)};
     }
-    [[nodiscard]] std::array<S, 3> operator()(const std::array<S, 3>& impulse) const {
-      const Vec2<S> friction = impulse[1] * t1_ + impulse[2] * t2_;
-      return {impulse[0], friction.x(), friction.y()};
+    [[nodiscard]] std::array<S, 3> operator()(const CachedPoint<S>& old) const {
+      const Vec2<S> friction =
+          (old.impulse[1] - old.passing[1]) * t1_ + (old.impulse[2] - old.passing[2]) * t2_;
+      return {old.impulse[0] - old.passing[0], friction.x(), friction.y()};
     }
 
    private:
-    Vec2<S> t1_;  // The old tangents along the new ones.
-    Vec2<S> t2_;
+    Vec2<S> t1_ = Vec2<S>::UnitX();  // The old tangents along the new ones.
+    Vec2<S> t2_ = Vec2<S>::UnitY();
   };
 
   /// Gives the points of a manifold the impulses of their predecessors: first by feature, then what
@@ -1547,7 +1654,7 @@ class ContactCache {
           if (!is_taken[k] && !other.took_impact && is_same(point, other)) {
             is_taken[k] = true;
             point.is_fresh = false;
-            point.impulse = turn(other.impulse);
+            point.impulse = turn(other);
             --fresh;
           }
           k = k + 1 < old.count ? k + 1 : 0;
@@ -3052,6 +3159,8 @@ struct Body {
   BodySleep<S> sleep{};
 
   [[nodiscard]] bool is_dynamic() const { return motion == Motion::dynamic; }
+  /// Whether forces move it along or about any axis.
+  [[nodiscard]] bool moves() const { return is_dynamic() && !locked.all(); }
   [[nodiscard]] bool is_asleep() const { return sleep.island != BodySleep<S>::awake; }
 
   /// Pose of the body frame in the world.
@@ -3070,7 +3179,10 @@ struct Body {
   /// [1/(kg m^2)] Inverse inertia along world axes: that of the axes that are free, among which
   /// alone torques turn the body.
   [[nodiscard]] Mat3<S> inverse_inertia_W() const {
-    const Mat3<S> R = center_pose.rotation_matrix();
+    return inverse_inertia_W(center_pose.rotation_matrix());
+  }
+  /// The same where the axes of the body are known as a matrix.
+  [[nodiscard]] Mat3<S> inverse_inertia_W(const Mat3<S>& R) const {
     if (!locked.any_angular() || !is_dynamic()) return rotated<S>(R, inverse_inertia_B);
     Mat3<S> inertia = rotated<S>(R, inertia_B);
     for (Eigen::Index i = 0; i < 3; ++i) {
@@ -3264,6 +3376,9 @@ struct ContactConstraint {
   S target = S(0);
   /// [N s] Impulse along the axes.
   std::array<S, 3> impulse{};
+  /// [N s] What of it answers the velocities that the step started with, where that is known. They
+  /// are gone at its end: the next step needs that much less.
+  std::array<S, 3> passing{};
   /// [N s] What of the normal impulse moves the bodies within the step, and the least it may be.
   S placed = S(0);
   S least_placed = S(0);
@@ -3715,8 +3830,9 @@ struct SolverBody {
   /// [kg, kg m^2] Of the whole body, world axes.
   S mass = S(0);
   Mat3<S> inertia = Mat3<S>::Zero();
-  /// Whether forces move it along or about any axis.
+  /// Whether forces move it along or about any axis, and whether torques turn it about any.
   bool moves = false;
+  bool turns = true;
   /// Whether it turns about all axes alike: its inertia is then a number times the identity.
   bool is_isotropic = false;
   /// Whether sensors push it: it is then stepped by symplectic Euler.
@@ -3728,6 +3844,11 @@ struct SolverBody {
   /// Whether nothing moves it along (0 to 2) or about (3 to 5) an axis of the world.
   [[nodiscard]] bool is_locked(Eigen::Index axis) const {
     return (axis < 3 ? inverse_mass[axis] : inverse_inertia(axis - 3, axis - 3)) == S(0);
+  }
+  /// Adds what an impulse at the end of an arm does to a velocity.
+  void push_at(Twist<S>& velocity, const Vec3<S>& impulse, const Vec3<S>& arm) const {
+    velocity.linear += inverse_mass.cwiseProduct(impulse);
+    if (turns) velocity.angular += product<S>(inverse_inertia, arm.cross(impulse));
   }
   /// Adds what an impulse about the centre of mass does to a velocity.
   void push(Twist<S>& velocity, const Vec3<S>& impulse, const Vec3<S>& angular_impulse) const {
@@ -3830,16 +3951,16 @@ struct ContactFrame {
       return body.is_isotropic ? body.inverse_inertia
                                : rotated<S>(to_contact, body.inverse_inertia);
     };
-    moves_a = a.moves;
-    moves_b = b.moves;
-    if (moves_a) inverse_inertia_a = inverse_inertia(a);
-    if (moves_b) inverse_inertia_b = inverse_inertia(b);
+    turns_a = a.moves && a.turns;
+    turns_b = b.moves && b.turns;
+    if (turns_a) inverse_inertia_a = inverse_inertia(a);
+    if (turns_b) inverse_inertia_b = inverse_inertia(b);
   }
 
   Mat3<S> to_contact;
   Mat3<S> inverse_mass;
-  bool moves_a, moves_b;
-  /// Of bodies that move.
+  bool turns_a, turns_b;
+  /// Of bodies that turn.
   Mat3<S> inverse_inertia_a, inverse_inertia_b;
 };
 
@@ -3877,8 +3998,8 @@ template <Scalar S>
     K.b += y * x1 - x * y1;
     K.c += y * x2 - x * y2;
   };
-  if (frame.moves_a) turn(frame.inverse_inertia_a, c.arm_a);
-  if (frame.moves_b) turn(frame.inverse_inertia_b, c.arm_b);
+  if (frame.turns_a) turn(frame.inverse_inertia_a, c.arm_a);
+  if (frame.turns_b) turn(frame.inverse_inertia_b, c.arm_b);
   K.prepare();
   return K;
 }
@@ -3887,8 +4008,8 @@ template <Scalar S>
 template <Scalar S, typename Of>
 void apply_at_contact(const ContactConstraint<S>& c, const Vec3<S>& impulse, SolverBody<S>& a,
                       SolverBody<S>& b, Of&& of) {
-  if (a.moves) a.push(of(a), -impulse, -c.arm_a.cross(impulse));
-  if (b.moves) b.push(of(b), impulse, c.arm_b.cross(impulse));
+  if (a.moves) a.push_at(of(a), -impulse, c.arm_a);
+  if (b.moves) b.push_at(of(b), impulse, c.arm_b);
 }
 
 /// Applies the impulse x of a row to both bodies.
@@ -4004,7 +4125,7 @@ void aim_contact(ContactConstraint<S>& c, const SolverBody<S>& a, const SolverBo
 /// Share of the impulse that a contact will have taken when the step ends, by default and for
 /// bounces; to be called when impulses are known.
 ///
-/// @param normal_velocity  [m/s] At the end of the step.
+/// @param normal_velocity  [m/s] At the end of the step; not asked for without restitution.
 template <Scalar S>
 void place_contact(ContactConstraint<S>& c, S normal_velocity, Integrator integrator) {
   c.parts = c.restitution > S(0) && normal_velocity > S(0);
@@ -4112,11 +4233,13 @@ namespace bristle {
 template <Scalar S>
 [[nodiscard]] Twist<S> free_twist(const Body<S>& body, const Vec3<S>& gravity, S dt) {
   if (!body.is_dynamic()) return body.twist;
-  Vec3<S> acceleration = body.gravity_scale * gravity + body.inverse_mass * body.applied.force;
-  for (std::size_t i = 0; i < 3; ++i) {
-    if (body.locked.linear[i]) acceleration[static_cast<Eigen::Index>(i)] = S(0);
+  Twist<S> result = body.twist;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const auto i = static_cast<Eigen::Index>(k);
+    if (body.locked.linear[k]) continue;
+    result.linear[i] +=
+        dt * (body.gravity_scale * gravity[i] + body.inverse_mass * body.applied.force[i]);
   }
-  Twist<S> result{body.twist.linear + dt * acceleration, body.twist.angular};
   if (body.applied.torque != Vec3<S>::Zero()) {
     result.angular += dt * product<S>(body.inverse_inertia_W(), body.applied.torque);
   }
@@ -4152,11 +4275,11 @@ bool solve_top_step(const Mat3<S>& inertia, const Mat3<S>& inverse_inertia, cons
   const S scale = sum / (S(6) * product);
   const S s = -trace_inverse * H / S(3) + scale * C;
   const S d = scale * H - C / (S(3) * product);
-  const Mat3<S> J =
-      Mat3<S>((S(1) + h * h * s) * inverse_inertia + h * h * d * Mat3<S>::Identity()).inverse();
+  const Mat3<S> inverse_J = (S(1) + h * h * s) * inverse_inertia + h * h * d * Mat3<S>::Identity();
+  const Mat3<S> J = inverse_J.inverse();
 
   const Vec3<S> target = (h / S(2)) * y;
-  q = J.inverse() * target;
+  q = inverse_J * target;
   const S round_off = Tolerance<S>::round_off();
   for (int iteration = 0; iteration < 8; ++iteration) {
     const S rest = S(1) - q.squaredNorm();
@@ -4174,8 +4297,11 @@ bool solve_top_step(const Mat3<S>& inertia, const Mat3<S>& inverse_inertia, cons
 
 template <Scalar S>
 [[nodiscard]] bool is_isotropic(const Mat3<S>& inertia) {
-  const Mat3<S> rest = inertia - inertia(0, 0) * Mat3<S>::Identity();
-  return rest.cwiseAbs().maxCoeff() <= Tolerance<S>::round_off() * inertia(0, 0);
+  using std::abs;
+  using std::max;
+  const S unequal = max(abs(inertia(1, 1) - inertia(0, 0)), abs(inertia(2, 2) - inertia(0, 0)));
+  const S mixed = max({abs(inertia(1, 0)), abs(inertia(2, 0)), abs(inertia(2, 1))});
+  return max(unequal, mixed) <= Tolerance<S>::round_off() * inertia(0, 0);
 }
 
 /// Turns a body as a free top that has the angular velocity w [rad/s, world axes] now; the body's
@@ -4826,7 +4952,25 @@ class IslandRows {
       }
     }
   }
-  /// The same for the position rows.
+  /// Whether any contact that presses slides, faster than what adds `speed` to its cone.
+  [[nodiscard]] bool has_sliding(Real eps, Real speed) const {
+    for (std::size_t i = 0; i < rows_.size(); ++i) {
+      const Row& row = rows_[i];
+      if (row.kind != Kind::cone || !(row.shift > speed)) continue;
+      if (side_of(i, eps) == Side::sliding) return true;
+    }
+    return false;
+  }
+  /// Writes by how much the contacts' multipliers fall along the whole step of the velocities.
+  void store_passing(Real eps, const Island& island, Constraints<S>& constraints,
+                     std::vector<Real>& scratch) const {
+    scratch.resize(rows_.size());
+    for_each_impulse(eps, Real(0), [&](std::size_t i, Real x) { scratch[i] = x; });
+    for_each_impulse(eps, Real(1), [&](std::size_t i, Real x) {
+      constraints.contacts[island.contacts[i / 3]].passing[i % 3] = S(scratch[i] - x);
+    });
+  }
+  /// Writes the multipliers of the position rows back.
   void store_placed(const Island& island, Constraints<S>& constraints) const {
     std::size_t r = 0;
     for (const std::uint32_t i : island.contacts) {
@@ -5067,10 +5211,14 @@ class ProximalSolver {
     rows_.evaluate(step_);
     rows_.set_shifts();
     // Well below what counts, so that a sweep over the result finds nothing to do.
-    const Real left =
-        iterate(Real(0.1) * Real(context.velocity_tolerance), context.settings, report);
+    const Real tolerance = Real(0.1) * Real(context.velocity_tolerance);
+    const Real left = iterate(tolerance, context.settings, report);
     if (!(left < infinity<Real>)) return left;
     rows_.store_impulses(island, constraints);
+    if (left <= tolerance && island.blocks.empty() && island.soft.empty() &&
+        !rows_.has_sliding(eps_, tolerance)) {
+      find_passing(island, constraints, bodies);
+    }
     for (const std::uint32_t s : island.soft) {
       SoftBlock<S>& soft = constraints.soft[s];
       soft.motion = relative_motion(soft, rows_.twist(soft.body_a, v_, bodies),
@@ -5110,6 +5258,8 @@ class ProximalSolver {
                    std::span<const SolverBody<S>> bodies);
   void add_soft(const SoftBlock<S>& soft, std::span<const SolverBody<S>> bodies);
   void drop_locked_rows();
+  void find_passing(const Island& island, Constraints<S>& constraints,
+                    std::span<const SolverBody<S>> bodies);
   Real iterate(Real tolerance, const SolverDef<S>& settings, SolveReport<S>& report);
   bool minimise(Real eps, Real tolerance, int& steps, int most_steps);
   [[nodiscard]] Real mismatch() const;
@@ -5119,6 +5269,7 @@ class ProximalSolver {
   IslandRows<S, Real> rows_;
   EnvelopeMatrix<Real> matrix_;   // Mt.
   EnvelopeMatrix<Real> hessian_;  // Mt + J^T D J, then its factor.
+  Real eps_ = Real(1);            // With which it was factored.
   bool is_stiff_ = false;         // Whether one step of Newton's leaves more than round-off.
   std::vector<Real> rhs_;         // r.
   std::vector<Real> masses_;      // Diagonal of M.
@@ -5219,6 +5370,26 @@ void ProximalSolver<S>::drop_locked_rows() {
   rows_.drop_locked(hessian_, Real(1e-6), product_);
 }
 
+/// Finds what of the contacts' impulses the next step will not need: what they would be less if
+/// this one had started with the velocities v that it ends with. The difference is linear as long
+/// as no contact changes its state or slides, where the opening speed would change too, and the
+/// factor of the last step of Newton's gives it:
+///     H dv = M (v - v0),   dlambda = D J dv.
+/// Without it a step that stops what the last one left of motion would push it the other way in the
+/// next, and heavy bodies on light ones would never come to rest.
+template <Scalar S>
+void ProximalSolver<S>::find_passing(const Island& island, Constraints<S>& constraints,
+                                     std::span<const SolverBody<S>> bodies) {
+  product_.resize(v_.size());
+  step_.resize(v_.size());
+  for (const std::uint32_t slot : island.bodies) rows_.put(slot, bodies[slot].start, product_);
+  for (std::size_t i = 0; i < v_.size(); ++i) product_[i] = v_[i] - product_[i];
+  matrix_.multiply(product_.data(), step_.data());
+  hessian_.solve(step_.data());
+  rows_.evaluate_step(step_);
+  rows_.store_passing(eps_, island, constraints, product_);
+}
+
 /// The outer loop: multipliers, opening speeds, eps.
 template <Scalar S>
 auto ProximalSolver<S>::iterate(Real tolerance, const SolverDef<S>& settings,
@@ -5240,6 +5411,7 @@ auto ProximalSolver<S>::iterate(Real tolerance, const SolverDef<S>& settings,
       break;
     }
     settled_ = v_;
+    eps_ = eps;
     rows_.accept(eps);
     const Real before = left;
     left = rows_.residual();
@@ -6009,7 +6181,9 @@ class IslandSolver {
       // Sweeps repair the rest: the impulses of an iteration that was cut short do not add up to
       // velocities that hold joints and contacts.
     }
-    Convergence progress(context.velocity_tolerance);
+    // What one sweep does not settle is brought well below what counts: left just there it would
+    // come up again in the next step.
+    Convergence progress(context.velocity_tolerance, S(0.3) * context.velocity_tolerance);
     bool may_factor = island.soft.empty();
     for (int n = 0; n < context.settings.max_sweeps; ++n) {
       const S residual = sequential_.sweep(island, constraints, bodies, n % 2 != 0);
@@ -6159,8 +6333,10 @@ class IslandSolver {
     }
     for (const std::uint32_t i : island.contacts) {
       ContactConstraint<S>& c = constraints.contacts[i];
-      place_contact(c, c.normal_velocity(bodies[c.body_a].twist, bodies[c.body_b].twist),
-                    context.integrator);
+      const S parting = c.restitution > S(0)
+                            ? c.normal_velocity(bodies[c.body_a].twist, bodies[c.body_b].twist)
+                            : S(0);
+      place_contact(c, parting, context.integrator);
       if (c.bounce_share < S(0)) continue;
       apply_at_contact<S>(c, (c.bounce_share - usual) * c.impulse_W(), bodies[c.body_a],
                           bodies[c.body_b], motion_of);
@@ -6171,7 +6347,8 @@ class IslandSolver {
       proximal_.place(island, constraints, bodies, context, report);
       return;
     }
-    Convergence progress(context.position_tolerance / context.dt);
+    const S tolerance = context.position_tolerance / context.dt;
+    Convergence progress(tolerance, tolerance);
     for (int n = 0; n < most_sweeps; ++n) {
       const S residual =
           sequential_.sweep_positions(island, constraints, bodies, context.dt, n % 2 != 0);
@@ -6187,14 +6364,15 @@ class IslandSolver {
   /// Watches a sequence of residuals and tells whether sweeps are worth going on with.
   class Convergence {
    public:
-    explicit Convergence(S tolerance) : tolerance_(tolerance) {}
+    /// @param first  Residual at which the first sweep is the last; `later` is for the others.
+    Convergence(S first, S later) : first_(first), tolerance_(later) {}
 
     [[nodiscard]] bool is_done(S residual) {
       before_last_ = between_;
       between_ = last_;
       last_ = residual;
       ++count_;
-      return residual <= tolerance_;
+      return residual <= (count_ == 1 ? first_ : tolerance_);
     }
     /// Whether the sweeps to come would cost more than factorisations: about 60 sweeps of contacts
     /// are worth one solve by factorisation, in stacks of any height (docs/solver.md). Sweeps go
@@ -6207,6 +6385,7 @@ class IslandSolver {
     }
 
    private:
+    S first_;
     S tolerance_;
     S last_ = infinity<S>;
     S between_ = infinity<S>;
@@ -6301,6 +6480,7 @@ class IslandSolver {
 /// Islands: moving bodies that act on each other, directly or through others.
 // SPDX-License-Identifier: BSD-3-Clause
 
+#include <algorithm>
 #include <cstdint>
 #include <vector>
 
@@ -6366,7 +6546,7 @@ class IslandBuilder {
 
   /// Members of all islands, one island after the other.
   struct Members {
-    std::vector<std::uint32_t> items;
+    std::vector<std::uint32_t> items;  // And room behind them.
     std::vector<std::uint32_t> starts;
 
     [[nodiscard]] std::span<const std::uint32_t> part(std::uint32_t i) const {
@@ -6378,13 +6558,15 @@ class IslandBuilder {
   template <typename IslandOf>
   void distribute(std::uint32_t islands, std::size_t count, Members& out, IslandOf&& island_of) {
     out.starts.assign(islands + 1, 0);
-    out.items.clear();
     if (count == 0) return;
     if (islands == 1) {
+      if (out.items.size() < count) out.items.resize(std::max(count, 2 * out.items.size()));
+      std::uint32_t kept = 0;
       for (std::size_t i = 0; i < count; ++i) {
-        if (island_of(i) != none) out.items.push_back(static_cast<std::uint32_t>(i));
+        out.items[kept] = static_cast<std::uint32_t>(i);
+        kept += island_of(i) != none ? 1u : 0u;
       }
-      out.starts[1] = static_cast<std::uint32_t>(out.items.size());
+      out.starts[1] = kept;
       return;
     }
     for (std::size_t i = 0; i < count; ++i) {
@@ -6392,7 +6574,8 @@ class IslandBuilder {
       if (island != none) ++out.starts[island + 1];
     }
     for (std::uint32_t i = 0; i < islands; ++i) out.starts[i + 1] += out.starts[i];
-    out.items.resize(out.starts[islands]);
+    const std::size_t total = out.starts[islands];
+    if (out.items.size() < total) out.items.resize(std::max(total, 2 * out.items.size()));
     next_.assign(out.starts.begin(), out.starts.end());
     for (std::size_t i = 0; i < count; ++i) {
       const std::uint32_t island = island_of(i);
@@ -10958,8 +11141,8 @@ namespace bristle {
 /// The normal is that of least overlap among the 15 axes (3 + 3 face normals, 9 pairs of edges;
 /// Gottschalk, Lin, Manocha 1996). Where boxes are apart it is the axis that separates them most,
 /// and the gaps are distances along it; boxes that pass each other cornerwise, without facing along
-/// it, have no contact. Faces are preferred to edges, and faces of A to those of B, until the other
-/// is better by a twentieth: so resting boxes keep their normal.
+/// it, have no contact. Faces are preferred to edges, and large faces to small ones, A's where they
+/// are equal, until the other is better by a twentieth: so resting boxes keep their normal.
 template <Scalar S>
 void collide_shapes(const Box<S>& a, const Box<S>& b, const Transform<S>& X_AB, S margin,
                     ContactManifolds<S>& out);
@@ -10992,6 +11175,13 @@ template <Scalar S>
     if (gaps[i] > best.gap) best = {gaps[i], i};
   }
   return best;
+}
+
+/// [m^2] Area of the faces across an axis.
+template <Scalar S>
+[[nodiscard]] S face_area(const Box<S>& box, int axis) {
+  const Vec3<S>& h = box.half_extents;
+  return S(4) * h[axis < 2 ? axis + 1 : 0] * h[axis > 0 ? axis - 1 : 2];
 }
 
 /// Two boxes, seen from the first.
@@ -11127,7 +11317,10 @@ void collide_shapes(const Box<S>& a, const Box<S>& b, const Transform<S>& X_AB, 
 
   const S least_gain =
       Tolerance<S>::equal() * (a.half_extents.maxCoeff() + b.half_extents.maxCoeff());
-  const bool is_of_a = !(face_b.gap > face_a.bar(least_gain));
+  // Of two as good as each other the larger: what lies within a face need not be cut to it.
+  const bool is_b_larger = detail::face_area(b, face_b.axis) > detail::face_area(a, face_a.axis);
+  const bool is_of_a =
+      is_b_larger ? face_a.gap > face_b.bar(least_gain) : !(face_b.gap > face_a.bar(least_gain));
   const detail::BoxAxis<S>& face = is_of_a ? face_a : face_b;
   detail::BoxEdges<S> edges;
   edges.gap = face.bar(least_gain);
@@ -18423,6 +18616,9 @@ template <Scalar S, typename Backend>
 [[nodiscard]] Aabb<S> box_of(const WorldState<S, Backend>& state, const Collider<S, Backend>& c) {
   if (c.half_space) return c.bounds;
   const Transform<S>& X = state.body_of(c).center_pose;
+  if (c.kind == ShapeKind::sphere && c.is_centered) {
+    return {c.bounds.lower + X.translation, c.bounds.upper + X.translation};
+  }
   return transformed(c.bounds, c.is_centered ? X : X * c.X_CmS);
 }
 
@@ -18509,7 +18705,12 @@ class ContactStage {
     pairs_.clear();
     state.contacts.begin_step();
     const auto may_touch = [&](std::uint32_t a, std::uint32_t b) {
-      return !is_dormant(state, {a, b}) && detail::may_touch(state, a, b);
+      if (is_dormant(state, {a, b}) || !detail::may_touch(state, a, b)) return false;
+      if (!state.broad_phase.is_coarse(a) && !state.broad_phase.is_coarse(b)) return true;
+      refine(state, a);
+      refine(state, b);
+      return state.broad_phase.swept(a).overlaps(state.broad_phase.swept(b)) &&
+             detail::may_touch(state, a, b);
     };
     state.broad_phase.find_pairs(moving_, may_touch, pairs_, state.report.pairs_tested);
     collide_pairs(state);
@@ -18530,10 +18731,18 @@ class ContactStage {
   /// Moves the boxes of shapes that impulses took out of what free motion would sweep, so that
   /// queries between steps find them.
   void settle_boxes(State& state) const {
+    using std::sqrt;
     for (std::size_t k = 0; k < moving_.size(); ++k) {
       const std::uint32_t i = moving_[k];
       const Collider<S, Backend>& c = state.colliders.at(i);
-      if (stays_in_reach(state, c, starts_[k])) continue;
+      const Start& start = starts_[k];
+      const Transform<S>& end = state.body_of(c).center_pose;
+      const S turn2 = (end.rotation.coeffs() - start.center_pose.rotation.coeffs()).squaredNorm();
+      const S shift2 = (end.translation - start.center_pose.translation).squaredNorm();
+      // A point at the distance r turns by 2 r sin(angle / 2), and unit quaternions by
+      // 2 sin(angle / 4).
+      const S turn = S(2) * c.radius * sqrt(turn2);
+      if (state.broad_phase.settle(i, end.translation, sqrt(shift2), turn, start.reach)) continue;
       const Aabb<S> box = detail::box_of(state, c);
       if (!state.broad_phase.swept(i).contains(box)) state.broad_phase.move(i, box);
     }
@@ -18548,6 +18757,7 @@ class ContactStage {
       for (std::uint32_t i = m.first; i < m.first + m.count; ++i) {
         const ContactConstraint<S>& c = state.constraints.contacts[contact++];
         points[i].impulse = c.impulse;
+        points[i].passing = c.passing;
         points[i].took_impact = c.is_impact;
       }
     }
@@ -18572,15 +18782,10 @@ class ContactStage {
     S reach = S(0);
   };
 
-  /// Whether no point of a shape has moved by more than its box was grown. A point at the distance
-  /// r moves by 2 r sin(angle / 2), and unit quaternions by 2 sin(angle / 4).
-  [[nodiscard]] static bool stays_in_reach(const State& state, const Collider<S, Backend>& c,
-                                           const Start& start) {
-    using std::sqrt;
-    const Transform<S>& end = state.body_of(c).center_pose;
-    const S turn2 = (end.rotation.coeffs() - start.center_pose.rotation.coeffs()).squaredNorm();
-    const S shift2 = (end.translation - start.center_pose.translation).squaredNorm();
-    return sqrt(shift2) + S(2) * c.radius * sqrt(turn2) <= start.reach;
+  /// Gives a shape the box of all that it can reach where only a larger one is known.
+  static void refine(State& state, std::uint32_t tag) {
+    if (!state.broad_phase.is_coarse(tag)) return;
+    state.broad_phase.refine(tag, detail::swept_box(state, state.colliders.at(tag)));
   }
 
   void sweep_boxes(State& state) {
@@ -18593,7 +18798,10 @@ class ContactStage {
       const Body<S>& body = state.body_of(c);
       if (body.motion == Motion::fixed || c.half_space || body.is_asleep()) continue;
       const S reach = detail::reach_of(state, c, c);
-      state.broad_phase.move(i, detail::box_of(state, c).inflated(reach));
+      const Vec3<S>& center = body.center_pose.translation;
+      if (!state.broad_phase.stays(i, reach, center)) {
+        state.broad_phase.move(i, detail::box_of(state, c).inflated(reach), reach, center);
+      }
       // What stands still is found by those that move.
       if (!state.is_active(c.body.index)) continue;
       moving_.push_back(i);
@@ -19399,6 +19607,8 @@ void SensorStage<S, Backend>::find_near(const State& state, const SensorPatch<S>
 /// Third stage of a step: islands are solved and bodies move.
 // SPDX-License-Identifier: BSD-3-Clause
 
+#include <array>
+
 namespace bristle {
 
 /// Solves every island with the solver that suits it, and integrates.
@@ -19420,24 +19630,31 @@ class SolveStage {
     const Body<S>& body = state.bodies.at(slot);
     out.mass = body.mass;
     out.inverse_mass = body.inverse_mass_W();
-    out.is_isotropic = detail::is_isotropic(body.inertia_B) && !body.locked.any_angular();
+    const std::array<bool, 3>& locked = body.locked.angular;
+    out.turns = !(locked[0] && locked[1] && locked[2]);
+    out.is_isotropic = !body.locked.any_angular() && detail::is_isotropic(body.inertia_B);
     if (out.is_isotropic) {
       out.inertia = body.inertia_B;
       out.inverse_inertia = body.inverse_inertia_B;
       return;
     }
-    out.inertia = rotated<S>(body.center_pose.rotation_matrix(), body.inertia_B);
-    out.inverse_inertia = body.inverse_inertia_W();
+    const Mat3<S> R = body.center_pose.rotation_matrix();
+    out.inertia = rotated<S>(R, body.inertia_B);
+    out.inverse_inertia = out.turns ? body.inverse_inertia_W(R) : Mat3<S>::Zero();
   }
 
   /// The same for one slot. Bodies asleep are to others like those that forces do not move.
   void prepare_body(State& state, std::uint32_t slot) const {
     SolverBody<S>& out = state.solver_bodies[slot];
-    out = SolverBody<S>{};
-    if (!state.bodies.is_live(slot) || state.bodies.at(slot).is_asleep()) return;
+    const bool is_awake = state.bodies.is_live(slot) && !state.bodies.at(slot).is_asleep();
+    const bool moves = is_awake && state.bodies.at(slot).moves();
+    // What moves gets its masses where they are needed; all else must have none.
+    if (!moves) out = SolverBody<S>{};
+    if (!is_awake) return;
     const Body<S>& body = state.bodies.at(slot);
+    out.moves = moves;
+    out.is_sensed = out.follows_joints = false;
     out.start = body.twist;
-    out.moves = body.is_dynamic() && !body.locked.all();
     // Sensors ask early what their bodies weigh.
     if (state.patches.size() > 0) prepare_mass(state, slot);
     out.free = free_twist(body, state.def.gravity, state.def.time_step);
@@ -20159,6 +20376,7 @@ void visit_contacts(const State& state, Cache& cache, Visitor& visit) {
     visit.value(point.gap);
     visit.value(point.feature);
     visit.value(std::span(point.impulse));
+    visit.value(std::span(point.passing));
     visit.value(point.took_impact);
   });
   std::size_t next = 0;
@@ -20216,7 +20434,7 @@ struct SnapshotHead {
   static constexpr std::uint64_t expected_magic = 0x6c7473697262'0001u;  // "brist", and a number.
 
   std::uint64_t magic = expected_magic;
-  std::uint64_t version = 1;
+  std::uint64_t version = 2;
   /// [-] Bytes of a scalar, and of all that follows the head.
   std::uint64_t scalar_size = 0;
   std::uint64_t payload_size = 0;
@@ -21162,6 +21380,7 @@ void World<S, Backend>::set_time_step(S dt) {
   const S ratio = dt / state_.def.time_step;
   for (CachedPoint<S>& point : state_.contacts.points()) {
     for (S& impulse : point.impulse) impulse *= ratio;
+    for (S& impulse : point.passing) impulse *= ratio;
   }
   for (std::uint32_t i = 0; i < state_.joints.slot_count(); ++i) {
     if (!state_.joints.is_live(i)) continue;
