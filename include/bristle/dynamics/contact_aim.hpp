@@ -97,7 +97,9 @@ void aim_contact(ContactConstraint<S>& c, const SolverBody<S>& a, const SolverBo
   const bool closes = c.gap + dt * normal_part(a.free_motion, b.free_motion) < S(0);
   const bool bounces = c.restitution > S(0) && closes && start < -context.restitution_speed;
   c.bounce_share = S(-1);
-  c.is_impact = closes && -start > context.speed_change;
+  // What carried a load and approaches all the same does so because sweeps were cut short.
+  const bool is_loaded = context.is_swept && c.impulse[0] > S(0);
+  c.is_impact = closes && -start > context.speed_change && !is_loaded;
   // An impact says nothing about the load that follows, nor the load about the impact.
   if (c.is_impact) c.impulse = {};
 

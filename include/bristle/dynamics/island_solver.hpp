@@ -93,7 +93,8 @@ class IslandSolver {
     // Soft blocks are linearised over the whole step.
     const int count = island.soft.empty() ? part_count(context) : 1;
     const S parts = S(count);
-    const SolveContext<S> part = context.part(parts);
+    SolveContext<S> part = context.part(parts);
+    part.is_swept = true;
     begin_parts(island, constraints, bodies, parts);
     for (int k = 0; k < count; ++k) {
       for (std::size_t n = 0; n < island.bodies.size(); ++n) {

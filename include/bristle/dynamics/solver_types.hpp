@@ -147,6 +147,8 @@ struct SolveContext {
   S position_tolerance = S(0);
   /// [m/s] Impacts slower than this do not bounce.
   S restitution_speed = S(0);
+  /// Whether the island gets a bounded number of sweeps, converged or not.
+  bool is_swept = false;
   SolverDef<S> settings{};
 
   /// The same for one of several equal parts of the step.
