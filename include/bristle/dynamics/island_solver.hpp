@@ -26,7 +26,7 @@ class IslandSolver {
   /// velocities at the end of the step.
   void solve(const Island& island, Constraints<S>& constraints, std::span<SolverBody<S>> bodies,
              const SolveContext<S>& context, SolveReport<S>& report) {
-    if (is_large(island, context)) {
+    if (is_large(context)) {
       solve_large(island, constraints, bodies, context, report);
     } else {
       aim(island, constraints, bodies, context);
@@ -39,15 +39,28 @@ class IslandSolver {
   void place(const Island& island, Constraints<S>& constraints, std::span<SolverBody<S>> bodies,
              const SolveContext<S>& context, SolveReport<S>& report) {
     // Large islands are placed part by part as they are solved.
-    if (is_large(island, context) && island.soft.empty()) return;
+    if (is_large(context) && island.soft.empty()) return;
     place(island, constraints, bodies, context, context.settings.max_position_sweeps, report);
   }
 
-  /// Whether an island is swept only. Joints converge too slowly for that, and what they connect is
-  /// chains more often than heaps, so islands with joints may be larger.
-  [[nodiscard]] static bool is_large(const Island& island, const SolveContext<S>& context) {
-    const std::uint32_t factor = island.blocks.empty() ? 1 : 8;
-    return island.bodies.size() > std::size_t{factor} * context.settings.max_direct_bodies;
+  /// [-] Multiply-adds of one assembly and factorisation of an island's matrix, for
+  /// `SolveContext::factor_work`; an upper bound where that is small.
+  [[nodiscard]] std::uint64_t factor_work(const Island& island, const Constraints<S>& constraints,
+                                          std::size_t slots, std::uint64_t enough) {
+    // A row of a contact is squared over both of its bodies, in three blocks.
+    const std::uint64_t rows = 3 * (island.contacts.size() + island.blocks.size());
+    const std::uint64_t assembly = 78 * rows;
+    const std::uint64_t unknowns = 6 * island.bodies.size();
+    const std::uint64_t dense = assembly + unknowns * unknowns * unknowns / 6;
+    if (dense <= enough) return dense;
+    order_.build(island, constraints, slots);
+    order_.clear(island);
+    return assembly + order_.factor_work();
+  }
+
+  /// Whether an island is swept.
+  [[nodiscard]] static bool is_large(const SolveContext<S>& context) {
+    return context.factor_work > context.settings.max_direct_work;
   }
 
  private:
@@ -104,7 +117,11 @@ class IslandSolver {
         body.free_motion = mean_free_motion(body, context.integrator);
       }
       aim(island, constraints, bodies, part);
-      sequential_.start(island, constraints, bodies, true);
+      if (k == 0) {
+        sequential_.start(island, constraints, bodies, true);
+      } else {
+        sequential_.restart(island, constraints, bodies);
+      }
       const int most = is_cold_ ? context.settings.max_sweeps : context.settings.large_sweeps;
       for (int n = 0; n < most; ++n) {
         report.residual = sequential_.sweep(island, constraints, bodies, n % 2 != 0);
@@ -228,7 +245,7 @@ class IslandSolver {
                           bodies[c.body_b], motion_of);
     }
     if (!has_position_error(island, constraints, bodies, context)) return;
-    if (!island.blocks.empty() && !is_large(island, context)) {
+    if (!island.blocks.empty() && !is_large(context)) {
       // Joints must not give way to what they forbid, which sweeps do not see.
       proximal_.place(island, constraints, bodies, context, report);
       return;
@@ -239,7 +256,7 @@ class IslandSolver {
           sequential_.sweep_positions(island, constraints, bodies, context.dt, n % 2 != 0);
       ++report.position_sweeps;
       if (progress.is_done(residual)) break;
-      if (!is_large(island, context) && progress.is_slow()) {
+      if (!is_large(context) && progress.is_slow()) {
         proximal_.place(island, constraints, bodies, context, report);
         break;
       }
@@ -343,6 +360,7 @@ class IslandSolver {
 
   SequentialSolver<S> sequential_;
   ProximalSolver<S> proximal_;
+  IslandOrder order_;
   std::vector<std::array<S, 3>> saved_;
 
   /// The whole step of a body that is solved in parts, and what one part adds to its velocity.

@@ -35,6 +35,10 @@ class ManifoldSweeps {
   void start(const Island& island, const Constraints<S>& constraints,
              std::span<const SolverBody<S>> bodies);
 
+  /// Takes over what contacts want and have in another part of the step, between the same bodies in
+  /// the same place.
+  void restart(const Island& island, const Constraints<S>& constraints);
+
   /// One sweep over all contacts, there or back.
   /// @return [m/s] Largest velocity change.
   S sweep(std::span<SolverBody<S>> bodies, bool backwards) {
@@ -156,6 +160,45 @@ class ManifoldSweeps {
     }
   }
 
+  /// What units of force along the axes and of torque about them do to the six numbers.
+  struct Mobility {
+    Mobility(const ContactConstraint<S>& c, const SolverBody<S>& a, const SolverBody<S>& b,
+             const Vec3<S>& arm_a, const Vec3<S>& arm_b) {
+      const ContactFrame<S> frame(c, a, b);
+      const Mat3<S>& M = frame.inverse_mass;
+      linear.nn = M(0, 0);
+      linear.n1 = M(0, 1);
+      linear.n2 = M(0, 2);
+      linear.a = M(1, 1);
+      linear.b = M(1, 2);
+      linear.c = M(2, 2);
+      if (frame.moves_a) add(frame.inverse_inertia_a, product<S>(frame.to_contact, arm_a));
+      if (frame.moves_b) add(frame.inverse_inertia_b, product<S>(frame.to_contact, arm_b));
+    }
+    /// One body: the torques r x e_k of unit forces at the arm r, and what they do.
+    void add(const Mat3<S>& J, const Vec3<S>& r) {
+      angular += J;
+      Mat3<S> by;
+      by.col(0) = r[2] * J.col(1) - r[1] * J.col(2);
+      by.col(1) = r[0] * J.col(2) - r[2] * J.col(0);
+      by.col(2) = r[1] * J.col(0) - r[0] * J.col(1);
+      turn += by;
+      linear.nn += r[2] * by(1, 0) - r[1] * by(2, 0);
+      linear.n1 += r[0] * by(2, 0) - r[2] * by(0, 0);
+      linear.n2 += r[1] * by(0, 0) - r[0] * by(1, 0);
+      linear.a += r[0] * by(2, 1) - r[2] * by(0, 1);
+      linear.b += r[1] * by(0, 1) - r[0] * by(1, 1);
+      linear.c += r[1] * by(0, 2) - r[0] * by(1, 2);
+    }
+    /// Velocities along the axes for forces along them.
+    ContactResponse<S> linear;
+    /// Turns about the axes (rows) for forces along them (columns); also, transposed, velocities
+    /// for torques.
+    Mat3<S> turn = Mat3<S>::Zero();
+    /// Turns for torques.
+    Mat3<S> angular = Mat3<S>::Zero();
+  };
+
   /// Sums of a manifold's normal impulses: force, torque about the tangents.
   struct Load {
     S n = S(0), l1 = S(0), l2 = S(0);
@@ -210,6 +253,7 @@ void ManifoldSweeps<S>::start(const Island& island, const Constraints<S>& constr
     add_manifold(island.contacts.subspan(k, end - k), constraints, bodies);
     k = end;
   }
+  restart(island, constraints);
 }
 
 template <Scalar S>
@@ -243,54 +287,48 @@ void ManifoldSweeps<S>::add_manifold(std::span<const std::uint32_t> contacts,
   m.t1 = triple(one.axes[1]);
   m.t2 = triple(one.axes[2]);
 
-  // What units of force along the axes, and of torque about them, do to the six numbers.
-  const auto responds = [&](const Triple& along, const Triple& about) {
-    Twist<S> a, b;
-    push(m, along, about, bodies[m.a], bodies[m.b], a, b);
-    return relative(m, a, b);
-  };
-  const Triple none{S(0), S(0), S(0)};
-  const Triple one_x{S(1), S(0), S(0)};
-  const Triple one_y{S(0), S(1), S(0)};
-  const Triple one_z{S(0), S(0), S(1)};
-  const Relative normal = responds(one_x, none);
-  const Relative first = responds(one_y, none);
-  const Relative second = responds(one_z, none);
-  const Relative spun = responds(none, one_x);
-  m.response.a = first.v1;
-  m.response.b = first.v2;
-  m.response.c = second.v2;
+  const Mobility w(one, bodies[m.a], bodies[m.b], arm_a, arm_b);
+  m.response = w.linear;
   m.response.prepare();
-  m.torsion_response = spun.spin;
+  m.torsion_response = w.angular(0, 0);
   m.inverse_torsion_response = m.torsion_response > S(0) ? S(1) / m.torsion_response : S(0);
-  // A single point is the centre of pressure, and has no lever about it.
-  const bool has_levers = m.count > 1;
-  const Relative turned1 = has_levers ? responds(none, one_y) : Relative{};
-  const Relative turned2 = has_levers ? responds(none, one_z) : Relative{};
-  m.across = {{{normal.v1, turned1.v1, turned2.v1},
-               {normal.v2, turned1.v2, turned2.v2},
-               {normal.spin, turned1.spin, turned2.spin}}};
+  m.across = {{{w.linear.n1, w.turn(1, 1), w.turn(2, 1)},
+               {w.linear.n2, w.turn(1, 2), w.turn(2, 2)},
+               {w.turn(0, 0), w.angular(0, 1), w.angular(0, 2)}}};
 
   for (const std::uint32_t i : contacts) {
     const ContactConstraint<S>& c = constraints.contacts[i];
     Point& p = points_.emplace_back();
-    if (has_levers) {
-      const Triple lever = cross(triple(c.arm_a - arm_a), m.n);
-      p.e1 = dot(lever, m.t1);
-      p.e2 = dot(lever, m.t2);
+    // A single point is the centre of pressure, and has no lever about it.
+    if (m.count > 1) {
+      const Triple from_center = triple(c.arm_a - arm_a);
+      p.e1 = dot(from_center, m.t2);
+      p.e2 = -dot(from_center, m.t1);
       p.radius = sqrt(p.e1 * p.e1 + p.e2 * p.e2);
       m.radius = std::max(m.radius, p.radius);
-      m.torsion -= p.e1 * c.impulse[1] + p.e2 * c.impulse[2];
     }
-    p.linear = normal.n + p.e1 * turned1.n + p.e2 * turned2.n;
-    p.turn1 = normal.w1 + p.e1 * turned1.w1 + p.e2 * turned2.w1;
-    p.turn2 = normal.w2 + p.e1 * turned1.w2 + p.e2 * turned2.w2;
+    p.turn1 = w.turn(1, 0) + p.e1 * w.angular(1, 1) + p.e2 * w.angular(1, 2);
+    p.turn2 = w.turn(2, 0) + p.e1 * w.angular(2, 1) + p.e2 * w.angular(2, 2);
+    p.linear = w.linear.nn + p.e1 * w.turn(1, 0) + p.e2 * w.turn(2, 0);
     p.response = p.linear + p.e1 * p.turn1 + p.e2 * p.turn2;
     p.inverse_response = p.response > S(0) ? S(1) / p.response : S(0);
-    p.target = c.target;
-    p.impulse = c.impulse[0];
-    m.friction_impulse[0] += c.impulse[1];
-    m.friction_impulse[1] += c.impulse[2];
+  }
+}
+
+template <Scalar S>
+void ManifoldSweeps<S>::restart(const Island& island, const Constraints<S>& constraints) {
+  for (Manifold& m : manifolds_) {
+    m.friction_impulse = {};
+    m.torsion = S(0);
+    for (std::uint32_t k = m.first; k < m.first + m.count; ++k) {
+      const ContactConstraint<S>& c = constraints.contacts[island.contacts[k]];
+      Point& p = points_[k];
+      p.target = c.target;
+      p.impulse = c.impulse[0];
+      m.friction_impulse[0] += c.impulse[1];
+      m.friction_impulse[1] += c.impulse[2];
+      m.torsion -= p.e1 * c.impulse[1] + p.e2 * c.impulse[2];
+    }
   }
 }
 

@@ -42,6 +42,12 @@ class SequentialSolver {
     apply_impulses(island, constraints, bodies);
   }
 
+  /// The same for one more part of a step, in which arms, axes and masses stay what they were.
+  void restart(const Island& island, Constraints<S>& constraints, std::span<SolverBody<S>> bodies) {
+    manifolds_.restart(island, constraints);
+    apply_impulses(island, constraints, bodies);
+  }
+
   /// One sweep over all constraints, there or back: information crosses a stack in one pair of
   /// sweeps instead of one per layer.
   ///
