@@ -1,5 +1,5 @@
 /// @file
-/// Islands beyond `SolverDef::max_direct_bodies`: swept, in parts of the step.
+/// Islands beyond `SolverDef::max_direct_work`: swept, in parts of the step.
 // SPDX-License-Identifier: BSD-3-Clause
 #include "support/momentum.hpp"
 #include "support/worlds.hpp"
@@ -120,7 +120,7 @@ TEST_CASE("large_islands: two feet of one body keep their own friction when swep
   for (const bool slippery_first : {false, true}) {
     WorldDef<double> def;
     def.gravity = {9.81 * std::sin(0.35), 0, -9.81 * std::cos(0.35)};
-    def.solver.max_direct_bodies = 0;
+    def.solver.max_direct_work = 0;
     World<double> world(def);
     world.add_body({.motion = Motion::fixed, .shape = HalfSpace<double>{}, .material = {1, 0}});
     BodyDef<double> body;
@@ -148,7 +148,7 @@ TEST_CASE("large_islands: what slides and spins is not braked twice") {
   // A disk of eight feet slides and spins: friction cannot be more than mu m g in all.
   WorldDef<double> def;
   def.time_step = 1e-3;
-  def.solver.max_direct_bodies = 0;
+  def.solver.max_direct_work = 0;
   World<double> world(def);
   world.add_body({.motion = Motion::fixed, .shape = HalfSpace<double>{}, .material = {0.5, 0}});
   BodyDef<double> body{.mass = 1,

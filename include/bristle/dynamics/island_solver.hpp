@@ -49,7 +49,7 @@ class IslandSolver {
                                           std::size_t slots, std::uint64_t enough) {
     // A row of a contact is squared over both of its bodies, in three blocks.
     const std::uint64_t rows = 3 * (island.contacts.size() + island.blocks.size());
-    const std::uint64_t assembly = 78 * rows;
+    const std::uint64_t assembly = 78 * rows + 500 * island.soft.size();
     const std::uint64_t unknowns = 6 * island.bodies.size();
     const std::uint64_t dense = assembly + unknowns * unknowns * unknowns / 6;
     if (dense <= enough) return dense;

@@ -125,6 +125,8 @@ TEST_CASE("IslandSolver: large islands keep within their sweeps, and friction wi
   IslandSolver<double> solver;
   SolveReport<double> report;
   c.dt = c.settings.longest_part;
+  c.settings.max_direct_work = 0;
+  c.factor_work = 1;
   solver.solve(pile.island(), pile.constraints, pile.bodies, c, report);
   CHECK(report.sweeps == c.settings.large_sweeps);
   CHECK(report.factorisations == 0);
@@ -150,6 +152,10 @@ TEST_CASE("IslandSolver: impulses are exactly what moves the bodies, however the
     SolveReport<double> report;
     auto c = context<double>();
     c.dt = 4 * c.settings.longest_part;
+    c.settings.max_direct_work = 100000;
+    c.factor_work = solver.factor_work(pile.island(), pile.constraints, pile.bodies.size(),
+                                       c.settings.max_direct_work);
+    CHECK(solver.is_large(c) == (count == 100));
     solver.solve(pile.island(), pile.constraints, pile.bodies, c, report);
     auto check = pile;
     apply_impulses<double>(check.island(), check.constraints, check.bodies);
