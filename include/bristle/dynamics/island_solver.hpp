@@ -75,7 +75,7 @@ class IslandSolver {
   void solve_small(const Island& island, Constraints<S>& constraints,
                    std::span<SolverBody<S>> bodies, const SolveContext<S>& context,
                    SolveReport<S>& report) {
-    sequential_.start(island, constraints, bodies, false);
+    sequential_.start(island, constraints, bodies);
     if (wants_even_load(island, constraints)) {
       report.residual = S(proximal_.solve(island, constraints, bodies, context, report));
       apply_impulses(island, constraints, bodies);
@@ -109,6 +109,7 @@ class IslandSolver {
     SolveContext<S> part = context.part(parts);
     part.is_swept = true;
     begin_parts(island, constraints, bodies, parts);
+    sequential_.start_manifolds(island, constraints, bodies);
     for (int k = 0; k < count; ++k) {
       for (std::size_t n = 0; n < island.bodies.size(); ++n) {
         SolverBody<S>& body = bodies[island.bodies[n]];
@@ -116,12 +117,7 @@ class IslandSolver {
         body.free = body.start + parts_[n].change;
         body.free_motion = mean_free_motion(body, context.integrator);
       }
-      aim(island, constraints, bodies, part);
-      if (k == 0) {
-        sequential_.start(island, constraints, bodies, true);
-      } else {
-        sequential_.restart(island, constraints, bodies);
-      }
+      sequential_.start_part(island, constraints, bodies, part);
       const int most = is_cold_ ? context.settings.max_sweeps : context.settings.large_sweeps;
       for (int n = 0; n < most; ++n) {
         report.residual = sequential_.sweep(island, constraints, bodies, n % 2 != 0);
@@ -130,8 +126,8 @@ class IslandSolver {
       }
       sequential_.finish(island, constraints);
       if (!island.soft.empty()) break;  // Placed when their sensors have settled.
-      place(island, constraints, bodies, part, context.settings.large_position_sweeps, report);
-      if (k + 1 < count) move_gaps(island, constraints, bodies, part.dt);
+      place_part(island, constraints, bodies, part, report);
+      if (k + 1 < count) sequential_.move_gaps(island, constraints, bodies, part.dt);
       end_part(island, constraints, bodies, part.dt, parts);
     }
     end_parts(island, constraints, bodies);
@@ -171,11 +167,20 @@ class IslandSolver {
     });
   }
 
-  static void move_gaps(const Island& island, Constraints<S>& constraints,
-                        std::span<const SolverBody<S>> bodies, S dt) {
-    for (const std::uint32_t i : island.contacts) {
-      ContactConstraint<S>& c = constraints.contacts[i];
-      c.gap += dt * c.normal_velocity(bodies[c.body_a].motion, bodies[c.body_b].motion);
+  /// The position problem of a part, swept.
+  void place_part(const Island& island, Constraints<S>& constraints,
+                  std::span<SolverBody<S>> bodies, const SolveContext<S>& part,
+                  SolveReport<S>& report) {
+    for (const std::uint32_t slot : island.bodies) {
+      bodies[slot].motion = mean_motion(bodies[slot], part.integrator);
+    }
+    sequential_.start_placing(island, constraints, bodies, part.integrator);
+    move_by_bounces(island, constraints, bodies, part);
+    for (int n = 0; n < part.settings.large_position_sweeps; ++n) {
+      const S residual =
+          sequential_.sweep_positions(island, constraints, bodies, part.dt, n % 2 != 0);
+      ++report.position_sweeps;
+      if (residual * part.dt <= part.position_tolerance) break;
     }
   }
 
@@ -232,7 +237,6 @@ class IslandSolver {
 
   void place(const Island& island, Constraints<S>& constraints, std::span<SolverBody<S>> bodies,
              const SolveContext<S>& context, int most_sweeps, SolveReport<S>& report) {
-    const S usual = context.integrator == Integrator::trapezoidal ? S(0.5) : S(1);
     for (const std::uint32_t slot : island.bodies) {
       bodies[slot].motion = mean_motion(bodies[slot], context.integrator);
     }
@@ -240,10 +244,8 @@ class IslandSolver {
       ContactConstraint<S>& c = constraints.contacts[i];
       place_contact(c, c.normal_velocity(bodies[c.body_a].twist, bodies[c.body_b].twist),
                     context.integrator);
-      if (c.bounce_share < S(0)) continue;
-      apply_at_contact<S>(c, (c.bounce_share - usual) * c.impulse_W(), bodies[c.body_a],
-                          bodies[c.body_b], motion_of);
     }
+    move_by_bounces(island, constraints, bodies, context);
     if (!has_position_error(island, constraints, bodies, context)) return;
     if (!island.blocks.empty() && !is_large(context)) {
       // Joints must not give way to what they forbid, which sweeps do not see.
@@ -260,6 +262,18 @@ class IslandSolver {
         proximal_.place(island, constraints, bodies, context, report);
         break;
       }
+    }
+  }
+
+  /// Gives bodies the displacement of bounces, whose share is not the usual one.
+  static void move_by_bounces(const Island& island, const Constraints<S>& constraints,
+                              std::span<SolverBody<S>> bodies, const SolveContext<S>& context) {
+    const S usual = context.integrator == Integrator::trapezoidal ? S(0.5) : S(1);
+    for (const std::uint32_t i : island.contacts) {
+      const ContactConstraint<S>& c = constraints.contacts[i];
+      if (c.bounce_share < S(0)) continue;
+      apply_at_contact<S>(c, (c.bounce_share - usual) * c.impulse_W(), bodies[c.body_a],
+                          bodies[c.body_b], motion_of);
     }
   }
 

@@ -15,6 +15,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <bristle/dynamics/contact_aim.hpp>
 #include <bristle/dynamics/solver_types.hpp>
 
 #include <algorithm>
@@ -30,19 +31,46 @@ namespace bristle {
 template <Scalar S>
 class ManifoldSweeps {
  public:
-  /// Sets up the rows of an island's contacts, with the impulses there are. Contacts of one
-  /// manifold follow each other.
+  /// Sets up an island's manifolds. Contacts of one manifold follow each other.
   void start(const Island& island, const Constraints<S>& constraints,
              std::span<const SolverBody<S>> bodies);
 
-  /// Takes over what contacts want and have in another part of the step, between the same bodies in
-  /// the same place.
-  void restart(const Island& island, const Constraints<S>& constraints);
+  /// Starts a part of the step, in which arms, axes and masses are those that were set up: aims the
+  /// contacts and takes over the impulses they have.
+  void aim(const Island& island, Constraints<S>& constraints, std::span<const SolverBody<S>> bodies,
+           const SolveContext<S>& context);
+
+  /// Adds what all impulses do to the bodies' velocities.
+  void apply(std::span<SolverBody<S>> bodies) const {
+    for (const Manifold& m : manifolds_) {
+      Load load;
+      for (const Point& p : points_of(m)) load.add(p, p.impulse);
+      SolverBody<S>& a = bodies[m.a];
+      SolverBody<S>& b = bodies[m.b];
+      push(m, {load.n, m.friction_impulse[0], m.friction_impulse[1]}, {m.torsion, load.l1, load.l2},
+           a, b, a.twist, b.twist);
+    }
+  }
 
   /// One sweep over all contacts, there or back.
   /// @return [m/s] Largest velocity change.
   S sweep(std::span<SolverBody<S>> bodies, bool backwards) {
     return for_each_manifold(backwards, [&](Manifold& m) { return solve(m, bodies); });
+  }
+
+  /// Starts the position problem: shares of the impulses (`place_contact`), which `store` must
+  /// have written back.
+  void start_placing(const Island& island, Constraints<S>& constraints,
+                     std::span<const SolverBody<S>> bodies, Integrator integrator) const {
+    for_each_speed(island, constraints, bodies, velocity_of,
+                   [&](ContactConstraint<S>& c, S speed) { place_contact(c, speed, integrator); });
+  }
+
+  /// Lets gaps follow the motion of a part of the step.
+  void move_gaps(const Island& island, Constraints<S>& constraints,
+                 std::span<const SolverBody<S>> bodies, S dt) const {
+    for_each_speed(island, constraints, bodies, motion_of,
+                   [&](ContactConstraint<S>& c, S speed) { c.gap += dt * speed; });
   }
 
   /// One sweep of the position problem.
@@ -72,6 +100,12 @@ class ManifoldSweeps {
     return u.x * v.x + u.y * v.y + u.z * v.z;
   }
 
+  /// Velocity of b relative to a at a manifold's centre, along its axes.
+  struct Relative {
+    S n, v1, v2;     // Along the normal and the tangents.
+    S spin, w1, w2;  // About them.
+  };
+
   struct Point {
     /// Lever of a unit normal impulse about the centre of pressure, along the tangents.
     S e1 = S(0), e2 = S(0);
@@ -82,6 +116,8 @@ class ManifoldSweeps {
     S target = S(0);
     S impulse = S(0);
     S radius = S(0);  // Distance from the centre of pressure: the arm of torsion.
+
+    [[nodiscard]] S speed(const Relative& v) const { return v.n + e1 * v.w1 + e2 * v.w2; }
   };
 
   struct Manifold {
@@ -108,12 +144,6 @@ class ManifoldSweeps {
       return {n.x * v.x + t1.x * v.y + t2.x * v.z, n.y * v.x + t1.y * v.y + t2.y * v.z,
               n.z * v.x + t1.z * v.y + t2.z * v.z};
     }
-  };
-
-  /// Velocity of b relative to a at a manifold's centre, along its axes.
-  struct Relative {
-    S n, v1, v2;     // Along the normal and the tangents.
-    S spin, w1, w2;  // About them.
   };
 
   [[nodiscard]] static Relative relative(const Manifold& m, const Twist<S>& a, const Twist<S>& b) {
@@ -203,15 +233,33 @@ class ManifoldSweeps {
   struct Load {
     S n = S(0), l1 = S(0), l2 = S(0);
 
-    void add(const Point& p, S x, Relative& v) {
+    void add(const Point& p, S x) {
       n += x;
       l1 += x * p.e1;
       l2 += x * p.e2;
+    }
+    void add(const Point& p, S x, Relative& v) {
+      add(p, x);
       v.n += x * p.linear;
       v.w1 += x * p.turn1;
       v.w2 += x * p.turn2;
     }
   };
+
+  [[nodiscard]] std::span<const Point> points_of(const Manifold& m) const {
+    return std::span(points_).subspan(m.first, m.count);
+  }
+  /// Calls use(contact, normal velocity) for all contacts.
+  template <typename Of, typename Use>
+  void for_each_speed(const Island& island, Constraints<S>& constraints,
+                      std::span<const SolverBody<S>> bodies, Of&& of, Use&& use) const {
+    for (const Manifold& m : manifolds_) {
+      const Relative v = relative(m, of(bodies[m.a]), of(bodies[m.b]));
+      for (std::uint32_t k = m.first; k < m.first + m.count; ++k) {
+        use(constraints.contacts[island.contacts[k]], points_[k].speed(v));
+      }
+    }
+  }
 
   template <typename Visit>
   S for_each_manifold(bool backwards, Visit&& visit) {
@@ -253,7 +301,6 @@ void ManifoldSweeps<S>::start(const Island& island, const Constraints<S>& constr
     add_manifold(island.contacts.subspan(k, end - k), constraints, bodies);
     k = end;
   }
-  restart(island, constraints);
 }
 
 template <Scalar S>
@@ -316,13 +363,21 @@ void ManifoldSweeps<S>::add_manifold(std::span<const std::uint32_t> contacts,
 }
 
 template <Scalar S>
-void ManifoldSweeps<S>::restart(const Island& island, const Constraints<S>& constraints) {
+void ManifoldSweeps<S>::aim(const Island& island, Constraints<S>& constraints,
+                            std::span<const SolverBody<S>> bodies, const SolveContext<S>& context) {
   for (Manifold& m : manifolds_) {
+    const SolverBody<S>& a = bodies[m.a];
+    const SolverBody<S>& b = bodies[m.b];
+    const Relative start = relative(m, a.start, b.start);
+    const Relative free = relative(m, a.free, b.free);
+    const Relative motion = relative(m, a.free_motion, b.free_motion);
     m.friction_impulse = {};
     m.torsion = S(0);
     for (std::uint32_t k = m.first; k < m.first + m.count; ++k) {
-      const ContactConstraint<S>& c = constraints.contacts[island.contacts[k]];
+      ContactConstraint<S>& c = constraints.contacts[island.contacts[k]];
       Point& p = points_[k];
+      aim_contact<S>(c, {p.speed(start), p.speed(free), p.speed(motion)},
+                     a.follows_joints || b.follows_joints, context);
       p.target = c.target;
       p.impulse = c.impulse[0];
       m.friction_impulse[0] += c.impulse[1];
@@ -345,8 +400,7 @@ S ManifoldSweeps<S>::solve(Manifold& m, std::span<SolverBody<S>> bodies) {
   S moment = S(0);
   for (std::uint32_t k = m.first; k < m.first + m.count; ++k) {
     Point& p = points_[k];
-    const S velocity = v.n + p.e1 * v.w1 + p.e2 * v.w2;
-    const S wanted = max(S(0), p.impulse + (p.target - velocity) * p.inverse_response);
+    const S wanted = max(S(0), p.impulse + (p.target - p.speed(v)) * p.inverse_response);
     const S change = wanted - p.impulse;
     p.impulse = wanted;
     sum += wanted;
@@ -415,7 +469,7 @@ S ManifoldSweeps<S>::place(const Manifold& m, const Island& island, Constraints<
     ContactConstraint<S>& c = constraints.contacts[island.contacts[k]];
     const Point& p = points_[k];
     if (c.parts) continue;
-    const S left = c.gap * per_step + v.n + p.e1 * v.w1 + p.e2 * v.w2;
+    const S left = c.gap * per_step + p.speed(v);
     const S wanted = max(c.least_placed, c.placed - left * p.inverse_response);
     const S change = wanted - c.placed;
     c.placed = wanted;
@@ -435,7 +489,7 @@ void ManifoldSweeps<S>::store(const Island& island, Constraints<S>& constraints)
   using std::min;
   using std::sqrt;
   for (const Manifold& m : manifolds_) {
-    const std::span<const Point> points = std::span(points_).subspan(m.first, m.count);
+    const std::span<const Point> points = points_of(m);
     S sum = S(0);
     S e1 = S(0);
     S e2 = S(0);
