@@ -44,7 +44,8 @@ class IslandSolver {
   }
 
   /// [-] Multiply-adds of one assembly and factorisation of an island's matrix, for
-  /// `SolveContext::factor_work`; an upper bound where that is small.
+  /// `SolveContext::factor_work`; a bound where that says on which side of
+  /// `enough` it is.
   [[nodiscard]] std::uint64_t factor_work(const Island& island, const Constraints<S>& constraints,
                                           std::size_t slots, std::uint64_t enough) {
     // A row of a contact is squared over both of its bodies, in three blocks.
@@ -53,6 +54,7 @@ class IslandSolver {
     const std::uint64_t unknowns = 6 * island.bodies.size();
     const std::uint64_t dense = assembly + unknowns * unknowns * unknowns / 6;
     if (dense <= enough) return dense;
+    if (assembly > enough) return assembly;
     order_.build(island, constraints, slots);
     order_.clear(island);
     return assembly + order_.factor_work();

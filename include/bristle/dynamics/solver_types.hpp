@@ -43,16 +43,16 @@ struct SolverDef {
   /// alone. Positions do not act back on velocities, so this may be looser.
   S position_tolerance = std::numeric_limits<S>::digits > 30 ? S(1e-6) : S(1e-3);
   /// [-] Most multiply-adds of one factorisation of the matrix of an island that is solved by
-  /// factorisation where sweeps converge too slowly: a tower of any length, a heap of some sixty
-  /// bodies. Larger islands are swept. 0 for plain sequential impulses.
-  std::uint64_t max_direct_work = 1000000;
+  /// factorisation where sweeps converge too slowly: a tower of some four hundred bodies, a heap
+  /// of some thirty. Larger islands are swept. 0 for plain sequential impulses.
+  std::uint64_t max_direct_work = 500000;
   /// [-] Most Newton steps of one such solve: the bound on the cost of the worst step.
   int max_newton_steps = 60;
   /// [-] Most sweeps over a larger island in each part of a step; `max_sweeps` where most of its
   /// contacts are new.
-  int large_sweeps = 10;
+  int large_sweeps = 6;
   /// [-] Most sweeps of its position problem.
-  int large_position_sweeps = 4;
+  int large_position_sweeps = 2;
   /// [s] Longest part of a step over which such an island is solved at once.
   S longest_part = S(1) / S(240);
 };

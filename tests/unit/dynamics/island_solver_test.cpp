@@ -61,7 +61,7 @@ TEST_CASE("ProximalSolver: its answer is a fixed point of the sweeps") {
     SolveReport<double> report;
     REQUIRE(solve_proximal(pile, report) < 1e-9);
     SequentialSolver<double> sweeps;
-    sweeps.start(pile.island(), pile.constraints, pile.bodies, false);
+    sweeps.start(pile.island(), pile.constraints, pile.bodies);
     CHECK(sweeps.sweep(pile.island(), pile.constraints, pile.bodies, false) < 1e-8);
   }
 }
