@@ -16,6 +16,7 @@
 #pragma once
 
 #include <bristle/dynamics/contact_aim.hpp>
+#include <bristle/dynamics/manifold_mobility.hpp>
 #include <bristle/dynamics/solver_types.hpp>
 
 #include <algorithm>
@@ -190,45 +191,6 @@ class ManifoldSweeps {
     }
   }
 
-  /// What units of force along the axes and of torque about them do to the six numbers.
-  struct Mobility {
-    Mobility(const ContactConstraint<S>& c, const SolverBody<S>& a, const SolverBody<S>& b,
-             const Vec3<S>& arm_a, const Vec3<S>& arm_b) {
-      const ContactFrame<S> frame(c, a, b);
-      const Mat3<S>& M = frame.inverse_mass;
-      linear.nn = M(0, 0);
-      linear.n1 = M(0, 1);
-      linear.n2 = M(0, 2);
-      linear.a = M(1, 1);
-      linear.b = M(1, 2);
-      linear.c = M(2, 2);
-      if (frame.moves_a) add(frame.inverse_inertia_a, product<S>(frame.to_contact, arm_a));
-      if (frame.moves_b) add(frame.inverse_inertia_b, product<S>(frame.to_contact, arm_b));
-    }
-    /// One body: the torques r x e_k of unit forces at the arm r, and what they do.
-    void add(const Mat3<S>& J, const Vec3<S>& r) {
-      angular += J;
-      Mat3<S> by;
-      by.col(0) = r[2] * J.col(1) - r[1] * J.col(2);
-      by.col(1) = r[0] * J.col(2) - r[2] * J.col(0);
-      by.col(2) = r[1] * J.col(0) - r[0] * J.col(1);
-      turn += by;
-      linear.nn += r[2] * by(1, 0) - r[1] * by(2, 0);
-      linear.n1 += r[0] * by(2, 0) - r[2] * by(0, 0);
-      linear.n2 += r[1] * by(0, 0) - r[0] * by(1, 0);
-      linear.a += r[0] * by(2, 1) - r[2] * by(0, 1);
-      linear.b += r[1] * by(0, 1) - r[0] * by(1, 1);
-      linear.c += r[1] * by(0, 2) - r[0] * by(1, 2);
-    }
-    /// Velocities along the axes for forces along them.
-    ContactResponse<S> linear;
-    /// Turns about the axes (rows) for forces along them (columns); also, transposed, velocities
-    /// for torques.
-    Mat3<S> turn = Mat3<S>::Zero();
-    /// Turns for torques.
-    Mat3<S> angular = Mat3<S>::Zero();
-  };
-
   /// Sums of a manifold's normal impulses: force, torque about the tangents.
   struct Load {
     S n = S(0), l1 = S(0), l2 = S(0);
@@ -334,7 +296,7 @@ void ManifoldSweeps<S>::add_manifold(std::span<const std::uint32_t> contacts,
   m.t1 = triple(one.axes[1]);
   m.t2 = triple(one.axes[2]);
 
-  const Mobility w(one, bodies[m.a], bodies[m.b], arm_a, arm_b);
+  const ManifoldMobility<S> w(one, bodies[m.a], bodies[m.b], arm_a, arm_b);
   m.response = w.linear;
   m.response.prepare();
   m.torsion_response = w.angular(0, 0);
