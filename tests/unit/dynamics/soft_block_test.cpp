@@ -106,7 +106,7 @@ TEST_CASE("ProximalSolver and SequentialSolver: both solve a soft block exactly,
     SequentialSolver<double> sequential;
     sequential.start(island, swept.constraints, swept.bodies);
     // One block alone is solved by its first sweep.
-    sequential.sweep(island, swept.constraints, swept.bodies);
+    sequential.sweep(island, swept.constraints, swept.bodies, false);
     CHECK(sequential.sweep(island, swept.constraints, swept.bodies, true) < 1e-12);
     CHECK(residual(swept) < 1e-12);
     for (std::size_t k = 0; k < 2; ++k) {
