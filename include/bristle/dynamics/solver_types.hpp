@@ -50,9 +50,9 @@ struct SolverDef {
   int max_newton_steps = 60;
   /// [-] Most sweeps over a larger island in each part of a step; `max_sweeps` where most of its
   /// contacts are new.
-  int large_sweeps = 6;
+  int large_sweeps = 10;
   /// [-] Most sweeps of its position problem.
-  int large_position_sweeps = 2;
+  int large_position_sweeps = 4;
   /// [s] Longest part of a step over which such an island is solved at once.
   S longest_part = S(1) / S(240);
 };
