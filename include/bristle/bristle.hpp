@@ -32,6 +32,7 @@
 #include <bristle/dynamics/joint_order.hpp>
 #include <bristle/dynamics/joint_projection.hpp>
 #include <bristle/dynamics/joint_system.hpp>
+#include <bristle/dynamics/manifold_mobility.hpp>
 #include <bristle/dynamics/manifold_sweeps.hpp>
 #include <bristle/dynamics/material.hpp>
 #include <bristle/dynamics/proximal_solver.hpp>

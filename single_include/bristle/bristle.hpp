@@ -3798,13 +3798,14 @@ struct SolverDef {
   /// [1] Position errors below this fraction of what gravity moves a body by in a step are left
   /// alone. Positions do not act back on velocities, so this may be looser.
   S position_tolerance = std::numeric_limits<S>::digits > 30 ? S(1e-6) : S(1e-3);
-  /// [-] Most moving bodies of an island that is solved by factorisation where sweeps converge too
-  /// slowly; larger ones are swept only. 0 for plain sequential impulses.
-  std::uint32_t max_direct_bodies = 64;
+  /// [-] Most multiply-adds of one factorisation of the matrix of an island that is solved by
+  /// factorisation where sweeps converge too slowly: a tower of some four hundred bodies, a heap
+  /// of some thirty. Larger islands are swept. 0 for plain sequential impulses.
+  std::uint64_t max_direct_work = 500000;
   /// [-] Most Newton steps of one such solve: the bound on the cost of the worst step.
   int max_newton_steps = 60;
-  /// [-] Most sweeps over an island with more bodies than that in each part of a step; `max_sweeps`
-  /// where most of its contacts are new.
+  /// [-] Most sweeps over a larger island in each part of a step; `max_sweeps` where most of its
+  /// contacts are new.
   int large_sweeps = 10;
   /// [-] Most sweeps of its position problem.
   int large_position_sweeps = 4;
@@ -3909,6 +3910,10 @@ struct SolveContext {
   S position_tolerance = S(0);
   /// [m/s] Impacts slower than this do not bounce.
   S restitution_speed = S(0);
+  /// [-] Multiply-adds of one factorisation of the island's matrix; see `factor_work`.
+  std::uint64_t factor_work = 0;
+  /// Whether the island gets a bounded number of sweeps, converged or not.
+  bool is_swept = false;
   SolverDef<S> settings{};
 
   /// The same for one of several equal parts of the step.
@@ -4117,9 +4122,21 @@ void add_contacts(const CachedManifold<S>& manifold, const std::vector<CachedPoi
   }
 }
 
+/// [m/s] Normal velocities of a contact: at the start of the step, and at its end and in the mean
+/// of it if nothing but free motion acted.
+template <Scalar S>
+struct NormalSpeeds {
+  S start, free, free_motion;
+};
+
 /// Sets what a contact wants of the velocities at the end of the step.
 template <Scalar S>
 void aim_contact(ContactConstraint<S>& c, const SolverBody<S>& a, const SolverBody<S>& b,
+                 const SolveContext<S>& context);
+/// The same where its normal velocities are known.
+/// @param follows_joints  Whether one of its bodies moves with a mechanism.
+template <Scalar S>
+void aim_contact(ContactConstraint<S>& c, const NormalSpeeds<S>& speeds, bool follows_joints,
                  const SolveContext<S>& context);
 
 /// Share of the impulse that a contact will have taken when the step ends, by default and for
@@ -4160,23 +4177,33 @@ template <Scalar S>
 template <Scalar S>
 void aim_contact(ContactConstraint<S>& c, const SolverBody<S>& a, const SolverBody<S>& b,
                  const SolveContext<S>& context) {
-  using std::max;
-  using std::min;
-  const S dt = context.dt;
-  const bool is_trapezoidal = context.integrator == Integrator::trapezoidal;
   const Vec3<S>& n = c.axes[0];
   const Vec3<S> torque_a = c.arm_a.cross(n);
   const Vec3<S> torque_b = c.arm_b.cross(n);
   const auto normal_part = [&](const Twist<S>& u, const Twist<S>& v) {
     return n.dot(v.linear - u.linear) + (torque_b.dot(v.angular) - torque_a.dot(u.angular));
   };
-  const S start = normal_part(a.start, b.start);
-  const S free = normal_part(a.free, b.free);
+  const NormalSpeeds<S> speeds{normal_part(a.start, b.start), normal_part(a.free, b.free),
+                               normal_part(a.free_motion, b.free_motion)};
+  aim_contact(c, speeds, a.follows_joints || b.follows_joints, context);
+}
+
+template <Scalar S>
+void aim_contact(ContactConstraint<S>& c, const NormalSpeeds<S>& speeds, bool follows_joints,
+                 const SolveContext<S>& context) {
+  using std::max;
+  using std::min;
+  const S dt = context.dt;
+  const bool is_trapezoidal = context.integrator == Integrator::trapezoidal;
+  const S start = speeds.start;
+  const S free = speeds.free;
   const S change = free - start;  // What forces do to the normal velocity within the step.
-  const bool closes = c.gap + dt * normal_part(a.free_motion, b.free_motion) < S(0);
+  const bool closes = c.gap + dt * speeds.free_motion < S(0);
   const bool bounces = c.restitution > S(0) && closes && start < -context.restitution_speed;
   c.bounce_share = S(-1);
-  c.is_impact = closes && -start > context.speed_change;
+  // What carried a load and approaches all the same does so because sweeps were cut short.
+  const bool is_loaded = context.is_swept && c.impulse[0] > S(0);
+  c.is_impact = closes && -start > context.speed_change && !is_loaded;
   // An impact says nothing about the load that follows, nor the load about the impact.
   if (c.is_impact) c.impulse = {};
 
@@ -4185,7 +4212,7 @@ void aim_contact(ContactConstraint<S>& c, const SolverBody<S>& a, const SolverBo
     if (bounces) c.target = max(c.target, -c.restitution * start);
     return;
   }
-  if (bounces && (a.follows_joints || b.follows_joints)) {
+  if (bounces && follows_joints) {
     // What changes the speed of a mechanism within the step depends on its speed, and must not be
     // given back to it as if it were a constant force.
     c.target = -c.restitution * free;
@@ -4399,6 +4426,16 @@ class IslandOrder {
 
   /// Number of a body, `none` if it is not of the island.
   [[nodiscard]] std::uint32_t number(std::uint32_t slot) const { return local_[slot]; }
+  /// [-] Multiply-adds of the factorisation of the island's matrix within its envelope: half the
+  /// square of what each row holds.
+  [[nodiscard]] std::uint64_t factor_work() const {
+    std::uint64_t sum = 0;
+    for (std::uint32_t i = 0; i < lowest_.size(); ++i) {
+      const std::uint64_t width = 6 * (i - lowest_[i]) + 3;  // The mean of a body's six rows.
+      sum += 3 * width * width;
+    }
+    return sum;
+  }
   /// Lowest number among a body's neighbours and itself.
   [[nodiscard]] std::uint32_t lowest(std::uint32_t number) const { return lowest_[number]; }
 
@@ -5535,12 +5572,71 @@ void ProximalSolver<S>::search_line(Real eps) {
 ///
 /// All points of a manifold keep their own normal impulse but share one friction: two tangents at
 /// the centre of pressure and a torsion about the normal, bounded by what the normal impulses
-/// allow. A sweep over a box on a box is then four normals and one friction instead of four of
-/// each, and the bodies are loaded and stored once. What it gives up is friction that differs from
-/// point to point within one patch, which rigid bodies leave undetermined anyway.
+/// allow. What it gives up is friction that differs from point to point within one patch, which
+/// rigid bodies leave undetermined anyway.
+///
+/// A manifold sees six numbers: the velocity of b relative to a at the centre of pressure and the
+/// relative angular velocity, along its axes. With the point's lever e = r x n about the centre,
+///     v_n = V_n + e_1 w_1 + e_2 w_2,
+/// and a unit impulse there changes V_n, w_1, w_2 by three numbers that are known beforehand. So
+/// two bodies are read once, all points and the friction are solved among these six numbers, and
+/// one force and one torque are given to the bodies, however many points there are.
 // SPDX-License-Identifier: BSD-3-Clause
 
+// === bristle/dynamics/manifold_mobility.hpp
+
+/// @file
+/// How a force and a torque between two bodies move them against each other, seen from a patch of
+/// contact: once for a manifold, from which the response of each of its points follows.
+// SPDX-License-Identifier: BSD-3-Clause
+
+namespace bristle {
+
+/// Velocity of b relative to a at a point between them, and their relative turn, along the axes of
+/// a contact, for units of force along these axes and of torque about them.
+template <Scalar S>
+struct ManifoldMobility {
+  ManifoldMobility(const ContactConstraint<S>& c, const SolverBody<S>& a, const SolverBody<S>& b,
+                   const Vec3<S>& arm_a, const Vec3<S>& arm_b) {
+    const ContactFrame<S> frame(c, a, b);
+    const Mat3<S>& M = frame.inverse_mass;
+    linear.nn = M(0, 0);
+    linear.n1 = M(0, 1);
+    linear.n2 = M(0, 2);
+    linear.a = M(1, 1);
+    linear.b = M(1, 2);
+    linear.c = M(2, 2);
+    if (frame.moves_a) add(frame.inverse_inertia_a, product<S>(frame.to_contact, arm_a));
+    if (frame.moves_b) add(frame.inverse_inertia_b, product<S>(frame.to_contact, arm_b));
+  }
+  /// One body: the torques r x e_k of unit forces at the arm r, and what they do.
+  void add(const Mat3<S>& J, const Vec3<S>& r) {
+    angular += J;
+    Mat3<S> by;
+    by.col(0) = r[2] * J.col(1) - r[1] * J.col(2);
+    by.col(1) = r[0] * J.col(2) - r[2] * J.col(0);
+    by.col(2) = r[1] * J.col(0) - r[0] * J.col(1);
+    turn += by;
+    linear.nn += r[2] * by(1, 0) - r[1] * by(2, 0);
+    linear.n1 += r[0] * by(2, 0) - r[2] * by(0, 0);
+    linear.n2 += r[1] * by(0, 0) - r[0] * by(1, 0);
+    linear.a += r[0] * by(2, 1) - r[2] * by(0, 1);
+    linear.b += r[1] * by(0, 1) - r[0] * by(1, 1);
+    linear.c += r[1] * by(0, 2) - r[0] * by(1, 2);
+  }
+  /// Velocities along the axes for forces along them.
+  ContactResponse<S> linear;
+  /// Turns about the axes (rows) for forces along them (columns); also, transposed, velocities
+  /// for torques.
+  Mat3<S> turn = Mat3<S>::Zero();
+  /// Turns for torques.
+  Mat3<S> angular = Mat3<S>::Zero();
+};
+
+}  // namespace bristle
+
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <span>
@@ -5552,353 +5648,461 @@ namespace bristle {
 template <Scalar S>
 class ManifoldSweeps {
  public:
-  /// Sets up the rows of an island's contacts, with the impulses there are. Contacts of one
-  /// manifold follow each other.
+  /// Sets up an island's manifolds. Contacts of one manifold follow each other.
   void start(const Island& island, const Constraints<S>& constraints,
-             std::span<const SolverBody<S>> bodies) {
-    manifolds_.clear();
-    points_.clear();
-    const auto belong_together = [&](std::uint32_t i, std::uint32_t j) {
-      return i + 1 == j && are_of_one_manifold(constraints.contacts[i], constraints.contacts[j]);
-    };
-    for (std::size_t k = 0; k < island.contacts.size();) {
-      std::size_t end = k + 1;
-      while (end < island.contacts.size() &&
-             belong_together(island.contacts[end - 1], island.contacts[end])) {
-        ++end;
-      }
-      add_manifold(island.contacts.subspan(k, end - k), constraints, bodies);
-      k = end;
+             std::span<const SolverBody<S>> bodies);
+
+  /// Starts a part of the step, in which arms, axes and masses are those that were set up: aims the
+  /// contacts and takes over the impulses they have.
+  void aim(const Island& island, Constraints<S>& constraints, std::span<const SolverBody<S>> bodies,
+           const SolveContext<S>& context);
+
+  /// Adds what all impulses do to the bodies' velocities.
+  void apply(std::span<SolverBody<S>> bodies) const {
+    for (const Manifold& m : manifolds_) {
+      Load load;
+      for (const Point& p : points_of(m)) load.add(p, p.impulse);
+      SolverBody<S>& a = bodies[m.a];
+      SolverBody<S>& b = bodies[m.b];
+      push(m, {load.n, m.friction_impulse[0], m.friction_impulse[1]}, {m.torsion, load.l1, load.l2},
+           a, b, a.twist, b.twist);
     }
   }
 
   /// One sweep over all contacts, there or back.
   /// @return [m/s] Largest velocity change.
   S sweep(std::span<SolverBody<S>> bodies, bool backwards) {
-    S largest = S(0);
-    const std::size_t count = manifolds_.size();
-    for (std::size_t k = 0; k < count; ++k) {
-      largest = std::max(largest, sweep(manifolds_[backwards ? count - 1 - k : k], bodies));
-    }
-    return largest;
+    return for_each_manifold(backwards, [&](Manifold& m) { return solve(m, bodies); });
+  }
+
+  /// Starts the position problem: shares of the impulses (`place_contact`), which `store` must
+  /// have written back.
+  void start_placing(const Island& island, Constraints<S>& constraints,
+                     std::span<const SolverBody<S>> bodies, Integrator integrator) const {
+    for_each_speed(island, constraints, bodies, velocity_of,
+                   [&](ContactConstraint<S>& c, S speed) { place_contact(c, speed, integrator); });
+  }
+
+  /// Lets gaps follow the motion of a part of the step.
+  void move_gaps(const Island& island, Constraints<S>& constraints,
+                 std::span<const SolverBody<S>> bodies, S dt) const {
+    for_each_speed(island, constraints, bodies, motion_of,
+                   [&](ContactConstraint<S>& c, S speed) { c.gap += dt * speed; });
   }
 
   /// One sweep of the position problem.
   S place(const Island& island, Constraints<S>& constraints, std::span<SolverBody<S>> bodies, S dt,
           bool backwards) {
-    using std::abs;
-    using std::max;
-    S largest = S(0);
     const S per_step = S(1) / dt;
-    const std::size_t count = manifolds_.size();
-    for (std::size_t n = 0; n < count; ++n) {
-      const Manifold& m = manifolds_[backwards ? count - 1 - n : n];
-      Pair pair(m, bodies, motion_of);
-      NormalPart normal(m, pair);
-      for (std::uint32_t k = m.first; k < m.first + m.count; ++k) {
-        ContactConstraint<S>& c = constraints.contacts[island.contacts[k]];
-        const Point& p = points_[k];
-        if (c.parts) continue;
-        const S left = c.gap * per_step + normal.velocity(p.row);
-        const S wanted = max(c.least_placed, c.placed - left * p.inverse_response);
-        const S change = wanted - c.placed;
-        c.placed = wanted;
-        if (change == S(0)) continue;
-        normal.push(p.row, change);
-        largest = max(largest, abs(change) * p.response);
-      }
-      normal.finish();
-      pair.store(m, bodies, motion_of);
-    }
-    return largest;
+    return for_each_manifold(backwards, [&](const Manifold& m) {
+      return place(m, island, constraints, bodies, per_step);
+    });
   }
 
   /// Writes the impulses back to the constraints: friction is spread over the points in proportion
   /// to their normal impulses, so that its force and its torsion stay what they are.
-  void store(const Island& island, Constraints<S>& constraints) const {
-    for (const Manifold& m : manifolds_) {
-      S sum = S(0);
-      Vec3<S> center = Vec3<S>::Zero();
-      for (std::uint32_t k = m.first; k < m.first + m.count; ++k) {
-        sum += points_[k].impulse;
-        center += points_[k].impulse * constraints.contacts[island.contacts[k]].arm_a;
-      }
-      if (!(sum > S(0))) {
-        for (std::uint32_t k = m.first; k < m.first + m.count; ++k) {
-          constraints.contacts[island.contacts[k]].impulse = {};
-        }
-        continue;
-      }
-      center /= sum;
-      S moment = S(0);
-      S farthest2 = S(0);
-      for (std::uint32_t k = m.first; k < m.first + m.count; ++k) {
-        const S r2 = (constraints.contacts[island.contacts[k]].arm_a - center).squaredNorm();
-        moment += points_[k].impulse * r2;
-        farthest2 = std::max(farthest2, r2);
-      }
-      // No point may carry more than its own friction, whatever torsion was found for others.
-      using std::abs;
-      using std::copysign;
-      using std::min;
-      using std::sqrt;
-      const S twist =
-          moment > S(0)
-              ? copysign(min(abs(m.torsion / moment), m.friction / sqrt(farthest2)), m.torsion)
-              : S(0);
-      for (std::uint32_t k = m.first; k < m.first + m.count; ++k) {
-        ContactConstraint<S>& c = constraints.contacts[island.contacts[k]];
-        const S share = points_[k].impulse / sum;
-        const Vec3<S> couple = (twist * points_[k].impulse) * c.axes[0].cross(c.arm_a - center);
-        c.impulse = {points_[k].impulse, share * m.friction_impulse[0] + couple.dot(c.axes[1]),
-                     share * m.friction_impulse[1] + couple.dot(c.axes[2])};
-      }
-    }
-  }
+  void store(const Island& island, Constraints<S>& constraints) const;
 
  private:
-  // Three numbers and a zero: what two or four lanes of a vector unit take at once.
-  using Lanes = Eigen::Matrix<S, 4, 1, Eigen::DontAlign>;
+  /// Three numbers without Eigen around them: in a function as large as a sweep its products would
+  /// become calls and its vectors memory.
+  struct Triple {
+    S x, y, z;
+  };
+  [[nodiscard]] static Triple triple(const Vec3<S>& v) { return {v[0], v[1], v[2]}; }
+  [[nodiscard]] static Triple cross(const Triple& u, const Triple& v) {
+    return {u.y * v.z - u.z * v.y, u.z * v.x - u.x * v.z, u.x * v.y - u.y * v.x};
+  }
+  [[nodiscard]] static S dot(const Triple& u, const Triple& v) {
+    return u.x * v.x + u.y * v.y + u.z * v.z;
+  }
 
-  /// A direction, and what a unit impulse along it does to the two velocities.
-  struct Direction {
-    Lanes axis;
-    Lanes move_a, move_b;
+  /// Velocity of b relative to a at a manifold's centre, along its axes.
+  struct Relative {
+    S n, v1, v2;     // Along the normal and the tangents.
+    S spin, w1, w2;  // About them.
   };
-  /// The same about the centres of mass: r x d of each body, and the turn that it makes.
-  struct Row {
-    Lanes arm_a, arm_b;
-    Lanes turn_a, turn_b;
-  };
+
   struct Point {
-    Row row;
+    /// Lever of a unit normal impulse about the centre of pressure, along the tangents.
+    S e1 = S(0), e2 = S(0);
+    /// What it does to the normal velocity of the centre, and to the turn about the tangents.
+    S linear = S(0), turn1 = S(0), turn2 = S(0);
     S response = S(0);
     S inverse_response = S(0);
     S target = S(0);
     S impulse = S(0);
     S radius = S(0);  // Distance from the centre of pressure: the arm of torsion.
+
+    [[nodiscard]] S speed(const Relative& v) const { return v.n + e1 * v.w1 + e2 * v.w2; }
   };
+
   struct Manifold {
     std::uint32_t a = 0;
     std::uint32_t b = 0;
     std::uint32_t first = 0;
     std::uint32_t count = 0;
-    Direction normal, t1, t2;
-    Row row1, row2;        // Of the tangents, at the centre of pressure.
-    Lanes turn_a, turn_b;  // What a unit of torsion does.
-    Vec3<S> center;        // The centre of pressure, from a's centre of mass.
+    /// Normal and tangents, world axes.
+    Triple n, t1, t2;
+    /// From each centre of mass to the centre of pressure, world axes.
+    Triple arm_a, arm_b;
+    /// What normal impulses do across: velocity along the tangents and spin about the normal, for
+    /// units of force along the normal and of torque about the tangents.
+    std::array<std::array<S, 3>, 3> across;
     S friction = S(0);
     S radius = S(0);  // The largest of its points.
     ContactResponse<S> response;
-    S linear_response = S(0);  // To an impulse along the normal, of the centres of mass.
     S torsion_response = S(0);
     S inverse_torsion_response = S(0);
     std::array<S, 2> friction_impulse{};
     S torsion = S(0);
+
+    [[nodiscard]] Triple in_world(const Triple& v) const {
+      return {n.x * v.x + t1.x * v.y + t2.x * v.z, n.y * v.x + t1.y * v.y + t2.y * v.z,
+              n.z * v.x + t1.z * v.y + t2.z * v.z};
+    }
   };
 
-  [[nodiscard]] static Lanes lanes(const Vec3<S>& v) { return {v.x(), v.y(), v.z(), S(0)}; }
+  [[nodiscard]] static Relative relative(const Manifold& m, const Twist<S>& a, const Twist<S>& b) {
+    const Triple wa = triple(a.angular);
+    const Triple wb = triple(b.angular);
+    const Triple at_a = cross(wa, m.arm_a);
+    const Triple at_b = cross(wb, m.arm_b);
+    const Triple v{(b.linear[0] - a.linear[0]) + (at_b.x - at_a.x),
+                   (b.linear[1] - a.linear[1]) + (at_b.y - at_a.y),
+                   (b.linear[2] - a.linear[2]) + (at_b.z - at_a.z)};
+    const Triple w{wb.x - wa.x, wb.y - wa.y, wb.z - wa.z};
+    return {dot(m.n, v), dot(m.t1, v), dot(m.t2, v), dot(m.n, w), dot(m.t1, w), dot(m.t2, w)};
+  }
+  /// Gives b an impulse and an angular impulse at the centre, along the manifold's axes, and a
+  /// their opposites.
+  static void push(const Manifold& m, const Triple& along, const Triple& about,
+                   const SolverBody<S>& a, const SolverBody<S>& b, Twist<S>& twist_a,
+                   Twist<S>& twist_b) {
+    const Triple force = m.in_world(along);
+    const Triple torque = m.in_world(about);
+    if (a.moves) push(a, S(-1), force, torque, m.arm_a, twist_a);
+    if (b.moves) push(b, S(1), force, torque, m.arm_b, twist_b);
+  }
+  static void push(const SolverBody<S>& body, S sign, const Triple& force, const Triple& torque,
+                   const Triple& arm, Twist<S>& twist) {
+    const Triple lever = cross(arm, force);
+    const Triple total{sign * (torque.x + lever.x), sign * (torque.y + lever.y),
+                       sign * (torque.z + lever.z)};
+    const S* m = body.inverse_mass.data();
+    const S* I = body.inverse_inertia.data();  // Symmetric.
+    S* v = twist.linear.data();
+    S* w = twist.angular.data();
+    v[0] += sign * m[0] * force.x;
+    v[1] += sign * m[1] * force.y;
+    v[2] += sign * m[2] * force.z;
+    if (body.is_isotropic) {
+      w[0] += I[0] * total.x;
+      w[1] += I[0] * total.y;
+      w[2] += I[0] * total.z;
+    } else {
+      w[0] += I[0] * total.x + I[1] * total.y + I[2] * total.z;
+      w[1] += I[3] * total.x + I[4] * total.y + I[5] * total.z;
+      w[2] += I[6] * total.x + I[7] * total.y + I[8] * total.z;
+    }
+  }
 
-  /// Velocities of a manifold's two bodies, held while its rows are solved.
-  struct Pair {
-    template <typename Of>
-    Pair(const Manifold& m, std::span<SolverBody<S>> bodies, Of&& of)
-        : linear_a(lanes(of(bodies[m.a]).linear)),
-          linear_b(lanes(of(bodies[m.b]).linear)),
-          angular_a(lanes(of(bodies[m.a]).angular)),
-          angular_b(lanes(of(bodies[m.b]).angular)) {}
-    template <typename Of>
-    void store(const Manifold& m, std::span<SolverBody<S>> bodies, Of&& of) const {
-      of(bodies[m.a]) = {linear_a.template head<3>(), angular_a.template head<3>()};
-      of(bodies[m.b]) = {linear_b.template head<3>(), angular_b.template head<3>()};
+  /// Sums of a manifold's normal impulses: force, torque about the tangents.
+  struct Load {
+    S n = S(0), l1 = S(0), l2 = S(0);
+
+    void add(const Point& p, S x) {
+      n += x;
+      l1 += x * p.e1;
+      l2 += x * p.e2;
     }
-    [[nodiscard]] S velocity(const Direction& d, const Row& row) const {
-      const Lanes sum = d.axis.cwiseProduct(linear_b - linear_a) +
-                        row.arm_b.cwiseProduct(angular_b) - row.arm_a.cwiseProduct(angular_a);
-      return (sum[0] + sum[1]) + sum[2];
+    void add(const Point& p, S x, Relative& v) {
+      add(p, x);
+      v.n += x * p.linear;
+      v.w1 += x * p.turn1;
+      v.w2 += x * p.turn2;
     }
-    [[nodiscard]] S spin(const Direction& d) const { return d.axis.dot(angular_b - angular_a); }
-    void push(const Direction& d, const Row& row, S x) {
-      linear_a -= x * d.move_a;
-      linear_b += x * d.move_b;
-      angular_a -= x * row.turn_a;
-      angular_b += x * row.turn_b;
-    }
-    void twist(const Manifold& m, S x) {
-      angular_a -= x * m.turn_a;
-      angular_b += x * m.turn_b;
-    }
-    Lanes linear_a, linear_b, angular_a, angular_b;
   };
 
-  /// The normal impulses of a manifold's points, which have one direction: what they do to linear
-  /// velocities is one number while they are solved.
-  struct NormalPart {
-    NormalPart(const Manifold& m, Pair& bodies)
-        : manifold(m), pair(bodies), linear(m.normal.axis.dot(bodies.linear_b - bodies.linear_a)) {}
-    [[nodiscard]] S velocity(const Row& row) const {
-      const Lanes sum =
-          row.arm_b.cwiseProduct(pair.angular_b) - row.arm_a.cwiseProduct(pair.angular_a);
-      return linear + ((sum[0] + sum[1]) + sum[2]);
-    }
-    void push(const Row& row, S x) {
-      linear += x * manifold.linear_response;
-      total += x;
-      pair.angular_a -= x * row.turn_a;
-      pair.angular_b += x * row.turn_b;
-    }
-    void finish() {
-      pair.linear_a -= total * manifold.normal.move_a;
-      pair.linear_b += total * manifold.normal.move_b;
-    }
-    const Manifold& manifold;
-    Pair& pair;
-    S linear;
-    S total = S(0);
-  };
-
-  [[nodiscard]] static Direction direction(const Vec3<S>& d, const SolverBody<S>& a,
-                                           const SolverBody<S>& b) {
-    return {lanes(d), lanes(a.inverse_mass.cwiseProduct(d)), lanes(b.inverse_mass.cwiseProduct(d))};
+  [[nodiscard]] std::span<const Point> points_of(const Manifold& m) const {
+    return std::span(points_).subspan(m.first, m.count);
   }
-  [[nodiscard]] static Row row(const Vec3<S>& d, const Vec3<S>& arm_a, const Vec3<S>& arm_b,
-                               const SolverBody<S>& a, const SolverBody<S>& b) {
-    const Vec3<S> torque_a = arm_a.cross(d);
-    const Vec3<S> torque_b = arm_b.cross(d);
-    return {lanes(torque_a), lanes(torque_b), lanes(product<S>(a.inverse_inertia, torque_a)),
-            lanes(product<S>(b.inverse_inertia, torque_b))};
-  }
-  /// Velocity along one direction for a unit impulse along another.
-  [[nodiscard]] static S response(const Direction& d, const Row& at, const Direction& e,
-                                  const Row& other) {
-    return d.axis.dot(e.move_a + e.move_b) + at.arm_a.dot(other.turn_a) +
-           at.arm_b.dot(other.turn_b);
-  }
-
-  void add_manifold(std::span<const std::uint32_t> contacts, const Constraints<S>& constraints,
-                    std::span<const SolverBody<S>> bodies) {
-    using std::sqrt;
-    const ContactConstraint<S>& one = constraints.contacts[contacts[0]];
-    const SolverBody<S>& a = bodies[one.body_a];
-    const SolverBody<S>& b = bodies[one.body_b];
-    Manifold& m = manifolds_.emplace_back();
-    m.a = one.body_a;
-    m.b = one.body_b;
-    m.first = static_cast<std::uint32_t>(points_.size());
-    m.count = static_cast<std::uint32_t>(contacts.size());
-    m.normal = direction(one.axes[0], a, b);
-    m.t1 = direction(one.axes[1], a, b);
-    m.t2 = direction(one.axes[2], a, b);
-    m.friction = one.friction;
-
-    // The centre of pressure of the last step; of points that carried nothing, their middle.
-    S sum = S(0);
-    for (const std::uint32_t i : contacts) sum += constraints.contacts[i].impulse[0];
-    const S even = S(1) / S(contacts.size());
-    m.center.setZero();
-    Vec3<S> center_b = Vec3<S>::Zero();
-    for (const std::uint32_t i : contacts) {
-      const ContactConstraint<S>& c = constraints.contacts[i];
-      const S weight = sum > S(0) ? c.impulse[0] / sum : even;
-      m.center += weight * c.arm_a;
-      center_b += weight * c.arm_b;
-    }
-    m.row1 = row(one.axes[1], m.center, center_b, a, b);
-    m.row2 = row(one.axes[2], m.center, center_b, a, b);
-    m.response.a = response(m.t1, m.row1, m.t1, m.row1);
-    m.response.b = response(m.t1, m.row1, m.t2, m.row2);
-    m.response.c = response(m.t2, m.row2, m.t2, m.row2);
-    m.response.prepare();
-    m.turn_a = lanes(product<S>(a.inverse_inertia, one.axes[0]));
-    m.turn_b = lanes(product<S>(b.inverse_inertia, one.axes[0]));
-    m.linear_response = m.normal.axis.dot(m.normal.move_a + m.normal.move_b);
-    m.torsion_response = m.normal.axis.dot(m.turn_a + m.turn_b);
-    m.inverse_torsion_response = m.torsion_response > S(0) ? S(1) / m.torsion_response : S(0);
-
-    for (const std::uint32_t i : contacts) {
-      const ContactConstraint<S>& c = constraints.contacts[i];
-      Point& p = points_.emplace_back();
-      p.row = row(c.axes[0], c.arm_a, c.arm_b, a, b);
-      p.response = response(m.normal, p.row, m.normal, p.row);
-      p.inverse_response = p.response > S(0) ? S(1) / p.response : S(0);
-      p.target = c.target;
-      p.impulse = c.impulse[0];
-      const Vec3<S> r = c.arm_a - m.center;
-      p.radius = r.norm();
-      m.radius = std::max(m.radius, p.radius);
-      m.friction_impulse[0] += c.impulse[1];
-      m.friction_impulse[1] += c.impulse[2];
-      const Vec3<S> friction = c.impulse[1] * c.axes[1] + c.impulse[2] * c.axes[2];
-      m.torsion += c.axes[0].dot(r.cross(friction));
+  /// Calls use(contact, normal velocity) for all contacts.
+  template <typename Of, typename Use>
+  void for_each_speed(const Island& island, Constraints<S>& constraints,
+                      std::span<const SolverBody<S>> bodies, Of&& of, Use&& use) const {
+    for (const Manifold& m : manifolds_) {
+      const Relative v = relative(m, of(bodies[m.a]), of(bodies[m.b]));
+      for (std::uint32_t k = m.first; k < m.first + m.count; ++k) {
+        use(constraints.contacts[island.contacts[k]], points_[k].speed(v));
+      }
     }
   }
 
-  S sweep(Manifold& m, std::span<SolverBody<S>> bodies) {
-    using std::abs;
-    using std::max;
-    using std::min;
-    Pair pair(m, bodies, velocity_of);
-    NormalPart normal(m, pair);
+  template <typename Visit>
+  S for_each_manifold(bool backwards, Visit&& visit) {
     S largest = S(0);
-    S sum = S(0);
-    S moment = S(0);
-    for (std::uint32_t k = m.first; k < m.first + m.count; ++k) {
-      Point& p = points_[k];
-      const S wanted =
-          max(S(0), p.impulse + (p.target - normal.velocity(p.row)) * p.inverse_response);
-      const S change = wanted - p.impulse;
-      p.impulse = wanted;
-      sum += wanted;
-      moment += wanted * p.radius;
-      normal.push(p.row, change);
-      largest = max(largest, abs(change) * p.response);
+    const std::size_t count = manifolds_.size();
+    for (std::size_t k = 0; k < count; ++k) {
+      largest = std::max(largest, visit(manifolds_[backwards ? count - 1 - k : k]));
     }
-    normal.finish();
-    if (sum > S(0) || m.friction_impulse[0] != S(0) || m.friction_impulse[1] != S(0)) {
-      largest = max(largest, rub(m, m.friction * sum, m.friction * moment, pair));
-    }
-    pair.store(m, bodies, velocity_of);
     return largest;
   }
 
-  /// Friction of a manifold: force and torsion together within an ellipsoid, whose axes are the
-  /// force `most` alone and the torsion `most_torsion` alone.
-  static S rub(Manifold& m, S most, S most_torsion, Pair& pair) {
-    using std::abs;
-    using std::max;
-    using std::sqrt;
-    const std::array<S, 2> before = m.friction_impulse;
-    const S before_torsion = m.torsion;
-    S torsion = m.torsion - pair.spin(m.normal) * m.inverse_torsion_response;
-    detail::solve_friction(m.response, pair.velocity(m.t1, m.row1), pair.velocity(m.t2, m.row2),
-                           most, m.friction_impulse[0], m.friction_impulse[1]);
-    const S force = most > S(0) ? (m.friction_impulse[0] * m.friction_impulse[0] +
-                                   m.friction_impulse[1] * m.friction_impulse[1]) /
-                                      (most * most)
-                                : S(0);
-    const S turn = most_torsion > S(0) ? torsion / most_torsion : S(0);
-    if (!(most_torsion > S(0))) torsion = S(0);
-    const S size2 = force + turn * turn;
-    if (size2 > S(1)) {
-      const S shrink = S(1) / sqrt(size2);
-      torsion *= shrink;
-      m.friction_impulse[0] *= shrink;
-      m.friction_impulse[1] *= shrink;
-    }
-    m.torsion = torsion;
-    const S twist = torsion - before_torsion;
-    const S x1 = m.friction_impulse[0] - before[0];
-    const S x2 = m.friction_impulse[1] - before[1];
-    pair.twist(m, twist);
-    pair.push(m.t1, m.row1, x1);
-    pair.push(m.t2, m.row2, x2);
-    return max(max(abs(x1), abs(x2)) * m.response.largest,
-               abs(twist) * m.torsion_response * m.radius);
-  }
+  void add_manifold(std::span<const std::uint32_t> contacts, const Constraints<S>& constraints,
+                    std::span<const SolverBody<S>> bodies);
+  S solve(Manifold& m, std::span<SolverBody<S>> bodies);
+  S place(const Manifold& m, const Island& island, Constraints<S>& constraints,
+          std::span<SolverBody<S>> bodies, S per_step);
+  static S rub(Manifold& m, S most, S most_torsion, const Relative& v);
 
   std::vector<Manifold> manifolds_;
   std::vector<Point> points_;
 };
+
+// Implementation -----------------------------------------------------------------------------------
+
+template <Scalar S>
+void ManifoldSweeps<S>::start(const Island& island, const Constraints<S>& constraints,
+                              std::span<const SolverBody<S>> bodies) {
+  manifolds_.clear();
+  points_.clear();
+  const auto belong_together = [&](std::uint32_t i, std::uint32_t j) {
+    return i + 1 == j && are_of_one_manifold(constraints.contacts[i], constraints.contacts[j]);
+  };
+  for (std::size_t k = 0; k < island.contacts.size();) {
+    std::size_t end = k + 1;
+    while (end < island.contacts.size() &&
+           belong_together(island.contacts[end - 1], island.contacts[end])) {
+      ++end;
+    }
+    add_manifold(island.contacts.subspan(k, end - k), constraints, bodies);
+    k = end;
+  }
+}
+
+template <Scalar S>
+void ManifoldSweeps<S>::add_manifold(std::span<const std::uint32_t> contacts,
+                                     const Constraints<S>& constraints,
+                                     std::span<const SolverBody<S>> bodies) {
+  using std::sqrt;
+  const ContactConstraint<S>& one = constraints.contacts[contacts[0]];
+  Manifold& m = manifolds_.emplace_back();
+  m.a = one.body_a;
+  m.b = one.body_b;
+  m.first = static_cast<std::uint32_t>(points_.size());
+  m.count = static_cast<std::uint32_t>(contacts.size());
+  m.friction = one.friction;
+
+  // The centre of pressure of the last step; of points that carried nothing, their middle.
+  S sum = S(0);
+  for (const std::uint32_t i : contacts) sum += constraints.contacts[i].impulse[0];
+  const S even = S(1) / S(contacts.size());
+  Vec3<S> arm_a = Vec3<S>::Zero();
+  Vec3<S> arm_b = Vec3<S>::Zero();
+  for (const std::uint32_t i : contacts) {
+    const ContactConstraint<S>& c = constraints.contacts[i];
+    const S weight = sum > S(0) ? c.impulse[0] / sum : even;
+    arm_a += weight * c.arm_a;
+    arm_b += weight * c.arm_b;
+  }
+  m.arm_a = triple(arm_a);
+  m.arm_b = triple(arm_b);
+  m.n = triple(one.axes[0]);
+  m.t1 = triple(one.axes[1]);
+  m.t2 = triple(one.axes[2]);
+
+  const ManifoldMobility<S> w(one, bodies[m.a], bodies[m.b], arm_a, arm_b);
+  m.response = w.linear;
+  m.response.prepare();
+  m.torsion_response = w.angular(0, 0);
+  m.inverse_torsion_response = m.torsion_response > S(0) ? S(1) / m.torsion_response : S(0);
+  m.across = {{{w.linear.n1, w.turn(1, 1), w.turn(2, 1)},
+               {w.linear.n2, w.turn(1, 2), w.turn(2, 2)},
+               {w.turn(0, 0), w.angular(0, 1), w.angular(0, 2)}}};
+
+  for (const std::uint32_t i : contacts) {
+    const ContactConstraint<S>& c = constraints.contacts[i];
+    Point& p = points_.emplace_back();
+    // A single point is the centre of pressure, and has no lever about it.
+    if (m.count > 1) {
+      const Triple from_center = triple(c.arm_a - arm_a);
+      p.e1 = dot(from_center, m.t2);
+      p.e2 = -dot(from_center, m.t1);
+      p.radius = sqrt(p.e1 * p.e1 + p.e2 * p.e2);
+      m.radius = std::max(m.radius, p.radius);
+    }
+    p.turn1 = w.turn(1, 0) + p.e1 * w.angular(1, 1) + p.e2 * w.angular(1, 2);
+    p.turn2 = w.turn(2, 0) + p.e1 * w.angular(2, 1) + p.e2 * w.angular(2, 2);
+    p.linear = w.linear.nn + p.e1 * w.turn(1, 0) + p.e2 * w.turn(2, 0);
+    p.response = p.linear + p.e1 * p.turn1 + p.e2 * p.turn2;
+    p.inverse_response = p.response > S(0) ? S(1) / p.response : S(0);
+  }
+}
+
+template <Scalar S>
+void ManifoldSweeps<S>::aim(const Island& island, Constraints<S>& constraints,
+                            std::span<const SolverBody<S>> bodies, const SolveContext<S>& context) {
+  for (Manifold& m : manifolds_) {
+    const SolverBody<S>& a = bodies[m.a];
+    const SolverBody<S>& b = bodies[m.b];
+    const Relative start = relative(m, a.start, b.start);
+    const Relative free = relative(m, a.free, b.free);
+    const Relative motion = relative(m, a.free_motion, b.free_motion);
+    m.friction_impulse = {};
+    m.torsion = S(0);
+    for (std::uint32_t k = m.first; k < m.first + m.count; ++k) {
+      ContactConstraint<S>& c = constraints.contacts[island.contacts[k]];
+      Point& p = points_[k];
+      aim_contact<S>(c, {p.speed(start), p.speed(free), p.speed(motion)},
+                     a.follows_joints || b.follows_joints, context);
+      p.target = c.target;
+      p.impulse = c.impulse[0];
+      m.friction_impulse[0] += c.impulse[1];
+      m.friction_impulse[1] += c.impulse[2];
+      m.torsion -= p.e1 * c.impulse[1] + p.e2 * c.impulse[2];
+    }
+  }
+}
+
+template <Scalar S>
+S ManifoldSweeps<S>::solve(Manifold& m, std::span<SolverBody<S>> bodies) {
+  using std::abs;
+  using std::max;
+  SolverBody<S>& a = bodies[m.a];
+  SolverBody<S>& b = bodies[m.b];
+  Relative v = relative(m, a.twist, b.twist);
+  Load load;
+  S largest = S(0);
+  S sum = S(0);
+  S moment = S(0);
+  for (std::uint32_t k = m.first; k < m.first + m.count; ++k) {
+    Point& p = points_[k];
+    const S wanted = max(S(0), p.impulse + (p.target - p.speed(v)) * p.inverse_response);
+    const S change = wanted - p.impulse;
+    p.impulse = wanted;
+    sum += wanted;
+    moment += wanted * p.radius;
+    load.add(p, change, v);
+    largest = max(largest, abs(change) * p.response);
+  }
+  v.v1 += m.across[0][0] * load.n + m.across[0][1] * load.l1 + m.across[0][2] * load.l2;
+  v.v2 += m.across[1][0] * load.n + m.across[1][1] * load.l1 + m.across[1][2] * load.l2;
+  v.spin += m.across[2][0] * load.n + m.across[2][1] * load.l1 + m.across[2][2] * load.l2;
+  const std::array<S, 2> before = m.friction_impulse;
+  const S before_torsion = m.torsion;
+  largest = max(largest, rub(m, m.friction * sum, m.friction * moment, v));
+  if (!(largest > S(0))) return largest;
+  push(m, {load.n, m.friction_impulse[0] - before[0], m.friction_impulse[1] - before[1]},
+       {m.torsion - before_torsion, load.l1, load.l2}, a, b, a.twist, b.twist);
+  return largest;
+}
+
+/// Friction of a manifold: force and torsion together within an ellipsoid, whose axes are the force
+/// `most` alone and the torsion `most_torsion` alone.
+template <Scalar S>
+S ManifoldSweeps<S>::rub(Manifold& m, S most, S most_torsion, const Relative& v) {
+  using std::abs;
+  using std::max;
+  using std::sqrt;
+  S x1 = m.friction_impulse[0];
+  S x2 = m.friction_impulse[1];
+  S torsion = S(0);
+  if (most > S(0)) {
+    detail::solve_friction(m.response, v.v1, v.v2, most, x1, x2);
+    S size2 = (x1 * x1 + x2 * x2) / (most * most);
+    if (most_torsion > S(0)) {
+      torsion = m.torsion - v.spin * m.inverse_torsion_response;
+      const S turn = torsion / most_torsion;
+      size2 += turn * turn;
+    }
+    if (size2 > S(1)) {
+      const S shrink = S(1) / sqrt(size2);
+      torsion *= shrink;
+      x1 *= shrink;
+      x2 *= shrink;
+    }
+  } else {
+    x1 = x2 = S(0);
+  }
+  const S change = max(
+      max(abs(x1 - m.friction_impulse[0]), abs(x2 - m.friction_impulse[1])) * m.response.largest,
+      abs(torsion - m.torsion) * m.torsion_response * m.radius);
+  m.friction_impulse = {x1, x2};
+  m.torsion = torsion;
+  return change;
+}
+
+template <Scalar S>
+S ManifoldSweeps<S>::place(const Manifold& m, const Island& island, Constraints<S>& constraints,
+                           std::span<SolverBody<S>> bodies, S per_step) {
+  using std::abs;
+  using std::max;
+  SolverBody<S>& a = bodies[m.a];
+  SolverBody<S>& b = bodies[m.b];
+  Relative v = relative(m, a.motion, b.motion);
+  Load load;
+  S largest = S(0);
+  for (std::uint32_t k = m.first; k < m.first + m.count; ++k) {
+    ContactConstraint<S>& c = constraints.contacts[island.contacts[k]];
+    const Point& p = points_[k];
+    if (c.parts) continue;
+    const S left = c.gap * per_step + p.speed(v);
+    const S wanted = max(c.least_placed, c.placed - left * p.inverse_response);
+    const S change = wanted - c.placed;
+    c.placed = wanted;
+    load.add(p, change, v);
+    largest = max(largest, abs(change) * p.response);
+  }
+  if (largest > S(0)) {
+    push(m, {load.n, S(0), S(0)}, {S(0), load.l1, load.l2}, a, b, a.motion, b.motion);
+  }
+  return largest;
+}
+
+template <Scalar S>
+void ManifoldSweeps<S>::store(const Island& island, Constraints<S>& constraints) const {
+  using std::abs;
+  using std::copysign;
+  using std::min;
+  using std::sqrt;
+  for (const Manifold& m : manifolds_) {
+    const std::span<const Point> points = points_of(m);
+    S sum = S(0);
+    S e1 = S(0);
+    S e2 = S(0);
+    for (const Point& p : points) {
+      sum += p.impulse;
+      e1 += p.impulse * p.e1;
+      e2 += p.impulse * p.e2;
+    }
+    const S per_load = sum > S(0) ? S(1) / sum : S(0);
+    e1 *= per_load;
+    e2 *= per_load;
+    // The force now acts at the centre of these impulses; what it did about the former one becomes
+    // torsion.
+    const S torsion = m.torsion + e1 * m.friction_impulse[0] + e2 * m.friction_impulse[1];
+    S moment = S(0);
+    S farthest2 = S(0);
+    for (const Point& p : points) {
+      const S r2 = (p.e1 - e1) * (p.e1 - e1) + (p.e2 - e2) * (p.e2 - e2);
+      moment += p.impulse * r2;
+      farthest2 = std::max(farthest2, r2);
+    }
+    // No point may carry more than its own friction, whatever torsion was found for others.
+    const S twist =
+        moment > S(0) ? copysign(min(abs(torsion / moment), m.friction / sqrt(farthest2)), torsion)
+                      : S(0);
+    for (std::uint32_t k = 0; k < m.count; ++k) {
+      const Point& p = points[k];
+      const S share = p.impulse * per_load;
+      const S turn = twist * p.impulse;
+      constraints.contacts[island.contacts[m.first + k]].impulse = {
+          p.impulse, share * m.friction_impulse[0] - turn * (p.e1 - e1),
+          share * m.friction_impulse[1] - turn * (p.e2 - e2)};
+    }
+  }
+}
 
 }  // namespace bristle
 
@@ -5913,26 +6117,41 @@ class SequentialSolver {
  public:
   /// Sets up the sweeps over an island and the velocities that the impulses in its constraints give
   /// (warm start).
-  /// @param by_manifold  Whether the points of a manifold share their friction.
-  void start(const Island& island, Constraints<S>& constraints, std::span<SolverBody<S>> bodies,
-             bool by_manifold) {
-    by_manifold_ = by_manifold;
-    if (by_manifold) {
-      manifolds_.start(island, constraints, bodies);
-    } else {
-      start_points(island, constraints, bodies);
-    }
-    responses_.resize(std::max(responses_.size(), island.blocks.size()));
-    for (std::size_t k = 0; k < island.blocks.size(); ++k) {
-      const ConstraintBlock<S>& block = constraints.blocks[island.blocks[k]];
-      local_response(block, &constraints.rows[block.first], bodies[block.body_a],
-                     bodies[block.body_b], responses_[k]);
-    }
-    gains_.resize(std::max(gains_.size(), island.soft.size()));
-    for (std::size_t k = 0; k < island.soft.size(); ++k) {
-      gains_[k] = soft_gain(constraints.soft[island.soft[k]], bodies);
-    }
+  void start(const Island& island, Constraints<S>& constraints, std::span<SolverBody<S>> bodies) {
+    by_manifold_ = false;
+    start_points(island, constraints, bodies);
+    start_blocks(island, constraints, bodies);
     apply_impulses(island, constraints, bodies);
+  }
+
+  /// The same for sweeps in which the points of a manifold share their friction, but for velocities
+  /// and what contacts aim at: `start_part` sets them.
+  void start_manifolds(const Island& island, Constraints<S>& constraints,
+                       std::span<const SolverBody<S>> bodies) {
+    by_manifold_ = true;
+    manifolds_.start(island, constraints, bodies);
+    start_blocks(island, constraints, bodies);
+  }
+  /// Starts one part of the step: arms, axes and masses stay those of its start.
+  void start_part(const Island& island, Constraints<S>& constraints,
+                  std::span<SolverBody<S>> bodies, const SolveContext<S>& context) {
+    manifolds_.aim(island, constraints, bodies, context);
+    if (island.blocks.empty() && island.soft.empty()) {
+      for (const std::uint32_t slot : island.bodies) bodies[slot].twist = bodies[slot].free;
+      manifolds_.apply(bodies);
+    } else {
+      apply_impulses(island, constraints, bodies);
+    }
+  }
+  /// Starts its position problem, once impulses are written back.
+  void start_placing(const Island& island, Constraints<S>& constraints,
+                     std::span<const SolverBody<S>> bodies, Integrator integrator) const {
+    manifolds_.start_placing(island, constraints, bodies, integrator);
+  }
+  /// Lets gaps follow its motion.
+  void move_gaps(const Island& island, Constraints<S>& constraints,
+                 std::span<const SolverBody<S>> bodies, S dt) const {
+    manifolds_.move_gaps(island, constraints, bodies, dt);
   }
 
   /// One sweep over all constraints, there or back: information crosses a stack in one pair of
@@ -5987,6 +6206,20 @@ class SequentialSolver {
   }
 
  private:
+  void start_blocks(const Island& island, const Constraints<S>& constraints,
+                    std::span<const SolverBody<S>> bodies) {
+    responses_.resize(std::max(responses_.size(), island.blocks.size()));
+    for (std::size_t k = 0; k < island.blocks.size(); ++k) {
+      const ConstraintBlock<S>& block = constraints.blocks[island.blocks[k]];
+      local_response(block, &constraints.rows[block.first], bodies[block.body_a],
+                     bodies[block.body_b], responses_[k]);
+    }
+    gains_.resize(std::max(gains_.size(), island.soft.size()));
+    for (std::size_t k = 0; k < island.soft.size(); ++k) {
+      gains_[k] = soft_gain(constraints.soft[island.soft[k]], bodies);
+    }
+  }
+
   void start_points(const Island& island, const Constraints<S>& constraints,
                     std::span<const SolverBody<S>> bodies) {
     contact_responses_.resize(std::max(contact_responses_.size(), island.contacts.size()));
@@ -6137,7 +6370,7 @@ class IslandSolver {
   /// velocities at the end of the step.
   void solve(const Island& island, Constraints<S>& constraints, std::span<SolverBody<S>> bodies,
              const SolveContext<S>& context, SolveReport<S>& report) {
-    if (is_large(island, context)) {
+    if (is_large(context)) {
       solve_large(island, constraints, bodies, context, report);
     } else {
       aim(island, constraints, bodies, context);
@@ -6150,15 +6383,30 @@ class IslandSolver {
   void place(const Island& island, Constraints<S>& constraints, std::span<SolverBody<S>> bodies,
              const SolveContext<S>& context, SolveReport<S>& report) {
     // Large islands are placed part by part as they are solved.
-    if (is_large(island, context) && island.soft.empty()) return;
+    if (is_large(context) && island.soft.empty()) return;
     place(island, constraints, bodies, context, context.settings.max_position_sweeps, report);
   }
 
-  /// Whether an island is swept only. Joints converge too slowly for that, and what they connect is
-  /// chains more often than heaps, so islands with joints may be larger.
-  [[nodiscard]] static bool is_large(const Island& island, const SolveContext<S>& context) {
-    const std::uint32_t factor = island.blocks.empty() ? 1 : 8;
-    return island.bodies.size() > std::size_t{factor} * context.settings.max_direct_bodies;
+  /// [-] Multiply-adds of one assembly and factorisation of an island's matrix, for
+  /// `SolveContext::factor_work`; a bound where that says on which side of
+  /// `enough` it is.
+  [[nodiscard]] std::uint64_t factor_work(const Island& island, const Constraints<S>& constraints,
+                                          std::size_t slots, std::uint64_t enough) {
+    // A row of a contact is squared over both of its bodies, in three blocks.
+    const std::uint64_t rows = 3 * (island.contacts.size() + island.blocks.size());
+    const std::uint64_t assembly = 78 * rows + 500 * island.soft.size();
+    const std::uint64_t unknowns = 6 * island.bodies.size();
+    const std::uint64_t dense = assembly + unknowns * unknowns * unknowns / 6;
+    if (dense <= enough) return dense;
+    if (assembly > enough) return assembly;
+    order_.build(island, constraints, slots);
+    order_.clear(island);
+    return assembly + order_.factor_work();
+  }
+
+  /// Whether an island is swept.
+  [[nodiscard]] static bool is_large(const SolveContext<S>& context) {
+    return context.factor_work > context.settings.max_direct_work;
   }
 
  private:
@@ -6173,7 +6421,7 @@ class IslandSolver {
   void solve_small(const Island& island, Constraints<S>& constraints,
                    std::span<SolverBody<S>> bodies, const SolveContext<S>& context,
                    SolveReport<S>& report) {
-    sequential_.start(island, constraints, bodies, false);
+    sequential_.start(island, constraints, bodies);
     if (wants_even_load(island, constraints)) {
       report.residual = S(proximal_.solve(island, constraints, bodies, context, report));
       apply_impulses(island, constraints, bodies);
@@ -6206,8 +6454,10 @@ class IslandSolver {
     // Soft blocks are linearised over the whole step.
     const int count = island.soft.empty() ? part_count(context) : 1;
     const S parts = S(count);
-    const SolveContext<S> part = context.part(parts);
+    SolveContext<S> part = context.part(parts);
+    part.is_swept = true;
     begin_parts(island, constraints, bodies, parts);
+    sequential_.start_manifolds(island, constraints, bodies);
     for (int k = 0; k < count; ++k) {
       for (std::size_t n = 0; n < island.bodies.size(); ++n) {
         SolverBody<S>& body = bodies[island.bodies[n]];
@@ -6215,8 +6465,7 @@ class IslandSolver {
         body.free = body.start + parts_[n].change;
         body.free_motion = mean_free_motion(body, context.integrator);
       }
-      aim(island, constraints, bodies, part);
-      sequential_.start(island, constraints, bodies, true);
+      sequential_.start_part(island, constraints, bodies, part);
       const int most = is_cold_ ? context.settings.max_sweeps : context.settings.large_sweeps;
       for (int n = 0; n < most; ++n) {
         report.residual = sequential_.sweep(island, constraints, bodies, n % 2 != 0);
@@ -6225,8 +6474,8 @@ class IslandSolver {
       }
       sequential_.finish(island, constraints);
       if (!island.soft.empty()) break;  // Placed when their sensors have settled.
-      place(island, constraints, bodies, part, context.settings.large_position_sweeps, report);
-      if (k + 1 < count) move_gaps(island, constraints, bodies, part.dt);
+      place_part(island, constraints, bodies, part, report);
+      if (k + 1 < count) sequential_.move_gaps(island, constraints, bodies, part.dt);
       end_part(island, constraints, bodies, part.dt, parts);
     }
     end_parts(island, constraints, bodies);
@@ -6266,11 +6515,20 @@ class IslandSolver {
     });
   }
 
-  static void move_gaps(const Island& island, Constraints<S>& constraints,
-                        std::span<const SolverBody<S>> bodies, S dt) {
-    for (const std::uint32_t i : island.contacts) {
-      ContactConstraint<S>& c = constraints.contacts[i];
-      c.gap += dt * c.normal_velocity(bodies[c.body_a].motion, bodies[c.body_b].motion);
+  /// The position problem of a part, swept.
+  void place_part(const Island& island, Constraints<S>& constraints,
+                  std::span<SolverBody<S>> bodies, const SolveContext<S>& part,
+                  SolveReport<S>& report) {
+    for (const std::uint32_t slot : island.bodies) {
+      bodies[slot].motion = mean_motion(bodies[slot], part.integrator);
+    }
+    sequential_.start_placing(island, constraints, bodies, part.integrator);
+    move_by_bounces(island, constraints, bodies, part);
+    for (int n = 0; n < part.settings.large_position_sweeps; ++n) {
+      const S residual =
+          sequential_.sweep_positions(island, constraints, bodies, part.dt, n % 2 != 0);
+      ++report.position_sweeps;
+      if (residual * part.dt <= part.position_tolerance) break;
     }
   }
 
@@ -6327,7 +6585,6 @@ class IslandSolver {
 
   void place(const Island& island, Constraints<S>& constraints, std::span<SolverBody<S>> bodies,
              const SolveContext<S>& context, int most_sweeps, SolveReport<S>& report) {
-    const S usual = context.integrator == Integrator::trapezoidal ? S(0.5) : S(1);
     for (const std::uint32_t slot : island.bodies) {
       bodies[slot].motion = mean_motion(bodies[slot], context.integrator);
     }
@@ -6337,12 +6594,10 @@ class IslandSolver {
                             ? c.normal_velocity(bodies[c.body_a].twist, bodies[c.body_b].twist)
                             : S(0);
       place_contact(c, parting, context.integrator);
-      if (c.bounce_share < S(0)) continue;
-      apply_at_contact<S>(c, (c.bounce_share - usual) * c.impulse_W(), bodies[c.body_a],
-                          bodies[c.body_b], motion_of);
     }
+    move_by_bounces(island, constraints, bodies, context);
     if (!has_position_error(island, constraints, bodies, context)) return;
-    if (!island.blocks.empty() && !is_large(island, context)) {
+    if (!island.blocks.empty() && !is_large(context)) {
       // Joints must not give way to what they forbid, which sweeps do not see.
       proximal_.place(island, constraints, bodies, context, report);
       return;
@@ -6354,10 +6609,22 @@ class IslandSolver {
           sequential_.sweep_positions(island, constraints, bodies, context.dt, n % 2 != 0);
       ++report.position_sweeps;
       if (progress.is_done(residual)) break;
-      if (!is_large(island, context) && progress.is_slow()) {
+      if (!is_large(context) && progress.is_slow()) {
         proximal_.place(island, constraints, bodies, context, report);
         break;
       }
+    }
+  }
+
+  /// Gives bodies the displacement of bounces, whose share is not the usual one.
+  static void move_by_bounces(const Island& island, const Constraints<S>& constraints,
+                              std::span<SolverBody<S>> bodies, const SolveContext<S>& context) {
+    const S usual = context.integrator == Integrator::trapezoidal ? S(0.5) : S(1);
+    for (const std::uint32_t i : island.contacts) {
+      const ContactConstraint<S>& c = constraints.contacts[i];
+      if (c.bounce_share < S(0)) continue;
+      apply_at_contact<S>(c, (c.bounce_share - usual) * c.impulse_W(), bodies[c.body_a],
+                          bodies[c.body_b], motion_of);
     }
   }
 
@@ -6460,6 +6727,7 @@ class IslandSolver {
 
   SequentialSolver<S> sequential_;
   ProximalSolver<S> proximal_;
+  IslandOrder order_;
   std::vector<std::array<S, 3>> saved_;
 
   /// The whole step of a body that is solved in parts, and what one part adds to its velocity.
@@ -18926,7 +19194,7 @@ class MechanismStage {
   [[nodiscard]] static bool applies_to(const State& state, const Island& island,
                                        const SolveContext<S>& context) {
     if (island.blocks.empty() || context.integrator != Integrator::trapezoidal) return false;
-    if (!island.contacts.empty() && IslandSolver<S>::is_large(island, context)) return false;
+    if (!island.contacts.empty() && IslandSolver<S>::is_large(context)) return false;
     return std::all_of(island.blocks.begin(), island.blocks.end(), [&](std::uint32_t i) {
       return state.constraints.blocks[i].kind == BlockKind::equality;
     });
@@ -19787,9 +20055,11 @@ class SolveStage {
   }
 
   void solve_island(State& state, const SensorStage<S, Backend>& sensors, const Island& island) {
-    const SolveContext<S> context = context_of(state, island);
+    SolveContext<S> context = context_of(state, island);
     Constraints<S>& constraints = state.constraints;
     std::span<SolverBody<S>> bodies = state.solver_bodies;
+    context.factor_work =
+        solver_.factor_work(island, constraints, bodies.size(), context.settings.max_direct_work);
     if (mechanisms_.applies_to(state, island, context)) {
       // Where nothing touches the mechanism there is nothing left to solve.
       if (mechanisms_.advance(state, island) && island.contacts.empty()) return;

@@ -29,7 +29,7 @@ Collision make_collision(Way way, const Shape<double>& target, const LawOptions&
   WorldDef<double> world_def;
   world_def.gravity.setZero();
   world_def.time_step = 1e-3;
-  if (way == Way::sequential) world_def.solver.max_direct_bodies = 0;
+  if (way == Way::sequential) world_def.solver.max_direct_work = 0;
   Collision c{World<double>(world_def), {}, {}};
   // Away from the origin, so that moments about it are a real check.
   const Vec3<double> place(1.5, -0.7, 2.1);

@@ -64,7 +64,7 @@ TEST_CASE("no_allocation: a stack on hard contact, and one that is swept on sens
   auto hard = make_stack<double>(def);
   CHECK(allocations_of(hard.world, 60, 300) == 0);
   def.by = StackBy::sensors;
-  def.solver.max_direct_bodies = 0;
+  def.solver.max_direct_work = 0;
   auto swept = make_stack<double>(def);
   CHECK(allocations_of(swept.world, 60, 300) == 0);
 }

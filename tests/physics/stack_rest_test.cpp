@@ -49,7 +49,7 @@ TEST_CASE("stack_rest: swept instead of factored, moderate mass ratios rest too"
   StackDef<double> def;
   def.by = StackBy::sensors;
   def.masses = {1, 10};
-  def.solver.max_direct_bodies = 0;
+  def.solver.max_direct_work = 0;
   auto scene = make_stack<double>(def);
   scene.run(3);
   CHECK(height_error(scene) < 1e-6);

@@ -36,7 +36,7 @@ TEST_CASE("mass_ratio: swept islands rest up to a ratio of 30") {
     StackDef<double> def;
     def.by = StackBy::sensors;
     def.masses = {1, ratio};
-    def.solver.max_direct_bodies = 0;
+    def.solver.max_direct_work = 0;
     auto scene = make_stack<double>(def);
     scene.run(4);
     INFO("ratio ", ratio);

@@ -38,9 +38,21 @@ void add_contacts(const CachedManifold<S>& manifold, const std::vector<CachedPoi
   }
 }
 
+/// [m/s] Normal velocities of a contact: at the start of the step, and at its end and in the mean
+/// of it if nothing but free motion acted.
+template <Scalar S>
+struct NormalSpeeds {
+  S start, free, free_motion;
+};
+
 /// Sets what a contact wants of the velocities at the end of the step.
 template <Scalar S>
 void aim_contact(ContactConstraint<S>& c, const SolverBody<S>& a, const SolverBody<S>& b,
+                 const SolveContext<S>& context);
+/// The same where its normal velocities are known.
+/// @param follows_joints  Whether one of its bodies moves with a mechanism.
+template <Scalar S>
+void aim_contact(ContactConstraint<S>& c, const NormalSpeeds<S>& speeds, bool follows_joints,
                  const SolveContext<S>& context);
 
 /// Share of the impulse that a contact will have taken when the step ends, by default and for
@@ -81,23 +93,33 @@ template <Scalar S>
 template <Scalar S>
 void aim_contact(ContactConstraint<S>& c, const SolverBody<S>& a, const SolverBody<S>& b,
                  const SolveContext<S>& context) {
-  using std::max;
-  using std::min;
-  const S dt = context.dt;
-  const bool is_trapezoidal = context.integrator == Integrator::trapezoidal;
   const Vec3<S>& n = c.axes[0];
   const Vec3<S> torque_a = c.arm_a.cross(n);
   const Vec3<S> torque_b = c.arm_b.cross(n);
   const auto normal_part = [&](const Twist<S>& u, const Twist<S>& v) {
     return n.dot(v.linear - u.linear) + (torque_b.dot(v.angular) - torque_a.dot(u.angular));
   };
-  const S start = normal_part(a.start, b.start);
-  const S free = normal_part(a.free, b.free);
+  const NormalSpeeds<S> speeds{normal_part(a.start, b.start), normal_part(a.free, b.free),
+                               normal_part(a.free_motion, b.free_motion)};
+  aim_contact(c, speeds, a.follows_joints || b.follows_joints, context);
+}
+
+template <Scalar S>
+void aim_contact(ContactConstraint<S>& c, const NormalSpeeds<S>& speeds, bool follows_joints,
+                 const SolveContext<S>& context) {
+  using std::max;
+  using std::min;
+  const S dt = context.dt;
+  const bool is_trapezoidal = context.integrator == Integrator::trapezoidal;
+  const S start = speeds.start;
+  const S free = speeds.free;
   const S change = free - start;  // What forces do to the normal velocity within the step.
-  const bool closes = c.gap + dt * normal_part(a.free_motion, b.free_motion) < S(0);
+  const bool closes = c.gap + dt * speeds.free_motion < S(0);
   const bool bounces = c.restitution > S(0) && closes && start < -context.restitution_speed;
   c.bounce_share = S(-1);
-  c.is_impact = closes && -start > context.speed_change;
+  // What carried a load and approaches all the same does so because sweeps were cut short.
+  const bool is_loaded = context.is_swept && c.impulse[0] > S(0);
+  c.is_impact = closes && -start > context.speed_change && !is_loaded;
   // An impact says nothing about the load that follows, nor the load about the impact.
   if (c.is_impact) c.impulse = {};
 
@@ -106,7 +128,7 @@ void aim_contact(ContactConstraint<S>& c, const SolverBody<S>& a, const SolverBo
     if (bounces) c.target = max(c.target, -c.restitution * start);
     return;
   }
-  if (bounces && (a.follows_joints || b.follows_joints)) {
+  if (bounces && follows_joints) {
     // What changes the speed of a mechanism within the step depends on its speed, and must not be
     // given back to it as if it were a constant force.
     c.target = -c.restitution * free;

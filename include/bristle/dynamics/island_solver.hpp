@@ -26,7 +26,7 @@ class IslandSolver {
   /// velocities at the end of the step.
   void solve(const Island& island, Constraints<S>& constraints, std::span<SolverBody<S>> bodies,
              const SolveContext<S>& context, SolveReport<S>& report) {
-    if (is_large(island, context)) {
+    if (is_large(context)) {
       solve_large(island, constraints, bodies, context, report);
     } else {
       aim(island, constraints, bodies, context);
@@ -39,15 +39,30 @@ class IslandSolver {
   void place(const Island& island, Constraints<S>& constraints, std::span<SolverBody<S>> bodies,
              const SolveContext<S>& context, SolveReport<S>& report) {
     // Large islands are placed part by part as they are solved.
-    if (is_large(island, context) && island.soft.empty()) return;
+    if (is_large(context) && island.soft.empty()) return;
     place(island, constraints, bodies, context, context.settings.max_position_sweeps, report);
   }
 
-  /// Whether an island is swept only. Joints converge too slowly for that, and what they connect is
-  /// chains more often than heaps, so islands with joints may be larger.
-  [[nodiscard]] static bool is_large(const Island& island, const SolveContext<S>& context) {
-    const std::uint32_t factor = island.blocks.empty() ? 1 : 8;
-    return island.bodies.size() > std::size_t{factor} * context.settings.max_direct_bodies;
+  /// [-] Multiply-adds of one assembly and factorisation of an island's matrix, for
+  /// `SolveContext::factor_work`; a bound where that says on which side of
+  /// `enough` it is.
+  [[nodiscard]] std::uint64_t factor_work(const Island& island, const Constraints<S>& constraints,
+                                          std::size_t slots, std::uint64_t enough) {
+    // A row of a contact is squared over both of its bodies, in three blocks.
+    const std::uint64_t rows = 3 * (island.contacts.size() + island.blocks.size());
+    const std::uint64_t assembly = 78 * rows + 500 * island.soft.size();
+    const std::uint64_t unknowns = 6 * island.bodies.size();
+    const std::uint64_t dense = assembly + unknowns * unknowns * unknowns / 6;
+    if (dense <= enough) return dense;
+    if (assembly > enough) return assembly;
+    order_.build(island, constraints, slots);
+    order_.clear(island);
+    return assembly + order_.factor_work();
+  }
+
+  /// Whether an island is swept.
+  [[nodiscard]] static bool is_large(const SolveContext<S>& context) {
+    return context.factor_work > context.settings.max_direct_work;
   }
 
  private:
@@ -62,7 +77,7 @@ class IslandSolver {
   void solve_small(const Island& island, Constraints<S>& constraints,
                    std::span<SolverBody<S>> bodies, const SolveContext<S>& context,
                    SolveReport<S>& report) {
-    sequential_.start(island, constraints, bodies, false);
+    sequential_.start(island, constraints, bodies);
     if (wants_even_load(island, constraints)) {
       report.residual = S(proximal_.solve(island, constraints, bodies, context, report));
       apply_impulses(island, constraints, bodies);
@@ -95,8 +110,10 @@ class IslandSolver {
     // Soft blocks are linearised over the whole step.
     const int count = island.soft.empty() ? part_count(context) : 1;
     const S parts = S(count);
-    const SolveContext<S> part = context.part(parts);
+    SolveContext<S> part = context.part(parts);
+    part.is_swept = true;
     begin_parts(island, constraints, bodies, parts);
+    sequential_.start_manifolds(island, constraints, bodies);
     for (int k = 0; k < count; ++k) {
       for (std::size_t n = 0; n < island.bodies.size(); ++n) {
         SolverBody<S>& body = bodies[island.bodies[n]];
@@ -104,8 +121,7 @@ class IslandSolver {
         body.free = body.start + parts_[n].change;
         body.free_motion = mean_free_motion(body, context.integrator);
       }
-      aim(island, constraints, bodies, part);
-      sequential_.start(island, constraints, bodies, true);
+      sequential_.start_part(island, constraints, bodies, part);
       const int most = is_cold_ ? context.settings.max_sweeps : context.settings.large_sweeps;
       for (int n = 0; n < most; ++n) {
         report.residual = sequential_.sweep(island, constraints, bodies, n % 2 != 0);
@@ -114,8 +130,8 @@ class IslandSolver {
       }
       sequential_.finish(island, constraints);
       if (!island.soft.empty()) break;  // Placed when their sensors have settled.
-      place(island, constraints, bodies, part, context.settings.large_position_sweeps, report);
-      if (k + 1 < count) move_gaps(island, constraints, bodies, part.dt);
+      place_part(island, constraints, bodies, part, report);
+      if (k + 1 < count) sequential_.move_gaps(island, constraints, bodies, part.dt);
       end_part(island, constraints, bodies, part.dt, parts);
     }
     end_parts(island, constraints, bodies);
@@ -155,11 +171,20 @@ class IslandSolver {
     });
   }
 
-  static void move_gaps(const Island& island, Constraints<S>& constraints,
-                        std::span<const SolverBody<S>> bodies, S dt) {
-    for (const std::uint32_t i : island.contacts) {
-      ContactConstraint<S>& c = constraints.contacts[i];
-      c.gap += dt * c.normal_velocity(bodies[c.body_a].motion, bodies[c.body_b].motion);
+  /// The position problem of a part, swept.
+  void place_part(const Island& island, Constraints<S>& constraints,
+                  std::span<SolverBody<S>> bodies, const SolveContext<S>& part,
+                  SolveReport<S>& report) {
+    for (const std::uint32_t slot : island.bodies) {
+      bodies[slot].motion = mean_motion(bodies[slot], part.integrator);
+    }
+    sequential_.start_placing(island, constraints, bodies, part.integrator);
+    move_by_bounces(island, constraints, bodies, part);
+    for (int n = 0; n < part.settings.large_position_sweeps; ++n) {
+      const S residual =
+          sequential_.sweep_positions(island, constraints, bodies, part.dt, n % 2 != 0);
+      ++report.position_sweeps;
+      if (residual * part.dt <= part.position_tolerance) break;
     }
   }
 
@@ -216,7 +241,6 @@ class IslandSolver {
 
   void place(const Island& island, Constraints<S>& constraints, std::span<SolverBody<S>> bodies,
              const SolveContext<S>& context, int most_sweeps, SolveReport<S>& report) {
-    const S usual = context.integrator == Integrator::trapezoidal ? S(0.5) : S(1);
     for (const std::uint32_t slot : island.bodies) {
       bodies[slot].motion = mean_motion(bodies[slot], context.integrator);
     }
@@ -226,12 +250,10 @@ class IslandSolver {
                             ? c.normal_velocity(bodies[c.body_a].twist, bodies[c.body_b].twist)
                             : S(0);
       place_contact(c, parting, context.integrator);
-      if (c.bounce_share < S(0)) continue;
-      apply_at_contact<S>(c, (c.bounce_share - usual) * c.impulse_W(), bodies[c.body_a],
-                          bodies[c.body_b], motion_of);
     }
+    move_by_bounces(island, constraints, bodies, context);
     if (!has_position_error(island, constraints, bodies, context)) return;
-    if (!island.blocks.empty() && !is_large(island, context)) {
+    if (!island.blocks.empty() && !is_large(context)) {
       // Joints must not give way to what they forbid, which sweeps do not see.
       proximal_.place(island, constraints, bodies, context, report);
       return;
@@ -243,10 +265,22 @@ class IslandSolver {
           sequential_.sweep_positions(island, constraints, bodies, context.dt, n % 2 != 0);
       ++report.position_sweeps;
       if (progress.is_done(residual)) break;
-      if (!is_large(island, context) && progress.is_slow()) {
+      if (!is_large(context) && progress.is_slow()) {
         proximal_.place(island, constraints, bodies, context, report);
         break;
       }
+    }
+  }
+
+  /// Gives bodies the displacement of bounces, whose share is not the usual one.
+  static void move_by_bounces(const Island& island, const Constraints<S>& constraints,
+                              std::span<SolverBody<S>> bodies, const SolveContext<S>& context) {
+    const S usual = context.integrator == Integrator::trapezoidal ? S(0.5) : S(1);
+    for (const std::uint32_t i : island.contacts) {
+      const ContactConstraint<S>& c = constraints.contacts[i];
+      if (c.bounce_share < S(0)) continue;
+      apply_at_contact<S>(c, (c.bounce_share - usual) * c.impulse_W(), bodies[c.body_a],
+                          bodies[c.body_b], motion_of);
     }
   }
 
@@ -349,6 +383,7 @@ class IslandSolver {
 
   SequentialSolver<S> sequential_;
   ProximalSolver<S> proximal_;
+  IslandOrder order_;
   std::vector<std::array<S, 3>> saved_;
 
   /// The whole step of a body that is solved in parts, and what one part adds to its velocity.

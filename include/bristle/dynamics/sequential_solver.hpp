@@ -20,26 +20,41 @@ class SequentialSolver {
  public:
   /// Sets up the sweeps over an island and the velocities that the impulses in its constraints give
   /// (warm start).
-  /// @param by_manifold  Whether the points of a manifold share their friction.
-  void start(const Island& island, Constraints<S>& constraints, std::span<SolverBody<S>> bodies,
-             bool by_manifold) {
-    by_manifold_ = by_manifold;
-    if (by_manifold) {
-      manifolds_.start(island, constraints, bodies);
-    } else {
-      start_points(island, constraints, bodies);
-    }
-    responses_.resize(std::max(responses_.size(), island.blocks.size()));
-    for (std::size_t k = 0; k < island.blocks.size(); ++k) {
-      const ConstraintBlock<S>& block = constraints.blocks[island.blocks[k]];
-      local_response(block, &constraints.rows[block.first], bodies[block.body_a],
-                     bodies[block.body_b], responses_[k]);
-    }
-    gains_.resize(std::max(gains_.size(), island.soft.size()));
-    for (std::size_t k = 0; k < island.soft.size(); ++k) {
-      gains_[k] = soft_gain(constraints.soft[island.soft[k]], bodies);
-    }
+  void start(const Island& island, Constraints<S>& constraints, std::span<SolverBody<S>> bodies) {
+    by_manifold_ = false;
+    start_points(island, constraints, bodies);
+    start_blocks(island, constraints, bodies);
     apply_impulses(island, constraints, bodies);
+  }
+
+  /// The same for sweeps in which the points of a manifold share their friction, but for velocities
+  /// and what contacts aim at: `start_part` sets them.
+  void start_manifolds(const Island& island, Constraints<S>& constraints,
+                       std::span<const SolverBody<S>> bodies) {
+    by_manifold_ = true;
+    manifolds_.start(island, constraints, bodies);
+    start_blocks(island, constraints, bodies);
+  }
+  /// Starts one part of the step: arms, axes and masses stay those of its start.
+  void start_part(const Island& island, Constraints<S>& constraints,
+                  std::span<SolverBody<S>> bodies, const SolveContext<S>& context) {
+    manifolds_.aim(island, constraints, bodies, context);
+    if (island.blocks.empty() && island.soft.empty()) {
+      for (const std::uint32_t slot : island.bodies) bodies[slot].twist = bodies[slot].free;
+      manifolds_.apply(bodies);
+    } else {
+      apply_impulses(island, constraints, bodies);
+    }
+  }
+  /// Starts its position problem, once impulses are written back.
+  void start_placing(const Island& island, Constraints<S>& constraints,
+                     std::span<const SolverBody<S>> bodies, Integrator integrator) const {
+    manifolds_.start_placing(island, constraints, bodies, integrator);
+  }
+  /// Lets gaps follow its motion.
+  void move_gaps(const Island& island, Constraints<S>& constraints,
+                 std::span<const SolverBody<S>> bodies, S dt) const {
+    manifolds_.move_gaps(island, constraints, bodies, dt);
   }
 
   /// One sweep over all constraints, there or back: information crosses a stack in one pair of
@@ -94,6 +109,20 @@ class SequentialSolver {
   }
 
  private:
+  void start_blocks(const Island& island, const Constraints<S>& constraints,
+                    std::span<const SolverBody<S>> bodies) {
+    responses_.resize(std::max(responses_.size(), island.blocks.size()));
+    for (std::size_t k = 0; k < island.blocks.size(); ++k) {
+      const ConstraintBlock<S>& block = constraints.blocks[island.blocks[k]];
+      local_response(block, &constraints.rows[block.first], bodies[block.body_a],
+                     bodies[block.body_b], responses_[k]);
+    }
+    gains_.resize(std::max(gains_.size(), island.soft.size()));
+    for (std::size_t k = 0; k < island.soft.size(); ++k) {
+      gains_[k] = soft_gain(constraints.soft[island.soft[k]], bodies);
+    }
+  }
+
   void start_points(const Island& island, const Constraints<S>& constraints,
                     std::span<const SolverBody<S>> bodies) {
     contact_responses_.resize(std::max(contact_responses_.size(), island.contacts.size()));

@@ -42,13 +42,14 @@ struct SolverDef {
   /// [1] Position errors below this fraction of what gravity moves a body by in a step are left
   /// alone. Positions do not act back on velocities, so this may be looser.
   S position_tolerance = std::numeric_limits<S>::digits > 30 ? S(1e-6) : S(1e-3);
-  /// [-] Most moving bodies of an island that is solved by factorisation where sweeps converge too
-  /// slowly; larger ones are swept only. 0 for plain sequential impulses.
-  std::uint32_t max_direct_bodies = 64;
+  /// [-] Most multiply-adds of one factorisation of the matrix of an island that is solved by
+  /// factorisation where sweeps converge too slowly: a tower of some four hundred bodies, a heap
+  /// of some thirty. Larger islands are swept. 0 for plain sequential impulses.
+  std::uint64_t max_direct_work = 500000;
   /// [-] Most Newton steps of one such solve: the bound on the cost of the worst step.
   int max_newton_steps = 60;
-  /// [-] Most sweeps over an island with more bodies than that in each part of a step; `max_sweeps`
-  /// where most of its contacts are new.
+  /// [-] Most sweeps over a larger island in each part of a step; `max_sweeps` where most of its
+  /// contacts are new.
   int large_sweeps = 10;
   /// [-] Most sweeps of its position problem.
   int large_position_sweeps = 4;
@@ -153,6 +154,10 @@ struct SolveContext {
   S position_tolerance = S(0);
   /// [m/s] Impacts slower than this do not bounce.
   S restitution_speed = S(0);
+  /// [-] Multiply-adds of one factorisation of the island's matrix; see `factor_work`.
+  std::uint64_t factor_work = 0;
+  /// Whether the island gets a bounded number of sweeps, converged or not.
+  bool is_swept = false;
   SolverDef<S> settings{};
 
   /// The same for one of several equal parts of the step.

@@ -39,7 +39,7 @@ class MechanismStage {
   [[nodiscard]] static bool applies_to(const State& state, const Island& island,
                                        const SolveContext<S>& context) {
     if (island.blocks.empty() || context.integrator != Integrator::trapezoidal) return false;
-    if (!island.contacts.empty() && IslandSolver<S>::is_large(island, context)) return false;
+    if (!island.contacts.empty() && IslandSolver<S>::is_large(context)) return false;
     return std::all_of(island.blocks.begin(), island.blocks.end(), [&](std::uint32_t i) {
       return state.constraints.blocks[i].kind == BlockKind::equality;
     });

@@ -192,9 +192,11 @@ class SolveStage {
   }
 
   void solve_island(State& state, const SensorStage<S, Backend>& sensors, const Island& island) {
-    const SolveContext<S> context = context_of(state, island);
+    SolveContext<S> context = context_of(state, island);
     Constraints<S>& constraints = state.constraints;
     std::span<SolverBody<S>> bodies = state.solver_bodies;
+    context.factor_work =
+        solver_.factor_work(island, constraints, bodies.size(), context.settings.max_direct_work);
     if (mechanisms_.applies_to(state, island, context)) {
       // Where nothing touches the mechanism there is nothing left to solve.
       if (mechanisms_.advance(state, island) && island.contacts.empty()) return;

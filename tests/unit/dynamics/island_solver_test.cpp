@@ -61,7 +61,7 @@ TEST_CASE("ProximalSolver: its answer is a fixed point of the sweeps") {
     SolveReport<double> report;
     REQUIRE(solve_proximal(pile, report) < 1e-9);
     SequentialSolver<double> sweeps;
-    sweeps.start(pile.island(), pile.constraints, pile.bodies, false);
+    sweeps.start(pile.island(), pile.constraints, pile.bodies);
     CHECK(sweeps.sweep(pile.island(), pile.constraints, pile.bodies, false) < 1e-8);
   }
 }
@@ -159,6 +159,8 @@ TEST_CASE("IslandSolver: large islands keep within their sweeps, and friction wi
   IslandSolver<double> solver;
   SolveReport<double> report;
   c.dt = c.settings.longest_part;
+  c.settings.max_direct_work = 0;
+  c.factor_work = 1;
   solver.solve(pile.island(), pile.constraints, pile.bodies, c, report);
   CHECK(report.sweeps == c.settings.large_sweeps);
   CHECK(report.factorisations == 0);
@@ -184,6 +186,10 @@ TEST_CASE("IslandSolver: impulses are exactly what moves the bodies, however the
     SolveReport<double> report;
     auto c = context<double>();
     c.dt = 4 * c.settings.longest_part;
+    c.settings.max_direct_work = 100000;
+    c.factor_work = solver.factor_work(pile.island(), pile.constraints, pile.bodies.size(),
+                                       c.settings.max_direct_work);
+    CHECK(solver.is_large(c) == (count == 100));
     solver.solve(pile.island(), pile.constraints, pile.bodies, c, report);
     auto check = pile;
     apply_impulses<double>(check.island(), check.constraints, check.bodies);

@@ -104,7 +104,7 @@ TEST_CASE("ProximalSolver and SequentialSolver: both solve a soft block exactly,
     CHECK(residual(direct) < 1e-11);
     Pair swept = start;
     SequentialSolver<double> sequential;
-    sequential.start(island, swept.constraints, swept.bodies, false);
+    sequential.start(island, swept.constraints, swept.bodies);
     // One block alone is solved by its first sweep.
     sequential.sweep(island, swept.constraints, swept.bodies, false);
     CHECK(sequential.sweep(island, swept.constraints, swept.bodies, true) < 1e-12);

@@ -21,7 +21,7 @@ template <Scalar S>
   WorldDef<S> def;
   if (setting == "paper") {
     def.integrator = Integrator::symplectic_euler;
-    def.solver.max_direct_bodies = 0;
+    def.solver.max_direct_work = 0;
     def.solver.longest_part = infinity<S>;
     def.solver.large_sweeps = 50;
   }
