@@ -22,8 +22,8 @@ struct ManifoldMobility {
     linear.a = M(1, 1);
     linear.b = M(1, 2);
     linear.c = M(2, 2);
-    if (frame.moves_a) add(frame.inverse_inertia_a, product<S>(frame.to_contact, arm_a));
-    if (frame.moves_b) add(frame.inverse_inertia_b, product<S>(frame.to_contact, arm_b));
+    if (frame.turns_a) add(frame.inverse_inertia_a, product<S>(frame.to_contact, arm_a));
+    if (frame.turns_b) add(frame.inverse_inertia_b, product<S>(frame.to_contact, arm_b));
   }
   /// One body: the torques r x e_k of unit forces at the arm r, and what they do.
   void add(const Mat3<S>& J, const Vec3<S>& r) {
