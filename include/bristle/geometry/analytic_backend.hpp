@@ -5,6 +5,7 @@
 
 #include <bristle/geometry/analytic_contacts.hpp>
 #include <bristle/geometry/box_box.hpp>
+#include <bristle/geometry/bundle_mesh_rays.hpp>
 #include <bristle/geometry/mesh_tree.hpp>
 #include <bristle/geometry/ray_shapes.hpp>
 #include <bristle/geometry/shape_backend.hpp>
@@ -228,6 +229,9 @@ void AnalyticBackend::cast_rays(const std::shared_ptr<const AnalyticShape<S>>& c
   // One dispatch for the whole batch.
   std::visit(
       [&](const auto& shape) {
+        if constexpr (std::same_as<std::remove_cvref_t<decltype(shape)>, MeshTree<S>>) {
+          return cast_rays_at_mesh(shape.for_rays(), X_RC, rays, tag, hits);
+        }
         for (std::size_t i = 0; i < rays.size(); ++i) {
           const S best = hits.distance[i];
           if (!(best > S(0))) continue;
