@@ -70,7 +70,7 @@ class BundleMeshQuery {
   /// @param places  Which of the rays, counted from the bundle's first, have met nothing to tell.
   struct Undecided {
     std::uint64_t places = 0;
-    std::optional<bool> is_inside;
+    std::optional<bool> is_inside{};
   };
 
   void visit(std::size_t id, const LeafList<S>* list, std::size_t depth);

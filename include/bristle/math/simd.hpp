@@ -199,9 +199,8 @@ class Pack {
   Pack() = default;
   BRISTLE_LANES explicit Pack(const Register& r) : r_(r) {}
   /// The same in all lanes.
-  BRISTLE_LANES Pack(S value) {  // NOLINT: a scalar in a formula of packs is one
-    for (std::size_t i = 0; i < size; ++i) r_[i] = value;
-  }
+  BRISTLE_LANES Pack(S value)  // NOLINT: a scalar in a formula of packs is one
+      : Pack(make([&](std::size_t) { return value; })) {}
 
   /// Lane i from p[i]; any alignment.
   [[nodiscard]] BRISTLE_LANES static Pack load(const S* p) {
@@ -222,15 +221,11 @@ class Pack {
   /// Lane i from p[at[i]].
   template <std::integral Index>
   [[nodiscard]] BRISTLE_LANES static Pack gather(const S* p, const Index* at) {
-    Pack a;
-    for (std::size_t i = 0; i < size; ++i) a.r_[i] = p[at[i]];
-    return a;
+    return make([&](std::size_t i) { return p[at[i]]; });
   }
   /// 0, 1, 2, ...
   [[nodiscard]] BRISTLE_LANES static Pack numbers() {
-    Pack a;
-    for (std::size_t i = 0; i < size; ++i) a.r_[i] = S(i);
-    return a;
+    return make([](std::size_t i) { return S(i); });
   }
 
   BRISTLE_LANES void store(S* p) const {
@@ -318,12 +313,20 @@ class Pack {
     if constexpr (std::same_as<S, double>) return Pack(Register(_mm_sqrt_pd(a.r_)));
 #endif
     using std::sqrt;
-    Pack root;
-    for (std::size_t i = 0; i < size; ++i) root.r_[i] = sqrt(a.r_[i]);
-    return root;
+    return make([&](std::size_t i) { return sqrt(a.r_[i]); });
   }
 
  private:
+  // All lanes at once: set one after the other, they would be blended in one after the other.
+  template <typename F, std::size_t... i>
+  BRISTLE_LANES static Pack make(const F& f, std::index_sequence<i...>) {
+    return Pack(Register{f(i)...});
+  }
+  template <typename F>
+  BRISTLE_LANES static Pack make(const F& f) {
+    return make(f, std::make_index_sequence<size>());
+  }
+
   Register r_;
 };
 
