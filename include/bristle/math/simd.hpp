@@ -161,13 +161,89 @@ struct Register<double> {
 };
 #endif
 
+/// Comparisons, and what is made of them.
+template <Scalar S>
+struct Compare {
+  using Lanes = typename Register<S>::Type;
+  using Truth = decltype(Lanes{} < Lanes{});
+
+  BRISTLE_LANES static Truth less(const Lanes& a, const Lanes& b) { return a < b; }
+  BRISTLE_LANES static Truth less_equal(const Lanes& a, const Lanes& b) { return a <= b; }
+  BRISTLE_LANES static Truth equal(const Lanes& a, const Lanes& b) { return a == b; }
+  BRISTLE_LANES static Lanes select(const Truth& m, const Lanes& yes, const Lanes& no) {
+    if constexpr (has_register<S>) {
+      return m ? yes : no;
+    } else {
+      return Lanes::each([&](int i) { return m.v[i] ? yes.v[i] : no.v[i]; });
+    }
+  }
+  BRISTLE_LANES static std::uint32_t bits(const Truth& m) {
+#if BRISTLE_HAS_SIMD && defined(__AVX__)
+    if constexpr (std::same_as<S, float>)
+      return static_cast<std::uint32_t>(_mm256_movemask_ps(std::bit_cast<__m256>(m)));
+    if constexpr (std::same_as<S, double>)
+      return static_cast<std::uint32_t>(_mm256_movemask_pd(std::bit_cast<__m256d>(m)));
+#elif BRISTLE_HAS_SIMD && defined(__SSE2__)
+    if constexpr (std::same_as<S, float>)
+      return static_cast<std::uint32_t>(_mm_movemask_ps(std::bit_cast<__m128>(m)));
+    if constexpr (std::same_as<S, double>)
+      return static_cast<std::uint32_t>(_mm_movemask_pd(std::bit_cast<__m128d>(m)));
+#endif
+    std::uint32_t result = 0;
+    for (std::size_t i = 0; i < lanes<S>; ++i) result |= m[i] ? 1u << i : 0u;
+    return result;
+  }
+};
+
+#if BRISTLE_HAS_SIMD && defined(__AVX512F__)
+// With registers for masks of their own. GCC 12 takes comparisons that are joined and then selected
+// by apart lane by lane, so it is told.
+template <>
+struct Compare<float> {
+  using Lanes = Register<float>::Type;
+  using Truth = std::uint16_t;
+
+  BRISTLE_LANES static Truth less(const Lanes& a, const Lanes& b) {
+    return _mm512_cmp_ps_mask(a, b, _CMP_LT_OQ);
+  }
+  BRISTLE_LANES static Truth less_equal(const Lanes& a, const Lanes& b) {
+    return _mm512_cmp_ps_mask(a, b, _CMP_LE_OQ);
+  }
+  BRISTLE_LANES static Truth equal(const Lanes& a, const Lanes& b) {
+    return _mm512_cmp_ps_mask(a, b, _CMP_EQ_OQ);
+  }
+  BRISTLE_LANES static Lanes select(Truth m, const Lanes& yes, const Lanes& no) {
+    return Lanes(_mm512_mask_blend_ps(m, no, yes));
+  }
+  BRISTLE_LANES static std::uint32_t bits(Truth m) { return m; }
+};
+template <>
+struct Compare<double> {
+  using Lanes = Register<double>::Type;
+  using Truth = std::uint8_t;
+
+  BRISTLE_LANES static Truth less(const Lanes& a, const Lanes& b) {
+    return _mm512_cmp_pd_mask(a, b, _CMP_LT_OQ);
+  }
+  BRISTLE_LANES static Truth less_equal(const Lanes& a, const Lanes& b) {
+    return _mm512_cmp_pd_mask(a, b, _CMP_LE_OQ);
+  }
+  BRISTLE_LANES static Truth equal(const Lanes& a, const Lanes& b) {
+    return _mm512_cmp_pd_mask(a, b, _CMP_EQ_OQ);
+  }
+  BRISTLE_LANES static Lanes select(Truth m, const Lanes& yes, const Lanes& no) {
+    return Lanes(_mm512_mask_blend_pd(m, no, yes));
+  }
+  BRISTLE_LANES static std::uint32_t bits(Truth m) { return m; }
+};
+#endif
+
 }  // namespace detail
 
 template <Scalar S>
 class Mask {
  public:
-  using Register = decltype(typename detail::Register<S>::Type{} <
-                            typename detail::Register<S>::Type{});
+  using Register = typename detail::Compare<S>::Truth;
 
   Mask() = default;
   BRISTLE_LANES explicit Mask(const Register& r) : r_(r) {}
@@ -178,12 +254,14 @@ class Mask {
   [[nodiscard]] BRISTLE_LANES const Register& get() const { return r_; }
 
   [[nodiscard]] BRISTLE_LANES friend Mask operator&(const Mask& a, const Mask& b) {
-    return Mask(a.r_ & b.r_);
+    return Mask(static_cast<Register>(a.r_ & b.r_));
   }
   [[nodiscard]] BRISTLE_LANES friend Mask operator|(const Mask& a, const Mask& b) {
-    return Mask(a.r_ | b.r_);
+    return Mask(static_cast<Register>(a.r_ | b.r_));
   }
-  [[nodiscard]] BRISTLE_LANES friend Mask operator!(const Mask& a) { return Mask(~a.r_); }
+  [[nodiscard]] BRISTLE_LANES friend Mask operator!(const Mask& a) {
+    return Mask(static_cast<Register>(~a.r_));
+  }
 
  private:
   Register r_;
@@ -263,10 +341,10 @@ class Pack {
 
   // False in lanes with a NaN, as between scalars; != is true there.
   [[nodiscard]] BRISTLE_LANES friend Mask<S> operator<(const Pack& a, const Pack& b) {
-    return Mask<S>(a.r_ < b.r_);
+    return Mask<S>(detail::Compare<S>::less(a.r_, b.r_));
   }
   [[nodiscard]] BRISTLE_LANES friend Mask<S> operator<=(const Pack& a, const Pack& b) {
-    return Mask<S>(a.r_ <= b.r_);
+    return Mask<S>(detail::Compare<S>::less_equal(a.r_, b.r_));
   }
   [[nodiscard]] BRISTLE_LANES friend Mask<S> operator>(const Pack& a, const Pack& b) {
     return b < a;
@@ -275,7 +353,7 @@ class Pack {
     return b <= a;
   }
   [[nodiscard]] BRISTLE_LANES friend Mask<S> operator==(const Pack& a, const Pack& b) {
-    return Mask<S>(a.r_ == b.r_);
+    return Mask<S>(detail::Compare<S>::equal(a.r_, b.r_));
   }
   [[nodiscard]] BRISTLE_LANES friend Mask<S> operator!=(const Pack& a, const Pack& b) {
     return !(a == b);
@@ -283,16 +361,18 @@ class Pack {
 
   /// The second where one of the two is NaN, as `a < b ? a : b` has it.
   [[nodiscard]] BRISTLE_LANES friend Pack min(const Pack& a, const Pack& b) {
+    if constexpr (detail::has_register<S>) return Pack(a.r_ < b.r_ ? a.r_ : b.r_);
     return select(a < b, a, b);
   }
   /// The second where one of the two is NaN, as `a > b ? a : b` has it.
   [[nodiscard]] BRISTLE_LANES friend Pack max(const Pack& a, const Pack& b) {
+    if constexpr (detail::has_register<S>) return Pack(b.r_ < a.r_ ? a.r_ : b.r_);
     return select(b < a, a, b);
   }
   [[nodiscard]] BRISTLE_LANES friend Pack abs(const Pack& a) {
     if constexpr (detail::has_register<S>) {
       // Everything but the sign.
-      using Bits = typename Mask<S>::Register;
+      using Bits = decltype(a.r_ < a.r_);
       const Bits sign = std::bit_cast<Bits>(Pack(S(-0.0)).r_);
       return Pack(std::bit_cast<Register>(std::bit_cast<Bits>(a.r_) & ~sign));
     } else {
@@ -337,35 +417,8 @@ BRISTLE_LANES Mask<S> Mask<S>::first(std::size_t n) {
 
 template <Scalar S>
 BRISTLE_LANES std::uint32_t bits(const Mask<S>& m) {
-#if BRISTLE_HAS_SIMD && defined(__AVX512F__)
-  if constexpr (std::same_as<S, float>) {
-    const auto r = std::bit_cast<__m512i>(m.get());
-    return _mm512_test_epi32_mask(r, r);
-  }
-  if constexpr (std::same_as<S, double>) {
-    const auto r = std::bit_cast<__m512i>(m.get());
-    return _mm512_test_epi64_mask(r, r);
-  }
-#elif BRISTLE_HAS_SIMD && defined(__AVX__)
-  if constexpr (std::same_as<S, float>) {
-    return static_cast<std::uint32_t>(_mm256_movemask_ps(std::bit_cast<__m256>(m.get())));
-  }
-  if constexpr (std::same_as<S, double>) {
-    return static_cast<std::uint32_t>(_mm256_movemask_pd(std::bit_cast<__m256d>(m.get())));
-  }
-#elif BRISTLE_HAS_SIMD && defined(__SSE2__)
-  if constexpr (std::same_as<S, float>) {
-    return static_cast<std::uint32_t>(_mm_movemask_ps(std::bit_cast<__m128>(m.get())));
-  }
-  if constexpr (std::same_as<S, double>) {
-    return static_cast<std::uint32_t>(_mm_movemask_pd(std::bit_cast<__m128d>(m.get())));
-  }
-#endif
-  std::uint32_t result = 0;
-  for (std::size_t i = 0; i < lanes<S>; ++i) result |= m.get()[i] ? 1u << i : 0u;
-  return result;
+  return detail::Compare<S>::bits(m.get());
 }
-
 template <Scalar S>
 BRISTLE_LANES bool any(const Mask<S>& m) {
   return bits(m) != 0;
@@ -381,12 +434,7 @@ BRISTLE_LANES bool none(const Mask<S>& m) {
 
 template <Scalar S>
 BRISTLE_LANES Pack<S> select(const Mask<S>& m, const Pack<S>& yes, const Pack<S>& no) {
-  if constexpr (detail::has_register<S>) {
-    return Pack<S>(m.get() ? yes.get() : no.get());
-  } else {
-    return Pack<S>(detail::LaneArray<S>::each(
-        [&](int i) { return m.get().v[i] ? yes.get().v[i] : no.get().v[i]; }));
-  }
+  return Pack<S>(detail::Compare<S>::select(m.get(), yes.get(), no.get()));
 }
 
 namespace detail {
