@@ -7,6 +7,7 @@
 #include <bristle/geometry/box_box.hpp>
 #include <bristle/geometry/bundle_mesh_rays.hpp>
 #include <bristle/geometry/mesh_tree.hpp>
+#include <bristle/geometry/ray_lanes.hpp>
 #include <bristle/geometry/ray_shapes.hpp>
 #include <bristle/geometry/shape_backend.hpp>
 #include <bristle/geometry/shape_properties.hpp>
@@ -224,22 +225,13 @@ template <Scalar S>
 void AnalyticBackend::cast_rays(const std::shared_ptr<const AnalyticShape<S>>& c,
                                 const Transform<S>& X_RC, const RayBatch<S>& rays,
                                 std::uint32_t tag, RayHits<S>& hits) noexcept {
-  const Mat3<S> R_RC = X_RC.rotation_matrix();
-  const Mat3<S> R_CR = R_RC.transpose();
   // One dispatch for the whole batch.
   std::visit(
       [&](const auto& shape) {
         if constexpr (std::same_as<std::remove_cvref_t<decltype(shape)>, MeshTree<S>>) {
-          return cast_rays_at_mesh(shape.for_rays(), X_RC, rays, tag, hits);
-        }
-        for (std::size_t i = 0; i < rays.size(); ++i) {
-          const S best = hits.distance[i];
-          if (!(best > S(0))) continue;
-          const Ray<S> ray = rays[i];
-          const Ray<S> ray_C{R_CR * (ray.origin - X_RC.translation), R_CR * ray.direction,
-                             std::min(ray.length, best)};
-          const RayHit<S> hit = ray_cast(shape, ray_C);
-          if (hit.distance < best) hits.offer(i, {hit.distance, R_RC * hit.normal}, tag);
+          cast_rays_at_mesh(shape.for_rays(), X_RC, rays, tag, hits);
+        } else {
+          cast_rays_in_lanes(shape, X_RC, rays, tag, hits);
         }
       },
       c->shape());

@@ -17,7 +17,6 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <optional>
 
 namespace bristle {
 
@@ -66,11 +65,13 @@ class BundleMeshQuery {
   /// [-] A list of so few leaves is not worth shortening.
   static constexpr std::size_t short_list = 24;
 
-  /// Rays of a bundle whose starts have no triangle between them are all inside or all outside.
-  /// @param places  Which of the rays, counted from the bundle's first, have met nothing to tell.
+  enum class Side { unknown, outside, inside };
+
+  /// Rays of a bundle whose starts have no triangle between them are all on one side.
   struct Undecided {
+    /// [-] Which of the rays, counted from the bundle's first, have met nothing to tell.
     std::uint64_t places = 0;
-    std::optional<bool> is_inside{};
+    Side side = Side::unknown;
   };
 
   void visit(std::size_t id, const LeafList<S>* list, std::size_t depth);
@@ -221,7 +222,7 @@ void BundleMeshQuery<S>::cast_blocks(const Bundle& bundle, std::size_t first, st
     if (is_uniform) {
       // What this block cannot tell another one may.
       all.places |= block.places;
-      if (block.is_inside.has_value()) all.is_inside = block.is_inside;
+      if (block.side != Side::unknown) all.side = block.side;
     } else {
       decide(bundle, block,
              std::all_of(near.begin(), near.begin() + static_cast<std::ptrdiff_t>(count),
@@ -243,8 +244,8 @@ void BundleMeshQuery<S>::settle(const Bundle& bundle, std::size_t place, std::si
   const std::uint32_t outside = there & met & from_outside & ~doubtful;
   const std::uint32_t inside = there & met & from_inside & ~doubtful;
   const std::uint32_t unmet = there & ~met & ~doubtful;
-  if (outside != 0) undecided.is_inside = false;
-  if (inside != 0) undecided.is_inside = true;
+  if (outside != 0) undecided.side = Side::outside;
+  if (inside != 0) undecided.side = Side::inside;
   undecided.places |= std::uint64_t{unmet} << (place - bundle.first);
   const auto each = [&](std::uint32_t left, auto&& visit) {
     for (; left != 0; left &= left - 1) {
@@ -270,19 +271,15 @@ void BundleMeshQuery<S>::settle(const Bundle& bundle, std::size_t place, std::si
 /// @param is_uniform  Whether no triangle lies between their starts.
 template <Scalar S>
 void BundleMeshQuery<S>::decide(const Bundle& bundle, const Undecided& undecided, bool is_uniform) {
-  std::optional<bool> is_inside = is_uniform ? undecided.is_inside : std::nullopt;
-  for (std::uint64_t left = undecided.places; left != 0; left &= left - 1) {
+  Side side = is_uniform ? undecided.side : Side::unknown;
+  for (std::uint64_t left = undecided.places; left != 0 && side != Side::outside;
+       left &= left - 1) {
     const std::size_t place = bundle.first + static_cast<std::size_t>(std::countr_zero(left));
     const std::size_t i = rays_.bundles->ray_at(place);
-    if (!is_inside.has_value()) {
-      const bool starts_inside = ray_cast_mesh(mesh_, ray_in_mesh(i)).distance == S(0);
-      if (starts_inside) hit_inside(i);
-      if (is_uniform) is_inside = starts_inside;
-    } else if (*is_inside) {
-      hit_inside(i);
-    } else {
-      return;
-    }
+    const bool starts_inside =
+        side == Side::inside || ray_cast_mesh(mesh_, ray_in_mesh(i)).distance == S(0);
+    if (starts_inside) hit_inside(i);
+    if (is_uniform) side = starts_inside ? Side::inside : Side::outside;
   }
 }
 
