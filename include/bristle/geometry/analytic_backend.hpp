@@ -10,6 +10,7 @@
 #include <bristle/geometry/ray_lanes.hpp>
 #include <bristle/geometry/ray_shapes.hpp>
 #include <bristle/geometry/shape_backend.hpp>
+#include <bristle/geometry/shape_cast.hpp>
 #include <bristle/geometry/shape_properties.hpp>
 #include <bristle/geometry/solid_contacts.hpp>
 
@@ -107,39 +108,6 @@ template <typename A, typename B, typename S>
 concept AnalyticPair = requires(const A& a, const B& b, const Transform<S>& X, S margin,
                                 ContactManifolds<S>& out) {
   collide_shapes(a, b, X, margin, out);
-};
-
-/// A convex shape or half-space in another scalar; hulls keep their numbers.
-template <Scalar P, Scalar S>
-struct ShapeCast {
-  Shape<P> operator()(const Sphere<S>& s) const { return Sphere<P>{P(s.radius)}; }
-  Shape<P> operator()(const Box<S>& s) const { return Box<P>{s.half_extents.template cast<P>()}; }
-  Shape<P> operator()(const Capsule<S>& s) const {
-    return Capsule<P>{P(s.radius), P(s.half_length)};
-  }
-  Shape<P> operator()(const Cylinder<S>& s) const {
-    return Cylinder<P>{P(s.radius), P(s.half_length)};
-  }
-  Shape<P> operator()(const Cone<S>& s) const { return Cone<P>{P(s.radius), P(s.half_length)}; }
-  Shape<P> operator()(const Ellipsoid<S>& s) const {
-    return Ellipsoid<P>{s.radii.template cast<P>()};
-  }
-  Shape<P> operator()(const HalfSpace<S>& s) const {
-    return HalfSpace<P>{s.normal.template cast<P>(), P(s.offset)};
-  }
-  Shape<P> operator()(const ConvexHull<S>& s) const {
-    ConvexHull<P> hull;
-    for (const Vec3<S>& v : s.vertices) hull.vertices.push_back(v.template cast<P>());
-    hull.face_vertices = s.face_vertices;
-    hull.face_starts = s.face_starts;
-    for (const Vec3<S>& n : s.face_normals) {
-      hull.face_normals.push_back(n.template cast<P>().normalized());
-    }
-    hull.face_offsets.assign(s.face_offsets.begin(), s.face_offsets.end());
-    return hull;
-  }
-  // Meshes are read through their trees.
-  Shape<P> operator()(const TriangleMesh<S>&) const { return Sphere<P>{}; }
 };
 
 /// Manifolds of (B, A) in B turned into those of (A, B) in A.
