@@ -91,18 +91,13 @@ class LeafList {
     for (std::size_t k = 0; k < size_; k += lanes<S>) {
       const auto lower = Pack3<S>::load(&lower_[0][k], &lower_[1][k], &lower_[2][k]);
       const auto upper = Pack3<S>::load(&upper_[0][k], &upper_[1][k], &upper_[2][k]);
-      const std::uint32_t there = lanes_before(size_ - k);
+      const std::uint32_t there = first_bits(size_ - k);
       for (std::uint32_t left = bits(box.overlaps(lower, upper)) & there; left != 0;
            left &= left - 1) {
         if (!visit(k + static_cast<std::size_t>(std::countr_zero(left)))) return false;
       }
     }
     return true;
-  }
-
-  /// Bits of the first n lanes.
-  [[nodiscard]] static constexpr std::uint32_t lanes_before(std::size_t n) {
-    return n >= 32 ? ~0u : (1u << n) - 1u;
   }
 
  private:

@@ -236,7 +236,7 @@ void BundleMeshQuery<S>::cast_blocks(const Bundle& bundle, std::size_t first, st
 template <Scalar S>
 void BundleMeshQuery<S>::settle(const Bundle& bundle, std::size_t place, std::size_t count,
                                 const LaneCrossings<S>& found, Undecided& undecided) {
-  const std::uint32_t there = LeafList<S>::lanes_before(count);
+  const std::uint32_t there = first_bits(count);
   const std::uint32_t met = bits(found.distance < Pack<S>(infinity<S>));
   const std::uint32_t from_outside = bits(found.front_high < found.back_low);
   const std::uint32_t from_inside = bits(found.back_high < found.front_low);

@@ -122,7 +122,7 @@ BRISTLE_LANES auto BundleTriangles<S>::turned(const WideTree<S>& tree, const Tri
       (min(a.x, min(b.x, c.x)) <= limits.upper[0]) & (max(a.x, max(b.x, c.x)) >= limits.lower[0]) &
       (min(a.y, min(b.y, c.y)) <= limits.upper[1]) & (max(a.y, max(b.y, c.y)) >= limits.lower[1]) &
       (min(a.z, min(b.z, c.z)) <= limits.upper[2]) & (max(a.z, max(b.z, c.z)) >= limits.lower[2]);
-  result.in_box = bits(in_box) & LeafList<S>::lanes_before(leaf.count - i);
+  result.in_box = bits(in_box) & first_bits(leaf.count - i);
   return result;
 }
 
@@ -198,8 +198,7 @@ std::size_t BundleTriangles<S>::within(const typename RayBundles<S>::Rectangle& 
                           (Pack<S>::load(&upper_[0][i]) >= rectangle.lower[0] - margin) &
                           (Pack<S>::load(&lower_[1][i]) <= rectangle.upper[1] + margin) &
                           (Pack<S>::load(&upper_[1][i]) >= rectangle.lower[1] - margin);
-    for (std::uint32_t left = bits(meets) & LeafList<S>::lanes_before(size_ - i); left != 0;
-         left &= left - 1) {
+    for (std::uint32_t left = bits(meets) & first_bits(size_ - i); left != 0; left &= left - 1) {
       found[count++] =
           static_cast<std::uint8_t>(i + static_cast<std::size_t>(std::countr_zero(left)));
     }

@@ -329,8 +329,7 @@ void cast_rays_in_lanes(const ConvexShape& shape, const Transform<S>& X_RC, cons
     keep(hits.normal.x.data(), normal.x);
     keep(hits.normal.y.data(), normal.y);
     keep(hits.normal.z.data(), normal.z);
-    const std::uint32_t there = i + lanes<S> <= n ? ~0u : (1u << (n - i)) - 1u;
-    for (std::uint32_t left = bits(is_nearer) & there; left != 0; left &= left - 1) {
+    for (std::uint32_t left = bits(is_nearer) & first_bits(n - i); left != 0; left &= left - 1) {
       hits.tag[i + static_cast<std::size_t>(std::countr_zero(left))] = tag;
     }
   };

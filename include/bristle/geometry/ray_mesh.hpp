@@ -76,7 +76,8 @@ class WideSlabTest {
       last = min((Pack<S>::load(far.data() + k) - origin) * inverse, last);
     }
     first.store(enter);
-    return bits(first <= last * (S(1) + Tolerance<S>::round_off()));
+    // A ray of no numbers passes every test, but not what is not there.
+    return bits(first <= last * (S(1) + Tolerance<S>::round_off())) & first_bits(node.children - k);
   }
 
  private:
@@ -105,16 +106,12 @@ class WideTriangleFilter {
                                                        const TriangleRange& leaf, S reach) const {
     std::uint32_t found = 0;
     for (std::size_t i = 0; i < leaf.count; i += lanes<S>) {
-      found |= (bits(may_pass(tree, leaf, i, reach)) & lanes_before(leaf.count - i)) << i;
+      found |= (bits(may_pass(tree, leaf, i, reach)) & first_bits(leaf.count - i)) << i;
     }
     return found;
   }
 
  private:
-  [[nodiscard]] static constexpr std::uint32_t lanes_before(std::size_t n) {
-    return n >= 32 ? ~0u : (1u << n) - 1u;
-  }
-
   [[nodiscard]] BRISTLE_LANES Mask<S> may_pass(const WideTree<S>& tree, const TriangleRange& leaf,
                                                std::size_t i, S reach) const {
     Pack3<S> p[3];

@@ -73,6 +73,11 @@ template <Scalar S>
 template <Scalar S>
 [[nodiscard]] bool none(const Mask<S>& m);
 
+/// [-] The bits of the first n lanes.
+[[nodiscard]] constexpr std::uint32_t first_bits(std::size_t n) {
+  return n >= 32 ? ~0u : (1u << n) - 1u;
+}
+
 /// `yes` where the mask holds, `no` elsewhere.
 template <Scalar S>
 [[nodiscard]] Pack<S> select(const Mask<S>& m, const Pack<S>& yes, const Pack<S>& no);
