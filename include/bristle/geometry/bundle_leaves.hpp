@@ -9,6 +9,7 @@
 
 #include <array>
 #include <bit>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 
@@ -23,9 +24,16 @@ class BoxInTree {
   /// @param R_GC, p_GC  Pose of C in G.
   BoxInTree(const Mat3<S>& R_GC, const Vec3<S>& p_GC, const Aabb<S>& box_G)
       : R_GC_(R_GC), p_GC_(p_GC), box_G_(box_G) {
-    const Vec3<S> center = R_GC.transpose() * (box_G.center() - p_GC);
-    const Vec3<S> half = R_GC.cwiseAbs().transpose() * box_G.half_extents();
-    box_C_ = {center - half, center + half};
+    const Vec3<S> center = box_G.center() - p_GC;
+    const Vec3<S> half = box_G.half_extents();
+    using std::abs;
+    for (int i = 0; i < 3; ++i) {
+      const S middle = R_GC(0, i) * center[0] + R_GC(1, i) * center[1] + R_GC(2, i) * center[2];
+      const S reach =
+          abs(R_GC(0, i)) * half[0] + abs(R_GC(1, i)) * half[1] + abs(R_GC(2, i)) * half[2];
+      box_C_.lower[i] = middle - reach;
+      box_C_.upper[i] = middle + reach;
+    }
   }
 
   [[nodiscard]] const Mat3<S>& R_GC() const { return R_GC_; }

@@ -11,6 +11,7 @@
 #include <bristle/geometry/mesh_rays.hpp>
 #include <bristle/geometry/ray_bundles.hpp>
 #include <bristle/geometry/ray_mesh.hpp>
+#include <bristle/math/small_products.hpp>
 #include <bristle/math/transform.hpp>
 
 #include <algorithm>
@@ -41,6 +42,7 @@ class BundleMeshQuery {
         tag_(tag),
         hits_(hits),
         R_RC_(X_RC.rotation_matrix()),
+        R_CR_(R_RC_.transpose()),
         p_RC_(X_RC.translation) {
     const Aabb<S> box = mesh.root_box();
     mesh_size_ = box.lower.cwiseAbs().cwiseMax(box.upper.cwiseAbs()).sum() + p_RC_.cwiseAbs().sum();
@@ -50,7 +52,7 @@ class BundleMeshQuery {
     if (rays_.bundles == nullptr || rays_.bundles->is_empty()) {
       for (std::size_t i = 0; i < rays_.size(); ++i) cast_alone(i);
     } else {
-      visit(0, nullptr, 0);
+      visit(0, nullptr, 0, Side::unknown);
     }
   }
 
@@ -64,6 +66,10 @@ class BundleMeshQuery {
   static constexpr std::size_t most_lists = 4;
   /// [-] A list of so few leaves is not worth shortening.
   static constexpr std::size_t short_list = 24;
+  /// [1] With more triangles than this for each ray, rays have too little in common.
+  static constexpr S sparse_from = S(10);
+  /// [-] Rays of a bundle that is worth finding out where they all start.
+  static constexpr std::size_t fewest_to_ask = 65;
 
   enum class Side { unknown, outside, inside };
 
@@ -74,23 +80,31 @@ class BundleMeshQuery {
     Side side = Side::unknown;
   };
 
-  void visit(std::size_t id, const LeafList<S>* list, std::size_t depth);
-  void cast_undivided(const Bundle& bundle, const BoxInTree<S>& box, const LeafList<S>* list);
-  void cast_blocks(const Bundle& bundle, std::size_t first, std::size_t end);
+  void visit(std::size_t id, const LeafList<S>* list, std::size_t depth, Side side);
+  void cast_undivided(const Bundle& bundle, const BoxInTree<S>& box, const LeafList<S>* list,
+                      Side side);
+  void cast_blocks(const Bundle& bundle, std::size_t first, std::size_t end, Side side);
+  [[nodiscard]] Side common_side(const Bundle& bundle, const BoxInTree<S>& box,
+                                 const LeafList<S>* list);
   void settle(const Bundle& bundle, std::size_t place, std::size_t count,
               const LaneCrossings<S>& found, Undecided& undecided);
   void decide(const Bundle& bundle, const Undecided& undecided, bool is_uniform);
-  void decide_empty(const Bundle& bundle);
-  void cast_alone(std::size_t i);
-  void cast_one_by_one(std::size_t first, std::size_t end);
+  void decide_empty(const Bundle& bundle, Side side);
+  void cast_alone(std::size_t i, Side side = Side::unknown);
+  void cast_one_by_one(std::size_t first, std::size_t end, Side side);
 
   [[nodiscard]] BoxInTree<S> box_of(const Bundle& bundle) const;
   [[nodiscard]] bool is_any_triangle_in(const BoxInTree<S>& box, const LeafList<S>& list) const;
   [[nodiscard]] bool gather(const BoxInTree<S>& box, const LeafList<S>& list);
   [[nodiscard]] Ray<S> ray_in_mesh(std::size_t i) const {
-    const Ray<S> ray = rays_[i];
-    return {R_RC_.transpose() * (ray.origin - p_RC_), R_RC_.transpose() * ray.direction,
-            ray.length};
+    const Vec3<S> origin(rays_.origin_x[i], rays_.origin_y[i], rays_.origin_z[i]);
+    const Vec3<S> direction(rays_.direction_x[i], rays_.direction_y[i], rays_.direction_z[i]);
+    return {product<S>(R_CR_, origin - p_RC_), product<S>(R_CR_, direction),
+            rays_.length[i] + rays_.extra_length};
+  }
+  [[nodiscard]] Side side_of(std::size_t i) const {
+    const bool is_inside = ray_cast_mesh(mesh_, ray_in_mesh(i)).distance == S(0);
+    return is_inside ? Side::inside : Side::outside;
   }
   void hit_inside(std::size_t i) {
     const Vec3<S> back(-rays_.direction_x[i], -rays_.direction_y[i], -rays_.direction_z[i]);
@@ -109,40 +123,67 @@ class BundleMeshQuery {
   std::uint32_t tag_;
   RayHits<S>& hits_;
   Mat3<S> R_RC_;
+  Mat3<S> R_CR_;
   Vec3<S> p_RC_;
   S mesh_size_ = S(0);
   std::array<LeafList<S>, most_lists> lists_;
+  LeafList<S> start_leaves_;
   BundleTriangles<S> triangles_;
 };
 
 template <Scalar S>
 BoxInTree<S> BundleMeshQuery<S>::box_of(const Bundle& bundle) const {
   // Directions have length 1: longer rays leave the box by no more than what they gained.
-  return {bundle.axes * R_RC_, bundle.axes * (p_RC_ - bundle.center),
+  return {bundle.axes.lazyProduct(R_RC_), product<S>(bundle.axes, p_RC_ - bundle.center),
           bundle.box.inflated(margin(bundle) + rays_.extra_length)};
 }
 
 template <Scalar S>
-void BundleMeshQuery<S>::visit(std::size_t id, const LeafList<S>* list, std::size_t depth) {
+void BundleMeshQuery<S>::visit(std::size_t id, const LeafList<S>* list, std::size_t depth,
+                               Side side) {
   const Bundle& bundle = rays_.bundles->bundles()[id];
   const BoxInTree<S> box = box_of(bundle);
   if (!box.box_C().overlaps(mesh_.root_box())) return;
+  // [1] How many triangles there are for a ray, if the surface lies across the box.
+  const Vec3<S> extent = bundle.box.upper - bundle.box.lower;
+  const S density = extent.x() * extent.y() / (mesh_.tree().mean_area() * S(bundle.count));
+  const bool is_sparse = density > sparse_from;
   if (list == nullptr) {
-    if (lists_[depth].search(mesh_.tree(), box)) list = &lists_[depth++];
+    const bool fits = density * S(bundle.count) < S(LeafList<S>::capacity * 8);
+    if (!is_sparse && fits && lists_[depth].search(mesh_.tree(), box)) list = &lists_[depth++];
   } else if (list->size() > short_list && depth < most_lists) {
     lists_[depth].filter(*list, box);
     list = &lists_[depth++];
   }
-  if (list != nullptr && list->size() == 0) return decide_empty(bundle);
-  if (!bundle.is_divided()) return cast_undivided(bundle, box, list);
+  if (list != nullptr && list->size() == 0) return decide_empty(bundle, side);
   // A look at the triangles costs less than going down to all bundles below where there is nothing
   // to be found, and ends with the first triangle where there is.
-  if (list != nullptr && list->size() <= bundle.count / Bundles::bundle_size * 2 &&
-      !is_any_triangle_in(box, *list)) {
-    return decide_empty(bundle);
+  if (bundle.is_divided() && list != nullptr &&
+      list->size() <= bundle.count / Bundles::bundle_size * 2 && !is_any_triangle_in(box, *list)) {
+    return decide_empty(bundle, side);
   }
-  visit(id + 1, list, depth);
-  visit(bundle.second, list, depth);
+  if (side == Side::unknown && bundle.is_narrow) side = common_side(bundle, box, list);
+  if (is_sparse) return cast_one_by_one(bundle.first, bundle.first + bundle.count, side);
+  if (!bundle.is_divided()) return cast_undivided(bundle, box, list, side);
+  visit(id + 1, list, depth, side);
+  visit(bundle.second, list, depth, side);
+}
+
+/// On which side all rays of a bundle start, if no triangle is between their starts.
+template <Scalar S>
+auto BundleMeshQuery<S>::common_side(const Bundle& bundle, const BoxInTree<S>& box,
+                                     const LeafList<S>* list) -> Side {
+  // Bundles of a few rays learn it from what these meet.
+  if (bundle.count < fewest_to_ask) return Side::unknown;
+  Aabb<S> starts = bundle.box.inflated(margin(bundle));
+  starts.upper.z() = bundle.highest_start + margin(bundle);
+  const BoxInTree<S> start_box(box.R_GC(), box.p_GC(), starts);
+  if (list == nullptr) {
+    if (!start_leaves_.search(mesh_.tree(), start_box)) return Side::unknown;
+    list = &start_leaves_;
+  }
+  if (is_any_triangle_in(start_box, *list)) return Side::unknown;
+  return side_of(rays_.bundles->ray_at(bundle.first));
 }
 
 template <Scalar S>
@@ -162,12 +203,12 @@ bool BundleMeshQuery<S>::gather(const BoxInTree<S>& box, const LeafList<S>& list
 
 template <Scalar S>
 void BundleMeshQuery<S>::cast_undivided(const Bundle& bundle, const BoxInTree<S>& box,
-                                        const LeafList<S>* list) {
+                                        const LeafList<S>* list, Side side) {
   const std::size_t end = bundle.first + bundle.count;
-  if (list == nullptr || !bundle.is_narrow) return cast_one_by_one(bundle.first, end);
+  if (list == nullptr || !bundle.is_narrow) return cast_one_by_one(bundle.first, end, side);
   if (list->size() <= short_list && gather(box, *list)) {
-    if (triangles_.size() == 0) return decide_empty(bundle);
-    return cast_blocks(bundle, bundle.first, end);
+    if (triangles_.size() == 0) return decide_empty(bundle, side);
+    return cast_blocks(bundle, bundle.first, end, side);
   }
   const S around = margin(bundle) + rays_.extra_length;
   for (std::size_t place = bundle.first; place < end; place += Bundles::block_size) {
@@ -179,16 +220,17 @@ void BundleMeshQuery<S>::cast_undivided(const Bundle& bundle, const BoxInTree<S>
     }
     const std::size_t block_end = std::min(end, place + Bundles::block_size);
     if (gather({box.R_GC(), box.p_GC(), block}, *list)) {
-      cast_blocks(bundle, place, block_end);
+      cast_blocks(bundle, place, block_end, side);
     } else {
-      cast_one_by_one(place, block_end);
+      cast_one_by_one(place, block_end, side);
     }
   }
 }
 
 /// Casts the rays of some blocks of an undivided bundle at the candidates.
 template <Scalar S>
-void BundleMeshQuery<S>::cast_blocks(const Bundle& bundle, std::size_t first, std::size_t end) {
+void BundleMeshQuery<S>::cast_blocks(const Bundle& bundle, std::size_t first, std::size_t end,
+                                     Side side) {
   triangles_.finish(bundle, bundle.axes.transpose(), size_near(bundle));
   const typename Bundles::Lines& lines = rays_.bundles->lines();
   const S lowest_start = bundle.box.lower.z() - margin(bundle);
@@ -198,10 +240,10 @@ void BundleMeshQuery<S>::cast_blocks(const Bundle& bundle, std::size_t first, st
     return triangles_.lowest(i) > highest_start || triangles_.highest(i) < lowest_start;
   };
   bool is_uniform = true;
-  for (std::size_t i = 0; i < triangles_.size(); ++i) {
+  for (std::size_t i = 0; i < triangles_.size() && side == Side::unknown; ++i) {
     is_uniform = is_uniform && is_clear_of_starts(i);
   }
-  Undecided all;
+  Undecided all{0, side};
   for (std::size_t place = first; place < end; place += Bundles::block_size) {
     Candidates near;
     const std::size_t count = triangles_.within(rays_.bundles->rectangle(place), around, near);
@@ -276,36 +318,39 @@ void BundleMeshQuery<S>::decide(const Bundle& bundle, const Undecided& undecided
        left &= left - 1) {
     const std::size_t place = bundle.first + static_cast<std::size_t>(std::countr_zero(left));
     const std::size_t i = rays_.bundles->ray_at(place);
-    const bool starts_inside =
-        side == Side::inside || ray_cast_mesh(mesh_, ray_in_mesh(i)).distance == S(0);
-    if (starts_inside) hit_inside(i);
-    if (is_uniform) side = starts_inside ? Side::inside : Side::outside;
+    const Side own = side == Side::unknown ? side_of(i) : side;
+    if (own == Side::inside) hit_inside(i);
+    if (is_uniform) side = own;
   }
 }
 
 /// The same for all rays of a bundle whose box holds no triangle.
 template <Scalar S>
-void BundleMeshQuery<S>::decide_empty(const Bundle& bundle) {
-  const std::size_t i = rays_.bundles->ray_at(bundle.first);
-  if (ray_cast_mesh(mesh_, ray_in_mesh(i)).distance != S(0)) return;
+void BundleMeshQuery<S>::decide_empty(const Bundle& bundle, Side side) {
+  if (side == Side::unknown) side = side_of(rays_.bundles->ray_at(bundle.first));
+  if (side == Side::outside) return;
   for (std::size_t k = bundle.first; k < bundle.first + bundle.count; ++k) {
     hit_inside(rays_.bundles->ray_at(k));
   }
 }
 
 template <Scalar S>
-void BundleMeshQuery<S>::cast_alone(std::size_t i) {
+void BundleMeshQuery<S>::cast_alone(std::size_t i, Side side) {
   const S best = hits_.distance[i];
   if (!(best > S(0))) return;
+  if (side == Side::inside) return hit_inside(i);
   Ray<S> ray = ray_in_mesh(i);
   ray.length = std::min(ray.length, best);
-  const RayHit<S> hit = ray_cast_mesh(mesh_, ray);
-  if (hit.distance < best) hits_.offer(i, {hit.distance, R_RC_ * hit.normal}, tag_);
+  const RayHit<S> hit =
+      side == Side::outside ? ray_cast_mesh_from_outside(mesh_, ray) : ray_cast_mesh(mesh_, ray);
+  if (hit.distance < best) {
+    hits_.offer(i, {hit.distance, product<S>(R_RC_, hit.normal)}, tag_);
+  }
 }
 
 template <Scalar S>
-void BundleMeshQuery<S>::cast_one_by_one(std::size_t first, std::size_t end) {
-  for (std::size_t k = first; k < end; ++k) cast_alone(rays_.bundles->ray_at(k));
+void BundleMeshQuery<S>::cast_one_by_one(std::size_t first, std::size_t end, Side side) {
+  for (std::size_t k = first; k < end; ++k) cast_alone(rays_.bundles->ray_at(k), side);
 }
 
 }  // namespace detail

@@ -239,10 +239,14 @@ BRISTLE_LANES void BundleTriangles<S>::test(std::size_t i, const LaneRays<S>& ra
   const Mask<S> back = counts & !is_front;
   const Pack<S> low = distance - uncertainty;
   const Pack<S> high = distance + uncertainty;
-  found.front_low = select(front, min(low, found.front_low), found.front_low);
-  found.front_high = select(front, min(high, found.front_high), found.front_high);
-  found.back_low = select(back, min(low, found.back_low), found.back_low);
-  found.back_high = select(back, min(high, found.back_high), found.back_high);
+  if (any(front)) {
+    found.front_low = select(front, min(low, found.front_low), found.front_low);
+    found.front_high = select(front, min(high, found.front_high), found.front_high);
+  }
+  if (any(back)) {
+    found.back_low = select(back, min(low, found.back_low), found.back_low);
+    found.back_high = select(back, min(high, found.back_high), found.back_high);
+  }
   const Pack<S> number(number_[i]);
   const Mask<S> is_nearer = counts & ((distance < found.distance) |
                                       ((distance == found.distance) & (number < found.number)));

@@ -158,31 +158,33 @@ void RayMesh<S>::walk_ray(const Ray<S>& ray, Visit&& visit) const {
   };
   std::array<Entry, Tree::stack_size> stack;
   std::size_t count = 0;
-  stack[count++] = {S(0), {0, 0}};
-  while (count > 0) {
-    const Entry entry = stack[--count];
+  Entry next{S(0), {0, 0}};
+  for (;;) {
     // The reach may have shrunk since the entry was computed.
-    if (!(entry.enter <= reach * (S(1) + Tolerance<S>::round_off()))) continue;
-    if (entry.child.count > 0) {
-      for (std::uint32_t left = filter(tree_, entry.child, reach); left != 0; left &= left - 1) {
+    if (!(next.enter <= reach * (S(1) + Tolerance<S>::round_off()))) {
+    } else if (next.child.count > 0) {
+      for (std::uint32_t left = filter(tree_, next.child, reach); left != 0; left &= left - 1) {
         const auto i = static_cast<std::uint32_t>(std::countr_zero(left));
-        reach = visit(tree_.number(entry.child.first + i), reach);
+        reach = visit(tree_.number(next.child.first + i), reach);
       }
-      continue;
-    }
-    const typename Tree::Node& node = tree_.nodes()[entry.child.first];
-    const std::size_t bottom = count;
-    for (std::size_t k = 0; k < node.children; k += lanes<S>) {
-      std::array<S, lanes<S>> enter;
-      for (std::uint32_t left = slabs(node, k, reach, enter.data()); left != 0; left &= left - 1) {
-        const auto i = static_cast<std::size_t>(std::countr_zero(left));
-        const Entry child{enter[i], {node.first[k + i], node.triangles[k + i]}};
-        // The nearest goes on top.
-        std::size_t at = count++;
-        for (; at > bottom && stack[at - 1].enter < child.enter; --at) stack[at] = stack[at - 1];
-        stack[at] = child;
+    } else {
+      const typename Tree::Node& node = tree_.nodes()[next.child.first];
+      const std::size_t bottom = count;
+      for (std::size_t k = 0; k < node.children; k += lanes<S>) {
+        std::array<S, lanes<S>> enter;
+        for (std::uint32_t left = slabs(node, k, reach, enter.data()); left != 0;
+             left &= left - 1) {
+          const auto i = static_cast<std::size_t>(std::countr_zero(left));
+          const Entry child{enter[i], {node.first[k + i], node.triangles[k + i]}};
+          // The nearest goes on top.
+          std::size_t at = count++;
+          for (; at > bottom && stack[at - 1].enter < child.enter; --at) stack[at] = stack[at - 1];
+          stack[at] = child;
+        }
       }
     }
+    if (count == 0) return;
+    next = stack[--count];
   }
 }
 

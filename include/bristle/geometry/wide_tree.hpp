@@ -55,6 +55,8 @@ class WideTree {
   [[nodiscard]] std::size_t size() const { return numbers_.size(); }
   /// [m] Around all triangles.
   [[nodiscard]] const Aabb<S>& box() const { return box_; }
+  /// [m^2] Of a triangle on average.
+  [[nodiscard]] S mean_area() const { return mean_area_; }
   /// [-] Root first; empty where there are no triangles.
   [[nodiscard]] const std::vector<Node>& nodes() const { return nodes_; }
 
@@ -90,6 +92,7 @@ class WideTree {
   std::vector<std::uint32_t> numbers_;
   std::vector<Place> places_;
   Aabb<S> box_;
+  S mean_area_ = S(0);
 };
 
 // Implementation -----------------------------------------------------------------------------------
@@ -100,8 +103,12 @@ WideTree<S>::WideTree(std::size_t count, const CornersOf& corners_of) {
   std::vector<Aabb<S>> boxes(count);
   numbers_.resize(count);
   for (std::uint32_t i = 0; i < count; ++i) {
-    for (const Vec3<S>& corner : corners_of(i)) boxes[i].include(corner);
+    const auto [a, b, c] = corners_of(i);
+    boxes[i].include(a);
+    boxes[i].include(b);
+    boxes[i].include(c);
     box_.include(boxes[i]);
+    mean_area_ += (b - a).cross(c - a).norm() / (S(2) * S(count));
     numbers_[i] = i;
   }
   if (count == 0) return;
