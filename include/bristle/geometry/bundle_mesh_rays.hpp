@@ -86,8 +86,8 @@ class BundleMeshQuery {
   void cast_blocks(const Bundle& bundle, std::size_t first, std::size_t end, Side side);
   [[nodiscard]] Side common_side(const Bundle& bundle, const BoxInTree<S>& box,
                                  const LeafList<S>* list);
-  void settle(const Bundle& bundle, std::size_t place, std::size_t count,
-              const LaneCrossings<S>& found, Undecided& undecided);
+  BRISTLE_LANES void settle(const Bundle& bundle, std::size_t place, std::size_t count,
+                            const LaneCrossings<S>& found, Undecided& undecided);
   void decide(const Bundle& bundle, const Undecided& undecided, bool is_uniform);
   void decide_empty(const Bundle& bundle, Side side);
   void cast_alone(std::size_t i, Side side = Side::unknown);
@@ -276,8 +276,9 @@ void BundleMeshQuery<S>::cast_blocks(const Bundle& bundle, std::size_t first, st
 
 /// Offers what rays in lanes have met.
 template <Scalar S>
-void BundleMeshQuery<S>::settle(const Bundle& bundle, std::size_t place, std::size_t count,
-                                const LaneCrossings<S>& found, Undecided& undecided) {
+BRISTLE_LANES void BundleMeshQuery<S>::settle(const Bundle& bundle, std::size_t place,
+                                              std::size_t count, const LaneCrossings<S>& found,
+                                              Undecided& undecided) {
   const std::uint32_t there = first_bits(count);
   const std::uint32_t met = bits(found.distance < Pack<S>(infinity<S>));
   const std::uint32_t from_outside = bits(found.front_high < found.back_low);
@@ -289,10 +290,11 @@ void BundleMeshQuery<S>::settle(const Bundle& bundle, std::size_t place, std::si
   if (outside != 0) undecided.side = Side::outside;
   if (inside != 0) undecided.side = Side::inside;
   undecided.places |= std::uint64_t{unmet} << (place - bundle.first);
+  const std::uint32_t* const order = rays_.bundles->rays_from(place);
   const auto each = [&](std::uint32_t left, auto&& visit) {
     for (; left != 0; left &= left - 1) {
       const auto lane = static_cast<std::size_t>(std::countr_zero(left));
-      visit(rays_.bundles->ray_at(place + lane), lane);
+      visit(order[lane], lane);
     }
   };
   if (outside != 0) {
@@ -300,9 +302,20 @@ void BundleMeshQuery<S>::settle(const Bundle& bundle, std::size_t place, std::si
     std::array<S, lanes<S>> candidate;
     found.distance.store(distance.data());
     found.candidate.store(candidate.data());
+    // As `RayHits::offer`, with the arrays looked up once.
+    S* const known = hits_.distance.data();
+    S* const x = hits_.normal.x.data();
+    S* const y = hits_.normal.y.data();
+    S* const z = hits_.normal.z.data();
+    std::uint32_t* const tags = hits_.tag.data();
     each(outside, [&](std::size_t i, std::size_t lane) {
-      hits_.offer(i, {distance[lane], triangles_.normal(static_cast<std::size_t>(candidate[lane]))},
-                  tag_);
+      if (!(distance[lane] < known[i])) return;
+      const Vec3<S> normal = triangles_.normal(static_cast<std::size_t>(candidate[lane]));
+      known[i] = distance[lane];
+      x[i] = normal[0];
+      y[i] = normal[1];
+      z[i] = normal[2];
+      tags[i] = tag_;
     });
   }
   each(inside, [&](std::size_t i, std::size_t) { hit_inside(i); });

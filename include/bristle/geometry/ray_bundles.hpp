@@ -82,6 +82,10 @@ class RayBundles {
   [[nodiscard]] const Lines& lines() const { return lines_; }
   /// [-] Which ray of the batch is at a place.
   [[nodiscard]] std::uint32_t ray_at(std::size_t place) const { return order_[place]; }
+  /// [-] The same for all places from one on.
+  [[nodiscard]] const std::uint32_t* rays_from(std::size_t place) const {
+    return order_.data() + place;
+  }
   /// Of the block that begins at a place.
   [[nodiscard]] const Rectangle& rectangle(std::size_t place) const {
     return rectangles_[place / block_size];
