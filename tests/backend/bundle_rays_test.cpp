@@ -59,7 +59,8 @@ bool are_primitives_alike() {
   bool are_alike = true;
   for (const Shape<S>& shape : shapes) {
     const auto collidable = Backend::template make<S>(shape);
-    test::Wanderer wanderer(0.5, 5);
+    // About as large as all of them.
+    test::Wanderer wanderer(1, 5, {Vec3<double>(0.02, 0, 0), Vec3<double>(0, 0, -0.03)});
     for (int step = 0; step < 40; ++step, wanderer.step()) {
       const Transform<S> X = wanderer.pose().template cast<S>();
       RayHits<S> together;

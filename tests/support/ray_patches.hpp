@@ -18,6 +18,7 @@
 #include <cstdint>
 #include <numbers>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace bristle::test {
@@ -157,6 +158,8 @@ class ReferenceMesh {
     return {nearest.distance, (b - a).cross(c - a).normalized()};
   }
 
+  [[nodiscard]] const std::vector<Vec3<double>>& vertices() const { return tree_.mesh().vertices; }
+
   /// Whether an answer is that of some ray within `error` [m] of the one asked.
   [[nodiscard]] bool allows(const Ray<double>& ray, const ReferenceHit& answer,
                             double error) const {
@@ -213,11 +216,14 @@ TriangleMesh<S> scaled_mesh(const TriangleMesh<double>& mesh, double scale) {
   return result;
 }
 
-/// A mesh that wanders about a patch: now slowly, now by jumps, out of reach, at touch, deep
-/// inside.
+/// A shape that wanders about a patch: now slowly, now by jumps to where one of some points on its
+/// surface is near the patch.
 class Wanderer {
  public:
-  Wanderer(double scale, std::uint64_t seed) : scale_(scale), random_(seed) { jump(); }
+  Wanderer(double scale, std::uint64_t seed, std::vector<Vec3<double>> surface)
+      : scale_(scale), random_(seed), surface_(std::move(surface)) {
+    jump();
+  }
 
   [[nodiscard]] const Transform<double>& pose() const { return pose_; }
   void step() {
@@ -225,22 +231,25 @@ class Wanderer {
     pose_.translation += scale_ * speed * random_.in_cube(1.0);
     const Vec3<double> turn = 20 * speed * random_.in_cube(1.0);
     pose_.rotation = Quat<double>(1, turn.x(), turn.y(), turn.z()).normalized() * pose_.rotation;
-    if (random_.index(25) == 0) jump();
-    // Faces along the rays and starts on the surface, as far as rounding lets them be.
-    if (random_.index(20) == 0) {
-      pose_.rotation = Quat<double>::Identity();
-      for (double& x : pose_.translation) x = scale_ * std::round(x / scale_ / 0.002) * 0.002;
-    }
+    if (random_.index(6) == 0) jump();
   }
 
  private:
   void jump() {
-    pose_.translation = scale_ * 0.06 * random_.in_cube(1.0);
+    // Now and then with faces along the rays and starts on the surface, as far as rounding lets
+    // them be.
+    const bool is_aligned = random_.index(4) == 0;
     pose_.rotation = random_.rotation<double>();
+    if (is_aligned) pose_.rotation.setIdentity();
+    pose_.translation = scale_ * 0.004 * random_.in_cube(1.0) -
+                        pose_.rotate(surface_[random_.index(surface_.size())]);
+    if (!is_aligned) return;
+    for (double& x : pose_.translation) x = scale_ * std::round(x / scale_ / 0.001) * 0.001;
   }
 
   double scale_;
   Random random_;
+  std::vector<Vec3<double>> surface_;
   Transform<double> pose_;
 };
 
@@ -250,7 +259,7 @@ template <Scalar S, typename Cast>
 std::size_t wrong_answers(const ReferenceMesh<S>& reference, const RayPatch<S>& patch, double scale,
                           int steps, std::uint64_t seed, Cast&& cast) {
   const RayBundles<S> bundles(patch.batch(nullptr));
-  Wanderer wanderer(scale, seed);
+  Wanderer wanderer(scale, seed, reference.vertices());
   RayHits<S> hits;
   std::size_t wrong = 0;
   for (int step = 0; step < steps; ++step, wanderer.step()) {

@@ -326,14 +326,18 @@ BRISTLE_LANES void BundleMeshQuery<S>::settle(const Bundle& bundle, std::size_t 
 /// @param is_uniform  Whether no triangle lies between their starts.
 template <Scalar S>
 void BundleMeshQuery<S>::decide(const Bundle& bundle, const Undecided& undecided, bool is_uniform) {
-  Side side = is_uniform ? undecided.side : Side::unknown;
-  for (std::uint64_t left = undecided.places; left != 0 && side != Side::outside;
-       left &= left - 1) {
+  Side side = undecided.side;
+  for (std::uint64_t left = undecided.places; left != 0; left &= left - 1) {
     const std::size_t place = bundle.first + static_cast<std::size_t>(std::countr_zero(left));
     const std::size_t i = rays_.bundles->ray_at(place);
-    const Side own = side == Side::unknown ? side_of(i) : side;
-    if (own == Side::inside) hit_inside(i);
-    if (is_uniform) side = own;
+    if (!is_uniform) {
+      // It may start on the surface, which lanes may have seen behind it.
+      cast_alone(i);
+      continue;
+    }
+    if (side == Side::unknown) side = side_of(i);
+    if (side == Side::outside) return;
+    hit_inside(i);
   }
 }
 
