@@ -13,6 +13,9 @@
 /// BRISTLE_WITH_FCL: defined by the CMake target `bristle::fcl`; the umbrella header then includes
 /// the FCL backend too.
 
+/// BRISTLE_NO_SIMD: lanes of vectors as plain arrays, for compilers and machines without
+/// (math/simd.hpp).
+
 /// BRISTLE_FATAL(message): what replaces a throw where exceptions are compiled away
 /// (-fno-exceptions). Must not return.
 #if !defined(BRISTLE_FATAL)

@@ -5,9 +5,12 @@
 
 #include <bristle/geometry/analytic_contacts.hpp>
 #include <bristle/geometry/box_box.hpp>
+#include <bristle/geometry/bundle_mesh_rays.hpp>
 #include <bristle/geometry/mesh_tree.hpp>
+#include <bristle/geometry/ray_lanes.hpp>
 #include <bristle/geometry/ray_shapes.hpp>
 #include <bristle/geometry/shape_backend.hpp>
+#include <bristle/geometry/shape_cast.hpp>
 #include <bristle/geometry/shape_properties.hpp>
 #include <bristle/geometry/solid_contacts.hpp>
 
@@ -107,39 +110,6 @@ concept AnalyticPair = requires(const A& a, const B& b, const Transform<S>& X, S
   collide_shapes(a, b, X, margin, out);
 };
 
-/// A convex shape or half-space in another scalar; hulls keep their numbers.
-template <Scalar P, Scalar S>
-struct ShapeCast {
-  Shape<P> operator()(const Sphere<S>& s) const { return Sphere<P>{P(s.radius)}; }
-  Shape<P> operator()(const Box<S>& s) const { return Box<P>{s.half_extents.template cast<P>()}; }
-  Shape<P> operator()(const Capsule<S>& s) const {
-    return Capsule<P>{P(s.radius), P(s.half_length)};
-  }
-  Shape<P> operator()(const Cylinder<S>& s) const {
-    return Cylinder<P>{P(s.radius), P(s.half_length)};
-  }
-  Shape<P> operator()(const Cone<S>& s) const { return Cone<P>{P(s.radius), P(s.half_length)}; }
-  Shape<P> operator()(const Ellipsoid<S>& s) const {
-    return Ellipsoid<P>{s.radii.template cast<P>()};
-  }
-  Shape<P> operator()(const HalfSpace<S>& s) const {
-    return HalfSpace<P>{s.normal.template cast<P>(), P(s.offset)};
-  }
-  Shape<P> operator()(const ConvexHull<S>& s) const {
-    ConvexHull<P> hull;
-    for (const Vec3<S>& v : s.vertices) hull.vertices.push_back(v.template cast<P>());
-    hull.face_vertices = s.face_vertices;
-    hull.face_starts = s.face_starts;
-    for (const Vec3<S>& n : s.face_normals) {
-      hull.face_normals.push_back(n.template cast<P>().normalized());
-    }
-    hull.face_offsets.assign(s.face_offsets.begin(), s.face_offsets.end());
-    return hull;
-  }
-  // Meshes are read through their trees.
-  Shape<P> operator()(const TriangleMesh<S>&) const { return Sphere<P>{}; }
-};
-
 /// Manifolds of (B, A) in B turned into those of (A, B) in A.
 template <Scalar S>
 void swap_sides(std::span<ContactManifold<S>> manifolds, const Transform<S>& X_AB) {
@@ -223,19 +193,13 @@ template <Scalar S>
 void AnalyticBackend::cast_rays(const std::shared_ptr<const AnalyticShape<S>>& c,
                                 const Transform<S>& X_RC, const RayBatch<S>& rays,
                                 std::uint32_t tag, RayHits<S>& hits) noexcept {
-  const Mat3<S> R_RC = X_RC.rotation_matrix();
-  const Mat3<S> R_CR = R_RC.transpose();
   // One dispatch for the whole batch.
   std::visit(
       [&](const auto& shape) {
-        for (std::size_t i = 0; i < rays.size(); ++i) {
-          const S best = hits.distance[i];
-          if (!(best > S(0))) continue;
-          const Ray<S> ray = rays[i];
-          const Ray<S> ray_C{R_CR * (ray.origin - X_RC.translation), R_CR * ray.direction,
-                             std::min(ray.length, best)};
-          const RayHit<S> hit = ray_cast(shape, ray_C);
-          if (hit.distance < best) hits.offer(i, {hit.distance, R_RC * hit.normal}, tag);
+        if constexpr (std::same_as<std::remove_cvref_t<decltype(shape)>, MeshTree<S>>) {
+          cast_rays_at_mesh(shape.for_rays(), X_RC, rays, tag, hits);
+        } else {
+          cast_rays_in_lanes(shape, X_RC, rays, tag, hits);
         }
       },
       c->shape());

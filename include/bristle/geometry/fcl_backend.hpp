@@ -3,9 +3,9 @@
 ///
 /// Link `bristle::fcl`; the umbrella header includes this only with BRISTLE_WITH_FCL.
 ///
-/// Everything FCL is asked is asked in double, whatever the user's scalar. No FCL type that Eigen
-/// aligns by the machine (Transform3d, CollisionObject) crosses into libfcl, so it does not matter
-/// with which -march either was built.
+/// Everything FCL is asked is asked in double, whatever the user's scalar; rays are cast in S. No
+/// FCL type that Eigen aligns by the machine (Transform3d, CollisionObject) crosses into libfcl, so
+/// it does not matter with which -march either was built.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -88,7 +88,7 @@ class FclBackend::Collidable {
     ShapeKind kind;
     Aabb<S> bounds;
     MassProperties<S> mass_properties;
-    FclRayTarget rays;
+    FclRayTarget<S> rays;
     // Points into `rays`; empty for a half-space.
     SolidView<double, FclMeshTree<double>> solid;
   };

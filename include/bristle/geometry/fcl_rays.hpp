@@ -1,19 +1,24 @@
 /// @file
 /// Rays over FCL's own geometry, which has no ray query of its own (fcl#310).
 ///
-/// FCL is the container: sizes are read from its shapes and met in closed form, its mesh tree is
-/// walked through its public nodes. Everything is computed in double in the geometry's frame, for
-/// float users too: it costs scalar code nothing.
+/// FCL is the container: sizes and triangles are read from its geometry, once, and met as those of
+/// the analytic backend are, in the user's scalar. Single rays (`ray_cast`) walk FCL's own trees in
+/// the scalar of the geometry.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <bristle/geometry/bundle_mesh_rays.hpp>
 #include <bristle/geometry/fcl_shapes.hpp>
 #include <bristle/geometry/mesh_rays.hpp>
+#include <bristle/geometry/ray_lanes.hpp>
+#include <bristle/geometry/ray_mesh.hpp>
 #include <bristle/geometry/ray_shapes.hpp>
+#include <bristle/geometry/shape_cast.hpp>
 
-#include <algorithm>
-#include <cstddef>
+#include <array>
+#include <concepts>
 #include <cstdint>
+#include <type_traits>
 #include <utility>
 #include <variant>
 
@@ -31,12 +36,15 @@ template <Scalar S>
   return std::visit([&](const auto& shape) { return ray_cast(shape, ray); }, view);
 }
 
-/// An FCL geometry made ready for rays. Immutable; several threads may cast at once.
+/// An FCL geometry made ready for rays in S. Immutable; several threads may cast at once.
+template <Scalar S>
 class FclRayTarget {
  public:
   /// @throws InvalidArgument as `from_fcl` does.
   explicit FclRayTarget(FclGeometry geometry)
-      : geometry_(std::move(geometry)), view_(from_fcl(*geometry_)) {}
+      : geometry_(std::move(geometry)),
+        view_(from_fcl(*geometry_)),
+        shape_(std::visit([](const auto& view) { return prepared(view); }, view_)) {}
 
   [[nodiscard]] const FclGeometry& geometry() const { return geometry_; }
   /// What the geometry holds.
@@ -46,41 +54,53 @@ class FclRayTarget {
   /// geometry's pose in the rays' frame; one that is not finite hits nothing.
   ///
   /// Allocates nothing.
-  template <Scalar S>
   void cast_rays(const Transform<S>& X_RC, const RayBatch<S>& rays, std::uint32_t tag,
                  RayHits<S>& hits) const noexcept;
 
  private:
+  using Prepared = std::variant<Sphere<S>, Box<S>, Capsule<S>, Cylinder<S>, Cone<S>, Ellipsoid<S>,
+                                HalfSpace<S>, ConvexHull<S>, RayMesh<S>>;
+
+  template <typename View>
+  [[nodiscard]] static Prepared prepared(const View& view) {
+    return std::visit(
+        [](auto&& shape) -> Prepared {
+          if constexpr (std::constructible_from<Prepared, decltype(shape)>) {
+            return shape;
+          } else {
+            return RayMesh<S>();
+          }
+        },
+        detail::ShapeCast<S, double>{}(view));
+  }
+  [[nodiscard]] static Prepared prepared(const FclMeshTree<double>& mesh) {
+    return RayMesh<S>(mesh.size(), [&](std::uint32_t i) {
+      const auto [a, b, c] = mesh.corners(i);
+      return std::array<Vec3<S>, 3>{a.template cast<S>(), b.template cast<S>(),
+                                    c.template cast<S>()};
+    });
+  }
+
   FclGeometry geometry_;
   FclView<double> view_;
+  Prepared shape_;
 };
 
 // Implementation -----------------------------------------------------------------------------------
 
 template <Scalar S>
-void FclRayTarget::cast_rays(const Transform<S>& X_RC, const RayBatch<S>& rays, std::uint32_t tag,
-                             RayHits<S>& hits) const noexcept {
-  const Transform<double> X = X_RC.template cast<double>();
-  if (!X.translation.allFinite() || !X.rotation.coeffs().allFinite()) return;
-  const Mat3<double> R_RC = X.rotation_matrix();
+void FclRayTarget<S>::cast_rays(const Transform<S>& X_RC, const RayBatch<S>& rays,
+                                std::uint32_t tag, RayHits<S>& hits) const noexcept {
+  if (!X_RC.translation.allFinite() || !X_RC.rotation.coeffs().allFinite()) return;
   std::visit(
       [&](const auto& shape) {
-        for (std::size_t i = 0; i < rays.size(); ++i) {
-          const Ray<S> ray_R = rays[i];
-          const Vec3<double> from_origin = ray_R.origin.template cast<double>() - X.translation;
-          // What lies beyond a hit that is known already need not be looked at.
-          const Ray<double> ray{
-              .origin = R_RC.transpose() * from_origin,
-              .direction = R_RC.transpose() * ray_R.direction.template cast<double>(),
-              .length = double(std::min(ray_R.length, hits.distance[i]))};
-          const RayHit<double> hit = ray_cast(shape, ray);
-          if (hit.distance < infinity<double>) {
-            const Vec3<double> normal = R_RC * hit.normal;
-            hits.offer(i, {S(hit.distance), normal.template cast<S>()}, tag);
-          }
+        if constexpr (std::same_as<std::remove_cvref_t<decltype(shape)>, RayMesh<S>>) {
+          cast_rays_at_mesh(shape, X_RC, rays, tag, hits);
+        } else {
+          cast_rays_in_lanes(shape, X_RC, rays, tag, hits);
         }
       },
-      view_);
+      shape_);
 }
 
 }  // namespace bristle

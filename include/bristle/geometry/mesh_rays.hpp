@@ -39,6 +39,10 @@ concept SolidMesh = Scalar<S> &&
 template <Scalar S, SolidMesh<S> Mesh>
 [[nodiscard]] RayHit<S> ray_cast_mesh(const Mesh& mesh, const Ray<S>& ray);
 
+/// The same for a ray that is known to start outside, farther from the surface than rounding.
+template <Scalar S, SolidMesh<S> Mesh>
+[[nodiscard]] RayHit<S> ray_cast_mesh_from_outside(const Mesh& mesh, const Ray<S>& ray);
+
 /// Whether a point is in the solid. Its surface is, to round-off.
 template <Scalar S, SolidMesh<S> Mesh>
 [[nodiscard]] bool is_inside_mesh(const Mesh& mesh, const Vec3<S>& point);
@@ -101,6 +105,16 @@ template <Scalar S, SolidMesh<S> Mesh>
   return found;
 }
 
+/// The hit of a ray that starts outside, from what it crosses.
+template <Scalar S, SolidMesh<S> Mesh>
+[[nodiscard]] RayHit<S> nearest_hit(const Mesh& mesh, const Ray<S>& ray,
+                                    const MeshCrossings<S>& found) {
+  if (!(found.distance <= ray.length && found.distance < infinity<S>)) return {};
+  const auto [a, b, c] = mesh.corners(found.triangle);
+  const Vec3<S> normal = (b - a).cross(c - a).stableNormalized();
+  return {found.distance, normal.dot(ray.direction) > S(0) ? Vec3<S>(-normal) : normal};
+}
+
 /// How often the surface winds around a point, 1 inside and 0 outside: the sum of the solid angles
 /// of all triangles over 4 pi (van Oosterom and Strackee 1983). O(triangles), and cannot be
 /// undecided.
@@ -156,10 +170,12 @@ RayHit<S> ray_cast_mesh(const Mesh& mesh, const Ray<S>& ray) {
       return {S(0), -ray.direction};
     }
   }
-  if (!(found.distance <= ray.length && found.distance < infinity<S>)) return {};
-  const auto [a, b, c] = mesh.corners(found.triangle);
-  const Vec3<S> normal = (b - a).cross(c - a).stableNormalized();
-  return {found.distance, normal.dot(ray.direction) > S(0) ? Vec3<S>(-normal) : normal};
+  return detail::nearest_hit(mesh, ray, found);
+}
+
+template <Scalar S, SolidMesh<S> Mesh>
+RayHit<S> ray_cast_mesh_from_outside(const Mesh& mesh, const Ray<S>& ray) {
+  return detail::nearest_hit(mesh, ray, detail::mesh_crossings(mesh, ray));
 }
 
 }  // namespace bristle

@@ -6,6 +6,7 @@
 #include <bristle/geometry/aabb_tree.hpp>
 #include <bristle/geometry/mesh_rays.hpp>
 #include <bristle/geometry/ray.hpp>
+#include <bristle/geometry/ray_mesh.hpp>
 #include <bristle/geometry/triangle_mesh.hpp>
 
 #include <array>
@@ -48,10 +49,12 @@ class MeshTree {
   void find(Accept&& accept, Visit&& visit) const {
     tree_.find(accept, visit);
   }
-  /// As `AabbTree::walk_ray`.
+  /// The triangles once more, as rays want them.
+  [[nodiscard]] const RayMesh<S>& for_rays() const { return rays_; }
+  /// As `RayMesh::walk_ray`.
   template <typename Visit>
   void walk_ray(const Ray<S>& ray, Visit&& visit) const {
-    tree_.walk_ray(ray, visit);
+    rays_.walk_ray(ray, visit);
   }
 
   /// Whether a point is in the solid. Its surface is, to round-off.
@@ -60,6 +63,7 @@ class MeshTree {
  private:
   TriangleMesh<S> mesh_;
   AabbTree<S> tree_;
+  RayMesh<S> rays_;
 };
 
 /// Nearest hit, as `ray_cast_mesh` finds it.
@@ -75,6 +79,7 @@ MeshTree<S>::MeshTree(TriangleMesh<S> mesh) : mesh_(std::move(mesh)) {
     for (const std::uint32_t v : mesh_.triangles[t]) boxes[t].include(mesh_.vertices[v]);
   }
   tree_.build(boxes);
+  rays_ = RayMesh<S>(size(), [this](std::uint32_t t) { return corners(t); });
 }
 
 template <Scalar S>

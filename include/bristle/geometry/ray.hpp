@@ -55,6 +55,9 @@ struct Vec3Array {
   }
 };
 
+template <Scalar S>
+class RayBundles;
+
 /// Many rays in one frame. The spans have one length and outlive the query.
 template <Scalar S>
 struct RayBatch {
@@ -66,6 +69,9 @@ struct RayBatch {
   std::span<const S> length;
   /// [m] Added to the reach of every ray.
   S extra_length = S(0);
+  /// The same rays in bundles (ray_bundles.hpp), where somebody has made them: they change what a
+  /// query costs, not what it answers. Null or empty: one ray after the other.
+  const RayBundles<S>* bundles = nullptr;
 
   [[nodiscard]] std::size_t size() const { return length.size(); }
   [[nodiscard]] Ray<S> operator[](std::size_t i) const {

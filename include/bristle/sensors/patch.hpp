@@ -7,6 +7,7 @@
 #include <bristle/dynamics/body.hpp>
 #include <bristle/geometry/aabb.hpp>
 #include <bristle/geometry/ray.hpp>
+#include <bristle/geometry/ray_bundles.hpp>
 #include <bristle/sensors/law.hpp>
 #include <bristle/sensors/reading.hpp>
 #include <bristle/sensors/sensor_layout.hpp>
@@ -124,6 +125,8 @@ struct SensorPatch {
   /// [m] Rays from A's centre of mass in A's axes; [1] unit directions; [m] lengths.
   Vec3Array<S> start, direction;
   std::vector<S> length;
+  /// The rays as queries want them.
+  RayBundles<S> bundles{};
   /// [m] Around all rays, from A's centre of mass in A's axes.
   Aabb<S> box{};
 
@@ -145,7 +148,8 @@ struct SensorPatch {
     return def.per_sensor.empty() ? def.parameters : def.per_sensor[sensor];
   }
   [[nodiscard]] RayBatch<S> rays(S extra_length) const {
-    return {start.x, start.y, start.z, direction.x, direction.y, direction.z, length, extra_length};
+    return {start.x,     start.y, start.z,      direction.x, direction.y,
+            direction.z, length,  extra_length, &bundles};
   }
   /// Forgets that a sensor touched anything.
   void release(std::size_t sensor) { rooted_in[sensor] = BodyId{}; }
@@ -178,6 +182,7 @@ template <Scalar S>
     patch.box.include(patch.start[i]);
     patch.box.include(patch.start[i] + patch.length[i] * patch.direction[i]);
   }
+  patch.bundles = RayBundles<S>(patch.rays(S(0)));
   patch.root_a.resize(n);
   patch.root_b.resize(n);
   patch.rooted_in.resize(n);

@@ -1,0 +1,381 @@
+/// @file
+/// Bundles of rays against a solid mesh: one search for many rays, triangles against rays in lanes.
+///
+/// Answers are those of `ray_cast_mesh` for each ray alone, to round-off: what the lanes cannot
+/// tell with certainty is asked again that way. Nothing is kept from one query to the next.
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <bristle/geometry/bundle_leaves.hpp>
+#include <bristle/geometry/bundle_triangles.hpp>
+#include <bristle/geometry/mesh_rays.hpp>
+#include <bristle/geometry/ray_bundles.hpp>
+#include <bristle/geometry/ray_mesh.hpp>
+#include <bristle/math/small_products.hpp>
+#include <bristle/math/transform.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+namespace bristle {
+
+/// Offers to `hits` the nearest hit of each ray with a solid at X_RC, as `ShapeBackend::cast_rays`
+/// does; in bundles where the rays have them. Allocates nothing.
+template <Scalar S>
+void cast_rays_at_mesh(const RayMesh<S>& mesh, const Transform<S>& X_RC, const RayBatch<S>& rays,
+                       std::uint32_t tag, RayHits<S>& hits);
+
+// Implementation -----------------------------------------------------------------------------------
+
+namespace detail {
+
+/// One query.
+template <Scalar S>
+class BundleMeshQuery {
+ public:
+  BundleMeshQuery(const RayMesh<S>& mesh, const Transform<S>& X_RC, const RayBatch<S>& rays,
+                  std::uint32_t tag, RayHits<S>& hits)
+      : mesh_(mesh),
+        rays_(rays),
+        tag_(tag),
+        hits_(hits),
+        R_RC_(X_RC.rotation_matrix()),
+        R_CR_(R_RC_.transpose()),
+        p_RC_(X_RC.translation) {
+    const Aabb<S> box = mesh.root_box();
+    mesh_size_ = box.lower.cwiseAbs().cwiseMax(box.upper.cwiseAbs()).sum() + p_RC_.cwiseAbs().sum();
+  }
+
+  void run() {
+    if (rays_.bundles == nullptr || rays_.bundles->is_empty()) {
+      for (std::size_t i = 0; i < rays_.size(); ++i) cast_alone(i);
+    } else {
+      visit(0, nullptr, 0, Side::unknown);
+    }
+  }
+
+ private:
+  using Bundle = RayBundle<S>;
+  using Bundles = RayBundles<S>;
+  using Candidates = std::array<std::uint8_t, BundleTriangles<S>::capacity>;
+
+  /// [-] Lists of leaves that are kept on the way down from the root of the bundles. Below, the
+  /// last one serves.
+  static constexpr std::size_t most_lists = 4;
+  /// [-] A list of so few leaves is not worth shortening.
+  static constexpr std::size_t short_list = 24;
+  /// [1] With more triangles than this for each ray, rays have too little in common.
+  static constexpr S sparse_from = S(10);
+  /// [-] Rays of a bundle that is worth finding out where they all start.
+  static constexpr std::size_t fewest_to_ask = 65;
+
+  enum class Side { unknown, outside, inside };
+
+  /// Rays of a bundle whose starts have no triangle between them are all on one side.
+  struct Undecided {
+    /// [-] Which of the rays, counted from the bundle's first, have met nothing to tell.
+    std::uint64_t places = 0;
+    Side side = Side::unknown;
+  };
+
+  void visit(std::size_t id, const LeafList<S>* list, std::size_t depth, Side side);
+  void cast_undivided(const Bundle& bundle, const BoxInTree<S>& box, const LeafList<S>* list,
+                      Side side);
+  void cast_blocks(const Bundle& bundle, std::size_t first, std::size_t end, Side side);
+  [[nodiscard]] Side common_side(const Bundle& bundle, const BoxInTree<S>& box,
+                                 const LeafList<S>* list);
+  BRISTLE_LANES void settle(const Bundle& bundle, std::size_t place, std::size_t count,
+                            const LaneCrossings<S>& found, Undecided& undecided);
+  void decide(const Bundle& bundle, const Undecided& undecided, bool is_uniform);
+  void decide_empty(const Bundle& bundle, Side side);
+  void cast_alone(std::size_t i, Side side = Side::unknown);
+  void cast_one_by_one(std::size_t first, std::size_t end, Side side);
+
+  [[nodiscard]] BoxInTree<S> box_of(const Bundle& bundle) const;
+  [[nodiscard]] bool is_any_triangle_in(const BoxInTree<S>& box, const LeafList<S>& list) const;
+  [[nodiscard]] bool gather(const BoxInTree<S>& box, const LeafList<S>& list);
+  [[nodiscard]] Ray<S> ray_in_mesh(std::size_t i) const {
+    const Vec3<S> origin(rays_.origin_x[i], rays_.origin_y[i], rays_.origin_z[i]);
+    const Vec3<S> direction(rays_.direction_x[i], rays_.direction_y[i], rays_.direction_z[i]);
+    return {product<S>(R_CR_, origin - p_RC_), product<S>(R_CR_, direction),
+            rays_.length[i] + rays_.extra_length};
+  }
+  [[nodiscard]] Side side_of(std::size_t i) const {
+    const bool is_inside = ray_cast_mesh(mesh_, ray_in_mesh(i)).distance == S(0);
+    return is_inside ? Side::inside : Side::outside;
+  }
+  void hit_inside(std::size_t i) {
+    const Vec3<S> back(-rays_.direction_x[i], -rays_.direction_y[i], -rays_.direction_z[i]);
+    hits_.offer(i, {S(0), back}, tag_);
+  }
+  /// [m] What rounding may do to coordinates in a bundle's frame.
+  [[nodiscard]] S margin(const Bundle& bundle) const {
+    return Tolerance<S>::round_off() * size_near(bundle);
+  }
+  [[nodiscard]] S size_near(const Bundle& bundle) const {
+    return mesh_size_ + bundle.center.cwiseAbs().sum();
+  }
+
+  const RayMesh<S>& mesh_;
+  const RayBatch<S>& rays_;
+  std::uint32_t tag_;
+  RayHits<S>& hits_;
+  Mat3<S> R_RC_;
+  Mat3<S> R_CR_;
+  Vec3<S> p_RC_;
+  S mesh_size_ = S(0);
+  std::array<LeafList<S>, most_lists> lists_;
+  LeafList<S> start_leaves_;
+  BundleTriangles<S> triangles_;
+};
+
+template <Scalar S>
+BoxInTree<S> BundleMeshQuery<S>::box_of(const Bundle& bundle) const {
+  // Directions have length 1: longer rays leave the box by no more than what they gained.
+  return {bundle.axes.lazyProduct(R_RC_), product<S>(bundle.axes, p_RC_ - bundle.center),
+          bundle.box.inflated(margin(bundle) + rays_.extra_length)};
+}
+
+template <Scalar S>
+void BundleMeshQuery<S>::visit(std::size_t id, const LeafList<S>* list, std::size_t depth,
+                               Side side) {
+  const Bundle& bundle = rays_.bundles->bundles()[id];
+  const BoxInTree<S> box = box_of(bundle);
+  if (!box.box_C().overlaps(mesh_.root_box())) return;
+  // [1] How many triangles there are for a ray, if the surface lies across the box.
+  const Vec3<S> extent = bundle.box.upper - bundle.box.lower;
+  const S density = extent.x() * extent.y() / (mesh_.tree().mean_area() * S(bundle.count));
+  const bool is_sparse = density > sparse_from;
+  if (list == nullptr) {
+    const bool fits = density * S(bundle.count) < S(LeafList<S>::capacity * 8);
+    if (!is_sparse && fits && lists_[depth].search(mesh_.tree(), box)) list = &lists_[depth++];
+  } else if (list->size() > short_list && depth < most_lists) {
+    lists_[depth].filter(*list, box);
+    list = &lists_[depth++];
+  }
+  if (list != nullptr && list->size() == 0) return decide_empty(bundle, side);
+  // A look at the triangles costs less than going down to all bundles below where there is nothing
+  // to be found, and ends with the first triangle where there is.
+  if (bundle.is_divided() && list != nullptr &&
+      list->size() <= bundle.count / Bundles::bundle_size * 2 && !is_any_triangle_in(box, *list)) {
+    return decide_empty(bundle, side);
+  }
+  if (side == Side::unknown && bundle.is_narrow) side = common_side(bundle, box, list);
+  if (is_sparse) return cast_one_by_one(bundle.first, bundle.first + bundle.count, side);
+  if (!bundle.is_divided()) return cast_undivided(bundle, box, list, side);
+  visit(id + 1, list, depth, side);
+  visit(bundle.second, list, depth, side);
+}
+
+/// On which side all rays of a bundle start, if no triangle is between their starts.
+template <Scalar S>
+auto BundleMeshQuery<S>::common_side(const Bundle& bundle, const BoxInTree<S>& box,
+                                     const LeafList<S>* list) -> Side {
+  // Bundles of a few rays learn it from what these meet.
+  if (bundle.count < fewest_to_ask) return Side::unknown;
+  Aabb<S> starts = bundle.box.inflated(margin(bundle));
+  starts.upper.z() = bundle.highest_start + margin(bundle);
+  const BoxInTree<S> start_box(box.R_GC(), box.p_GC(), starts);
+  if (list == nullptr) {
+    if (!start_leaves_.search(mesh_.tree(), start_box)) return Side::unknown;
+    list = &start_leaves_;
+  }
+  if (is_any_triangle_in(start_box, *list)) return Side::unknown;
+  return side_of(rays_.bundles->ray_at(bundle.first));
+}
+
+template <Scalar S>
+bool BundleMeshQuery<S>::is_any_triangle_in(const BoxInTree<S>& box,
+                                            const LeafList<S>& list) const {
+  return !list.for_each(box, [&](std::size_t i) {
+    return !BundleTriangles<S>::is_any_in(mesh_.tree(), list[i], box);
+  });
+}
+
+template <Scalar S>
+bool BundleMeshQuery<S>::gather(const BoxInTree<S>& box, const LeafList<S>& list) {
+  triangles_.clear();
+  return list.for_each(box,
+                       [&](std::size_t i) { return triangles_.add(mesh_.tree(), list[i], box); });
+}
+
+template <Scalar S>
+void BundleMeshQuery<S>::cast_undivided(const Bundle& bundle, const BoxInTree<S>& box,
+                                        const LeafList<S>* list, Side side) {
+  const std::size_t end = bundle.first + bundle.count;
+  if (list == nullptr || !bundle.is_narrow) return cast_one_by_one(bundle.first, end, side);
+  if (list->size() <= short_list && gather(box, *list)) {
+    if (triangles_.size() == 0) return decide_empty(bundle, side);
+    return cast_blocks(bundle, bundle.first, end, side);
+  }
+  const S around = margin(bundle) + rays_.extra_length;
+  for (std::size_t place = bundle.first; place < end; place += Bundles::block_size) {
+    const auto& rectangle = rays_.bundles->rectangle(place);
+    Aabb<S> block = box.box_G();
+    for (std::size_t axis = 0; axis < 2; ++axis) {
+      block.lower[static_cast<int>(axis)] = rectangle.lower[axis] - around;
+      block.upper[static_cast<int>(axis)] = rectangle.upper[axis] + around;
+    }
+    const std::size_t block_end = std::min(end, place + Bundles::block_size);
+    if (gather({box.R_GC(), box.p_GC(), block}, *list)) {
+      cast_blocks(bundle, place, block_end, side);
+    } else {
+      cast_one_by_one(place, block_end, side);
+    }
+  }
+}
+
+/// Casts the rays of some blocks of an undivided bundle at the candidates.
+template <Scalar S>
+void BundleMeshQuery<S>::cast_blocks(const Bundle& bundle, std::size_t first, std::size_t end,
+                                     Side side) {
+  triangles_.finish(bundle, bundle.axes.transpose(), size_near(bundle));
+  const typename Bundles::Lines& lines = rays_.bundles->lines();
+  const S lowest_start = bundle.box.lower.z() - margin(bundle);
+  const S highest_start = bundle.highest_start + margin(bundle);
+  const S around = margin(bundle) + rays_.extra_length;
+  const auto is_clear_of_starts = [&](std::size_t i) {
+    return triangles_.lowest(i) > highest_start || triangles_.highest(i) < lowest_start;
+  };
+  bool is_uniform = true;
+  for (std::size_t i = 0; i < triangles_.size() && side == Side::unknown; ++i) {
+    is_uniform = is_uniform && is_clear_of_starts(i);
+  }
+  Undecided all{0, side};
+  for (std::size_t place = first; place < end; place += Bundles::block_size) {
+    Candidates near;
+    const std::size_t count = triangles_.within(rays_.bundles->rectangle(place), around, near);
+    const std::size_t block_end = std::min(end, place + Bundles::block_size);
+    Undecided block;
+    for (std::size_t k = place; k < block_end; k += lanes<S>) {
+      const LaneRays<S> rays{Pack<S>::load(&lines.x[k]),
+                             Pack<S>::load(&lines.y[k]),
+                             Pack<S>::load(&lines.slope_x[k]),
+                             Pack<S>::load(&lines.slope_y[k]),
+                             Pack<S>::load(&lines.start[k]),
+                             Pack<S>::load(&lines.stretch[k]),
+                             Pack<S>::load(&lines.length[k]) + rays_.extra_length};
+      LaneCrossings<S> found;
+      for (std::size_t i = 0; i < count; ++i) triangles_.test(near[i], rays, found);
+      settle(bundle, k, block_end - k, found, block);
+    }
+    if (is_uniform) {
+      // What this block cannot tell another one may.
+      all.places |= block.places;
+      if (block.side != Side::unknown) all.side = block.side;
+    } else {
+      decide(bundle, block,
+             std::all_of(near.begin(), near.begin() + static_cast<std::ptrdiff_t>(count),
+                         is_clear_of_starts));
+    }
+  }
+  decide(bundle, all, is_uniform);
+}
+
+/// Offers what rays in lanes have met.
+template <Scalar S>
+BRISTLE_LANES void BundleMeshQuery<S>::settle(const Bundle& bundle, std::size_t place,
+                                              std::size_t count, const LaneCrossings<S>& found,
+                                              Undecided& undecided) {
+  const std::uint32_t there = first_bits(count);
+  const std::uint32_t met = bits(found.distance < Pack<S>(infinity<S>));
+  const std::uint32_t from_outside = bits(found.front_high < found.back_low);
+  const std::uint32_t from_inside = bits(found.back_high < found.front_low);
+  const std::uint32_t doubtful = bits(found.is_doubtful);
+  const std::uint32_t outside = there & met & from_outside & ~doubtful;
+  const std::uint32_t inside = there & met & from_inside & ~doubtful;
+  const std::uint32_t unmet = there & ~met & ~doubtful;
+  if (outside != 0) undecided.side = Side::outside;
+  if (inside != 0) undecided.side = Side::inside;
+  undecided.places |= std::uint64_t{unmet} << (place - bundle.first);
+  const std::uint32_t* const order = rays_.bundles->rays_from(place);
+  const auto each = [&](std::uint32_t left, auto&& visit) {
+    for (; left != 0; left &= left - 1) {
+      const auto lane = static_cast<std::size_t>(std::countr_zero(left));
+      visit(order[lane], lane);
+    }
+  };
+  if (outside != 0) {
+    std::array<S, lanes<S>> distance;
+    std::array<S, lanes<S>> candidate;
+    found.distance.store(distance.data());
+    found.candidate.store(candidate.data());
+    // As `RayHits::offer`, with the arrays looked up once.
+    S* const known = hits_.distance.data();
+    S* const x = hits_.normal.x.data();
+    S* const y = hits_.normal.y.data();
+    S* const z = hits_.normal.z.data();
+    std::uint32_t* const tags = hits_.tag.data();
+    each(outside, [&](std::size_t i, std::size_t lane) {
+      if (!(distance[lane] < known[i])) return;
+      const Vec3<S> normal = triangles_.normal(static_cast<std::size_t>(candidate[lane]));
+      known[i] = distance[lane];
+      x[i] = normal[0];
+      y[i] = normal[1];
+      z[i] = normal[2];
+      tags[i] = tag_;
+    });
+  }
+  each(inside, [&](std::size_t i, std::size_t) { hit_inside(i); });
+  each(there & ~(outside | inside | unmet), [&](std::size_t i, std::size_t) { cast_alone(i); });
+}
+
+/// Finds out where rays start that have met nothing within their reach.
+/// @param is_uniform  Whether no triangle lies between their starts.
+template <Scalar S>
+void BundleMeshQuery<S>::decide(const Bundle& bundle, const Undecided& undecided, bool is_uniform) {
+  Side side = undecided.side;
+  for (std::uint64_t left = undecided.places; left != 0; left &= left - 1) {
+    const std::size_t place = bundle.first + static_cast<std::size_t>(std::countr_zero(left));
+    const std::size_t i = rays_.bundles->ray_at(place);
+    if (!is_uniform) {
+      // It may start on the surface, which lanes may have seen behind it.
+      cast_alone(i);
+      continue;
+    }
+    if (side == Side::unknown) side = side_of(i);
+    if (side == Side::outside) return;
+    hit_inside(i);
+  }
+}
+
+/// The same for all rays of a bundle whose box holds no triangle.
+template <Scalar S>
+void BundleMeshQuery<S>::decide_empty(const Bundle& bundle, Side side) {
+  if (side == Side::unknown) side = side_of(rays_.bundles->ray_at(bundle.first));
+  if (side == Side::outside) return;
+  for (std::size_t k = bundle.first; k < bundle.first + bundle.count; ++k) {
+    hit_inside(rays_.bundles->ray_at(k));
+  }
+}
+
+template <Scalar S>
+void BundleMeshQuery<S>::cast_alone(std::size_t i, Side side) {
+  const S best = hits_.distance[i];
+  if (!(best > S(0))) return;
+  if (side == Side::inside) return hit_inside(i);
+  Ray<S> ray = ray_in_mesh(i);
+  ray.length = std::min(ray.length, best);
+  const RayHit<S> hit =
+      side == Side::outside ? ray_cast_mesh_from_outside(mesh_, ray) : ray_cast_mesh(mesh_, ray);
+  if (hit.distance < best) {
+    hits_.offer(i, {hit.distance, product<S>(R_RC_, hit.normal)}, tag_);
+  }
+}
+
+template <Scalar S>
+void BundleMeshQuery<S>::cast_one_by_one(std::size_t first, std::size_t end, Side side) {
+  for (std::size_t k = first; k < end; ++k) cast_alone(rays_.bundles->ray_at(k), side);
+}
+
+}  // namespace detail
+
+template <Scalar S>
+void cast_rays_at_mesh(const RayMesh<S>& mesh, const Transform<S>& X_RC, const RayBatch<S>& rays,
+                       std::uint32_t tag, RayHits<S>& hits) {
+  detail::BundleMeshQuery<S>(mesh, X_RC, rays, tag, hits).run();
+}
+
+}  // namespace bristle

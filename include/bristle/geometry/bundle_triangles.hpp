@@ -1,0 +1,258 @@
+/// @file
+/// Triangles near a bundle of rays, in the bundle's frame, and the test of rays in lanes against
+/// them.
+///
+/// The test is that of ray_triangle.hpp in another frame. There a sign in doubt is computed again
+/// exactly; here a ray that passes an edge closer than all rounding is handed back to be asked
+/// alone. Every other ray is decided with certainty, so that none slips through between two
+/// triangles.
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <bristle/geometry/bundle_leaves.hpp>
+#include <bristle/geometry/ray_bundles.hpp>
+#include <bristle/geometry/wide_tree.hpp>
+#include <bristle/math/pack3.hpp>
+
+#include <array>
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+
+namespace bristle::detail {
+
+/// What rays in lanes have met so far. The rules are those of `MeshCrossings`, but for the reach:
+/// crossings beyond a ray's end are not looked at.
+template <Scalar S>
+struct LaneCrossings {
+  /// [m] Nearest crossing; [-] the number of its triangle, and its place among the candidates.
+  Pack<S> distance{infinity<S>};
+  Pack<S> number{infinity<S>};
+  Pack<S> candidate{S(0)};
+  /// [m] Bounds of the nearest crossing of each kind.
+  Pack<S> front_low{infinity<S>}, front_high{infinity<S>};
+  Pack<S> back_low{infinity<S>}, back_high{infinity<S>};
+  /// Rays that pass an edge too closely to tell.
+  Mask<S> is_doubtful = Mask<S>::first(0);
+};
+
+/// Rays in lanes, as `RayBundles::Lines` has them.
+template <Scalar S>
+struct LaneRays {
+  Pack<S> x, y, slope_x, slope_y, start, stretch, length;
+};
+
+/// Candidates for the rays of one bundle, coordinate by coordinate.
+template <Scalar S>
+class BundleTriangles {
+ public:
+  static constexpr std::size_t capacity = 192;
+
+  [[nodiscard]] std::size_t size() const { return size_; }
+  void clear() { size_ = 0; }
+
+  /// Adds those triangles of a leaf that the box meets.
+  /// @return False where there is no room left; the list is of no use then.
+  [[nodiscard]] bool add(const WideTree<S>& tree, const TriangleRange& leaf,
+                         const BoxInTree<S>& box);
+
+  /// Whether one of a leaf's triangles meets the box.
+  [[nodiscard]] static bool is_any_in(const WideTree<S>& tree, const TriangleRange& leaf,
+                                      const BoxInTree<S>& box);
+
+  /// To be called when all have been added.
+  /// @param R_RG  From the bundle's axes to those in which normals are wanted.
+  /// @param size  [m] Of what coordinates were computed from: rounding is relative to it.
+  void finish(const RayBundle<S>& bundle, const Mat3<S>& R_RG, S size);
+
+  /// Writes to `found` which candidates meet a rectangle in x and y; returns their number.
+  std::size_t within(const typename RayBundles<S>::Rectangle& rectangle, S margin,
+                     std::array<std::uint8_t, capacity>& found) const;
+
+  /// [m] Where the candidate begins and ends along z.
+  [[nodiscard]] S lowest(std::size_t i) const { return lower_[2][i]; }
+  [[nodiscard]] S highest(std::size_t i) const { return upper_[2][i]; }
+  /// [1] Outward unit normal.
+  [[nodiscard]] Vec3<S> normal(std::size_t i) const {
+    return {normal_[0][i], normal_[1][i], normal_[2][i]};
+  }
+
+  /// Tests rays against candidate i.
+  BRISTLE_LANES void test(std::size_t i, const LaneRays<S>& rays, LaneCrossings<S>& found) const;
+
+ private:
+  // A pack may be loaded from the last candidate.
+  using Row = std::array<S, capacity + 16>;
+
+  /// Corners of triangles in lanes, turned into the bundle's frame, and which meet the box.
+  struct Turned {
+    Pack3<S> corners[3];
+    std::uint32_t in_box;
+  };
+  [[nodiscard]] BRISTLE_LANES static Turned turned(const WideTree<S>& tree,
+                                                   const TriangleRange& leaf, std::size_t i,
+                                                   const BoxInTree<S>& box);
+
+  // Of each corner x, y, z.
+  std::array<Row, 9> corner_;
+  std::array<Row, 3> lower_, upper_;
+  std::array<Row, 3> normal_;
+  // [m^2] What a determinant may be wrong by. Distances: [m] by this, and [m^3] this over the sum
+  // of determinants.
+  Row doubt_, along_, across_;
+  Row number_;
+  std::size_t size_ = 0;
+};
+
+// Implementation -----------------------------------------------------------------------------------
+
+template <Scalar S>
+BRISTLE_LANES auto BundleTriangles<S>::turned(const WideTree<S>& tree, const TriangleRange& leaf,
+                                              std::size_t i, const BoxInTree<S>& box) -> Turned {
+  Turned result;
+  const Pack3<S> origin = Pack3<S>::all(box.p_GC());
+  for (std::size_t c = 0; c < 3; ++c) {
+    result.corners[c] = origin + product<S>(box.R_GC(), Pack3<S>::load(tree.row(leaf, c, 0) + i,
+                                                                       tree.row(leaf, c, 1) + i,
+                                                                       tree.row(leaf, c, 2) + i));
+  }
+  const auto& [a, b, c] = result.corners;
+  const Aabb<S>& limits = box.box_G();
+  const Mask<S> in_box =
+      (min(a.x, min(b.x, c.x)) <= limits.upper[0]) & (max(a.x, max(b.x, c.x)) >= limits.lower[0]) &
+      (min(a.y, min(b.y, c.y)) <= limits.upper[1]) & (max(a.y, max(b.y, c.y)) >= limits.lower[1]) &
+      (min(a.z, min(b.z, c.z)) <= limits.upper[2]) & (max(a.z, max(b.z, c.z)) >= limits.lower[2]);
+  result.in_box = bits(in_box) & first_bits(leaf.count - i);
+  return result;
+}
+
+template <Scalar S>
+bool BundleTriangles<S>::is_any_in(const WideTree<S>& tree, const TriangleRange& leaf,
+                                   const BoxInTree<S>& box) {
+  for (std::size_t i = 0; i < leaf.count; i += lanes<S>) {
+    if (turned(tree, leaf, i, box).in_box != 0) return true;
+  }
+  return false;
+}
+
+template <Scalar S>
+bool BundleTriangles<S>::add(const WideTree<S>& tree, const TriangleRange& leaf,
+                             const BoxInTree<S>& box) {
+  for (std::size_t i = 0; i < leaf.count; i += lanes<S>) {
+    const Turned t = turned(tree, leaf, i, box);
+    if (t.in_box == 0) continue;
+    std::array<std::array<S, lanes<S>>, 9> values;
+    for (std::size_t c = 0; c < 3; ++c) {
+      t.corners[c].store(values[3 * c].data(), values[3 * c + 1].data(), values[3 * c + 2].data());
+    }
+    for (std::uint32_t left = t.in_box; left != 0; left &= left - 1) {
+      if (size_ == capacity) return false;
+      const auto lane = static_cast<std::size_t>(std::countr_zero(left));
+      for (std::size_t k = 0; k < 9; ++k) corner_[k][size_] = values[k][lane];
+      number_[size_] = static_cast<S>(tree.number(leaf.first + i + lane));
+      ++size_;
+    }
+  }
+  return true;
+}
+
+template <Scalar S>
+void BundleTriangles<S>::finish(const RayBundle<S>& bundle, const Mat3<S>& R_RG, S size) {
+  const S round_off = Tolerance<S>::round_off();
+  const Vec3<S> half = bundle.box.lower.cwiseAbs().cwiseMax(bundle.box.upper.cwiseAbs());
+  for (std::size_t i = 0; i < size_; i += lanes<S>) {
+    Pack3<S> p[3];
+    for (std::size_t c = 0; c < 3; ++c) {
+      p[c] = Pack3<S>::load(&corner_[3 * c][i], &corner_[3 * c + 1][i], &corner_[3 * c + 2][i]);
+    }
+    const auto& [a, b, c] = p;
+    const Pack3<S> lower{min(a.x, min(b.x, c.x)), min(a.y, min(b.y, c.y)), min(a.z, min(b.z, c.z))};
+    const Pack3<S> upper{max(a.x, max(b.x, c.x)), max(a.y, max(b.y, c.y)), max(a.z, max(b.z, c.z))};
+    lower.store(&lower_[0][i], &lower_[1][i], &lower_[2][i]);
+    upper.store(&upper_[0][i], &upper_[1][i], &upper_[2][i]);
+    const Pack3<S> n = cross(b - a, c - a);
+    const Pack<S> largest = max(abs(n.x), max(abs(n.y), abs(n.z)));
+    const Pack3<S> scaled = (S(1) / largest) * n;
+    const Pack3<S> normal = product<S>(R_RG, (S(1) / sqrt(dot(scaled, scaled))) * scaled);
+    normal.store(&normal_[0][i], &normal_[1][i], &normal_[2][i]);
+    // A corner is at most this far from a ray across it and from its start along it.
+    const Pack<S> z = max(-lower.z, upper.z) + half.z();
+    const Pack<S> x = max(-lower.x, upper.x) + half.x();
+    const Pack<S> y = max(-lower.y, upper.y) + half.y();
+    const Pack<S> aside = max(x, y) + bundle.slope * z;
+    // Coordinates are wrong by some ulp of `size`, a determinant by twice that times `aside`; that
+    // of two corners has four products.
+    (round_off * (aside * (S(2) * aside + size))).store(&doubt_[i]);
+    (round_off * (S(2) * z + size)).store(&along_[i]);
+    (round_off * ((S(3) * aside + S(2) * z + size) * (S(6) * aside) * (upper.z - lower.z)))
+        .store(&across_[i]);
+  }
+}
+
+template <Scalar S>
+std::size_t BundleTriangles<S>::within(const typename RayBundles<S>::Rectangle& rectangle, S margin,
+                                       std::array<std::uint8_t, capacity>& found) const {
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < size_; i += lanes<S>) {
+    const Mask<S> meets = (Pack<S>::load(&lower_[0][i]) <= rectangle.upper[0] + margin) &
+                          (Pack<S>::load(&upper_[0][i]) >= rectangle.lower[0] - margin) &
+                          (Pack<S>::load(&lower_[1][i]) <= rectangle.upper[1] + margin) &
+                          (Pack<S>::load(&upper_[1][i]) >= rectangle.lower[1] - margin);
+    for (std::uint32_t left = bits(meets) & first_bits(size_ - i); left != 0; left &= left - 1) {
+      found[count++] =
+          static_cast<std::uint8_t>(i + static_cast<std::size_t>(std::countr_zero(left)));
+    }
+  }
+  return count;
+}
+
+template <Scalar S>
+BRISTLE_LANES void BundleTriangles<S>::test(std::size_t i, const LaneRays<S>& rays,
+                                            LaneCrossings<S>& found) const {
+  const auto corner = [&](std::size_t k) { return Pack<S>(corner_[k][i]); };
+  const Pack<S> az = corner(2);
+  const Pack<S> bz = corner(5);
+  const Pack<S> cz = corner(8);
+  const Pack<S> ax = corner(0) - (rays.x + rays.slope_x * az);
+  const Pack<S> ay = corner(1) - (rays.y + rays.slope_y * az);
+  const Pack<S> bx = corner(3) - (rays.x + rays.slope_x * bz);
+  const Pack<S> by = corner(4) - (rays.y + rays.slope_y * bz);
+  const Pack<S> cx = corner(6) - (rays.x + rays.slope_x * cz);
+  const Pack<S> cy = corner(7) - (rays.y + rays.slope_y * cz);
+  const Pack<S> u = cx * by - cy * bx;
+  const Pack<S> v = ax * cy - ay * cx;
+  const Pack<S> w = bx * ay - by * ax;
+  const Pack<S> least = min(u, min(v, w));
+  const Pack<S> most = max(u, max(v, w));
+  const Pack<S> doubt(doubt_[i]);
+  const Mask<S> may_pass = (least >= -doubt) | (most <= doubt);
+  if (none(may_pass)) return;
+  const Mask<S> is_front = least > doubt;
+  const Mask<S> passes = is_front | (most < -doubt);
+  found.is_doubtful = found.is_doubtful | (may_pass & !passes);
+  const Pack<S> inverse = S(1) / (u + v + w);
+  const Pack<S> distance = ((u * az + v * bz + w * cz) * inverse - rays.start) * rays.stretch;
+  const Mask<S> counts = passes & (distance >= S(0)) & (distance <= rays.length);
+  if (none(counts)) return;
+  const Pack<S> uncertainty = along_[i] + across_[i] * abs(inverse);
+  const Mask<S> front = counts & is_front;
+  const Mask<S> back = counts & !is_front;
+  const Pack<S> low = distance - uncertainty;
+  const Pack<S> high = distance + uncertainty;
+  if (any(front)) {
+    found.front_low = select(front, min(low, found.front_low), found.front_low);
+    found.front_high = select(front, min(high, found.front_high), found.front_high);
+  }
+  if (any(back)) {
+    found.back_low = select(back, min(low, found.back_low), found.back_low);
+    found.back_high = select(back, min(high, found.back_high), found.back_high);
+  }
+  const Pack<S> number(number_[i]);
+  const Mask<S> is_nearer = counts & ((distance < found.distance) |
+                                      ((distance == found.distance) & (number < found.number)));
+  found.distance = select(is_nearer, distance, found.distance);
+  found.number = select(is_nearer, number, found.number);
+  found.candidate = select(is_nearer, Pack<S>(static_cast<S>(i)), found.candidate);
+}
+
+}  // namespace bristle::detail

@@ -1,0 +1,250 @@
+/// @file
+/// Rays that stand beside each other, sorted once so that one search serves many of them.
+///
+/// A patch's rays never move in their body's frame. They are divided into bundles of neighbours,
+/// and each bundle gets a box along its own mean direction: a query compares boxes first and rays
+/// last. Within a bundle a ray is a line over the box's z axis, so that triangles are turned into
+/// the bundle's frame and the rays are not turned at all (docs/decisions/0022-bundles-of-rays.md).
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <bristle/geometry/aabb.hpp>
+#include <bristle/geometry/ray.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace bristle {
+
+/// Some neighbouring rays of a `RayBundles`. Its frame G has its origin in their middle and its z
+/// axis along their mean direction.
+template <Scalar S>
+struct RayBundle {
+  /// [-] The rays, as places in the order of the bundles.
+  std::uint32_t first = 0;
+  std::uint32_t count = 0;
+  /// [-] The second of the two bundles it is divided into; the first is the next one. 0 in those
+  /// that are not divided.
+  std::uint32_t second = 0;
+  /// Whether all rays run along the z axis, within 60 degrees of it.
+  bool is_narrow = false;
+  /// [1] R_GR, with R the frame of the rays.
+  Mat3<S> axes = Mat3<S>::Identity();
+  /// [m] The origin of G in R.
+  Vec3<S> center = Vec3<S>::Zero();
+  /// [m] Around the rays from their starts to their ends, in G.
+  Aabb<S> box{};
+  /// [m] Largest z of a start; the smallest is that of the box where the bundle is narrow.
+  S highest_start = S(0);
+  /// [1] Largest slope of a ray against the z axis, in x or y.
+  S slope = S(0);
+
+  [[nodiscard]] bool is_divided() const { return second != 0; }
+};
+
+/// The rays of a batch in bundles. A value; empty for rays of which one has no finite length.
+template <Scalar S>
+class RayBundles {
+ public:
+  /// [-] Rays of an undivided bundle at most, and of a block: a bundle is made of blocks of
+  /// neighbours, all full but its last.
+  static constexpr std::size_t bundle_size = 64;
+  static constexpr std::size_t block_size = 16;
+
+  /// Rays of one place each, in the frame of their undivided bundle: at height z a ray is at
+  /// (x + slope_x z, y + slope_y z). Filled up to whole blocks with rays that reach nothing.
+  struct Lines {
+    std::vector<S> x, y, slope_x, slope_y;
+    /// [m] z of the start. [1] Length of the ray for each metre of z. [m] Reach.
+    std::vector<S> start, stretch, length;
+  };
+
+  /// [m] What a block's rays keep to, in x and y of their bundle's frame.
+  struct Rectangle {
+    std::array<S, 2> lower{infinity<S>, infinity<S>};
+    std::array<S, 2> upper{-infinity<S>, -infinity<S>};
+  };
+
+  RayBundles() = default;
+  /// @param rays  Their `extra_length` is not looked at.
+  explicit RayBundles(const RayBatch<S>& rays);
+
+  [[nodiscard]] bool is_empty() const { return bundles_.empty(); }
+  /// [-] Number of rays.
+  [[nodiscard]] std::size_t size() const { return order_.size(); }
+  /// Root first, each before those it is divided into.
+  [[nodiscard]] const std::vector<RayBundle<S>>& bundles() const { return bundles_; }
+  [[nodiscard]] const Lines& lines() const { return lines_; }
+  /// [-] Which ray of the batch is at a place.
+  [[nodiscard]] std::uint32_t ray_at(std::size_t place) const { return order_[place]; }
+  /// [-] The same for all places from one on.
+  [[nodiscard]] const std::uint32_t* rays_from(std::size_t place) const {
+    return order_.data() + place;
+  }
+  /// Of the block that begins at a place.
+  [[nodiscard]] const Rectangle& rectangle(std::size_t place) const {
+    return rectangles_[place / block_size];
+  }
+
+ private:
+  using Places = std::span<std::uint32_t>;
+
+  void build(const RayBatch<S>& rays, Places places);
+  void fit(const RayBatch<S>& rays, Places places, RayBundle<S>& bundle) const;
+  void split_into_blocks(const RayBatch<S>& rays, Places places) const;
+  void store(const RayBatch<S>& rays, const RayBundle<S>& bundle);
+
+  std::vector<RayBundle<S>> bundles_;
+  std::vector<std::uint32_t> order_;
+  std::vector<Rectangle> rectangles_;
+  Lines lines_;
+};
+
+// Implementation -----------------------------------------------------------------------------------
+
+namespace detail {
+
+/// Orders rays so that the first `count` are those that start lowest along the longest extent of
+/// all starts.
+template <Scalar S>
+void split_rays(const RayBatch<S>& rays, std::span<std::uint32_t> some, std::size_t count) {
+  Aabb<S> starts;
+  for (const std::uint32_t i : some) starts.include(rays[i].origin);
+  int axis = 0;
+  (starts.upper - starts.lower).maxCoeff(&axis);
+  const std::span<const S> along =
+      axis == 0 ? rays.origin_x : (axis == 1 ? rays.origin_y : rays.origin_z);
+  // A total order, so that the halves do not depend on the standard library.
+  std::nth_element(some.begin(), some.begin() + static_cast<std::ptrdiff_t>(count), some.end(),
+                   [along](std::uint32_t a, std::uint32_t b) {
+                     return along[a] < along[b] || (along[a] == along[b] && a < b);
+                   });
+}
+
+/// How many of n things in parts of `size` go to the first of two halves of whole parts.
+[[nodiscard]] inline std::size_t half_of_parts(std::size_t n, std::size_t size) {
+  return (n + size - 1) / size / 2 * size;
+}
+
+}  // namespace detail
+
+template <Scalar S>
+RayBundles<S>::RayBundles(const RayBatch<S>& rays) {
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    const Ray<S> ray = rays[i];
+    // Only of finite numbers is the difference with themselves zero.
+    const S ends = ray.origin.sum() + ray.direction.sum() + rays.length[i];
+    if (!(ends - ends == S(0)) || !(rays.length[i] >= S(0))) return;
+  }
+  order_.resize(rays.size());
+  for (std::uint32_t i = 0; i < rays.size(); ++i) order_[i] = i;
+  if (order_.empty()) return;
+  const std::size_t blocks = (rays.size() + block_size - 1) / block_size;
+  rectangles_.resize(blocks);
+  for (auto* values : {&lines_.x, &lines_.y, &lines_.slope_x, &lines_.slope_y, &lines_.start}) {
+    values->assign(blocks * block_size, S(0));
+  }
+  lines_.stretch.assign(blocks * block_size, S(1));
+  lines_.length.assign(blocks * block_size, -infinity<S>);
+  build(rays, order_);
+}
+
+template <Scalar S>
+void RayBundles<S>::build(const RayBatch<S>& rays, Places places) {
+  const std::size_t id = bundles_.size();
+  bundles_.emplace_back();
+  bundles_[id].first = static_cast<std::uint32_t>(places.data() - order_.data());
+  bundles_[id].count = static_cast<std::uint32_t>(places.size());
+  fit(rays, places, bundles_[id]);
+  if (places.size() <= bundle_size) {
+    split_into_blocks(rays, places);
+    store(rays, bundles_[id]);
+    return;
+  }
+  const std::size_t half = detail::half_of_parts(places.size(), bundle_size);
+  detail::split_rays(rays, places, half);
+  build(rays, places.first(half));
+  bundles_[id].second = static_cast<std::uint32_t>(bundles_.size());
+  build(rays, places.subspan(half));
+}
+
+/// Finds frame and box of a bundle.
+template <Scalar S>
+void RayBundles<S>::fit(const RayBatch<S>& rays, Places places, RayBundle<S>& bundle) const {
+  Aabb<S> starts;
+  Vec3<S> sum = Vec3<S>::Zero();
+  for (const std::uint32_t i : places) {
+    starts.include(rays[i].origin);
+    sum += rays[i].direction;
+  }
+  bundle.center = starts.center();
+  if (sum.norm() > Tolerance<S>::equal() * S(places.size())) {
+    const Vec3<S> z = sum.normalized();
+    // Sensors mostly stand in rows along the axes of their frame: so do the sides of the box.
+    int across = 0;
+    z.cwiseAbs().minCoeff(&across);
+    const Vec3<S> x = (Vec3<S>::Unit(across) - z[across] * z).normalized();
+    bundle.axes.row(0) = x;
+    bundle.axes.row(1) = z.cross(x);
+    bundle.axes.row(2) = z;
+  }
+  bundle.is_narrow = true;
+  bundle.highest_start = -infinity<S>;
+  for (const std::uint32_t i : places) {
+    const Vec3<S> start = bundle.axes * (rays[i].origin - bundle.center);
+    const Vec3<S> direction = bundle.axes * rays[i].direction;
+    bundle.box.include(start);
+    bundle.box.include(Vec3<S>(start + rays.length[i] * direction));
+    bundle.highest_start = std::max(bundle.highest_start, start.z());
+    bundle.is_narrow = bundle.is_narrow && direction.z() > S(0.5);
+    const S across = direction.template head<2>().cwiseAbs().maxCoeff();
+    bundle.slope = std::max(bundle.slope, across / direction.z());
+  }
+}
+
+/// Orders the rays of an undivided bundle, block by block.
+template <Scalar S>
+void RayBundles<S>::split_into_blocks(const RayBatch<S>& rays, Places places) const {
+  if (places.size() <= block_size) {
+    // However the standard library left them.
+    std::sort(places.begin(), places.end());
+    return;
+  }
+  const std::size_t half = detail::half_of_parts(places.size(), block_size);
+  detail::split_rays(rays, places, half);
+  split_into_blocks(rays, places.first(half));
+  split_into_blocks(rays, places.subspan(half));
+}
+
+/// Writes down the rays of an undivided bundle in its frame.
+template <Scalar S>
+void RayBundles<S>::store(const RayBatch<S>& rays, const RayBundle<S>& bundle) {
+  if (!bundle.is_narrow) return;
+  for (std::size_t k = bundle.first; k < bundle.first + bundle.count; ++k) {
+    const std::size_t i = order_[k];
+    const Vec3<S> start = bundle.axes * (rays[i].origin - bundle.center);
+    const Vec3<S> direction = bundle.axes * rays[i].direction;
+    const Vec3<S> end = start + rays.length[i] * direction;
+    lines_.slope_x[k] = direction.x() / direction.z();
+    lines_.slope_y[k] = direction.y() / direction.z();
+    lines_.x[k] = start.x() - lines_.slope_x[k] * start.z();
+    lines_.y[k] = start.y() - lines_.slope_y[k] * start.z();
+    lines_.start[k] = start.z();
+    lines_.stretch[k] = S(1) / direction.z();
+    lines_.length[k] = rays.length[i];
+    Rectangle& rectangle = rectangles_[k / block_size];
+    for (std::size_t axis = 0; axis < 2; ++axis) {
+      const S a = start[static_cast<int>(axis)];
+      const S b = end[static_cast<int>(axis)];
+      rectangle.lower[axis] = std::min({rectangle.lower[axis], a, b});
+      rectangle.upper[axis] = std::max({rectangle.upper[axis], a, b});
+    }
+  }
+}
+
+}  // namespace bristle

@@ -1,0 +1,166 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "support/ray_patches.hpp"
+#include "support/rounds.hpp"
+
+#include <bristle/geometry/bundle_mesh_rays.hpp>
+
+#include <doctest/doctest.h>
+
+#include <array>
+#include <string>
+#include <vector>
+
+using namespace bristle;
+using test::PatchKind;
+
+namespace {
+
+template <Scalar S>
+RayMesh<S> ray_mesh(const TriangleMesh<S>& mesh) {
+  return RayMesh<S>(mesh.triangles.size(), [&](std::uint32_t i) {
+    const auto& t = mesh.triangles[i];
+    return std::array<Vec3<S>, 3>{mesh.vertices[t[0]], mesh.vertices[t[1]], mesh.vertices[t[2]]};
+  });
+}
+
+}  // namespace
+
+TEST_CASE_TEMPLATE("cast_rays_at_mesh: bundles answer as each ray alone does in double", S, float,
+                   double) {
+  const std::array<TriangleMesh<double>, 4> meshes{test::angle_mesh(), test::torus_mesh(24, 12),
+                                                   test::bumpy_mesh(7), test::bumpy_mesh(30)};
+  std::uint64_t seed = 1;
+  test::Random random(1);
+  for (const TriangleMesh<double>& shape : meshes) {
+    for (const double scale : {0.01, 1.0, 100.0}) {
+      const TriangleMesh<S> scaled = test::scaled_mesh<S>(shape, scale);
+      const test::ReferenceMesh<S> reference(scaled);
+      const RayMesh<S> mesh = ray_mesh(scaled);
+      for (const PatchKind kind :
+           {PatchKind::pad, PatchKind::convex, PatchKind::scattered, PatchKind::column}) {
+        const std::size_t n = 20 + 130 * random.index(3);
+        const auto patch = test::make_rays<S>(kind, n, scale, random);
+        CAPTURE(shape.triangles.size());
+        CAPTURE(scale);
+        CAPTURE(int(kind));
+        CHECK(test::wrong_answers(
+                  reference, patch, scale, test::rounds(30), ++seed,
+                  [&](const Transform<S>& X, const RayBatch<S>& rays, RayHits<S>& hits) {
+                    cast_rays_at_mesh(mesh, X, rays, 7, hits);
+                  }) == 0);
+      }
+    }
+  }
+}
+
+TEST_CASE_TEMPLATE("cast_rays_at_mesh: no ray slips through edges and corners that rays aim at", S,
+                   float, double) {
+  // From inside a ball every ray has to come out, whatever it aims at; from outside, towards the
+  // middle, every ray has to hit.
+  const TriangleMesh<S> mesh = test::scaled_mesh<S>(test::bumpy_mesh(12), 1);
+  const RayMesh<S> ball = ray_mesh(mesh);
+  test::RayPatch<S> rays;
+  const Vec3<double> toward(0, 0, 1);
+  for (const auto& t : mesh.triangles) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Vec3<double> corner = mesh.vertices[t[k]].template cast<double>();
+      const Vec3<double> next = mesh.vertices[t[(k + 1) % 3]].template cast<double>();
+      for (const Vec3<double>& target : {corner, Vec3<double>((corner + next) / 2)}) {
+        // As parallel as sensors are, so that they go by bundles.
+        if (target.normalized().dot(toward) < 0.9) continue;
+        rays.add(target + 0.01 * toward, -toward, 0.03);
+      }
+    }
+  }
+  REQUIRE(rays.length.size() > 200);
+  const RayBundles<S> bundles(rays.batch(nullptr));
+  RayHits<S> hits;
+  hits.reset(rays.length.size());
+  cast_rays_at_mesh(ball, Transform<S>{}, rays.batch(&bundles), 7, hits);
+  std::size_t missed = 0;
+  for (std::size_t i = 0; i < rays.length.size(); ++i) {
+    missed += std::abs(hits.distance[i] - S(0.01)) < S(1e-5) ? 0u : 1u;
+  }
+  CHECK(missed == 0);
+}
+
+TEST_CASE_TEMPLATE("cast_rays_at_mesh: longer by `extra_length`, and no nearer than what is known",
+                   S, float, double) {
+  test::Random random(4);
+  const TriangleMesh<S> mesh = test::scaled_mesh<S>(test::bumpy_mesh(10), 1);
+  const RayMesh<S> ball = ray_mesh(mesh);
+  const auto patch = test::make_rays<S>(PatchKind::pad, 200, 1, random);
+  const RayBundles<S> bundles(patch.batch(nullptr));
+  const Transform<S> X{.translation = {0, 0, S(0.057)}};
+  const auto cast = [&](S extra) {
+    RayHits<S> hits;
+    hits.reset(patch.length.size());
+    cast_rays_at_mesh(ball, X, patch.batch(&bundles, extra), 7, hits);
+    return hits;
+  };
+  const RayHits<S> none = cast(S(0));
+  const RayHits<S> all = cast(S(0.02));
+  for (std::size_t i = 0; i < patch.length.size(); ++i) {
+    CHECK(!none.is_hit(i));
+    CHECK(all.distance[i] < S(0.025));
+    CHECK(all.tag[i] == 7);
+  }
+  // The same shape once more is no nearer: the first tag stays.
+  RayHits<S> twice = all;
+  cast_rays_at_mesh(ball, X, patch.batch(&bundles, S(0.02)), 8, twice);
+  CHECK(twice.tag == all.tag);
+  CHECK(twice.distance == all.distance);
+}
+
+TEST_CASE("RayBundles: every ray is in one bundle, within its boxes") {
+  test::Random random(2);
+  for (const std::size_t n : {1u, 15u, 16u, 17u, 64u, 65u, 100u, 1000u}) {
+    for (const PatchKind kind : {PatchKind::pad, PatchKind::convex, PatchKind::scattered}) {
+      const auto patch = test::make_rays<double>(kind, n, 1, random);
+      const RayBatch<double> batch = patch.batch(nullptr);
+      const RayBundles<double> bundles(batch);
+      REQUIRE(bundles.size() == n);
+      std::vector<int> times(n, 0);
+      for (std::size_t place = 0; place < n; ++place) ++times[bundles.ray_at(place)];
+      CHECK(times == std::vector<int>(n, 1));
+      std::size_t in_undivided = 0;
+      for (const RayBundle<double>& bundle : bundles.bundles()) {
+        if (!bundle.is_divided()) {
+          in_undivided += bundle.count;
+          CHECK(bundle.count <= RayBundles<double>::bundle_size);
+          CHECK(bundle.first % RayBundles<double>::block_size == 0);
+        }
+        const Aabb<double> box = bundle.box.inflated(1e-15);
+        for (std::size_t place = bundle.first; place < bundle.first + bundle.count; ++place) {
+          const Ray<double> ray = batch[bundles.ray_at(place)];
+          const Vec3<double> start = bundle.axes * (ray.origin - bundle.center);
+          const Vec3<double> end = start + ray.length * (bundle.axes * ray.direction);
+          CHECK(box.contains(start));
+          CHECK(box.contains(end));
+          CHECK(start.z() <= bundle.highest_start + 1e-15);
+          if (bundle.is_divided() || !bundle.is_narrow) continue;
+          const auto& rectangle = bundles.rectangle(place);
+          for (const Vec3<double>& p : {start, end}) {
+            for (std::size_t axis = 0; axis < 2; ++axis) {
+              CHECK(p[int(axis)] >= rectangle.lower[axis] - 1e-15);
+              CHECK(p[int(axis)] <= rectangle.upper[axis] + 1e-15);
+            }
+          }
+          const auto& lines = bundles.lines();
+          CHECK(lines.start[place] == doctest::Approx(start.z()));
+          CHECK(std::abs(lines.x[place] + lines.slope_x[place] * end.z() - end.x()) < 1e-15);
+          CHECK(std::abs(lines.y[place] + lines.slope_y[place] * end.z() - end.y()) < 1e-15);
+          CHECK((end.z() - start.z()) * lines.stretch[place] == doctest::Approx(ray.length));
+        }
+      }
+      CHECK(in_undivided == n);
+    }
+  }
+}
+
+TEST_CASE("RayBundles: rays without a finite length are left to be asked alone") {
+  test::Random random(3);
+  auto patch = test::make_rays<double>(PatchKind::pad, 40, 1, random);
+  patch.length[17] = infinity<double>;
+  CHECK(RayBundles<double>(patch.batch(nullptr)).is_empty());
+}
