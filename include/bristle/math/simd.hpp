@@ -140,6 +140,9 @@ struct LaneArray {
   friend auto operator|(const LaneArray& a, const LaneArray& b) {
     return each([&](int i) { return bool(a.v[i] | b.v[i]); });
   }
+  friend auto operator^(const LaneArray& a, const LaneArray& b) {
+    return each([&](int i) { return bool(a.v[i] ^ b.v[i]); });
+  }
   friend auto operator~(const LaneArray& a) {
     return each([&](int i) { return !a.v[i]; });
   }
@@ -174,6 +177,8 @@ class Mask {
 
   /// Holds in the first n lanes.
   [[nodiscard]] BRISTLE_LANES static Mask first(std::size_t n);
+  /// Holds in lane i where bit i is set: the inverse of `bits`.
+  [[nodiscard]] BRISTLE_LANES static Mask from_bits(std::uint32_t set);
 
   [[nodiscard]] BRISTLE_LANES const Register& get() const { return r_; }
 
@@ -182,6 +187,9 @@ class Mask {
   }
   [[nodiscard]] BRISTLE_LANES friend Mask operator|(const Mask& a, const Mask& b) {
     return Mask(a.r_ | b.r_);
+  }
+  [[nodiscard]] BRISTLE_LANES friend Mask operator^(const Mask& a, const Mask& b) {
+    return Mask(a.r_ ^ b.r_);
   }
   [[nodiscard]] BRISTLE_LANES friend Mask operator!(const Mask& a) { return Mask(~a.r_); }
 
@@ -330,6 +338,26 @@ class Pack {
 template <Scalar S>
 BRISTLE_LANES Mask<S> Mask<S>::first(std::size_t n) {
   return Pack<S>::numbers() < Pack<S>(S(n));
+}
+
+template <Scalar S>
+BRISTLE_LANES Mask<S> Mask<S>::from_bits(std::uint32_t set) {
+#if BRISTLE_HAS_SIMD && defined(__AVX512F__)
+  if constexpr (std::same_as<S, float>) {
+    return Mask(std::bit_cast<Register>(_mm512_maskz_set1_epi32(static_cast<__mmask16>(set), -1)));
+  }
+  if constexpr (std::same_as<S, double>) {
+    return Mask(std::bit_cast<Register>(_mm512_maskz_set1_epi64(static_cast<__mmask8>(set), -1)));
+  }
+#endif
+  if constexpr (detail::has_register<S>) {
+    using Integer = std::remove_cvref_t<decltype(Register{}[0])>;
+    Register own{};
+    for (std::size_t i = 0; i < lanes<S>; ++i) own[i] = Integer(1) << i;
+    return Mask(((Register{} + Integer(set)) & own) == own);
+  } else {
+    return Mask(Register::each([&](int i) { return (set >> i & 1u) != 0; }));
+  }
 }
 
 template <Scalar S>
