@@ -80,6 +80,8 @@ class Slide {
                                   .depth = S(0.002),
                                   .range = S(0.005)});
     def.parameters = tuned_for<S>({.load = S(20), .mass = S(2)}).parameters(def.sensors);
+    moving.inverse_mass.setConstant(S(0.5));
+    moving.inverse_inertia = Mat3<S>::Identity() * S(100);
     patch = make_patch<S>(std::move(def), BodyId{0, 0}, Vec3<S>(Vec3<S>::Zero()));
     for (std::size_t k = 0; k < poses; ++k) {
       // There and back, so that no pose is far from the one before.
@@ -87,7 +89,7 @@ class Slide {
       const S angle = S(at * 0.1 * std::numbers::pi / 180);
       Body<S>& ball = balls[k];
       ball.center_pose = {exp_rotation<S>(Vec3<S>(0, 0, angle)),
-                          Vec3<S>(S(5e-5 * at), 0, S(-0.05129))};
+                          Vec3<S>(S(5e-5 * at), 0, S(-0.05165))};
       const S sense = k < poses / 2 ? S(1) : S(-1);
       ball.twist = {Vec3<S>(sense * S(0.05), 0, S(0.01)), Vec3<S>(0, 0, sense * S(1.7))};
       hits[k].reset(patch.size());
@@ -175,8 +177,6 @@ double difference(const Wrench<S>& a, const Wrench<double>& b) {
 template <Scalar S>
 void measure(const char* name, std::size_t side) {
   Slide<S> slide(side);
-  slide.moving.inverse_mass.setConstant(S(0.5));
-  slide.moving.inverse_inertia = Mat3<S>::Identity() * S(100);
   ScalarSlide scalar(side);
   double explicit_error = 0, block_error = 0;
   for (std::size_t k = 0; k < 2 * poses; ++k) {

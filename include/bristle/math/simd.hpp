@@ -208,7 +208,11 @@ class Pack {
   BRISTLE_LANES explicit Pack(const Register& r) : r_(r) {}
   /// The same in all lanes.
   BRISTLE_LANES Pack(S value) {  // NOLINT: a scalar in a formula of packs is one
-    for (std::size_t i = 0; i < size; ++i) r_[i] = value;
+    if constexpr (detail::has_register<S>) {
+      r_ = value - Register{};  // One instruction; a loop over lanes often stays one.
+    } else {
+      for (std::size_t i = 0; i < size; ++i) r_[i] = value;
+    }
   }
 
   /// Lane i from p[i]; any alignment.
