@@ -95,6 +95,12 @@ template <Scalar S>
 #else
 #define BRISTLE_LANES inline
 #endif
+// And what a loop over packs needs rarely is not, lest its values take the registers of the rest.
+#if defined(__GNUC__)
+#define BRISTLE_OUTLINED [[gnu::noinline]]
+#else
+#define BRISTLE_OUTLINED
+#endif
 
 namespace detail {
 

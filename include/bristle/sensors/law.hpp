@@ -37,8 +37,12 @@ inline constexpr S grazing_cosine = S(-0.1);
 /// Gradient g = m / (m . n) of the depth times the ray's length: d e_N / dt = g . v / L. Equals n
 /// where the surface faces the ray, and g . n = 1 always.
 template <Value T>
+[[nodiscard]] BRISTLE_LANES Vector3<T> depth_gradient(const Vector3<T>& m, T cosine) {
+  return T(ScalarOf<T>(1) / cosine) * m;
+}
+template <Value T>
 [[nodiscard]] BRISTLE_LANES Vector3<T> depth_gradient(const Vector3<T>& n, const Vector3<T>& m) {
-  return T(ScalarOf<T>(1) / dot(m, n)) * m;
+  return depth_gradient<T>(m, T(dot(m, n)));
 }
 
 /// [N] Normal force F_N of Eq. 3 from depth e_N [1] and its rate [1/s]; never adhesive.

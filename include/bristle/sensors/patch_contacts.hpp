@@ -47,14 +47,6 @@ void clear_patch(SensorPatch<S>& patch) {
 
 namespace detail {
 
-/// Which of the sixteen items from `first` on equal `value`.
-template <typename T>
-[[nodiscard]] LaneBits equal_lanes(const T* first, const T& value) {
-  std::uint32_t bits = 0;
-  for (std::size_t i = 0; i < tile_size; ++i) bits |= (first[i] == value ? 1u : 0u) << i;
-  return static_cast<LaneBits>(bits);
-}
-
 /// Finds for every tile the lanes that hit anything, makes the others let go, and gives every body
 /// that was hit a pair and every shape that was hit a place in `patch.touched`.
 template <Scalar S, typename FindBody>
@@ -134,7 +126,7 @@ class ContactMaker {
         linear_(spread<T>(pair.start_motion.linear)),
         angular_(spread<T>(pair.start_motion.angular)),
         middle_(spread<T>(patch.box.center())),
-        id_b_(id_b),
+        key_b_(root_key(id_b)),
         dt_(dt) {}
 
   /// Those of the lanes `hit` of a tile that meet the body at more than a grazing angle.
@@ -145,7 +137,7 @@ class ContactMaker {
     const LaneBits anchored =
         tile.is_rooted == 0
             ? LaneBits(0)
-            : static_cast<LaneBits>(tile.is_rooted & equal_lanes(tile.rooted_in.data(), id_b_));
+            : static_cast<LaneBits>(tile.is_rooted & equal_lanes(tile.rooted_in.data(), key_b_));
     for (std::size_t at = 0; at < tile_size; at += lanes<S>) {
       if (pack_bits<S>(hit, at) != 0) add_pack(tile, out, at, hit, anchored);
     }
@@ -154,7 +146,7 @@ class ContactMaker {
     } else {
       std::uint32_t fresh = out.is_touching & ~std::uint32_t(anchored);
       for (; fresh != 0; fresh &= fresh - 1) {
-        tile.rooted_in[static_cast<std::size_t>(std::countr_zero(fresh))] = id_b_;
+        tile.rooted_in[static_cast<std::size_t>(std::countr_zero(fresh))] = key_b_;
       }
       tile.is_rooted = static_cast<LaneBits>((tile.is_rooted & ~hit) | out.is_touching);
     }
@@ -185,13 +177,14 @@ class ContactMaker {
     const Pack3<S> surface = Pack3<S>::load(
         hits.normal.x.data() + first, hits.normal.y.data() + first, hits.normal.z.data() + first);
     // False for a normal that is no number, too.
-    const Mask<S> is_met = load_mask<S>(hit, at) & (dot(surface, n) <= T(grazing_cosine<S>));
+    const T cosine = dot(surface, n);
+    const Mask<S> is_met = load_mask<S>(hit, at) & (cosine <= T(grazing_cosine<S>));
     // Lanes without contact go on with a hit from ahead at the start of the ray: all is finite.
     const Pack3<S> m = select(is_met, surface, -n);
     const T distance = select(is_met, T::load(hits.distance.data() + first), T(0));
 
     const SensorParameters<T>& p = parameters_(out.tile, at);
-    const Pack3<S> g = depth_gradient<T>(n, m);
+    const Pack3<S> g = depth_gradient<T>(m, select(is_met, cosine, T(S(-1))));
     const T inverse_length = load_pack(tile.inverse_length, at);
     const T depth = sensor_depth(distance, inverse_length);
     const Mask<S> is_touching = is_met & (depth > T(0));
@@ -206,28 +199,34 @@ class ContactMaker {
     store_pack(out.depth, at, depth);
     store_pack(out.force, at, force);
     if (options_.law == Law::paper) {
-      advance_bristles(tile, out, at, load_mask<S>(anchored, at), is_touching, n, point,
-                       p.breakaway_distance);
+      // Nearly all bristles stay as they are. What has to be rooted is a call, and loads what it
+      // needs anew: inlined, it would push this loop's values out of the registers.
+      const Anchor<T> anchor{load_pack(tile.root_a, at), load_pack(tile.root_b, at)};
+      const Pack3<S> stretch = anchor_stretch<T>(anchor, pose_, n);
+      store_pack(out.stretch, at, stretch);
+      const T sigma = p.breakaway_distance;
+      const Mask<S> is_kept =
+          load_mask<S>(anchored, at) & (dot(stretch, stretch) <= sigma * sigma);
+      if (any(is_touching & !is_kept)) root_anew(tile, out, at, anchored, sigma);
     }
     add_sums(p, point, depth, force, inverse_length, is_met, is_touching);
   }
 
   /// Advances the bristles of the lanes that touch, and leaves those of the others alone.
-  BRISTLE_LANES void advance_bristles(SensorTile<S>& tile, ContactTile<S>& out, std::size_t at,
-                                      const Mask<S>& is_anchored, const Mask<S>& is_touching,
-                                      const Pack3<S>& n, const Pack3<S>& point, const T& sigma) {
+  BRISTLE_OUTLINED void root_anew(SensorTile<S>& tile, ContactTile<S>& out, std::size_t at,
+                                  LaneBits anchored, const T& sigma) const {
     Anchor<T> anchor{load_pack(tile.root_a, at), load_pack(tile.root_b, at)};
+    const Mask<S> is_touching = load_mask<S>(out.is_touching, at);
     Mask<S> did_slip;
     // What does not touch is kept, however far it is stretched.
-    const Pack3<S> stretch = advance_anchor<T>(anchor, is_anchored | !is_touching, pose_, n, point,
-                                               select(is_touching, sigma, T(infinity<S>)),
-                                               options_.reset, did_slip);
+    const Pack3<S> stretch =
+        advance_anchor<T>(anchor, load_mask<S>(anchored, at) | !is_touching, pose_,
+                          load_pack(tile.direction, at), load_pack(out.point, at),
+                          select(is_touching, sigma, T(infinity<S>)), options_.reset, did_slip);
     store_pack(out.stretch, at, stretch);
     store_mask(out.is_slipping, at, did_slip);
-    if (any(did_slip | (is_touching & !is_anchored))) {
-      store_pack(tile.root_a, at, anchor.q_A);
-      store_pack(tile.root_b, at, anchor.q_B);
-    }
+    store_pack(tile.root_a, at, anchor.q_A);
+    store_pack(tile.root_b, at, anchor.q_B);
   }
 
   BRISTLE_LANES void add_sums(const SensorParameters<T>& p, const Pack3<S>& point, const T& depth,
@@ -260,7 +259,7 @@ class ContactMaker {
   const LawOptions options_;
   const PairPose<S> pose_;
   const Pack3<S> linear_, angular_, middle_;
-  const BodyId id_b_;
+  const std::uint64_t key_b_;
   const S dt_;
   ContactSums<S> sums_{};
   std::uint32_t count_ = 0;

@@ -68,14 +68,14 @@ Wrench<S> ambf_impulses(SensorPatch<S>& patch, const PatchPair<S>& pair, BodyId 
       const SensorContact<S> contact{tile.depth[i], sensors.inverse_length[i],
                                      sensors.direction[i], g, pair.start_motion.at(point)};
       Anchor<S> anchor{sensors.root_a[i], sensors.root_b[i]};
-      bool is_rooted = (sensors.is_rooted & bit) != 0 && sensors.rooted_in[i] == id_b;
+      bool is_rooted = (sensors.is_rooted & bit) != 0 && sensors.rooted_in[i] == root_key(id_b);
       bool did_slip = false;
       const SensorForce<S> force = ambf_sensor_force<S>(
           patch.parameters(tile.tile * tile_size + i), patch.def.options.scaling, contact,
           g.normalized() * S(-1), pair.pose, point, anchor, is_rooted, did_slip);
       sensors.root_a.set(i, anchor.q_A);
       sensors.root_b.set(i, anchor.q_B);
-      sensors.rooted_in[i] = id_b;
+      sensors.rooted_in[i] = root_key(id_b);
       sensors.is_rooted = static_cast<LaneBits>(is_rooted ? sensors.is_rooted | bit
                                                           : sensors.is_rooted & ~bit);
       if (did_slip) tile.is_slipping = static_cast<LaneBits>(tile.is_slipping | bit);

@@ -30,6 +30,19 @@ using Row = std::array<T, tile_size>;
 /// Lane bits of a tile: bit i is its sensor i.
 using LaneBits = std::uint16_t;
 
+/// A body as one number, to be compared in lanes.
+[[nodiscard]] inline std::uint64_t root_key(BodyId id) {
+  return std::uint64_t(id.generation) << 32 | id.index;
+}
+
+/// Which of the sixteen items from `first` on equal `value`.
+template <typename T>
+[[nodiscard]] BRISTLE_LANES LaneBits equal_lanes(const T* first, T value) {
+  std::uint32_t bits = 0;
+  for (std::uint32_t i = 0; i < tile_size; ++i) bits |= first[i] == value ? 1u << i : 0u;
+  return static_cast<LaneBits>(bits);
+}
+
 /// Three rows of coordinates.
 template <Scalar S>
 struct Row3 {
@@ -52,9 +65,9 @@ struct alignas(64) SensorTile {
   Row<S> inverse_length{};
   /// [m] Roots of the bristles on A in A's axes, on B in B's.
   Row3<S> root_a{}, root_b{};
-  /// Bodies they are rooted in, where they are rooted.
-  Row<BodyId> rooted_in{};
+  /// Whether they are rooted, and in which bodies (`root_key`).
   LaneBits is_rooted = 0;
+  Row<std::uint64_t> rooted_in{};
 };
 
 /// The contacts of up to sixteen neighbouring sensors with one body in one step: geometry, the
