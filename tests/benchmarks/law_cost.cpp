@@ -5,14 +5,13 @@
 // 0.05 mm and 0.1 degrees a step, there and back over 16 poses; hits are made beforehand. Printed
 // for each scalar and n, in nanoseconds a sensor (all sensors counted):
 //
-//   touch     [%]  of the sensors
-//   collect   hits to contacts: depth, gradient, velocity, bristles, sums for Lambda
-//   explicit  impulses
-//   read      readings
-//   law       these three together
-//   block     linear models, their 6x6 sum, and the impulses at a motion
-//   check     whether a sensor changed state at that motion
-//   error     of the explicit wrench, and of the block's, against sums of scalars in double [1]
+//   touch      [%] of the sensors
+//   explicit   the law of an explicit patch: hits to depth, gradient, velocity, bristles, impulses
+//   automatic  the same for a patch that turns out explicit: with the sums for Lambda, in two
+//   passes collect    the first part of an implicit patch: hits to contacts and bristles block the
+//   second: linear models, their 6x6 sum, and the impulses at a motion check      whether a sensor
+//   changed state at that motion read       readings error      of the explicit wrench, and of the
+//   block's, against sums of scalars in double [1]
 //
 // Times are processor time of the thread, medians of 15 runs.
 // Usage: benchmark_law_cost [sensors]
@@ -71,7 +70,7 @@ double nanoseconds(Call&& call) {
 template <Scalar S>
 class Slide {
  public:
-  explicit Slide(std::size_t side) {
+  explicit Slide(std::size_t side, Integration integration) {
     PatchDef<S> def;
     def.sensors = sensor_grid<S>({.side_u = {S(0.03), 0, 0},
                                   .side_v = {0, S(-0.03), 0},
@@ -80,6 +79,7 @@ class Slide {
                                   .depth = S(0.002),
                                   .range = S(0.005)});
     def.parameters = tuned_for<S>({.load = S(20), .mass = S(2)}).parameters(def.sensors);
+    def.integration = integration;
     moving.inverse_mass.setConstant(S(0.5));
     moving.inverse_inertia = Mat3<S>::Identity() * S(100);
     patch = make_patch<S>(std::move(def), BodyId{0, 0}, Vec3<S>(Vec3<S>::Zero()));
@@ -93,16 +93,21 @@ class Slide {
       const S sense = k < poses / 2 ? S(1) : S(-1);
       ball.twist = {Vec3<S>(sense * S(0.05), 0, S(0.01)), Vec3<S>(0, 0, sense * S(1.7))};
       hits[k].reset(patch.size());
-      AnalyticBackend::cast_rays(AnalyticBackend::make<S>(Sphere<S>{S(0.05)}),
-                                 ball.center_pose, patch.rays(S(0)), 0, hits[k]);
+      AnalyticBackend::cast_rays(AnalyticBackend::make<S>(Sphere<S>{S(0.05)}), ball.center_pose,
+                                 patch.rays(S(0)), 0, hits[k]);
     }
   }
 
   void collect() {
     next = (next + 1) % poses;
     std::swap(patch.hits, hits[next]);
-    collect_contacts(
-        patch, pad, [&](std::uint32_t) { return TouchedBody<S>{&balls[next], ball_id}; }, S(dt));
+    collect_contacts(patch, pad,
+                     [&](std::uint32_t) {
+                       return TouchedBody<S>{&balls[next], ball_id};
+                     },
+                     {.dt = S(dt),
+                      .measures_lambda = patch.def.integration == Integration::automatic,
+                      .only_tag = 0});
     std::swap(patch.hits, hits[next]);
   }
   void measure() { measure_pair(patch, pair(), fixed, moving, S(dt)); }
@@ -125,13 +130,15 @@ class Slide {
   std::size_t next = 0;
   SolverBody<S> fixed, moving;
   SoftBlock<S> block;
-  Vec6<S> motion = (Vec6<S>() << S(-0.05), S(1e-3), S(-0.01), S(0.02), S(-0.03), S(-1.7)).finished();
+  Vec6<S> motion =
+      (Vec6<S>() << S(-0.05), S(1e-3), S(-0.01), S(0.02), S(-0.03), S(-1.7)).finished();
 };
 
 /// The same in scalars of double: forces and bristles of each sensor by `sensor_wrench`.
 class ScalarSlide {
  public:
-  explicit ScalarSlide(std::size_t side) : slide_(side), memory_(slide_.patch.size()) {}
+  explicit ScalarSlide(std::size_t side)
+      : slide_(side, Integration::automatic), memory_(slide_.patch.size()) {}
 
   /// The impulse on the ball about the pad's centre at the next pose.
   Wrench<double> explicit_sum() {
@@ -141,10 +148,10 @@ class ScalarSlide {
     const Body<double>& ball = slide_.balls[k];
     Wrench<double> sum;
     for (std::size_t i = 0; i < patch.size(); ++i) {
-      sum += -sensor_wrench<double>(
-          patch.def.parameters, patch.def.options,
-          {patch.start[i], patch.direction[i], patch.length[i]}, slide_.hits[k].distance[i],
-          slide_.hits[k].normal[i], {}, {ball.center_pose, ball.twist}, dt, memory_[i]);
+      sum += -sensor_wrench<double>(patch.def.parameters, patch.def.options,
+                                    {patch.start[i], patch.direction[i], patch.length[i]},
+                                    slide_.hits[k].distance[i], slide_.hits[k].normal[i], {},
+                                    {ball.center_pose, ball.twist}, dt, memory_[i]);
     }
     return {dt * sum.force, dt * sum.torque};
   }
@@ -154,8 +161,8 @@ class ScalarSlide {
     Wrench<double> sum;
     for (PatchContact<double>& c : test::scalar_contacts(slide_.patch, slide_.pair())) {
       test::linearise_start(slide_.patch, slide_.pair(), c, dt);
-      const Vec3<double> v = detail::velocity_at<double>(slide_.motion.head<3>(),
-                                                         slide_.motion.tail<3>(), c.rho);
+      const Vec3<double> v =
+          detail::velocity_at<double>(slide_.motion.head<3>(), slide_.motion.tail<3>(), c.rho);
       Vec3<double> impulse = detail::model_impulse<double>(c, v);
       if (c.is_pushing && impulse.dot(c.n) < 0) impulse = tangential<double>(impulse, c.n);
       sum += Wrench<double>::at(c.rho, impulse);
@@ -176,32 +183,43 @@ double difference(const Wrench<S>& a, const Wrench<double>& b) {
 
 template <Scalar S>
 void measure(const char* name, std::size_t side) {
-  Slide<S> slide(side);
+  Slide<S> explicit_slide(side, Integration::explicit_);
+  Slide<S> automatic(side, Integration::automatic);
+  Slide<S> implicit(side, Integration::implicit);
   ScalarSlide scalar(side);
   double explicit_error = 0, block_error = 0;
   for (std::size_t k = 0; k < 2 * poses; ++k) {
-    slide.collect();
-    slide.measure();
-    explicit_error =
-        std::max(explicit_error, difference<S>(slide.explicit_sum(), scalar.explicit_sum()));
-    block_error = std::max(block_error, difference<S>(slide.block_sum(), scalar.block_sum()));
+    for (Slide<S>* slide : {&explicit_slide, &automatic, &implicit}) slide->collect();
+    const Wrench<double> expected = scalar.explicit_sum();
+    for (Slide<S>* slide : {&explicit_slide, &automatic}) {
+      explicit_error = std::max(explicit_error, difference<S>(slide->explicit_sum(), expected));
+    }
+    implicit.measure();
+    block_error = std::max(block_error, difference<S>(implicit.block_sum(), scalar.block_sum()));
   }
-  const double n = static_cast<double>(slide.patch.size());
-  slide.read();
-  const double touch = 100 * static_cast<double>(slide.patch.felt_count()) / n;
-  const double collect = nanoseconds([&] { slide.collect(); }) / n;
-  const double explicit_ = nanoseconds([&] { (void)slide.explicit_sum(); }) / n;
-  const double read = nanoseconds([&] { slide.read(); }) / n;
-  const double law = nanoseconds([&] {
-                       slide.collect();
-                       (void)slide.explicit_sum();
-                       slide.read();
-                     }) /
-                     n;
-  const double block = nanoseconds([&] { (void)slide.block_sum(); }) / n;
-  const double check = nanoseconds([&] { (void)slide.check(); }) / n;
-  std::printf("%-6s  %5.0f  %5.1f  %7.2f  %8.2f  %5.2f  %5.2f  %6.2f  %6.2f  %8.1e  %8.1e\n", name,
-              n, touch, collect, explicit_, read, law, block, check, explicit_error, block_error);
+  const double n = static_cast<double>(implicit.patch.size());
+  implicit.read();
+  const auto cost = [n](auto&& call) { return nanoseconds(call) / n; };
+  const double touch = 100 * static_cast<double>(implicit.patch.felt_count()) / n;
+  const double explicit_cost = cost([&] {
+    explicit_slide.collect();
+    (void)explicit_slide.explicit_sum();
+  });
+  const double automatic_cost = cost([&] {
+    automatic.collect();
+    automatic.measure();
+    (void)automatic.explicit_sum();
+  });
+  const double collect = cost([&] { implicit.collect(); });
+  const double block = cost([&] {
+    implicit.measure();
+    (void)implicit.block_sum();
+  });
+  const double check = cost([&] { (void)implicit.check(); });
+  const double read = cost([&] { implicit.read(); });
+  std::printf("%-6s  %5.0f  %5.1f  %8.2f  %9.2f  %7.2f  %5.2f  %5.2f  %4.2f  %8.1e  %8.1e\n", name,
+              n, touch, explicit_cost, automatic_cost, collect, block, check, read, explicit_error,
+              block_error);
   std::fflush(stdout);
 }
 
@@ -209,7 +227,7 @@ void measure(const char* name, std::size_t side) {
 
 int main(int argc, char** argv) {
   std::puts(
-      "scalar      n  touch  collect  explicit   read    law   block   check     error of the sums");
+      "scalar      n  touch  explicit  automatic  collect  block  check  read  error of the sums");
   for (const std::size_t side : {10u, 32u, 100u}) {
     if (argc > 1 && side * side != static_cast<std::size_t>(std::atoi(argv[1]))) continue;
     measure<float>("float", side);

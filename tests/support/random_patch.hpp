@@ -51,15 +51,16 @@ class RandomPatch {
       Vec3<S> m = random_.direction<S>();
       if (m.dot(n) > S(0)) m = -m;
       patch.hits.offer(i, {random_.uniform(S(0), S(1.2)) * patch.length[i], m},
-                       kind < 6 ? 10u : kind < 8 ? 11u : 12u);
+                       kind < 6   ? 10u
+                       : kind < 8 ? 11u
+                                  : 12u);
     }
-    collect_contacts(
-        patch, a,
-        [this](std::uint32_t tag) {
-          const std::size_t body = tag == 12u ? 1 : 0;
-          return TouchedBody<S>{&b[body], id(body)};
-        },
-        dt);
+    collect_contacts(patch, a,
+                     [this](std::uint32_t tag) {
+                       const std::size_t body = tag == 12u ? 1 : 0;
+                       return TouchedBody<S>{&b[body], id(body)};
+                     },
+                     {.dt = dt});
   }
 
   /// A motion of which bristles notice something.

@@ -24,10 +24,9 @@ PatchContact<S> scalar_contact(const SensorPatch<S>& patch, const PatchPair<S>& 
   c.start_velocity = pair.start_motion.at(tile.point[i]);
   c.depth = tile.depth[i];
   c.inverse_length = sensors.inverse_length[i];
-  c.force = c.is_touching
-                ? normal_force<S>(patch.parameters(tile.tile * tile_size + i), c.depth,
-                                  c.g.dot(c.start_velocity) * c.inverse_length)
-                : S(0);
+  c.force = c.is_touching ? normal_force<S>(patch.parameters(tile.tile * tile_size + i), c.depth,
+                                            c.g.dot(c.start_velocity) * c.inverse_length)
+                          : S(0);
   return c;
 }
 

@@ -144,7 +144,7 @@ class HostPatch {
         [&](std::uint32_t number) {
           return TouchedBody<S>{&bodies_[slot_of(host, number, dt)].body, BodyId{number, 0}};
         },
-        dt);
+        {.dt = dt, .measures_lambda = patch_.def.integration == Integration::automatic});
   }
 
   [[nodiscard]] std::uint32_t known_slot(std::uint32_t number) const {

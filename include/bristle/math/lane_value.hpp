@@ -39,7 +39,9 @@ struct ValueTraits<Pack<S>> {
 
 /// A scalar, or a scalar for each lane.
 template <typename T>
-concept Value = requires { typename detail::ValueTraits<T>::One; };
+concept Value = requires {
+  typename detail::ValueTraits<T>::One;
+};
 
 /// The scalar of a value: S of S and of Pack<S>.
 template <Value T>
@@ -59,8 +61,7 @@ template <Scalar S>
   return m ? yes : no;
 }
 template <typename A, typename B>
-[[nodiscard]] BRISTLE_LANES Vec3<typename A::Scalar> select(bool m,
-                                                            const Eigen::MatrixBase<A>& yes,
+[[nodiscard]] BRISTLE_LANES Vec3<typename A::Scalar> select(bool m, const Eigen::MatrixBase<A>& yes,
                                                             const Eigen::MatrixBase<B>& no) {
   if (m) return yes;
   return no;

@@ -20,7 +20,7 @@ class SharedParameters {
              p.breakaway_distance} {}
 
   [[nodiscard]] BRISTLE_LANES const SensorParameters<Pack<S>>& operator()(std::size_t,
-                                                                         std::size_t) const {
+                                                                          std::size_t) const {
     return all_;
   }
 

@@ -3,9 +3,9 @@
 ///
 /// A sensor sits on body A, its ray runs along the unit vector n out of A and meets body B at P,
 /// where B has the outward unit normal m. All vectors of one call are in the same axes; patches use
-/// those of A, where rays stand still. v is the velocity of A's point at P relative to B's; F is the
-/// force ON B; A gets -F at the same point, so momentum is conserved exactly. docs/sensors.md lists
-/// where and why the printed equations are corrected.
+/// those of A, where rays stand still. v is the velocity of A's point at P relative to B's; F is
+/// the force ON B; A gets -F at the same point, so momentum is conserved exactly. docs/sensors.md
+/// lists where and why the printed equations are corrected.
 ///
 /// Functions over a `Value` T serve one sensor (T = S) and as many as a register has lanes
 /// (T = Pack<S>).
@@ -151,12 +151,9 @@ template <Value T>
 /// @param[out] did_slip  Whether the reset rule was applied.
 /// @return [m] The stretch e_T after all that.
 template <Value T>
-[[nodiscard]] BRISTLE_LANES Vector3<T> advance_anchor(Anchor<T>& anchor,
-                                                      const Truth<T>& is_anchored,
-                                                      const PairPose<ScalarOf<T>>& pair,
-                                                      const Vector3<T>& n, const Vector3<T>& r_A,
-                                                      T sigma, SlipReset reset,
-                                                      Truth<T>& did_slip) {
+[[nodiscard]] BRISTLE_LANES Vector3<T> advance_anchor(
+    Anchor<T>& anchor, const Truth<T>& is_anchored, const PairPose<ScalarOf<T>>& pair,
+    const Vector3<T>& n, const Vector3<T>& r_A, T sigma, SlipReset reset, Truth<T>& did_slip) {
   const Vector3<T> stretch = anchor_stretch(anchor, pair, n);
   const Truth<T> is_within = dot(stretch, stretch) <= sigma * sigma;
   const Truth<T> is_kept = is_anchored & is_within;
@@ -209,12 +206,16 @@ template <Value T>
 [[nodiscard]] BRISTLE_LANES SensorForce<T> sensor_force(const SensorParameters<T>& p,
                                                         const LawOptions& options,
                                                         const SensorContact<T>& c,
-                                                        const Vector3<T>& stretch,
-                                                        ScalarOf<T> dt) {
+                                                        const Vector3<T>& stretch, ScalarOf<T> dt) {
   using std::sqrt;
   SensorForce<T> f;
   f.normal = normal_force(p, c.depth, T(dot(c.g, c.v) * c.inverse_length));
-  f.normal_vector = f.normal * (options.normal == NormalDirection::gradient ? c.g : c.n);
+  // Not a choice between c.g and c.n, which would put both into memory.
+  if (options.normal == NormalDirection::gradient) {
+    f.normal_vector = f.normal * c.g;
+  } else {
+    f.normal_vector = f.normal * c.n;
+  }
   const T k_t = bristle_stiffness(p, options.scaling, f.normal, c.depth);
   const Vector3<T> v_T = tangential<T>(c.v, c.n);
   const T sigma = p.breakaway_distance;
@@ -223,8 +224,8 @@ template <Value T>
     const T passed2 = T(dt * dt) * dot(v_T, v_T);
     const Truth<T> passes_whole_stretches = passed2 >= sigma * sigma;
     if (any(passes_whole_stretches)) {
-      effective = select(passes_whole_stretches, (T(dt) * sigma / (T(2) * sqrt(passed2))) * v_T,
-                         stretch);
+      effective =
+          select(passes_whole_stretches, (T(dt) * sigma / (T(2) * sqrt(passed2))) * v_T, stretch);
     }
   }
   f.shear = k_t * effective + p.sliding_friction * v_T;
@@ -287,14 +288,13 @@ template <Scalar S>
   const S inverse_length = S(1) / ray.length;
   const SensorContact<S> contact{
       sensor_depth(distance, inverse_length), inverse_length, ray.d_A,
-      depth_gradient<S>(ray.d_A, m_A), into_A * (A.twist.at(r_W) -
-                B.twist.at(r_W - (B.pose.translation - A.pose.translation)))};
+      depth_gradient<S>(ray.d_A, m_A),
+      into_A * (A.twist.at(r_W) - B.twist.at(r_W - (B.pose.translation - A.pose.translation)))};
   bool did_slip = false;
   const Vec3<S> stretch = advance_anchor<S>(memory.anchor, memory.is_anchored, pair, ray.d_A, r_A,
                                             p.breakaway_distance, options.reset, did_slip);
   memory.is_anchored = true;
-  return Wrench<S>::at(
-      r_W, -A.pose.rotate(sensor_force(p, options, contact, stretch, dt).total()));
+  return Wrench<S>::at(r_W, -A.pose.rotate(sensor_force(p, options, contact, stretch, dt).total()));
 }
 
 }  // namespace bristle

@@ -52,8 +52,7 @@ template <Value T>
   const T k_t = bristle_stiffness(p, options.scaling, c.force, c.depth);
   const Vector3<T> v0 = tangential<T>(c.start_velocity, c.n);
   const T viscous = T(dt) * p.sliding_friction;
-  c.a_across = c.a_along =
-      T((pair.alpha + pair.beta) * dt * dt) * k_t + T(pair.theta) * viscous;
+  c.a_across = c.a_along = T((pair.alpha + pair.beta) * dt * dt) * k_t + T(pair.theta) * viscous;
   c.along = zero_vector<T>();
   return (T(dt) * k_t) * c.stretch +
          (T(S(1) - pair.theta) * viscous - T(pair.beta * dt * dt) * k_t) * v0;
@@ -98,13 +97,12 @@ template <Value T>
   using std::sqrt;
   using S = ScalarOf<T>;
   const T k_t = bristle_stiffness(p, options.scaling, c.force, c.depth);
-  const Vector3<T> mean =
-      mean_slip_stretch<T>(pair, c, v, p.breakaway_distance, options.reset, dt);
+  const Vector3<T> mean = mean_slip_stretch<T>(pair, c, v, p.breakaway_distance, options.reset, dt);
   const T speed2 = dot(v, v);
   const Truth<T> moves = speed2 > T(0);
   const T stiffest = T((pair.alpha + pair.beta) * dt * dt) * k_t;
-  const T secant = select(
-      moves, min(T(T(dt) * k_t * max(T(0), T(dot(mean, v))) / speed2), stiffest), stiffest);
+  const T secant =
+      select(moves, min(T(T(dt) * k_t * max(T(0), T(dot(mean, v))) / speed2), stiffest), stiffest);
   const T viscous = T(pair.theta * dt) * p.sliding_friction;
   const Vector3<T> v0 = tangential<T>(c.start_velocity, c.n);
   const Vector3<T> sum =
@@ -134,16 +132,16 @@ BRISTLE_LANES void linearise(const SensorParameters<T>& p, const LawOptions& opt
   }
   c.a_across = select(c.is_touching, c.a_across, T(0));
   c.a_along = select(c.is_touching, c.a_along, T(0));
-  c.constant = normal_constant<T>(c, options.normal) +
-               select(c.is_touching, friction, zero_vector<T>());
+  c.constant =
+      normal_constant<T>(c, options.normal) + select(c.is_touching, friction, zero_vector<T>());
 }
 
 /// Impulse of a contact's linear model at the velocity v. `a_normal` is 0 where nothing pushes.
 template <Value T>
 [[nodiscard]] BRISTLE_LANES Vector3<T> model_impulse(const PatchContact<T>& c,
                                                      const Vector3<T>& v) {
-  Vector3<T> sum = c.constant + c.a_across * tangential<T>(v, c.n) +
-                   T(c.a_normal * dot(c.g, v)) * c.g;
+  Vector3<T> sum =
+      c.constant + c.a_across * tangential<T>(v, c.n) + T(c.a_normal * dot(c.g, v)) * c.g;
   if (any(c.is_slipping)) sum += T((c.a_along - c.a_across) * dot(c.along, v)) * c.along;
   return sum;
 }
@@ -268,8 +266,7 @@ BRISTLE_LANES void update_normal(PatchContact<T>& c, const Truth<T>& is_met, con
 /// slip has to be damped because it turns around from pass to pass.
 template <Value T>
 BRISTLE_LANES void update_slip(PatchContact<T>& c, const Vector3<T>& v, T sigma, SlipReset reset,
-                               ScalarOf<T> dt, int pass, bool is_last_pass,
-                               PassChange<T>& change) {
+                               ScalarOf<T> dt, int pass, bool is_last_pass, PassChange<T>& change) {
   const Vector3<T> reached = c.stretch + T(dt) * v;
   const Truth<T> overshoots = c.is_touching & (dot(reached, reached) > sigma * sigma);
   // A released bristle has let go for this step; a dragged one may be found sticking after all.

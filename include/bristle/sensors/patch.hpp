@@ -112,7 +112,10 @@ struct PatchPair {
   Vec3<S> arm_a = Vec3<S>::Zero();
   Vec3<S> arm_b = Vec3<S>::Zero();
   PairStiffness<S> stiffness{};
-  /// [1] Lambda of these contacts alone.
+  /// [N s, N m s] Impulse on B about c in A's axes, where it was given with the contacts.
+  bool is_given = false;
+  Wrench<S> given{};
+  /// [1] Lambda of these contacts alone, where anybody asks (`CollectDef`).
   S lambda = S(0);
   bool is_implicit = false;
   /// [1] Weights of the implicit scheme (docs/sensors.md).

@@ -97,8 +97,7 @@ template <Scalar S>
 /// Loads what is known of the contacts of a pack before anything is linearised.
 template <Scalar S>
 BRISTLE_LANES void load_geometry(const SensorTile<S>& sensors, const ContactTile<S>& tile,
-                                 std::size_t at, const Pack3<S>& center,
-                                 PatchContact<Pack<S>>& c) {
+                                 std::size_t at, const Pack3<S>& center, PatchContact<Pack<S>>& c) {
   c.n = load_pack(sensors.direction, at);
   c.inverse_length = load_pack(sensors.inverse_length, at);
   c.g = load_pack(tile.g, at);
@@ -130,8 +129,7 @@ void start_linearisation(SensorPatch<S>& patch, PatchPair<S>& pair, S dt) {
   detail::with_parameters<S>(patch.def, [&](const auto& parameters) {
     const LawOptions options = patch.def.options;
     const PatchPair<S> scheme = pair;
-    const detail::LaneMotion<S> start(pair.start_motion.at(pair.center),
-                                      pair.start_motion.angular);
+    const detail::LaneMotion<S> start(pair.start_motion.at(pair.center), pair.start_motion.angular);
     const Pack3<S> center = Pack3<S>::all(pair.center);
     detail::ModelSum<T> sum;
     for (ContactTile<S>& tile : detail::contacts_of(patch, pair)) {
@@ -192,14 +190,12 @@ bool update_linearisation(SensorPatch<S>& patch, PatchPair<S>& pair, const Vec6<
         detail::store_mask(tile.is_damping_slip, at, c.is_damping_slip);
       }
     }
-    const bool has_changed =
-        change.did_switch ||
-        sum_of_lanes(change.force_change) > negligible * sum_of_lanes(change.force_sum);
+    const bool has_changed = change.did_switch || sum_of_lanes(change.force_change) >
+                                                      negligible * sum_of_lanes(change.force_sum);
     if (!has_changed && !change.has_slip) return false;
 
     const PatchPair<S> scheme = pair;
-    const detail::LaneMotion<S> start(pair.start_motion.at(pair.center),
-                                      pair.start_motion.angular);
+    const detail::LaneMotion<S> start(pair.start_motion.at(pair.center), pair.start_motion.angular);
     // Normal forces that have not settled by the last pass point along the gradient, which cannot
     // give energy, and not along the ray with an impulse that was wrong the pass before.
     const T lagged = is_last_pass && has_changed ? S(0) : dt;

@@ -15,18 +15,32 @@ struct TouchedBody {
   BodyId id{};
 };
 
+/// What contacts are made for.
+template <Scalar S>
+struct CollectDef {
+  /// [s] The step that follows.
+  S dt = S(0);
+  /// [-] Whether anybody chooses between explicit and implicit by Lambda.
+  bool measures_lambda = true;
+  /// [-] Tag of all hits, where only one shape was asked; `any_tag` otherwise.
+  std::uint32_t only_tag = any_tag;
+
+  static constexpr std::uint32_t any_tag = 0xffffffffu;
+};
+
 /// Makes a patch read and remember nothing. Costs nothing when it does so already.
 template <Scalar S>
 void clear_patch(SensorPatch<S>& patch);
 
 /// Fills `contacts` and `pairs` from `hits`; a sensor without a hit lets go of what it held. For
-/// the paper's law the bristles are advanced too.
+/// the paper's law the bristles are advanced too, and patches that are explicit by definition give
+/// their impulses, which spares them a second look at every contact.
 ///
 /// @param A        The patch's own body.
 /// @param find     Callable: TouchedBody<S> find(tag), the body that owns the shape with that tag.
-/// @param dt       [s] The step that follows.
 template <Scalar S, typename FindBody>
-void collect_contacts(SensorPatch<S>& patch, const Body<S>& A, FindBody&& find, S dt);
+void collect_contacts(SensorPatch<S>& patch, const Body<S>& A, FindBody&& find,
+                      const CollectDef<S>& def);
 
 // Implementation -----------------------------------------------------------------------------------
 
@@ -50,8 +64,15 @@ namespace detail {
 /// Finds for every tile the lanes that hit anything, makes the others let go, and gives every body
 /// that was hit a pair and every shape that was hit a place in `patch.touched`.
 template <Scalar S, typename FindBody>
-void find_touched(SensorPatch<S>& patch, FindBody&& find) {
+void find_touched(SensorPatch<S>& patch, FindBody&& find, std::uint32_t only_tag) {
   patch.touched.clear();
+  const auto add_shape = [&](std::uint32_t tag) {
+    const std::uint32_t slot = find(tag).id.index;
+    std::uint32_t pair = 0;
+    while (pair < patch.pairs.size() && patch.pairs[pair].body_b != slot) ++pair;
+    if (pair == patch.pairs.size()) patch.pairs.emplace_back().body_b = slot;
+    patch.touched.push_back({tag, pair});
+  };
   // Whoever filled the hits knew of real sensors only.
   const std::size_t padded = patch.tiles.size() * tile_size;
   patch.hits.distance.resize(padded, infinity<S>);
@@ -67,6 +88,10 @@ void find_touched(SensorPatch<S>& patch, FindBody&& find) {
     patch.hit_bits[number] = static_cast<LaneBits>(hit);
     SensorTile<S>& tile = patch.tiles[number];
     tile.is_rooted = static_cast<LaneBits>(tile.is_rooted & hit);
+    if (only_tag != CollectDef<S>::any_tag) {
+      if (hit != 0 && patch.touched.empty()) add_shape(only_tag);
+      continue;
+    }
     std::uint32_t rest = hit;
     const std::uint32_t* tags = patch.hits.tag.data() + first;
     for (const TouchedShape& shape : patch.touched) {
@@ -76,11 +101,7 @@ void find_touched(SensorPatch<S>& patch, FindBody&& find) {
     while (rest != 0) {
       const std::uint32_t tag = tags[std::countr_zero(rest)];
       rest &= ~std::uint32_t(equal_lanes(tags, tag));
-      const std::uint32_t slot = find(tag).id.index;
-      std::uint32_t pair = 0;
-      while (pair < patch.pairs.size() && patch.pairs[pair].body_b != slot) ++pair;
-      if (pair == patch.pairs.size()) patch.pairs.emplace_back().body_b = slot;
-      patch.touched.push_back({tag, pair});
+      add_shape(tag);
     }
   }
 }
@@ -109,7 +130,26 @@ struct ContactSums {
   Pack3<S> tangential_first = zero_vector<T>();
   T normal = S(0), normal_second = S(0);
   Pack3<S> normal_first = zero_vector<T>();
+  /// Of explicit impulses, about A's centre of mass.
+  Pack3<S> impulse = zero_vector<T>();
+  Pack3<S> impulse_moment = zero_vector<T>();
 };
+
+/// The impulses of a pack of contacts at the start of a step into its tile, and to the sums.
+template <Scalar S>
+BRISTLE_LANES void give_impulses(ContactTile<S>& tile, std::size_t at,
+                                 const SensorParameters<Pack<S>>& p, const LawOptions& options,
+                                 const SensorContact<Pack<S>>& contact, const Pack3<S>& stretch,
+                                 const Pack3<S>& point, const Mask<S>& is_touching, S dt,
+                                 Pack3<S>& sum, Pack3<S>& moment_sum) {
+  using T = Pack<S>;
+  const SensorForce<T> force = sensor_force<T>(p, options, contact, stretch, dt);
+  const Pack3<S> impulse = select(is_touching, T(dt) * force.total(), zero_vector<T>());
+  store_pack(tile.normal_impulse, at, select(is_touching, T(dt) * force.normal, T(S(0))));
+  store_pack(tile.impulse, at, impulse);
+  sum += impulse;
+  moment_sum += cross(point, impulse);
+}
 
 /// Makes contacts of hits: those of one patch with one body.
 template <Scalar S, typename Parameters>
@@ -118,7 +158,7 @@ class ContactMaker {
   using T = Pack<S>;
 
   ContactMaker(SensorPatch<S>& patch, const PatchPair<S>& pair, BodyId id_b,
-               const Parameters& parameters, S dt)
+               const Parameters& parameters, const CollectDef<S>& def)
       : patch_(patch),
         parameters_(parameters),
         options_(patch.def.options),
@@ -127,7 +167,14 @@ class ContactMaker {
         angular_(spread<T>(pair.start_motion.angular)),
         middle_(spread<T>(patch.box.center())),
         key_b_(root_key(id_b)),
-        dt_(dt) {}
+        dt_(def.dt),
+        measures_lambda_(def.measures_lambda),
+        gives_(is_explicit(patch.def)) {}
+
+  /// Whether the impulses of a patch are given here.
+  [[nodiscard]] static bool is_explicit(const PatchDef<S>& def) {
+    return def.integration == Integration::explicit_ && def.options.law == Law::paper;
+  }
 
   /// Those of the lanes `hit` of a tile that meet the body at more than a grazing angle.
   BRISTLE_LANES void add_tile(std::size_t number, LaneBits hit) {
@@ -145,6 +192,8 @@ class ContactMaker {
       tile.is_rooted = static_cast<LaneBits>(tile.is_rooted & (~hit | out.is_met));
     } else {
       std::uint32_t fresh = out.is_touching & ~std::uint32_t(anchored);
+      // A tile that is rooted nowhere else says so in all lanes, for `equal_lanes`.
+      if (fresh != 0 && tile.is_rooted == anchored) tile.rooted_in.fill(key_b_);
       for (; fresh != 0; fresh &= fresh - 1) {
         tile.rooted_in[static_cast<std::size_t>(std::countr_zero(fresh))] = key_b_;
       }
@@ -157,15 +206,16 @@ class ContactMaker {
   [[nodiscard]] std::uint32_t count() const { return count_; }
   /// [m] Sum of the points of touch.
   [[nodiscard]] Vec3<S> point_sum() const { return sum_of_lanes(sums_.point); }
+  /// [N s, N m s] Sum of the impulses that were given, on B about the arm `center`, A's axes.
+  [[nodiscard]] Wrench<S> given(const Vec3<S>& center) const {
+    return Wrench<S>{sum_of_lanes(sums_.impulse), sum_of_lanes(sums_.impulse_moment)}.shifted(
+        center);
+  }
   [[nodiscard]] PairStiffness<S> stiffness() const {
-    return {sum_of_lanes(sums_.bristle),
-            sum_of_lanes(sums_.viscous),
-            sum_of_lanes(sums_.tangential),
-            sum_of_lanes(sums_.normal),
-            sum_of_lanes(sums_.tangential_first),
-            sum_of_lanes(sums_.normal_first),
-            sum_of_lanes(sums_.tangential_second),
-            sum_of_lanes(sums_.normal_second)};
+    return {sum_of_lanes(sums_.bristle),           sum_of_lanes(sums_.viscous),
+            sum_of_lanes(sums_.tangential),        sum_of_lanes(sums_.normal),
+            sum_of_lanes(sums_.tangential_first),  sum_of_lanes(sums_.normal_first),
+            sum_of_lanes(sums_.tangential_second), sum_of_lanes(sums_.normal_second)};
   }
 
  private:
@@ -190,26 +240,36 @@ class ContactMaker {
     const Mask<S> is_touching = is_met & (depth > T(0));
     const Pack3<S> point = load_pack(tile.start, at) + distance * n;
     const Pack3<S> velocity = linear_ + cross(angular_, point);
-    const T force = select(
-        is_touching, normal_force(p, depth, T(dot(g, velocity) * inverse_length)), T(0));
+    const T force =
+        select(is_touching, normal_force(p, depth, T(dot(g, velocity) * inverse_length)), T(0));
     store_mask(out.is_met, at, is_met);
     store_mask(out.is_touching, at, is_touching);
     store_pack(out.point, at, point);
     store_pack(out.g, at, g);
     store_pack(out.depth, at, depth);
-    store_pack(out.force, at, force);
+    // What linear models start from; with the impulses given there will be none.
+    if (!gives_) store_pack(out.force, at, force);
     if (options_.law == Law::paper) {
       // Nearly all bristles stay as they are. What has to be rooted is a call, and loads what it
       // needs anew: inlined, it would push this loop's values out of the registers.
       const Anchor<T> anchor{load_pack(tile.root_a, at), load_pack(tile.root_b, at)};
-      const Pack3<S> stretch = anchor_stretch<T>(anchor, pose_, n);
-      store_pack(out.stretch, at, stretch);
+      Pack3<S> stretch = anchor_stretch<T>(anchor, pose_, n);
+      if (!gives_) store_pack(out.stretch, at, stretch);
       const T sigma = p.breakaway_distance;
-      const Mask<S> is_kept =
-          load_mask<S>(anchored, at) & (dot(stretch, stretch) <= sigma * sigma);
-      if (any(is_touching & !is_kept)) root_anew(tile, out, at, anchored, sigma);
+      const Mask<S> is_kept = load_mask<S>(anchored, at) & (dot(stretch, stretch) <= sigma * sigma);
+      if (any(is_touching & !is_kept)) {
+        root_anew(tile, out, at, anchored, sigma);
+        stretch = load_pack(out.stretch, at);
+      }
+      if (gives_) {
+        give_impulses<S>(out, at, p, options_, {depth, inverse_length, n, g, velocity}, stretch,
+                         point, is_touching, dt_, sums_.impulse, sums_.impulse_moment);
+      }
     }
-    add_sums(p, point, depth, force, inverse_length, is_met, is_touching);
+    sums_.point += select(is_met, point, zero_vector<T>());
+    if (!gives_ || measures_lambda_) {
+      add_sums(p, point, depth, force, inverse_length, is_met, is_touching);
+    }
   }
 
   /// Advances the bristles of the lanes that touch, and leaves those of the others alone.
@@ -232,18 +292,16 @@ class ContactMaker {
   BRISTLE_LANES void add_sums(const SensorParameters<T>& p, const Pack3<S>& point, const T& depth,
                               const T& force, const T& inverse_length, const Mask<S>& is_met,
                               const Mask<S>& is_touching) {
-    sums_.point += select(is_met, point, zero_vector<T>());
-    const T k_t =
-        select(is_touching, bristle_stiffness(p, options_.scaling, force, depth), T(0));
+    const T k_t = select(is_touching, bristle_stiffness(p, options_.scaling, force, depth), T(0));
     const T c_t = select(is_touching, p.sliding_friction, T(0));
     sums_.bristle += k_t;
     sums_.viscous += c_t;
+    if (!measures_lambda_) return;
     const T tangential = T(dt_ * dt_) * k_t + T(S(2) * dt_) * c_t;
-    const T normal =
-        select(is_met,
-               (T(dt_ * dt_) * p.normal_stiffness + T(S(2) * dt_) * p.normal_damping) *
-                   inverse_length,
-               T(0));
+    const T normal = select(
+        is_met,
+        (T(dt_ * dt_) * p.normal_stiffness + T(S(2) * dt_) * p.normal_damping) * inverse_length,
+        T(0));
     const Pack3<S> arm = point - middle_;
     const T arm2 = dot(arm, arm);
     sums_.tangential += tangential;
@@ -261,6 +319,8 @@ class ContactMaker {
   const Pack3<S> linear_, angular_, middle_;
   const std::uint64_t key_b_;
   const S dt_;
+  const bool measures_lambda_;
+  const bool gives_;
   ContactSums<S> sums_{};
   std::uint32_t count_ = 0;
 };
@@ -268,31 +328,29 @@ class ContactMaker {
 /// Makes the contacts of pair `index` and measures them.
 template <Scalar S>
 void meet_body(SensorPatch<S>& patch, std::uint32_t index, const Body<S>& A,
-               const TouchedBody<S>& B, S dt) {
+               const TouchedBody<S>& B, const CollectDef<S>& def) {
   PatchPair<S>& pair = patch.pairs[index];
   pair.R_WA = A.center_pose.rotation_matrix();
   pair.pose = pair_pose(A.center_pose, B.body->center_pose);
   const Vec3<S> p_AB_W = B.body->center_pose.translation - A.center_pose.translation;
   const Mat3<S> R_AW = pair.R_WA.transpose();
-  pair.start_motion = {
-      product<S>(R_AW, A.twist.linear - B.body->twist.at(-p_AB_W)),
-      product<S>(R_AW, A.twist.angular - B.body->twist.angular)};
+  pair.start_motion = {product<S>(R_AW, A.twist.linear - B.body->twist.at(-p_AB_W)),
+                       product<S>(R_AW, A.twist.angular - B.body->twist.angular)};
   pair.first = static_cast<std::uint32_t>(patch.contacts.size());
-  const auto contacts = with_parameters<S>(patch.def, [&](const auto& parameters) {
-    ContactMaker<S, std::remove_cvref_t<decltype(parameters)>> maker(patch, pair, B.id, parameters,
-                                                                     dt);
+  with_parameters<S>(patch.def, [&](const auto& parameters) {
+    using Maker = ContactMaker<S, std::remove_cvref_t<decltype(parameters)>>;
+    Maker maker(patch, pair, B.id, parameters, def);
     for (std::size_t number = 0; number < patch.tiles.size(); ++number) {
       const LaneBits hit = hit_lanes(patch, number, index);
       if (hit != 0) maker.add_tile(number, hit);
     }
     pair.stiffness = maker.stiffness();
-    pair.center = maker.point_sum();
-    return maker.count();
+    // Moments are taken about the middle of the contacts, where they are smallest.
+    pair.center = maker.point_sum() / S(std::max(maker.count(), 1u));
+    pair.is_given = Maker::is_explicit(patch.def);
+    pair.given = maker.given(pair.center);
   });
   pair.count = static_cast<std::uint32_t>(patch.contacts.size()) - pair.first;
-  if (pair.count == 0) return;
-  // Moments are taken about the middle of the contacts, where they are smallest.
-  pair.center /= S(contacts);
   pair.arm_a = product(pair.R_WA, pair.center);
   pair.arm_b = pair.arm_a - p_AB_W;
 }
@@ -300,14 +358,15 @@ void meet_body(SensorPatch<S>& patch, std::uint32_t index, const Body<S>& A,
 }  // namespace detail
 
 template <Scalar S, typename FindBody>
-void collect_contacts(SensorPatch<S>& patch, const Body<S>& A, FindBody&& find, S dt) {
+void collect_contacts(SensorPatch<S>& patch, const Body<S>& A, FindBody&& find,
+                      const CollectDef<S>& def) {
   patch.contacts.clear();
   patch.pairs.clear();
-  detail::find_touched(patch, find);
+  detail::find_touched(patch, find, def.only_tag);
   for (std::uint32_t index = 0; index < patch.pairs.size(); ++index) {
     for (const TouchedShape& shape : patch.touched) {
       if (shape.pair != index) continue;
-      detail::meet_body(patch, index, A, find(shape.tag), dt);
+      detail::meet_body(patch, index, A, find(shape.tag), def);
       break;
     }
   }

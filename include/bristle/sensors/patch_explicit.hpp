@@ -7,6 +7,7 @@
 #include <bristle/sensors/ambf_law.hpp>
 #include <bristle/sensors/patch.hpp>
 #include <bristle/sensors/patch_block.hpp>
+#include <bristle/sensors/patch_contacts.hpp>
 
 namespace bristle {
 
@@ -22,7 +23,8 @@ template <Scalar S>
 void measure_pair(const SensorPatch<S>& patch, PatchPair<S>& pair, const SolverBody<S>& a,
                   const SolverBody<S>& b, S dt);
 
-/// Evaluates every contact of a pair at the start of the step, under the law of the patch.
+/// Evaluates every contact of a pair at the start of the step, under the law of the patch; or says
+/// what was given when they were made.
 /// @return [N s, N m s] The sum of the impulses on B about c.
 template <Scalar S>
 Wrench<S> explicit_impulses(SensorPatch<S>& patch, const PatchPair<S>& pair, BodyId id_b, S dt);
@@ -65,8 +67,8 @@ Wrench<S> ambf_impulses(SensorPatch<S>& patch, const PatchPair<S>& pair, BodyId 
       if ((tile.is_touching & bit) == 0) continue;
       const Vec3<S> g = tile.g[i];
       const Vec3<S> point = tile.point[i];
-      const SensorContact<S> contact{tile.depth[i], sensors.inverse_length[i],
-                                     sensors.direction[i], g, pair.start_motion.at(point)};
+      const SensorContact<S> contact{tile.depth[i], sensors.inverse_length[i], sensors.direction[i],
+                                     g, pair.start_motion.at(point)};
       Anchor<S> anchor{sensors.root_a[i], sensors.root_b[i]};
       bool is_rooted = (sensors.is_rooted & bit) != 0 && sensors.rooted_in[i] == root_key(id_b);
       bool did_slip = false;
@@ -76,8 +78,8 @@ Wrench<S> ambf_impulses(SensorPatch<S>& patch, const PatchPair<S>& pair, BodyId 
       sensors.root_a.set(i, anchor.q_A);
       sensors.root_b.set(i, anchor.q_B);
       sensors.rooted_in[i] = root_key(id_b);
-      sensors.is_rooted = static_cast<LaneBits>(is_rooted ? sensors.is_rooted | bit
-                                                          : sensors.is_rooted & ~bit);
+      sensors.is_rooted =
+          static_cast<LaneBits>(is_rooted ? sensors.is_rooted | bit : sensors.is_rooted & ~bit);
       if (did_slip) tile.is_slipping = static_cast<LaneBits>(tile.is_slipping | bit);
       tile.normal_impulse[i] = dt * force.normal;
       tile.impulse.set(i, dt * force.total());
@@ -105,14 +107,9 @@ Wrench<S> paper_impulses(SensorPatch<S>& patch, const PatchPair<S>& pair, S dt) 
         const SensorContact<T> contact{
             load_pack(tile.depth, at), load_pack(sensors.inverse_length, at),
             load_pack(sensors.direction, at), load_pack(tile.g, at), start.at(point)};
-        const SensorForce<T> force = sensor_force<T>(parameters(tile.tile, at), options, contact,
-                                                     load_pack(tile.stretch, at), dt);
-        const Mask<S> is_touching = load_mask<S>(tile.is_touching, at);
-        store_pack(tile.normal_impulse, at, select(is_touching, T(dt) * force.normal, T(S(0))));
-        const Pack3<S> impulse = select(is_touching, T(dt) * force.total(), zero_vector<T>());
-        store_pack(tile.impulse, at, impulse);
-        force_sum += impulse;
-        torque_sum += cross(point - center, impulse);
+        give_impulses<S>(tile, at, parameters(tile.tile, at), options, contact,
+                         load_pack(tile.stretch, at), point - center,
+                         load_mask<S>(tile.is_touching, at), dt, force_sum, torque_sum);
       }
     }
     return world_wrench(pair, force_sum, torque_sum);
@@ -123,6 +120,9 @@ Wrench<S> paper_impulses(SensorPatch<S>& patch, const PatchPair<S>& pair, S dt) 
 
 template <Scalar S>
 Wrench<S> explicit_impulses(SensorPatch<S>& patch, const PatchPair<S>& pair, BodyId id_b, S dt) {
+  if (pair.is_given) {
+    return {product(pair.R_WA, pair.given.force), product(pair.R_WA, pair.given.torque)};
+  }
   return patch.def.options.law == Law::ambf ? detail::ambf_impulses(patch, pair, id_b, dt)
                                             : detail::paper_impulses(patch, pair, dt);
 }

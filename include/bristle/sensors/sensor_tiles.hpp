@@ -35,9 +35,12 @@ using LaneBits = std::uint16_t;
   return std::uint64_t(id.generation) << 32 | id.index;
 }
 
-/// Which of the sixteen items from `first` on equal `value`.
+/// Which of the sixteen items from `first` on equal `value`. Quick where all do.
 template <typename T>
 [[nodiscard]] BRISTLE_LANES LaneBits equal_lanes(const T* first, T value) {
+  T difference = 0;
+  for (std::uint32_t i = 0; i < tile_size; ++i) difference |= first[i] ^ value;
+  if (difference == 0) return 0xffffu;
   std::uint32_t bits = 0;
   for (std::uint32_t i = 0; i < tile_size; ++i) bits |= first[i] == value ? 1u << i : 0u;
   return static_cast<LaneBits>(bits);

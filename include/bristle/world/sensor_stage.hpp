@@ -39,7 +39,12 @@ class SensorStage {
     // A sensor costs some ten nanoseconds and waking a thread microseconds.
     constexpr std::size_t fewest_shared_sensors = 256;
     std::size_t sensors = 0;
-    for (const std::uint32_t i : live_) sensors += state.patches.at(i).size();
+    measures_lambda_ = false;
+    for (const std::uint32_t i : live_) {
+      sensors += state.patches.at(i).size();
+      measures_lambda_ =
+          measures_lambda_ || state.patches.at(i).def.integration == Integration::automatic;
+    }
     if (live_.size() > 1 && sensors >= fewest_shared_sensors) {
       state.def.parallel_for(live_.size(), std::cref(task));
     } else {
@@ -211,13 +216,15 @@ class SensorStage {
                          patch.hits);
       scratch.rays_cast += patch.size();
     }
-    collect_contacts(
-        patch, A,
-        [&](std::uint32_t tag) {
-          const Collider<S, Backend>& c = state.colliders.at(tag);
-          return TouchedBody<S>{&state.body_of(c), c.body};
-        },
-        state.def.time_step);
+    collect_contacts(patch, A,
+                     [&](std::uint32_t tag) {
+                       const Collider<S, Backend>& c = state.colliders.at(tag);
+                       return TouchedBody<S>{&state.body_of(c), c.body};
+                     },
+                     {.dt = state.def.time_step,
+                      .measures_lambda = measures_lambda_,
+                      .only_tag = scratch.candidates.size() == 1 ? scratch.candidates.front()
+                                                                 : CollectDef<S>::any_tag});
   }
 
   [[nodiscard]] bool wants_implicit(const State& state, const SensorPatch<S>& patch,
@@ -266,6 +273,7 @@ class SensorStage {
   std::vector<std::uint32_t> live_;
   std::vector<Scratch> scratch_;
   std::vector<S> lambda_;
+  bool measures_lambda_ = false;
   std::vector<SoftOwner> owners_;
 };
 

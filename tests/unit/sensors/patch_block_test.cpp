@@ -87,8 +87,7 @@ class ScalarBlock {
                              pass, is_last_pass, change);
       if (!c.is_pushing) c.a_normal = 0;
     }
-    const bool has_changed =
-        change.did_switch || change.force_change > S(1e-3) * change.force_sum;
+    const bool has_changed = change.did_switch || change.force_change > S(1e-3) * change.force_sum;
     if (!has_changed && !change.has_slip) return false;
     S friction_sum = 0, friction_change = 0;
     for (PatchContact<S>& c : contacts) {
@@ -223,8 +222,7 @@ TEST_CASE_TEMPLATE("implicit patch: lanes give what sensors one by one give, pas
                   sums * size);
           });
           const bool is_last_pass = pass == 3;
-          const bool has_changed =
-              update_linearisation(patch, pair, u, S(dt), pass, is_last_pass);
+          const bool has_changed = update_linearisation(patch, pair, u, S(dt), pass, is_last_pass);
           CHECK(has_changed == scalar.update(u_A, pass, is_last_pass));
           settled += has_changed ? 0 : 1;
           for_each_lane(patch, pair, [&](ContactTile<S>& tile, std::size_t i, std::size_t k) {
@@ -269,8 +267,8 @@ TEST_CASE("update_linearisation: notices parting and slip") {
   Vec6<double> u = Vec6<double>::Zero();
   u.head<3>() = pair.R_WA * (-1e3 * before[0].g.normalized());
   (void)evaluate_impulses(random.patch, pair, u);
-  CHECK(random.patch.contacts[pair.first].normal_impulse[static_cast<std::size_t>(std::countr_zero(
-            random.patch.contacts[pair.first].is_met))] == 0);
+  CHECK(random.patch.contacts[pair.first].normal_impulse[static_cast<std::size_t>(
+            std::countr_zero(random.patch.contacts[pair.first].is_met))] == 0);
   CHECK(update_linearisation<double>(random.patch, pair, u, dt, 1, false));
   std::size_t slipping = 0;
   for_each_lane(random.patch, pair, [&](ContactTile<double>& tile, std::size_t i, std::size_t k) {

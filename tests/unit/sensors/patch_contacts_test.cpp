@@ -48,8 +48,7 @@ TEST_CASE_TEMPLATE("collect_contacts: every hit that does not graze, at its body
         REQUIRE(k < patch.size());
         CHECK((patch.hits.tag[k] == 12u) == (body == 1));
         const Vec3<S> m = patch.hits.normal[k];
-        const Vec3<S> point =
-            patch.start[k] + patch.hits.distance[k] * Vec3<S>(patch.direction[k]);
+        const Vec3<S> point = patch.start[k] + patch.hits.distance[k] * Vec3<S>(patch.direction[k]);
         CHECK((tile.point[i] - point).norm() < eps<S>);
         CHECK((tile.g[i] - depth_gradient<S>(patch.direction[k], m)).norm() < S(100) * eps<S>);
         const S depth = S(1) - patch.hits.distance[k] / patch.length[k];
@@ -70,10 +69,10 @@ TEST_CASE_TEMPLATE("collect_contacts: every hit that does not graze, at its body
     }
     std::size_t expected = 0;
     for (std::size_t k = 0; k < patch.size(); ++k) {
-      expected += patch.hits.is_hit(k) && patch.hits.normal[k].dot(patch.direction[k]) <=
-                                              grazing_cosine<S>
-                      ? 1u
-                      : 0u;
+      expected +=
+          patch.hits.is_hit(k) && patch.hits.normal[k].dot(patch.direction[k]) <= grazing_cosine<S>
+              ? 1u
+              : 0u;
     }
     CHECK(found == expected);
   }
@@ -129,8 +128,8 @@ TEST_CASE_TEMPLATE("collect_contacts: stiffness is summed about the middle of th
         expected.normal_second += normal * arm.squaredNorm();
         if ((tile.is_touching >> i & 1u) == 0) return;
         const S rate = tile.g[i].dot(pair.start_motion.at(tile.point[i])) / patch.length[k];
-        const S k_t = bristle_stiffness(p, scaling, normal_force(p, tile.depth[i], rate),
-                                        tile.depth[i]);
+        const S k_t =
+            bristle_stiffness(p, scaling, normal_force(p, tile.depth[i], rate), tile.depth[i]);
         const S tangential = dt * dt * k_t + 2 * dt * p.sliding_friction;
         expected.bristle_sum += k_t;
         expected.viscous_sum += p.sliding_friction;
@@ -154,13 +153,14 @@ TEST_CASE_TEMPLATE("collect_contacts: stiffness is summed about the middle of th
   }
 }
 
-TEST_CASE("collect_contacts: sensors that hit nothing let go, and of a patch that was cleared all") {
+TEST_CASE(
+    "collect_contacts: sensors that hit nothing let go, and of a patch that was cleared all") {
   test::RandomPatch<double> random(14, {});
   random.next();
   REQUIRE(!random.patch.contacts.empty());
   random.patch.hits.reset(random.patch.size());
-  collect_contacts(
-      random.patch, random.a, [](std::uint32_t) { return TouchedBody<double>{}; }, 1e-3);
+  collect_contacts(random.patch, random.a, [](std::uint32_t) { return TouchedBody<double>{}; },
+                   {.dt = 1e-3});
   CHECK(random.patch.pairs.empty());
   CHECK(random.patch.contacts.empty());
   for (const SensorTile<double>& tile : random.patch.tiles) CHECK(tile.is_rooted == 0);
@@ -178,12 +178,11 @@ TEST_CASE("collect_contacts: a normal that is no number is no contact") {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   patch.hits.offer(2, {0.001, Vec3<double>(nan, 0, 0)}, 10);
   patch.hits.offer(3, {0.001, -Vec3<double>(patch.direction[3])}, 10);
-  collect_contacts(
-      patch, random.a,
-      [&](std::uint32_t) {
-        return TouchedBody<double>{&random.b[0], test::RandomPatch<double>::id(0)};
-      },
-      1e-3);
+  collect_contacts(patch, random.a,
+                   [&](std::uint32_t) {
+                     return TouchedBody<double>{&random.b[0], test::RandomPatch<double>::id(0)};
+                   },
+                   {.dt = 1e-3});
   REQUIRE(patch.contacts.size() == 1);
   CHECK(patch.contacts[0].is_met == 1u << 3);
   CHECK(patch.tiles[0].is_rooted == 1u << 3);

@@ -104,8 +104,7 @@ void compare(test::RandomPatch<S>& random) {
 
 }  // namespace
 
-TEST_CASE_TEMPLATE("explicit_impulses: lanes give what sensors one by one give", S, float,
-                   double) {
+TEST_CASE_TEMPLATE("explicit_impulses: lanes give what sensors one by one give", S, float, double) {
   std::uint64_t seed = 20;
   for (const SlipReset reset : {SlipReset::release, SlipReset::drag}) {
     for (const FrictionScaling scaling :
