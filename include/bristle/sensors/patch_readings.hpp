@@ -24,6 +24,16 @@ BRISTLE_LANES void put(S* row, const Mask<S>& mask, const Pack<S>& value, bool i
   select(mask, value, is_shared ? Pack<S>::load(row) : Pack<S>(S(0))).store(row);
 }
 
+/// Makes a pack of sensors read no forces.
+template <Scalar S>
+BRISTLE_LANES void clear_pack(ReadingStore<S>& out, std::size_t i) {
+  const Pack<S> nothing = S(0);
+  nothing.store(out.depth.data() + i);
+  nothing.store(out.normal_force.data() + i);
+  nothing.store(out.shear_1.data() + i);
+  nothing.store(out.shear_2.data() + i);
+}
+
 /// Readings of the contacts of one tile on the body `id`, with the wrench of the force on A added
 /// to (force, torque) and its part across the rays to `shear`, all in A's axes.
 template <Scalar S>
@@ -40,46 +50,43 @@ BRISTLE_LANES void read_tile(SensorPatch<S>& patch, const PatchPair<S>& pair,
   std::uint32_t felt = 0;
   for (std::size_t at = 0; at < tile_size; at += lanes<S>) {
     const std::size_t i = first + at;
-    Mask<S> is_felt = load_mask<S>(tile.is_met, at);
-    T normal(S(0)), depth(S(0));
-    Pack3<S> shear = zero_vector<T>(), point = zero_vector<T>();
-    if (pack_bits<S>(tile.is_met, at) != 0) {
-      const Pack3<S> n = load_pack(sensors.direction, at);
-      const Pack3<S> force = T(-per_step) * load_pack(tile.impulse, at);
-      const Mask<S> is_touching = load_mask<S>(tile.is_touching, at);
-      normal = load_pack(tile.normal_impulse, at) * T(per_step);
-      is_felt = is_touching | (is_felt & (normal > T(S(0))));
-      depth = select(is_touching, load_pack(tile.depth, at), T(S(0)));
-      shear = tangential<T>(force, n);
-      point = load_pack(tile.point, at);
-      const Pack3<S> felt_force = select(is_felt, force, zero_vector<T>());
-      force_sum += felt_force;
-      torque_sum += cross(point, felt_force);
-      shear_sum += select(is_felt, shear, zero_vector<T>());
-      const Pack3<S> t1 = load_pack(sensors.tangent, at);
-      put(out.shear_1.data() + i, is_felt, dot(t1, shear), is_shared);
-      put(out.shear_2.data() + i, is_felt, dot(cross(n, t1), shear), is_shared);
-      felt |= bits(is_felt) << at;
-    } else if (!is_shared) {
-      T(S(0)).store(out.shear_1.data() + i);
-      T(S(0)).store(out.shear_2.data() + i);
+    if (pack_bits<S>(tile.is_met, at) == 0) {
+      if (!is_shared) clear_pack(out, i);
+      continue;
     }
+    const Pack3<S> n = load_pack(sensors.direction, at);
+    const Pack3<S> t1 = load_pack(sensors.tangent, at);
+    const Pack3<S> point = load_pack(tile.point, at);
+    const Pack3<S> force = T(-per_step) * load_pack(tile.impulse, at);
+    const T normal = load_pack(tile.normal_impulse, at) * T(per_step);
+    const Pack3<S> shear = tangential<T>(force, n);
+    const Mask<S> is_touching = load_mask<S>(tile.is_touching, at);
+    const Mask<S> is_felt = is_touching | (load_mask<S>(tile.is_met, at) & (normal > T(S(0))));
+    felt |= bits(is_felt) << at;
+    const Pack3<S> felt_force = select(is_felt, force, zero_vector<T>());
+    force_sum += felt_force;
+    torque_sum += cross(point, felt_force);
+    shear_sum += select(is_felt, shear, zero_vector<T>());
+    const T depth = select(is_touching, load_pack(tile.depth, at), T(S(0)));
     put(out.depth.data() + i, is_felt, depth, is_shared);
     put(out.normal_force.data() + i, is_felt, normal, is_shared);
+    put(out.shear_1.data() + i, is_felt, dot(t1, shear), is_shared);
+    put(out.shear_2.data() + i, is_felt, dot(cross(n, t1), shear), is_shared);
     const Pack3<S> point_W = product(pair.R_WA, point) + Pack3<S>::all(origin);
     put(out.point.x.data() + i, is_felt, point_W.x, true);
     put(out.point.y.data() + i, is_felt, point_W.y, true);
     put(out.point.z.data() + i, is_felt, point_W.z, true);
   }
+  BodyId* body = out.body.data() + first;
+  SensorState* state = out.state.data() + first;
   for (std::size_t lane = 0; lane < tile_size; ++lane) {
-    if ((felt >> lane & 1u) != 0) {
-      out.body[first + lane] = id;
-      out.state[first + lane] =
-          (tile.is_slipping >> lane & 1u) != 0 ? SensorState::slipping : SensorState::stuck;
-    } else if (!is_shared) {
-      out.body[first + lane] = BodyId{};
-      out.state[first + lane] = SensorState::free;
-    }
+    const bool is_felt = (felt >> lane & 1u) != 0;
+    const SensorState own =
+        (tile.is_slipping >> lane & 1u) != 0 ? SensorState::slipping : SensorState::stuck;
+    const BodyId other_body = is_shared ? body[lane] : BodyId{};
+    const SensorState other_state = is_shared ? state[lane] : SensorState::free;
+    body[lane] = is_felt ? id : other_body;
+    state[lane] = is_felt ? own : other_state;
   }
   patch.felt[tile.tile] = static_cast<LaneBits>(patch.felt[tile.tile] | felt);
 }
