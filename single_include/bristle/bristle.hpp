@@ -72,6 +72,9 @@
 /// BRISTLE_WITH_FCL: defined by the CMake target `bristle::fcl`; the umbrella header then includes
 /// the FCL backend too.
 
+/// BRISTLE_NO_SIMD: lanes of vectors as plain arrays, for compilers and machines without
+/// (math/simd.hpp).
+
 /// BRISTLE_FATAL(message): what replaces a throw where exceptions are compiled away
 /// (-fno-exceptions). Must not return.
 #if !defined(BRISTLE_FATAL)
@@ -486,6 +489,9 @@ struct Vec3Array {
   }
 };
 
+template <Scalar S>
+class RayBundles;
+
 /// Many rays in one frame. The spans have one length and outlive the query.
 template <Scalar S>
 struct RayBatch {
@@ -497,6 +503,9 @@ struct RayBatch {
   std::span<const S> length;
   /// [m] Added to the reach of every ray.
   S extra_length = S(0);
+  /// The same rays in bundles (ray_bundles.hpp), where somebody has made them: they change what a
+  /// query costs, not what it answers. Null or empty: one ray after the other.
+  const RayBundles<S>* bundles = nullptr;
 
   [[nodiscard]] std::size_t size() const { return length.size(); }
   [[nodiscard]] Ray<S> operator[](std::size_t i) const {
@@ -5606,8 +5615,8 @@ struct ManifoldMobility {
     linear.a = M(1, 1);
     linear.b = M(1, 2);
     linear.c = M(2, 2);
-    if (frame.moves_a) add(frame.inverse_inertia_a, product<S>(frame.to_contact, arm_a));
-    if (frame.moves_b) add(frame.inverse_inertia_b, product<S>(frame.to_contact, arm_b));
+    if (frame.turns_a) add(frame.inverse_inertia_a, product<S>(frame.to_contact, arm_a));
+    if (frame.turns_b) add(frame.inverse_inertia_b, product<S>(frame.to_contact, arm_b));
   }
   /// One body: the torques r x e_k of unit forces at the arm r, and what they do.
   void add(const Mat3<S>& J, const Vec3<S>& r) {
@@ -9828,6 +9837,10 @@ concept SolidMesh = Scalar<S> &&
 template <Scalar S, SolidMesh<S> Mesh>
 [[nodiscard]] RayHit<S> ray_cast_mesh(const Mesh& mesh, const Ray<S>& ray);
 
+/// The same for a ray that is known to start outside, farther from the surface than rounding.
+template <Scalar S, SolidMesh<S> Mesh>
+[[nodiscard]] RayHit<S> ray_cast_mesh_from_outside(const Mesh& mesh, const Ray<S>& ray);
+
 /// Whether a point is in the solid. Its surface is, to round-off.
 template <Scalar S, SolidMesh<S> Mesh>
 [[nodiscard]] bool is_inside_mesh(const Mesh& mesh, const Vec3<S>& point);
@@ -9890,6 +9903,16 @@ template <Scalar S, SolidMesh<S> Mesh>
   return found;
 }
 
+/// The hit of a ray that starts outside, from what it crosses.
+template <Scalar S, SolidMesh<S> Mesh>
+[[nodiscard]] RayHit<S> nearest_hit(const Mesh& mesh, const Ray<S>& ray,
+                                    const MeshCrossings<S>& found) {
+  if (!(found.distance <= ray.length && found.distance < infinity<S>)) return {};
+  const auto [a, b, c] = mesh.corners(found.triangle);
+  const Vec3<S> normal = (b - a).cross(c - a).stableNormalized();
+  return {found.distance, normal.dot(ray.direction) > S(0) ? Vec3<S>(-normal) : normal};
+}
+
 /// How often the surface winds around a point, 1 inside and 0 outside: the sum of the solid angles
 /// of all triangles over 4 pi (van Oosterom and Strackee 1983). O(triangles), and cannot be
 /// undecided.
@@ -9945,10 +9968,1007 @@ RayHit<S> ray_cast_mesh(const Mesh& mesh, const Ray<S>& ray) {
       return {S(0), -ray.direction};
     }
   }
-  if (!(found.distance <= ray.length && found.distance < infinity<S>)) return {};
-  const auto [a, b, c] = mesh.corners(found.triangle);
-  const Vec3<S> normal = (b - a).cross(c - a).stableNormalized();
-  return {found.distance, normal.dot(ray.direction) > S(0) ? Vec3<S>(-normal) : normal};
+  return detail::nearest_hit(mesh, ray, found);
+}
+
+template <Scalar S, SolidMesh<S> Mesh>
+RayHit<S> ray_cast_mesh_from_outside(const Mesh& mesh, const Ray<S>& ray) {
+  return detail::nearest_hit(mesh, ray, detail::mesh_crossings(mesh, ray));
+}
+
+}  // namespace bristle
+
+// === bristle/geometry/ray_mesh.hpp
+
+/// @file
+/// A solid mesh ready for rays: one after the other, with boxes and triangles in lanes.
+// SPDX-License-Identifier: BSD-3-Clause
+
+// === bristle/geometry/wide_tree.hpp
+
+/// @file
+/// A tree over triangles with many children a node, so that vector registers test all of them at
+/// once: what rays are cast at.
+///
+/// Flat, immutable and small: about 50 bytes a triangle in float and 90 in double, so that a patch
+/// that meets a fine mesh with cold caches does not wait for memory. Leaves keep their corners
+/// beside each other, coordinate by coordinate, as the tests read them.
+// SPDX-License-Identifier: BSD-3-Clause
+
+// === bristle/math/pack3.hpp
+
+/// @file
+/// Vectors in lanes: as many points or directions as a Pack has lanes, coordinate by coordinate.
+// SPDX-License-Identifier: BSD-3-Clause
+
+// === bristle/math/simd.hpp
+
+/// @file
+/// Several scalars at once: the one place that knows vector registers.
+///
+/// `Pack<S>` fills one register of the machine the program is compiled for and is written in the
+/// vector extensions of GCC and Clang, so that the same code serves every instruction set. Its
+/// width is that of a native register and never more: GCC spills wider types to memory, which costs
+/// ten times what they save. Elsewhere, for scalars that are not built in, and with BRISTLE_NO_SIMD
+/// it is an array of as many lanes in plain C++.
+///
+/// How many lanes there are depends on how a file is compiled. Nothing that is stored or handed to
+/// other files may hold a Pack; arrays of scalars do, and are loaded from.
+// SPDX-License-Identifier: BSD-3-Clause
+
+// === bristle/math/lane_register.hpp
+
+/// @file
+/// The registers under `Pack` and `Mask` (simd.hpp): their width, the array that stands for one
+/// where there is none, and how they are compared.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <bit>
+#include <concepts>
+#include <cstddef>
+#include <cstdint>
+
+#if defined(__GNUC__) && !defined(BRISTLE_NO_SIMD)
+#define BRISTLE_HAS_SIMD 1
+#if defined(__SSE2__)
+#include <immintrin.h>
+#endif
+#else
+#define BRISTLE_HAS_SIMD 0
+#endif
+
+namespace bristle {
+
+/// [bytes] Of a register.
+#if BRISTLE_HAS_SIMD && defined(__AVX512F__)
+inline constexpr std::size_t simd_bytes = 64;
+#elif BRISTLE_HAS_SIMD && defined(__AVX__)
+inline constexpr std::size_t simd_bytes = 32;
+#else
+inline constexpr std::size_t simd_bytes = 16;
+#endif
+
+namespace detail {
+
+/// Whether S comes in registers.
+template <Scalar S>
+inline constexpr bool has_register = BRISTLE_HAS_SIMD != 0 &&
+                                     (std::same_as<S, float> || std::same_as<S, double>);
+
+}  // namespace detail
+
+/// [-] Lanes of a Pack<S>, at most 16.
+template <Scalar S>
+inline constexpr std::size_t lanes = detail::has_register<S> ? simd_bytes / sizeof(S) : 4;
+
+// Every function here is a few instructions and is inlined even without optimisation: a register
+// passed through memory costs more than what is done with it.
+#if defined(__GNUC__)
+#define BRISTLE_LANES [[gnu::always_inline]] inline
+#else
+#define BRISTLE_LANES inline
+#endif
+// And what a loop over packs needs rarely is not, lest its values take the registers of the rest.
+#if defined(__GNUC__)
+#define BRISTLE_OUTLINED [[gnu::noinline]]
+#else
+#define BRISTLE_OUTLINED
+#endif
+
+namespace detail {
+
+/// What stands for a register where there is none.
+template <typename T>
+struct LaneArray {
+  T v[4];
+
+  T& operator[](std::size_t i) { return v[i]; }
+  const T& operator[](std::size_t i) const { return v[i]; }
+
+  template <typename F>
+  static auto each(F&& f) -> LaneArray<decltype(f(0))> {
+    return {{f(0), f(1), f(2), f(3)}};
+  }
+  friend auto operator+(const LaneArray& a, const LaneArray& b) {
+    return each([&](int i) { return T(a.v[i] + b.v[i]); });
+  }
+  friend auto operator-(const LaneArray& a, const LaneArray& b) {
+    return each([&](int i) { return T(a.v[i] - b.v[i]); });
+  }
+  friend auto operator*(const LaneArray& a, const LaneArray& b) {
+    return each([&](int i) { return T(a.v[i] * b.v[i]); });
+  }
+  friend auto operator/(const LaneArray& a, const LaneArray& b) {
+    return each([&](int i) { return T(a.v[i] / b.v[i]); });
+  }
+  friend auto operator-(const LaneArray& a) {
+    return each([&](int i) { return T(-a.v[i]); });
+  }
+  friend auto operator<(const LaneArray& a, const LaneArray& b) {
+    return each([&](int i) { return a.v[i] < b.v[i]; });
+  }
+  friend auto operator<=(const LaneArray& a, const LaneArray& b) {
+    return each([&](int i) { return a.v[i] <= b.v[i]; });
+  }
+  friend auto operator==(const LaneArray& a, const LaneArray& b) {
+    return each([&](int i) { return a.v[i] == b.v[i]; });
+  }
+  friend auto operator&(const LaneArray& a, const LaneArray& b) {
+    return each([&](int i) { return bool(a.v[i] & b.v[i]); });
+  }
+  friend auto operator|(const LaneArray& a, const LaneArray& b) {
+    return each([&](int i) { return bool(a.v[i] | b.v[i]); });
+  }
+  friend auto operator^(const LaneArray& a, const LaneArray& b) {
+    return each([&](int i) { return bool(a.v[i] ^ b.v[i]); });
+  }
+  friend auto operator~(const LaneArray& a) {
+    return each([&](int i) { return !a.v[i]; });
+  }
+};
+
+/// The register of a scalar. Its comparisons give registers of integers, all bits of a lane equal.
+template <Scalar S>
+struct Register {
+  using Type = LaneArray<S>;
+};
+#if BRISTLE_HAS_SIMD
+template <>
+struct Register<float> {
+  typedef float Type __attribute__((vector_size(simd_bytes)));
+};
+template <>
+struct Register<double> {
+  typedef double Type __attribute__((vector_size(simd_bytes)));
+};
+#endif
+
+/// Comparisons, and what is made of them.
+template <Scalar S>
+struct Compare {
+  using Lanes = typename Register<S>::Type;
+  using Truth = decltype(Lanes{} < Lanes{});
+
+  BRISTLE_LANES static Truth less(const Lanes& a, const Lanes& b) { return a < b; }
+  BRISTLE_LANES static Truth less_equal(const Lanes& a, const Lanes& b) { return a <= b; }
+  BRISTLE_LANES static Truth equal(const Lanes& a, const Lanes& b) { return a == b; }
+  BRISTLE_LANES static Lanes select(const Truth& m, const Lanes& yes, const Lanes& no) {
+    if constexpr (has_register<S>) {
+      return m ? yes : no;
+    } else {
+      return Lanes::each([&](int i) { return m.v[i] ? yes.v[i] : no.v[i]; });
+    }
+  }
+  BRISTLE_LANES static std::uint32_t bits(const Truth& m) {
+#if BRISTLE_HAS_SIMD && defined(__AVX__)
+    if constexpr (std::same_as<S, float>)
+      return static_cast<std::uint32_t>(_mm256_movemask_ps(std::bit_cast<__m256>(m)));
+    if constexpr (std::same_as<S, double>)
+      return static_cast<std::uint32_t>(_mm256_movemask_pd(std::bit_cast<__m256d>(m)));
+#elif BRISTLE_HAS_SIMD && defined(__SSE2__)
+    if constexpr (std::same_as<S, float>)
+      return static_cast<std::uint32_t>(_mm_movemask_ps(std::bit_cast<__m128>(m)));
+    if constexpr (std::same_as<S, double>)
+      return static_cast<std::uint32_t>(_mm_movemask_pd(std::bit_cast<__m128d>(m)));
+#endif
+    std::uint32_t result = 0;
+    for (std::size_t i = 0; i < lanes<S>; ++i) result |= m[i] ? 1u << i : 0u;
+    return result;
+  }
+};
+
+#if BRISTLE_HAS_SIMD && defined(__AVX512F__)
+// With registers for masks of their own. GCC 12 takes comparisons that are joined and then selected
+// by apart lane by lane, so it is told.
+template <>
+struct Compare<float> {
+  using Lanes = Register<float>::Type;
+  using Truth = std::uint16_t;
+
+  BRISTLE_LANES static Truth less(const Lanes& a, const Lanes& b) {
+    return _mm512_cmp_ps_mask(a, b, _CMP_LT_OQ);
+  }
+  BRISTLE_LANES static Truth less_equal(const Lanes& a, const Lanes& b) {
+    return _mm512_cmp_ps_mask(a, b, _CMP_LE_OQ);
+  }
+  BRISTLE_LANES static Truth equal(const Lanes& a, const Lanes& b) {
+    return _mm512_cmp_ps_mask(a, b, _CMP_EQ_OQ);
+  }
+  BRISTLE_LANES static Lanes select(Truth m, const Lanes& yes, const Lanes& no) {
+    return Lanes(_mm512_mask_blend_ps(m, no, yes));
+  }
+  BRISTLE_LANES static std::uint32_t bits(Truth m) { return m; }
+};
+template <>
+struct Compare<double> {
+  using Lanes = Register<double>::Type;
+  using Truth = std::uint8_t;
+
+  BRISTLE_LANES static Truth less(const Lanes& a, const Lanes& b) {
+    return _mm512_cmp_pd_mask(a, b, _CMP_LT_OQ);
+  }
+  BRISTLE_LANES static Truth less_equal(const Lanes& a, const Lanes& b) {
+    return _mm512_cmp_pd_mask(a, b, _CMP_LE_OQ);
+  }
+  BRISTLE_LANES static Truth equal(const Lanes& a, const Lanes& b) {
+    return _mm512_cmp_pd_mask(a, b, _CMP_EQ_OQ);
+  }
+  BRISTLE_LANES static Lanes select(Truth m, const Lanes& yes, const Lanes& no) {
+    return Lanes(_mm512_mask_blend_pd(m, no, yes));
+  }
+  BRISTLE_LANES static std::uint32_t bits(Truth m) { return m; }
+};
+#endif
+
+}  // namespace detail
+}  // namespace bristle
+
+#include <bit>
+#include <cmath>
+#include <concepts>
+#include <cstddef>
+#include <cstdint>
+#include <utility>
+
+namespace bristle {
+
+/// A truth value for each lane.
+template <Scalar S>
+class Mask;
+
+/// A scalar for each lane. Operators work lane by lane; a scalar stands for itself in all lanes.
+template <Scalar S>
+class Pack;
+
+// Of a Mask: [-] bit i is lane i; whether it holds in one lane, in all, in none.
+template <Scalar S>
+[[nodiscard]] std::uint32_t bits(const Mask<S>& m);
+template <Scalar S>
+[[nodiscard]] bool any(const Mask<S>& m);
+template <Scalar S>
+[[nodiscard]] bool all(const Mask<S>& m);
+template <Scalar S>
+[[nodiscard]] bool none(const Mask<S>& m);
+
+/// [-] The bits of the first n lanes.
+[[nodiscard]] constexpr std::uint32_t first_bits(std::size_t n) {
+  return n >= 32 ? ~0u : (1u << n) - 1u;
+}
+
+/// `yes` where the mask holds, `no` elsewhere.
+template <Scalar S>
+[[nodiscard]] Pack<S> select(const Mask<S>& m, const Pack<S>& yes, const Pack<S>& no);
+
+/// Of the whole pack, lane by lane in halves: lane i with lane i + n / 2, and so on, so that the
+/// rounding of a sum depends on the width and on nothing else.
+template <Scalar S>
+[[nodiscard]] S sum_of_lanes(const Pack<S>& a);
+template <Scalar S>
+[[nodiscard]] S min_of_lanes(const Pack<S>& a);
+template <Scalar S>
+[[nodiscard]] S max_of_lanes(const Pack<S>& a);
+
+// Implementation -----------------------------------------------------------------------------------
+
+template <Scalar S>
+class Mask {
+ public:
+  using Register = typename detail::Compare<S>::Truth;
+
+  Mask() = default;
+  BRISTLE_LANES explicit Mask(const Register& r) : r_(r) {}
+
+  /// Holds in the first n lanes.
+  [[nodiscard]] BRISTLE_LANES static Mask first(std::size_t n);
+  /// Holds in lane i where bit i is set: the inverse of `bits`.
+  [[nodiscard]] BRISTLE_LANES static Mask from_bits(std::uint32_t set);
+
+  [[nodiscard]] BRISTLE_LANES const Register& get() const { return r_; }
+
+  [[nodiscard]] BRISTLE_LANES friend Mask operator&(const Mask& a, const Mask& b) {
+    return Mask(static_cast<Register>(a.r_ & b.r_));
+  }
+  [[nodiscard]] BRISTLE_LANES friend Mask operator|(const Mask& a, const Mask& b) {
+    return Mask(static_cast<Register>(a.r_ | b.r_));
+  }
+  [[nodiscard]] BRISTLE_LANES friend Mask operator!(const Mask& a) {
+    return Mask(static_cast<Register>(~a.r_));
+  }
+  [[nodiscard]] BRISTLE_LANES friend Mask operator^(const Mask& a, const Mask& b) {
+    return Mask(static_cast<Register>(a.r_ ^ b.r_));
+  }
+
+ private:
+  Register r_;
+};
+
+template <Scalar S>
+class Pack {
+ public:
+  using Register = typename detail::Register<S>::Type;
+  static constexpr std::size_t size = lanes<S>;
+
+  /// Not set to anything.
+  Pack() = default;
+  BRISTLE_LANES explicit Pack(const Register& r) : r_(r) {}
+  /// The same in all lanes.
+  BRISTLE_LANES Pack(S value)  // NOLINT: a scalar in a formula of packs is one
+      : Pack(make([&](std::size_t) { return value; })) {}
+
+  /// Lane i from p[i]; any alignment.
+  [[nodiscard]] BRISTLE_LANES static Pack load(const S* p) {
+    Pack a;
+    if constexpr (detail::has_register<S>) {
+      __builtin_memcpy(&a.r_, p, sizeof a.r_);
+    } else {
+      for (std::size_t i = 0; i < size; ++i) a.r_[i] = p[i];
+    }
+    return a;
+  }
+  /// The first n lanes from p; the others are `rest`, and nothing of p behind n is read.
+  [[nodiscard]] BRISTLE_LANES static Pack load_first(const S* p, std::size_t n, S rest) {
+    Pack a(rest);
+    for (std::size_t i = 0; i < n && i < size; ++i) a.r_[i] = p[i];
+    return a;
+  }
+  /// Lane i from p[at[i]].
+  template <std::integral Index>
+  [[nodiscard]] BRISTLE_LANES static Pack gather(const S* p, const Index* at) {
+    return make([&](std::size_t i) { return p[at[i]]; });
+  }
+  /// 0, 1, 2, ...
+  [[nodiscard]] BRISTLE_LANES static Pack numbers() {
+    return make([](std::size_t i) { return S(i); });
+  }
+
+  BRISTLE_LANES void store(S* p) const {
+    if constexpr (detail::has_register<S>) {
+      __builtin_memcpy(p, &r_, sizeof r_);
+    } else {
+      for (std::size_t i = 0; i < size; ++i) p[i] = r_[i];
+    }
+  }
+  /// The first n lanes; nothing behind them is written.
+  BRISTLE_LANES void store_first(S* p, std::size_t n) const {
+    for (std::size_t i = 0; i < n && i < size; ++i) p[i] = r_[i];
+  }
+
+  [[nodiscard]] BRISTLE_LANES S operator[](std::size_t i) const { return r_[i]; }
+  [[nodiscard]] BRISTLE_LANES const Register& get() const { return r_; }
+
+  [[nodiscard]] BRISTLE_LANES friend Pack operator+(const Pack& a, const Pack& b) {
+    return Pack(a.r_ + b.r_);
+  }
+  [[nodiscard]] BRISTLE_LANES friend Pack operator-(const Pack& a, const Pack& b) {
+    return Pack(a.r_ - b.r_);
+  }
+  [[nodiscard]] BRISTLE_LANES friend Pack operator*(const Pack& a, const Pack& b) {
+    return Pack(a.r_ * b.r_);
+  }
+  [[nodiscard]] BRISTLE_LANES friend Pack operator/(const Pack& a, const Pack& b) {
+    return Pack(a.r_ / b.r_);
+  }
+  [[nodiscard]] BRISTLE_LANES friend Pack operator-(const Pack& a) { return Pack(-a.r_); }
+  BRISTLE_LANES Pack& operator+=(const Pack& b) { return *this = *this + b; }
+  BRISTLE_LANES Pack& operator-=(const Pack& b) { return *this = *this - b; }
+  BRISTLE_LANES Pack& operator*=(const Pack& b) { return *this = *this * b; }
+  BRISTLE_LANES Pack& operator/=(const Pack& b) { return *this = *this / b; }
+
+  // False in lanes with a NaN, as between scalars; != is true there.
+  [[nodiscard]] BRISTLE_LANES friend Mask<S> operator<(const Pack& a, const Pack& b) {
+    return Mask<S>(detail::Compare<S>::less(a.r_, b.r_));
+  }
+  [[nodiscard]] BRISTLE_LANES friend Mask<S> operator<=(const Pack& a, const Pack& b) {
+    return Mask<S>(detail::Compare<S>::less_equal(a.r_, b.r_));
+  }
+  [[nodiscard]] BRISTLE_LANES friend Mask<S> operator>(const Pack& a, const Pack& b) {
+    return b < a;
+  }
+  [[nodiscard]] BRISTLE_LANES friend Mask<S> operator>=(const Pack& a, const Pack& b) {
+    return b <= a;
+  }
+  [[nodiscard]] BRISTLE_LANES friend Mask<S> operator==(const Pack& a, const Pack& b) {
+    return Mask<S>(detail::Compare<S>::equal(a.r_, b.r_));
+  }
+  [[nodiscard]] BRISTLE_LANES friend Mask<S> operator!=(const Pack& a, const Pack& b) {
+    return !(a == b);
+  }
+
+  /// The second where one of the two is NaN, as `a < b ? a : b` has it.
+  [[nodiscard]] BRISTLE_LANES friend Pack min(const Pack& a, const Pack& b) {
+    if constexpr (detail::has_register<S>) return Pack(a.r_ < b.r_ ? a.r_ : b.r_);
+    return select(a < b, a, b);
+  }
+  /// The second where one of the two is NaN, as `a > b ? a : b` has it.
+  [[nodiscard]] BRISTLE_LANES friend Pack max(const Pack& a, const Pack& b) {
+    if constexpr (detail::has_register<S>) return Pack(b.r_ < a.r_ ? a.r_ : b.r_);
+    return select(b < a, a, b);
+  }
+  [[nodiscard]] BRISTLE_LANES friend Pack abs(const Pack& a) {
+    if constexpr (detail::has_register<S>) {
+      // Everything but the sign.
+      using Bits = decltype(a.r_ < a.r_);
+      const Bits sign = std::bit_cast<Bits>(Pack(S(-0.0)).r_);
+      return Pack(std::bit_cast<Register>(std::bit_cast<Bits>(a.r_) & ~sign));
+    } else {
+      using std::abs;
+      return Pack(Register::each([&](int i) { return S(abs(a.r_.v[i])); }));
+    }
+  }
+  /// Rounded correctly.
+  [[nodiscard]] BRISTLE_LANES friend Pack sqrt(const Pack& a) {
+#if BRISTLE_HAS_SIMD && defined(__AVX512F__)
+    if constexpr (std::same_as<S, float>) return Pack(Register(_mm512_maskz_sqrt_ps(0xffff, a.r_)));
+    if constexpr (std::same_as<S, double>) return Pack(Register(_mm512_maskz_sqrt_pd(0xff, a.r_)));
+#elif BRISTLE_HAS_SIMD && defined(__AVX__)
+    if constexpr (std::same_as<S, float>) return Pack(Register(_mm256_sqrt_ps(a.r_)));
+    if constexpr (std::same_as<S, double>) return Pack(Register(_mm256_sqrt_pd(a.r_)));
+#elif BRISTLE_HAS_SIMD && defined(__SSE2__)
+    if constexpr (std::same_as<S, float>) return Pack(Register(_mm_sqrt_ps(a.r_)));
+    if constexpr (std::same_as<S, double>) return Pack(Register(_mm_sqrt_pd(a.r_)));
+#endif
+    using std::sqrt;
+    return make([&](std::size_t i) { return sqrt(a.r_[i]); });
+  }
+
+ private:
+  // All lanes at once: set one after the other, they would be blended in one after the other.
+  template <typename F, std::size_t... i>
+  BRISTLE_LANES static Pack make(const F& f, std::index_sequence<i...>) {
+    return Pack(Register{f(i)...});
+  }
+  template <typename F>
+  BRISTLE_LANES static Pack make(const F& f) {
+    return make(f, std::make_index_sequence<size>());
+  }
+
+  Register r_;
+};
+
+template <Scalar S>
+BRISTLE_LANES Mask<S> Mask<S>::first(std::size_t n) {
+  return Pack<S>::numbers() < Pack<S>(S(n));
+}
+
+template <Scalar S>
+BRISTLE_LANES Mask<S> Mask<S>::from_bits(std::uint32_t set) {
+  if constexpr (std::unsigned_integral<Register>) {
+    return Mask(static_cast<Register>(set));
+  } else if constexpr (detail::has_register<S>) {
+    using Integer = std::remove_cvref_t<decltype(Register{}[0])>;
+    Register own{};
+    for (std::size_t i = 0; i < lanes<S>; ++i) own[i] = Integer(1) << i;
+    return Mask(((Register{} + Integer(set)) & own) == own);
+  } else {
+    return Mask(Register::each([&](int i) { return (set >> i & 1u) != 0; }));
+  }
+}
+
+template <Scalar S>
+BRISTLE_LANES std::uint32_t bits(const Mask<S>& m) {
+  return detail::Compare<S>::bits(m.get());
+}
+template <Scalar S>
+BRISTLE_LANES bool any(const Mask<S>& m) {
+  return bits(m) != 0;
+}
+template <Scalar S>
+BRISTLE_LANES bool all(const Mask<S>& m) {
+  return bits(m) == (1u << lanes<S>)-1u;
+}
+template <Scalar S>
+BRISTLE_LANES bool none(const Mask<S>& m) {
+  return bits(m) == 0;
+}
+
+template <Scalar S>
+BRISTLE_LANES Pack<S> select(const Mask<S>& m, const Pack<S>& yes, const Pack<S>& no) {
+  return Pack<S>(detail::Compare<S>::select(m.get(), yes.get(), no.get()));
+}
+
+namespace detail {
+
+/// Lane i from lane i + by, around the end.
+template <std::size_t by, Scalar S, std::size_t... i>
+BRISTLE_LANES Pack<S> rotated(const Pack<S>& a, std::index_sequence<i...>) {
+#if BRISTLE_HAS_SIMD
+#if __has_builtin(__builtin_shufflevector)
+  if constexpr (has_register<S>) {
+    return Pack<S>(__builtin_shufflevector(a.get(), a.get(), ((i + by) % lanes<S>)...));
+  }
+#endif
+#endif
+  const S values[] = {a[(i + by) % lanes<S>]...};
+  return Pack<S>::load(values);
+}
+
+/// Joins the lanes of a pack two by two, halving their number each time.
+template <std::size_t half, Scalar S, typename Join>
+BRISTLE_LANES S join_lanes(const Pack<S>& a, const Join& join) {
+  const Pack<S> joined = join(a, rotated<half>(a, std::make_index_sequence<lanes<S>>()));
+  if constexpr (half > 1) {
+    return join_lanes<half / 2>(joined, join);
+  } else {
+    return joined[0];
+  }
+}
+
+}  // namespace detail
+
+template <Scalar S>
+BRISTLE_LANES S sum_of_lanes(const Pack<S>& a) {
+  return detail::join_lanes<lanes<S> / 2>(a,
+                                          [](const Pack<S>& x, const Pack<S>& y) { return x + y; });
+}
+template <Scalar S>
+BRISTLE_LANES S min_of_lanes(const Pack<S>& a) {
+  return detail::join_lanes<lanes<S> / 2>(
+      a, [](const Pack<S>& x, const Pack<S>& y) { return min(x, y); });
+}
+template <Scalar S>
+BRISTLE_LANES S max_of_lanes(const Pack<S>& a) {
+  return detail::join_lanes<lanes<S> / 2>(
+      a, [](const Pack<S>& x, const Pack<S>& y) { return max(x, y); });
+}
+
+}  // namespace bristle
+
+#include <cstddef>
+
+namespace bristle {
+
+/// A vector for each lane. Like Pack, never stored.
+template <Scalar S>
+struct Pack3 {
+  Pack<S> x, y, z;
+
+  /// From the same place of three arrays.
+  [[nodiscard]] BRISTLE_LANES static Pack3 load(const S* x, const S* y, const S* z) {
+    return {Pack<S>::load(x), Pack<S>::load(y), Pack<S>::load(z)};
+  }
+  /// The same in all lanes.
+  [[nodiscard]] BRISTLE_LANES static Pack3 all(const Vec3<S>& v) {
+    return {Pack<S>(v[0]), Pack<S>(v[1]), Pack<S>(v[2])};
+  }
+  BRISTLE_LANES void store(S* to_x, S* to_y, S* to_z) const {
+    x.store(to_x);
+    y.store(to_y);
+    z.store(to_z);
+  }
+  [[nodiscard]] BRISTLE_LANES Vec3<S> operator[](std::size_t i) const { return {x[i], y[i], z[i]}; }
+
+  [[nodiscard]] BRISTLE_LANES friend Pack3 operator+(const Pack3& a, const Pack3& b) {
+    return {a.x + b.x, a.y + b.y, a.z + b.z};
+  }
+  [[nodiscard]] BRISTLE_LANES friend Pack3 operator-(const Pack3& a, const Pack3& b) {
+    return {a.x - b.x, a.y - b.y, a.z - b.z};
+  }
+  [[nodiscard]] BRISTLE_LANES friend Pack3 operator-(const Pack3& a) { return {-a.x, -a.y, -a.z}; }
+  [[nodiscard]] BRISTLE_LANES friend Pack3 operator*(const Pack<S>& s, const Pack3& a) {
+    return {s * a.x, s * a.y, s * a.z};
+  }
+  BRISTLE_LANES Pack3& operator+=(const Pack3& b) { return *this = *this + b; }
+  BRISTLE_LANES Pack3& operator-=(const Pack3& b) { return *this = *this - b; }
+  [[nodiscard]] BRISTLE_LANES friend Pack<S> dot(const Pack3& a, const Pack3& b) {
+    return a.x * b.x + a.y * b.y + a.z * b.z;
+  }
+  [[nodiscard]] BRISTLE_LANES friend Pack3 cross(const Pack3& a, const Pack3& b) {
+    return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+  }
+  [[nodiscard]] BRISTLE_LANES friend Pack3 select(const Mask<S>& m, const Pack3& yes,
+                                                  const Pack3& no) {
+    return {select(m, yes.x, no.x), select(m, yes.y, no.y), select(m, yes.z, no.z)};
+  }
+};
+
+/// M v in every lane.
+template <Scalar S>
+[[nodiscard]] BRISTLE_LANES Pack3<S> product(const Mat3<S>& M, const Pack3<S>& v) {
+  const S* m = M.data();  // Column by column.
+  return {m[0] * v.x + m[3] * v.y + m[6] * v.z, m[1] * v.x + m[4] * v.y + m[7] * v.z,
+          m[2] * v.x + m[5] * v.y + m[8] * v.z};
+}
+
+}  // namespace bristle
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace bristle {
+
+/// Some triangles that stand together, at most `WideTree::leaf_size` of them.
+struct TriangleRange {
+  std::uint32_t first;
+  std::uint32_t count;
+};
+
+/// Immutable. The same triangles in the same order give the same tree.
+template <Scalar S>
+class WideTree {
+ public:
+  /// [-] Most children of a node, and most triangles of a leaf.
+  static constexpr std::size_t width = 16;
+  static constexpr std::size_t leaf_size = 16;
+
+  /// Boxes of the children, coordinate by coordinate; those there are come first, the others are
+  /// empty boxes, which nothing overlaps.
+  struct Node {
+    std::array<std::array<S, width>, 3> lower;
+    std::array<std::array<S, width>, 3> upper;
+    /// [-] First triangle of a leaf, or the node, where the child's `triangles` are 0.
+    std::array<std::uint32_t, width> first;
+    std::array<std::uint8_t, width> triangles;
+    std::uint32_t children;
+  };
+
+  WideTree() = default;
+  /// @param corners_of  Callable: std::array<Vec3<S>, 3> corners_of(triangle), for each of `count`.
+  template <typename CornersOf>
+  WideTree(std::size_t count, const CornersOf& corners_of);
+
+  /// [-] Number of triangles.
+  [[nodiscard]] std::size_t size() const { return numbers_.size(); }
+  /// [m] Around all triangles.
+  [[nodiscard]] const Aabb<S>& box() const { return box_; }
+  /// [m^2] Of a triangle on average.
+  [[nodiscard]] S mean_area() const { return mean_area_; }
+  /// [-] Root first; empty where there are no triangles.
+  [[nodiscard]] const std::vector<Node>& nodes() const { return nodes_; }
+
+  /// [-] The triangle, as its maker counts, that stands at a place.
+  [[nodiscard]] std::uint32_t number(std::size_t place) const { return numbers_[place]; }
+  /// [m] Coordinate `axis` of corner `corner` of the triangles of a leaf. A pack may be loaded from
+  /// anywhere among them; what it has beyond them means nothing.
+  [[nodiscard]] const S* row(const TriangleRange& leaf, std::size_t corner,
+                             std::size_t axis) const {
+    return corners_.data() + 9 * leaf.first + (3 * corner + axis) * leaf.count;
+  }
+  /// [m] Corners of a triangle, by the number its maker gave it.
+  [[nodiscard]] std::array<Vec3<S>, 3> corners(std::uint32_t number) const;
+
+  /// [-] Entries that a depth-first walk needs room for: nodes are at most `max_height` deep, and
+  /// each leaves all its children but one behind.
+  static constexpr std::size_t max_height = 24;
+  static constexpr std::size_t stack_size = max_height * (width - 1) + 1;
+
+ private:
+  struct Place {
+    std::uint32_t row;  // Where its corners begin.
+    std::uint8_t stride;
+  };
+
+  std::uint32_t build(std::span<std::uint32_t> triangles, const std::vector<Aabb<S>>& boxes,
+                      std::size_t depth);
+  template <typename CornersOf>
+  void store(const CornersOf& corners_of);
+
+  std::vector<Node> nodes_;
+  std::vector<S> corners_;
+  std::vector<std::uint32_t> numbers_;
+  std::vector<Place> places_;
+  Aabb<S> box_;
+  S mean_area_ = S(0);
+};
+
+// Implementation -----------------------------------------------------------------------------------
+
+template <Scalar S>
+template <typename CornersOf>
+WideTree<S>::WideTree(std::size_t count, const CornersOf& corners_of) {
+  std::vector<Aabb<S>> boxes(count);
+  numbers_.resize(count);
+  for (std::uint32_t i = 0; i < count; ++i) {
+    const auto [a, b, c] = corners_of(i);
+    boxes[i].include(a);
+    boxes[i].include(b);
+    boxes[i].include(c);
+    box_.include(boxes[i]);
+    mean_area_ += (b - a).cross(c - a).norm() / (S(2) * S(count));
+    numbers_[i] = i;
+  }
+  if (count == 0) return;
+  build(numbers_, boxes, 0);
+  store(corners_of);
+}
+
+/// Divides triangles among the children of a new node: the one with the largest surface first, as
+/// it is the one met most often.
+template <Scalar S>
+std::uint32_t WideTree<S>::build(std::span<std::uint32_t> triangles,
+                                 const std::vector<Aabb<S>>& boxes, std::size_t depth) {
+  const auto box_of = [&](std::uint32_t i) -> const Aabb<S>& { return boxes[i]; };
+  struct Piece {
+    std::span<std::uint32_t> triangles;
+    Aabb<S> box;
+  };
+  const auto piece_of = [&](std::span<std::uint32_t> some) {
+    Piece piece{some, {}};
+    for (const std::uint32_t i : some) piece.box.include(boxes[i]);
+    return piece;
+  };
+  std::array<Piece, width> pieces;
+  pieces[0] = piece_of(triangles);
+  std::size_t count = 1;
+  while (count < width) {
+    // From half the height on, halves of the most numerous: 16 to the power of 12 is enough.
+    const bool is_deep = depth >= max_height / 2;
+    Piece* largest = nullptr;
+    S largest_cost = S(-1);
+    for (std::size_t k = 0; k < count; ++k) {
+      if (pieces[k].triangles.size() <= leaf_size) continue;
+      const S cost =
+          is_deep ? S(pieces[k].triangles.size()) : detail::finite_part(pieces[k].box).half_area();
+      if (cost > largest_cost) {
+        largest = &pieces[k];
+        largest_cost = cost;
+      }
+    }
+    if (largest == nullptr) break;
+    const auto all = largest->triangles;
+    const std::size_t middle = is_deep ? detail::split_in_halves<S>(all, box_of)
+                                       : detail::split_by_surface<S>(all, box_of);
+    *largest = piece_of(all.first(middle));
+    pieces[count++] = piece_of(all.subspan(middle));
+  }
+  const auto id = static_cast<std::uint32_t>(nodes_.size());
+  nodes_.emplace_back();
+  nodes_[id].children = static_cast<std::uint32_t>(count);
+  for (std::size_t k = 0; k < width; ++k) {
+    const Aabb<S> box = k < count ? pieces[k].box : Aabb<S>{};
+    std::uint32_t first = 0;
+    std::size_t leaf = 0;
+    if (k < count) {
+      const std::span<std::uint32_t> some = pieces[k].triangles;
+      leaf = some.size() <= leaf_size ? some.size() : 0;
+      first = leaf > 0 ? static_cast<std::uint32_t>(some.data() - numbers_.data())
+                       : build(some, boxes, depth + 1);
+    }
+    Node& node = nodes_[id];
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      node.lower[axis][k] = box.lower[static_cast<int>(axis)];
+      node.upper[axis][k] = box.upper[static_cast<int>(axis)];
+    }
+    node.first[k] = first;
+    node.triangles[k] = static_cast<std::uint8_t>(leaf);
+  }
+  return id;
+}
+
+/// Copies the corners into the order of the leaves.
+template <Scalar S>
+template <typename CornersOf>
+void WideTree<S>::store(const CornersOf& corners_of) {
+  // Packs may be loaded up to their width beyond the last row.
+  corners_.assign(9 * size() + 16, S(0));
+  places_.resize(size());
+  for (const Node& node : nodes_) {
+    for (std::size_t k = 0; k < node.children; ++k) {
+      const TriangleRange leaf{node.first[k], node.triangles[k]};
+      for (std::uint32_t i = 0; i < leaf.count; ++i) {
+        const std::uint32_t number = numbers_[leaf.first + i];
+        places_[number] = {9 * leaf.first + i, static_cast<std::uint8_t>(leaf.count)};
+        const std::array<Vec3<S>, 3> corners = corners_of(number);
+        for (std::size_t c = 0; c < 9; ++c) {
+          corners_[places_[number].row + c * leaf.count] = corners[c / 3][static_cast<int>(c % 3)];
+        }
+      }
+    }
+  }
+}
+
+template <Scalar S>
+std::array<Vec3<S>, 3> WideTree<S>::corners(std::uint32_t number) const {
+  const S* p = corners_.data() + places_[number].row;
+  const std::size_t n = places_[number].stride;
+  return {Vec3<S>(p[0], p[n], p[2 * n]), Vec3<S>(p[3 * n], p[4 * n], p[5 * n]),
+          Vec3<S>(p[6 * n], p[7 * n], p[8 * n])};
+}
+
+}  // namespace bristle
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <utility>
+
+namespace bristle {
+
+/// The triangles of a solid, as `SolidMesh` wants them. Immutable.
+template <Scalar S>
+class RayMesh {
+ public:
+  RayMesh() = default;
+  /// @param corners_of  Callable: std::array<Vec3<S>, 3> corners_of(triangle), counter-clockwise
+  ///                    seen from outside, for each of `count`.
+  template <typename CornersOf>
+  RayMesh(std::size_t count, const CornersOf& corners_of) : tree_(count, corners_of) {}
+
+  [[nodiscard]] const WideTree<S>& tree() const { return tree_; }
+  /// [-] Number of triangles.
+  [[nodiscard]] std::size_t size() const { return tree_.size(); }
+  /// [m] The corners of a triangle.
+  [[nodiscard]] std::array<Vec3<S>, 3> corners(std::uint32_t triangle) const {
+    return tree_.corners(triangle);
+  }
+  /// [m] Box around all triangles.
+  [[nodiscard]] Aabb<S> root_box() const { return tree_.box(); }
+
+  /// Calls `visit(triangle, max_distance) -> new max_distance` for every triangle that the ray may
+  /// pass before max_distance [m], which starts as the ray's length; nearer boxes come first.
+  template <typename Visit>
+  void walk_ray(const Ray<S>& ray, Visit&& visit) const;
+
+ private:
+  WideTree<S> tree_;
+};
+
+// Implementation -----------------------------------------------------------------------------------
+
+namespace detail {
+
+/// The slab test of ray_box.hpp for all children of a node.
+template <Scalar S>
+class WideSlabTest {
+ public:
+  using Node = typename WideTree<S>::Node;
+
+  explicit WideSlabTest(const Ray<S>& ray)
+      : origin_(ray.origin), inverse_(ray.direction.cwiseInverse()) {}
+
+  /// Which of the children from `k` on in one pack are entered by `reach`; where they are in
+  /// `enter`.
+  [[nodiscard]] BRISTLE_LANES std::uint32_t operator()(const Node& node, std::size_t k, S reach,
+                                                       S* enter) const {
+    Pack<S> first(S(0));
+    Pack<S> last(reach);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const S inverse = inverse_[static_cast<int>(axis)];
+      const Pack<S> origin(origin_[static_cast<int>(axis)]);
+      const bool is_down = inverse < S(0);
+      const auto& near = is_down ? node.upper[axis] : node.lower[axis];
+      const auto& far = is_down ? node.lower[axis] : node.upper[axis];
+      // Of a NaN, as from 0 times infinity, neither takes anything.
+      first = max((Pack<S>::load(near.data() + k) - origin) * inverse, first);
+      last = min((Pack<S>::load(far.data() + k) - origin) * inverse, last);
+    }
+    first.store(enter);
+    // A ray of no numbers passes every test, but not what is not there.
+    return bits(first <= last * (S(1) + Tolerance<S>::round_off())) & first_bits(node.children - k);
+  }
+
+ private:
+  Vec3<S> origin_;
+  Vec3<S> inverse_;
+};
+
+/// The test of ray_triangle.hpp for triangles in lanes, up to its rounding: it leaves out what that
+/// one would surely miss.
+template <Scalar S>
+class WideTriangleFilter {
+ public:
+  explicit WideTriangleFilter(const Ray<S>& ray) {
+    int z = 0;
+    ray.direction.cwiseAbs().maxCoeff(&z);
+    const int x = (z + 1) % 3;
+    const int y = (z + 2) % 3;
+    axis_ = {static_cast<std::size_t>(x), static_cast<std::size_t>(y), static_cast<std::size_t>(z)};
+    origin_ = {ray.origin[x], ray.origin[y], ray.origin[z]};
+    shear_ = {ray.direction[x] / ray.direction[z], ray.direction[y] / ray.direction[z],
+              S(1) / ray.direction[z]};
+  }
+
+  /// Which triangles of a leaf the ray may pass by `reach`.
+  [[nodiscard]] BRISTLE_LANES std::uint32_t operator()(const WideTree<S>& tree,
+                                                       const TriangleRange& leaf, S reach) const {
+    std::uint32_t found = 0;
+    for (std::size_t i = 0; i < leaf.count; i += lanes<S>) {
+      found |= (bits(may_pass(tree, leaf, i, reach)) & first_bits(leaf.count - i)) << i;
+    }
+    return found;
+  }
+
+ private:
+  [[nodiscard]] BRISTLE_LANES Mask<S> may_pass(const WideTree<S>& tree, const TriangleRange& leaf,
+                                               std::size_t i, S reach) const {
+    Pack3<S> p[3];
+    Pack<S> size(S(0));
+    for (std::size_t c = 0; c < 3; ++c) {
+      const Pack<S> x = Pack<S>::load(tree.row(leaf, c, axis_[0]) + i) - origin_[0];
+      const Pack<S> y = Pack<S>::load(tree.row(leaf, c, axis_[1]) + i) - origin_[1];
+      const Pack<S> z = Pack<S>::load(tree.row(leaf, c, axis_[2]) + i) - origin_[2];
+      p[c] = {x - shear_[0] * z, y - shear_[1] * z, shear_[2] * z};
+      size = max(size, abs(x) + abs(y) + abs(z));
+    }
+    const auto& [a, b, c] = p;
+    const Pack<S> u = c.x * b.y - c.y * b.x;
+    const Pack<S> v = a.x * c.y - a.y * c.x;
+    const Pack<S> w = b.x * a.y - b.y * a.x;
+    // The shear is at most 1, so each coordinate is at most the size, its error some ulp of that,
+    // and a determinant's some ulp of the square.
+    const Pack<S> slack = Tolerance<S>::round_off() * size;
+    const Pack<S> doubt = S(2) * slack * size;
+    const Mask<S> is_inside = (min(u, min(v, w)) >= -doubt) | (max(u, max(v, w)) <= doubt);
+    return is_inside & (max(a.z, max(b.z, c.z)) >= -slack) &
+           (min(a.z, min(b.z, c.z)) <= S(2) * slack + reach);
+  }
+
+  std::array<std::size_t, 3> axis_{};
+  Vec3<S> origin_;
+  Vec3<S> shear_;
+};
+
+}  // namespace detail
+
+template <Scalar S>
+template <typename Visit>
+void RayMesh<S>::walk_ray(const Ray<S>& ray, Visit&& visit) const {
+  using Tree = WideTree<S>;
+  if (tree_.nodes().empty()) return;
+  const detail::WideSlabTest<S> slabs(ray);
+  const detail::WideTriangleFilter<S> filter(ray);
+  // A finite reach, so that planes at infinity are out of it.
+  S reach = std::min(ray.length, std::numeric_limits<S>::max() / S(2));
+  struct Entry {
+    S enter;
+    TriangleRange child;
+  };
+  std::array<Entry, Tree::stack_size> stack;
+  std::size_t count = 0;
+  Entry next{S(0), {0, 0}};
+  for (;;) {
+    // The reach may have shrunk since the entry was computed.
+    if (!(next.enter <= reach * (S(1) + Tolerance<S>::round_off()))) {
+    } else if (next.child.count > 0) {
+      for (std::uint32_t left = filter(tree_, next.child, reach); left != 0; left &= left - 1) {
+        const auto i = static_cast<std::uint32_t>(std::countr_zero(left));
+        reach = visit(tree_.number(next.child.first + i), reach);
+      }
+    } else {
+      const typename Tree::Node& node = tree_.nodes()[next.child.first];
+      const std::size_t bottom = count;
+      for (std::size_t k = 0; k < node.children; k += lanes<S>) {
+        std::array<S, lanes<S>> enter;
+        for (std::uint32_t left = slabs(node, k, reach, enter.data()); left != 0;
+             left &= left - 1) {
+          const auto i = static_cast<std::size_t>(std::countr_zero(left));
+          const Entry child{enter[i], {node.first[k + i], node.triangles[k + i]}};
+          // The nearest goes on top.
+          std::size_t at = count++;
+          for (; at > bottom && stack[at - 1].enter < child.enter; --at) stack[at] = stack[at - 1];
+          stack[at] = child;
+        }
+      }
+    }
+    if (count == 0) return;
+    next = stack[--count];
+  }
 }
 
 }  // namespace bristle
@@ -9993,10 +11013,12 @@ class MeshTree {
   void find(Accept&& accept, Visit&& visit) const {
     tree_.find(accept, visit);
   }
-  /// As `AabbTree::walk_ray`.
+  /// The triangles once more, as rays want them.
+  [[nodiscard]] const RayMesh<S>& for_rays() const { return rays_; }
+  /// As `RayMesh::walk_ray`.
   template <typename Visit>
   void walk_ray(const Ray<S>& ray, Visit&& visit) const {
-    tree_.walk_ray(ray, visit);
+    rays_.walk_ray(ray, visit);
   }
 
   /// Whether a point is in the solid. Its surface is, to round-off.
@@ -10005,6 +11027,7 @@ class MeshTree {
  private:
   TriangleMesh<S> mesh_;
   AabbTree<S> tree_;
+  RayMesh<S> rays_;
 };
 
 /// Nearest hit, as `ray_cast_mesh` finds it.
@@ -10020,6 +11043,7 @@ MeshTree<S>::MeshTree(TriangleMesh<S> mesh) : mesh_(std::move(mesh)) {
     for (const std::uint32_t v : mesh_.triangles[t]) boxes[t].include(mesh_.vertices[v]);
   }
   tree_.build(boxes);
+  rays_ = RayMesh<S>(size(), [this](std::uint32_t t) { return corners(t); });
 }
 
 template <Scalar S>
@@ -11641,6 +12665,1379 @@ void collide_shapes(const Box<S>& a, const Box<S>& b, const Transform<S>& X_AB, 
 
 }  // namespace bristle
 
+// === bristle/geometry/bundle_mesh_rays.hpp
+
+/// @file
+/// Bundles of rays against a solid mesh: one search for many rays, triangles against rays in lanes.
+///
+/// Answers are those of `ray_cast_mesh` for each ray alone, to round-off: what the lanes cannot
+/// tell with certainty is asked again that way. Nothing is kept from one query to the next.
+// SPDX-License-Identifier: BSD-3-Clause
+
+// === bristle/geometry/bundle_leaves.hpp
+
+/// @file
+/// Which leaves of a tree of triangles the box of a bundle of rays meets.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+
+namespace bristle::detail {
+
+/// A box in a frame G that stands in the frame C of a tree, against boxes of the tree. Six of the
+/// fifteen axes along which two boxes may be apart are looked at: of what is left, triangles are
+/// looked at more closely anyway.
+template <Scalar S>
+class BoxInTree {
+ public:
+  /// @param R_GC, p_GC  Pose of C in G.
+  BoxInTree(const Mat3<S>& R_GC, const Vec3<S>& p_GC, const Aabb<S>& box_G)
+      : R_GC_(R_GC), p_GC_(p_GC), box_G_(box_G) {
+    const Vec3<S> center = box_G.center() - p_GC;
+    const Vec3<S> half = box_G.half_extents();
+    using std::abs;
+    for (int i = 0; i < 3; ++i) {
+      const S middle = R_GC(0, i) * center[0] + R_GC(1, i) * center[1] + R_GC(2, i) * center[2];
+      const S reach =
+          abs(R_GC(0, i)) * half[0] + abs(R_GC(1, i)) * half[1] + abs(R_GC(2, i)) * half[2];
+      box_C_.lower[i] = middle - reach;
+      box_C_.upper[i] = middle + reach;
+    }
+  }
+
+  [[nodiscard]] const Mat3<S>& R_GC() const { return R_GC_; }
+  [[nodiscard]] const Vec3<S>& p_GC() const { return p_GC_; }
+  [[nodiscard]] const Aabb<S>& box_G() const { return box_G_; }
+  [[nodiscard]] const Aabb<S>& box_C() const { return box_C_; }
+
+  /// Which boxes in C it may overlap, of those whose coordinates are in the lanes.
+  [[nodiscard]] BRISTLE_LANES Mask<S> overlaps(const Pack3<S>& lower, const Pack3<S>& upper) const {
+    Mask<S> found = (lower.x <= box_C_.upper[0]) & (upper.x >= box_C_.lower[0]) &
+                    (lower.y <= box_C_.upper[1]) & (upper.y >= box_C_.lower[1]) &
+                    (lower.z <= box_C_.upper[2]) & (upper.z >= box_C_.lower[2]);
+    const Pack3<S> center = Pack<S>(S(0.5)) * (lower + upper);
+    const Pack3<S> half = Pack<S>(S(0.5)) * (upper - lower);
+    using std::abs;
+    for (int k = 0; k < 3; ++k) {
+      const Pack<S> middle =
+          p_GC_[k] + (R_GC_(k, 0) * center.x + R_GC_(k, 1) * center.y + R_GC_(k, 2) * center.z);
+      const Pack<S> reach =
+          abs(R_GC_(k, 0)) * half.x + abs(R_GC_(k, 1)) * half.y + abs(R_GC_(k, 2)) * half.z;
+      found = found & (middle - reach <= box_G_.upper[k]) & (middle + reach >= box_G_.lower[k]);
+    }
+    return found;
+  }
+
+ private:
+  Mat3<S> R_GC_;
+  Vec3<S> p_GC_;
+  Aabb<S> box_G_;
+  Aabb<S> box_C_;
+};
+
+/// Leaves with their boxes, coordinate by coordinate.
+template <Scalar S>
+class LeafList {
+ public:
+  static constexpr std::size_t capacity = 256;
+
+  [[nodiscard]] std::size_t size() const { return size_; }
+  [[nodiscard]] const TriangleRange& operator[](std::size_t i) const { return leaves_[i]; }
+
+  /// Makes it the leaves of a tree that a box meets.
+  /// @return False where there are too many.
+  [[nodiscard]] bool search(const WideTree<S>& tree, const BoxInTree<S>& box);
+
+  /// Makes it those of another list that a box meets.
+  void filter(const LeafList& from, const BoxInTree<S>& box) {
+    size_ = 0;
+    from.for_each(box, [&](std::size_t i) {
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        lower_[axis][size_] = from.lower_[axis][i];
+        upper_[axis][size_] = from.upper_[axis][i];
+      }
+      leaves_[size_++] = from.leaves_[i];
+      return true;
+    });
+  }
+
+  /// Calls visit(i) -> bool for the leaves that a box meets, until one returns false.
+  /// @return Whether none did.
+  template <typename Visit>
+  BRISTLE_LANES bool for_each(const BoxInTree<S>& box, Visit&& visit) const {
+    for (std::size_t k = 0; k < size_; k += lanes<S>) {
+      const auto lower = Pack3<S>::load(&lower_[0][k], &lower_[1][k], &lower_[2][k]);
+      const auto upper = Pack3<S>::load(&upper_[0][k], &upper_[1][k], &upper_[2][k]);
+      const std::uint32_t there = first_bits(size_ - k);
+      for (std::uint32_t left = bits(box.overlaps(lower, upper)) & there; left != 0;
+           left &= left - 1) {
+        if (!visit(k + static_cast<std::size_t>(std::countr_zero(left)))) return false;
+      }
+    }
+    return true;
+  }
+
+ private:
+  // A pack may be loaded from the last leaf.
+  std::array<std::array<S, capacity + 16>, 3> lower_;
+  std::array<std::array<S, capacity + 16>, 3> upper_;
+  std::array<TriangleRange, capacity> leaves_;
+  std::size_t size_ = 0;
+};
+
+template <Scalar S>
+bool LeafList<S>::search(const WideTree<S>& tree, const BoxInTree<S>& box) {
+  using Tree = WideTree<S>;
+  size_ = 0;
+  if (tree.nodes().empty()) return true;
+  std::array<std::uint32_t, Tree::stack_size> stack;
+  std::size_t count = 0;
+  stack[count++] = 0;
+  while (count > 0) {
+    const typename Tree::Node& node = tree.nodes()[stack[--count]];
+    for (std::size_t k = 0; k < node.children; k += lanes<S>) {
+      const auto lower = Pack3<S>::load(&node.lower[0][k], &node.lower[1][k], &node.lower[2][k]);
+      const auto upper = Pack3<S>::load(&node.upper[0][k], &node.upper[1][k], &node.upper[2][k]);
+      for (std::uint32_t left = bits(box.overlaps(lower, upper)); left != 0; left &= left - 1) {
+        const std::size_t i = k + static_cast<std::size_t>(std::countr_zero(left));
+        if (node.triangles[i] == 0) {
+          stack[count++] = node.first[i];
+          continue;
+        }
+        if (size_ == capacity) return false;
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+          lower_[axis][size_] = node.lower[axis][i];
+          upper_[axis][size_] = node.upper[axis][i];
+        }
+        leaves_[size_++] = {node.first[i], node.triangles[i]};
+      }
+    }
+  }
+  return true;
+}
+
+}  // namespace bristle::detail
+
+// === bristle/geometry/bundle_triangles.hpp
+
+/// @file
+/// Triangles near a bundle of rays, in the bundle's frame, and the test of rays in lanes against
+/// them.
+///
+/// The test is that of ray_triangle.hpp in another frame. There a sign in doubt is computed again
+/// exactly; here a ray that passes an edge closer than all rounding is handed back to be asked
+/// alone. Every other ray is decided with certainty, so that none slips through between two
+/// triangles.
+// SPDX-License-Identifier: BSD-3-Clause
+
+// === bristle/geometry/ray_bundles.hpp
+
+/// @file
+/// Rays that stand beside each other, sorted once so that one search serves many of them.
+///
+/// A patch's rays never move in their body's frame. They are divided into bundles of neighbours,
+/// and each bundle gets a box along its own mean direction: a query compares boxes first and rays
+/// last. Within a bundle a ray is a line over the box's z axis, so that triangles are turned into
+/// the bundle's frame and the rays are not turned at all (docs/decisions/0022-bundles-of-rays.md).
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace bristle {
+
+/// Some neighbouring rays of a `RayBundles`. Its frame G has its origin in their middle and its z
+/// axis along their mean direction.
+template <Scalar S>
+struct RayBundle {
+  /// [-] The rays, as places in the order of the bundles.
+  std::uint32_t first = 0;
+  std::uint32_t count = 0;
+  /// [-] The second of the two bundles it is divided into; the first is the next one. 0 in those
+  /// that are not divided.
+  std::uint32_t second = 0;
+  /// Whether all rays run along the z axis, within 60 degrees of it.
+  bool is_narrow = false;
+  /// [1] R_GR, with R the frame of the rays.
+  Mat3<S> axes = Mat3<S>::Identity();
+  /// [m] The origin of G in R.
+  Vec3<S> center = Vec3<S>::Zero();
+  /// [m] Around the rays from their starts to their ends, in G.
+  Aabb<S> box{};
+  /// [m] Largest z of a start; the smallest is that of the box where the bundle is narrow.
+  S highest_start = S(0);
+  /// [1] Largest slope of a ray against the z axis, in x or y.
+  S slope = S(0);
+
+  [[nodiscard]] bool is_divided() const { return second != 0; }
+};
+
+/// The rays of a batch in bundles. A value; empty for rays of which one has no finite length.
+template <Scalar S>
+class RayBundles {
+ public:
+  /// [-] Rays of an undivided bundle at most, and of a block: a bundle is made of blocks of
+  /// neighbours, all full but its last.
+  static constexpr std::size_t bundle_size = 64;
+  static constexpr std::size_t block_size = 16;
+
+  /// Rays of one place each, in the frame of their undivided bundle: at height z a ray is at
+  /// (x + slope_x z, y + slope_y z). Filled up to whole blocks with rays that reach nothing.
+  struct Lines {
+    std::vector<S> x, y, slope_x, slope_y;
+    /// [m] z of the start. [1] Length of the ray for each metre of z. [m] Reach.
+    std::vector<S> start, stretch, length;
+  };
+
+  /// [m] What a block's rays keep to, in x and y of their bundle's frame.
+  struct Rectangle {
+    std::array<S, 2> lower{infinity<S>, infinity<S>};
+    std::array<S, 2> upper{-infinity<S>, -infinity<S>};
+  };
+
+  RayBundles() = default;
+  /// @param rays  Their `extra_length` is not looked at.
+  explicit RayBundles(const RayBatch<S>& rays);
+
+  [[nodiscard]] bool is_empty() const { return bundles_.empty(); }
+  /// [-] Number of rays.
+  [[nodiscard]] std::size_t size() const { return order_.size(); }
+  /// Root first, each before those it is divided into.
+  [[nodiscard]] const std::vector<RayBundle<S>>& bundles() const { return bundles_; }
+  [[nodiscard]] const Lines& lines() const { return lines_; }
+  /// [-] Which ray of the batch is at a place.
+  [[nodiscard]] std::uint32_t ray_at(std::size_t place) const { return order_[place]; }
+  /// [-] The same for all places from one on.
+  [[nodiscard]] const std::uint32_t* rays_from(std::size_t place) const {
+    return order_.data() + place;
+  }
+  /// Of the block that begins at a place.
+  [[nodiscard]] const Rectangle& rectangle(std::size_t place) const {
+    return rectangles_[place / block_size];
+  }
+
+ private:
+  using Places = std::span<std::uint32_t>;
+
+  void build(const RayBatch<S>& rays, Places places);
+  void fit(const RayBatch<S>& rays, Places places, RayBundle<S>& bundle) const;
+  void split_into_blocks(const RayBatch<S>& rays, Places places) const;
+  void store(const RayBatch<S>& rays, const RayBundle<S>& bundle);
+
+  std::vector<RayBundle<S>> bundles_;
+  std::vector<std::uint32_t> order_;
+  std::vector<Rectangle> rectangles_;
+  Lines lines_;
+};
+
+// Implementation -----------------------------------------------------------------------------------
+
+namespace detail {
+
+/// Orders rays so that the first `count` are those that start lowest along the longest extent of
+/// all starts.
+template <Scalar S>
+void split_rays(const RayBatch<S>& rays, std::span<std::uint32_t> some, std::size_t count) {
+  Aabb<S> starts;
+  for (const std::uint32_t i : some) starts.include(rays[i].origin);
+  int axis = 0;
+  (starts.upper - starts.lower).maxCoeff(&axis);
+  const std::span<const S> along =
+      axis == 0 ? rays.origin_x : (axis == 1 ? rays.origin_y : rays.origin_z);
+  // A total order, so that the halves do not depend on the standard library.
+  std::nth_element(some.begin(), some.begin() + static_cast<std::ptrdiff_t>(count), some.end(),
+                   [along](std::uint32_t a, std::uint32_t b) {
+                     return along[a] < along[b] || (along[a] == along[b] && a < b);
+                   });
+}
+
+/// How many of n things in parts of `size` go to the first of two halves of whole parts.
+[[nodiscard]] inline std::size_t half_of_parts(std::size_t n, std::size_t size) {
+  return (n + size - 1) / size / 2 * size;
+}
+
+}  // namespace detail
+
+template <Scalar S>
+RayBundles<S>::RayBundles(const RayBatch<S>& rays) {
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    const Ray<S> ray = rays[i];
+    // Only of finite numbers is the difference with themselves zero.
+    const S ends = ray.origin.sum() + ray.direction.sum() + rays.length[i];
+    if (!(ends - ends == S(0)) || !(rays.length[i] >= S(0))) return;
+  }
+  order_.resize(rays.size());
+  for (std::uint32_t i = 0; i < rays.size(); ++i) order_[i] = i;
+  if (order_.empty()) return;
+  const std::size_t blocks = (rays.size() + block_size - 1) / block_size;
+  rectangles_.resize(blocks);
+  for (auto* values : {&lines_.x, &lines_.y, &lines_.slope_x, &lines_.slope_y, &lines_.start}) {
+    values->assign(blocks * block_size, S(0));
+  }
+  lines_.stretch.assign(blocks * block_size, S(1));
+  lines_.length.assign(blocks * block_size, -infinity<S>);
+  build(rays, order_);
+}
+
+template <Scalar S>
+void RayBundles<S>::build(const RayBatch<S>& rays, Places places) {
+  const std::size_t id = bundles_.size();
+  bundles_.emplace_back();
+  bundles_[id].first = static_cast<std::uint32_t>(places.data() - order_.data());
+  bundles_[id].count = static_cast<std::uint32_t>(places.size());
+  fit(rays, places, bundles_[id]);
+  if (places.size() <= bundle_size) {
+    split_into_blocks(rays, places);
+    store(rays, bundles_[id]);
+    return;
+  }
+  const std::size_t half = detail::half_of_parts(places.size(), bundle_size);
+  detail::split_rays(rays, places, half);
+  build(rays, places.first(half));
+  bundles_[id].second = static_cast<std::uint32_t>(bundles_.size());
+  build(rays, places.subspan(half));
+}
+
+/// Finds frame and box of a bundle.
+template <Scalar S>
+void RayBundles<S>::fit(const RayBatch<S>& rays, Places places, RayBundle<S>& bundle) const {
+  Aabb<S> starts;
+  Vec3<S> sum = Vec3<S>::Zero();
+  for (const std::uint32_t i : places) {
+    starts.include(rays[i].origin);
+    sum += rays[i].direction;
+  }
+  bundle.center = starts.center();
+  if (sum.norm() > Tolerance<S>::equal() * S(places.size())) {
+    const Vec3<S> z = sum.normalized();
+    // Sensors mostly stand in rows along the axes of their frame: so do the sides of the box.
+    int across = 0;
+    z.cwiseAbs().minCoeff(&across);
+    const Vec3<S> x = (Vec3<S>::Unit(across) - z[across] * z).normalized();
+    bundle.axes.row(0) = x;
+    bundle.axes.row(1) = z.cross(x);
+    bundle.axes.row(2) = z;
+  }
+  bundle.is_narrow = true;
+  bundle.highest_start = -infinity<S>;
+  for (const std::uint32_t i : places) {
+    const Vec3<S> start = bundle.axes * (rays[i].origin - bundle.center);
+    const Vec3<S> direction = bundle.axes * rays[i].direction;
+    bundle.box.include(start);
+    bundle.box.include(Vec3<S>(start + rays.length[i] * direction));
+    bundle.highest_start = std::max(bundle.highest_start, start.z());
+    bundle.is_narrow = bundle.is_narrow && direction.z() > S(0.5);
+    const S across = direction.template head<2>().cwiseAbs().maxCoeff();
+    bundle.slope = std::max(bundle.slope, across / direction.z());
+  }
+}
+
+/// Orders the rays of an undivided bundle, block by block.
+template <Scalar S>
+void RayBundles<S>::split_into_blocks(const RayBatch<S>& rays, Places places) const {
+  if (places.size() <= block_size) {
+    // However the standard library left them.
+    std::sort(places.begin(), places.end());
+    return;
+  }
+  const std::size_t half = detail::half_of_parts(places.size(), block_size);
+  detail::split_rays(rays, places, half);
+  split_into_blocks(rays, places.first(half));
+  split_into_blocks(rays, places.subspan(half));
+}
+
+/// Writes down the rays of an undivided bundle in its frame.
+template <Scalar S>
+void RayBundles<S>::store(const RayBatch<S>& rays, const RayBundle<S>& bundle) {
+  if (!bundle.is_narrow) return;
+  for (std::size_t k = bundle.first; k < bundle.first + bundle.count; ++k) {
+    const std::size_t i = order_[k];
+    const Vec3<S> start = bundle.axes * (rays[i].origin - bundle.center);
+    const Vec3<S> direction = bundle.axes * rays[i].direction;
+    const Vec3<S> end = start + rays.length[i] * direction;
+    lines_.slope_x[k] = direction.x() / direction.z();
+    lines_.slope_y[k] = direction.y() / direction.z();
+    lines_.x[k] = start.x() - lines_.slope_x[k] * start.z();
+    lines_.y[k] = start.y() - lines_.slope_y[k] * start.z();
+    lines_.start[k] = start.z();
+    lines_.stretch[k] = S(1) / direction.z();
+    lines_.length[k] = rays.length[i];
+    Rectangle& rectangle = rectangles_[k / block_size];
+    for (std::size_t axis = 0; axis < 2; ++axis) {
+      const S a = start[static_cast<int>(axis)];
+      const S b = end[static_cast<int>(axis)];
+      rectangle.lower[axis] = std::min({rectangle.lower[axis], a, b});
+      rectangle.upper[axis] = std::max({rectangle.upper[axis], a, b});
+    }
+  }
+}
+
+}  // namespace bristle
+
+#include <array>
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+
+namespace bristle::detail {
+
+/// What rays in lanes have met so far. The rules are those of `MeshCrossings`, but for the reach:
+/// crossings beyond a ray's end are not looked at.
+template <Scalar S>
+struct LaneCrossings {
+  /// [m] Nearest crossing; [-] the number of its triangle, and its place among the candidates.
+  Pack<S> distance{infinity<S>};
+  Pack<S> number{infinity<S>};
+  Pack<S> candidate{S(0)};
+  /// [m] Bounds of the nearest crossing of each kind.
+  Pack<S> front_low{infinity<S>}, front_high{infinity<S>};
+  Pack<S> back_low{infinity<S>}, back_high{infinity<S>};
+  /// Rays that pass an edge too closely to tell.
+  Mask<S> is_doubtful = Mask<S>::first(0);
+};
+
+/// Rays in lanes, as `RayBundles::Lines` has them.
+template <Scalar S>
+struct LaneRays {
+  Pack<S> x, y, slope_x, slope_y, start, stretch, length;
+};
+
+/// Candidates for the rays of one bundle, coordinate by coordinate.
+template <Scalar S>
+class BundleTriangles {
+ public:
+  static constexpr std::size_t capacity = 192;
+
+  [[nodiscard]] std::size_t size() const { return size_; }
+  void clear() { size_ = 0; }
+
+  /// Adds those triangles of a leaf that the box meets.
+  /// @return False where there is no room left; the list is of no use then.
+  [[nodiscard]] bool add(const WideTree<S>& tree, const TriangleRange& leaf,
+                         const BoxInTree<S>& box);
+
+  /// Whether one of a leaf's triangles meets the box.
+  [[nodiscard]] static bool is_any_in(const WideTree<S>& tree, const TriangleRange& leaf,
+                                      const BoxInTree<S>& box);
+
+  /// To be called when all have been added.
+  /// @param R_RG  From the bundle's axes to those in which normals are wanted.
+  /// @param size  [m] Of what coordinates were computed from: rounding is relative to it.
+  void finish(const RayBundle<S>& bundle, const Mat3<S>& R_RG, S size);
+
+  /// Writes to `found` which candidates meet a rectangle in x and y; returns their number.
+  std::size_t within(const typename RayBundles<S>::Rectangle& rectangle, S margin,
+                     std::array<std::uint8_t, capacity>& found) const;
+
+  /// [m] Where the candidate begins and ends along z.
+  [[nodiscard]] S lowest(std::size_t i) const { return lower_[2][i]; }
+  [[nodiscard]] S highest(std::size_t i) const { return upper_[2][i]; }
+  /// [1] Outward unit normal.
+  [[nodiscard]] Vec3<S> normal(std::size_t i) const {
+    return {normal_[0][i], normal_[1][i], normal_[2][i]};
+  }
+
+  /// Tests rays against candidate i.
+  BRISTLE_LANES void test(std::size_t i, const LaneRays<S>& rays, LaneCrossings<S>& found) const;
+
+ private:
+  // A pack may be loaded from the last candidate.
+  using Row = std::array<S, capacity + 16>;
+
+  /// Corners of triangles in lanes, turned into the bundle's frame, and which meet the box.
+  struct Turned {
+    Pack3<S> corners[3];
+    std::uint32_t in_box;
+  };
+  [[nodiscard]] BRISTLE_LANES static Turned turned(const WideTree<S>& tree,
+                                                   const TriangleRange& leaf, std::size_t i,
+                                                   const BoxInTree<S>& box);
+
+  // Of each corner x, y, z.
+  std::array<Row, 9> corner_;
+  std::array<Row, 3> lower_, upper_;
+  std::array<Row, 3> normal_;
+  // [m^2] What a determinant may be wrong by. Distances: [m] by this, and [m^3] this over the sum
+  // of determinants.
+  Row doubt_, along_, across_;
+  Row number_;
+  std::size_t size_ = 0;
+};
+
+// Implementation -----------------------------------------------------------------------------------
+
+template <Scalar S>
+BRISTLE_LANES auto BundleTriangles<S>::turned(const WideTree<S>& tree, const TriangleRange& leaf,
+                                              std::size_t i, const BoxInTree<S>& box) -> Turned {
+  Turned result;
+  const Pack3<S> origin = Pack3<S>::all(box.p_GC());
+  for (std::size_t c = 0; c < 3; ++c) {
+    result.corners[c] = origin + product<S>(box.R_GC(), Pack3<S>::load(tree.row(leaf, c, 0) + i,
+                                                                       tree.row(leaf, c, 1) + i,
+                                                                       tree.row(leaf, c, 2) + i));
+  }
+  const auto& [a, b, c] = result.corners;
+  const Aabb<S>& limits = box.box_G();
+  const Mask<S> in_box =
+      (min(a.x, min(b.x, c.x)) <= limits.upper[0]) & (max(a.x, max(b.x, c.x)) >= limits.lower[0]) &
+      (min(a.y, min(b.y, c.y)) <= limits.upper[1]) & (max(a.y, max(b.y, c.y)) >= limits.lower[1]) &
+      (min(a.z, min(b.z, c.z)) <= limits.upper[2]) & (max(a.z, max(b.z, c.z)) >= limits.lower[2]);
+  result.in_box = bits(in_box) & first_bits(leaf.count - i);
+  return result;
+}
+
+template <Scalar S>
+bool BundleTriangles<S>::is_any_in(const WideTree<S>& tree, const TriangleRange& leaf,
+                                   const BoxInTree<S>& box) {
+  for (std::size_t i = 0; i < leaf.count; i += lanes<S>) {
+    if (turned(tree, leaf, i, box).in_box != 0) return true;
+  }
+  return false;
+}
+
+template <Scalar S>
+bool BundleTriangles<S>::add(const WideTree<S>& tree, const TriangleRange& leaf,
+                             const BoxInTree<S>& box) {
+  for (std::size_t i = 0; i < leaf.count; i += lanes<S>) {
+    const Turned t = turned(tree, leaf, i, box);
+    if (t.in_box == 0) continue;
+    std::array<std::array<S, lanes<S>>, 9> values;
+    for (std::size_t c = 0; c < 3; ++c) {
+      t.corners[c].store(values[3 * c].data(), values[3 * c + 1].data(), values[3 * c + 2].data());
+    }
+    for (std::uint32_t left = t.in_box; left != 0; left &= left - 1) {
+      if (size_ == capacity) return false;
+      const auto lane = static_cast<std::size_t>(std::countr_zero(left));
+      for (std::size_t k = 0; k < 9; ++k) corner_[k][size_] = values[k][lane];
+      number_[size_] = static_cast<S>(tree.number(leaf.first + i + lane));
+      ++size_;
+    }
+  }
+  return true;
+}
+
+template <Scalar S>
+void BundleTriangles<S>::finish(const RayBundle<S>& bundle, const Mat3<S>& R_RG, S size) {
+  const S round_off = Tolerance<S>::round_off();
+  const Vec3<S> half = bundle.box.lower.cwiseAbs().cwiseMax(bundle.box.upper.cwiseAbs());
+  for (std::size_t i = 0; i < size_; i += lanes<S>) {
+    Pack3<S> p[3];
+    for (std::size_t c = 0; c < 3; ++c) {
+      p[c] = Pack3<S>::load(&corner_[3 * c][i], &corner_[3 * c + 1][i], &corner_[3 * c + 2][i]);
+    }
+    const auto& [a, b, c] = p;
+    const Pack3<S> lower{min(a.x, min(b.x, c.x)), min(a.y, min(b.y, c.y)), min(a.z, min(b.z, c.z))};
+    const Pack3<S> upper{max(a.x, max(b.x, c.x)), max(a.y, max(b.y, c.y)), max(a.z, max(b.z, c.z))};
+    lower.store(&lower_[0][i], &lower_[1][i], &lower_[2][i]);
+    upper.store(&upper_[0][i], &upper_[1][i], &upper_[2][i]);
+    const Pack3<S> n = cross(b - a, c - a);
+    const Pack<S> largest = max(abs(n.x), max(abs(n.y), abs(n.z)));
+    const Pack3<S> scaled = (S(1) / largest) * n;
+    const Pack3<S> normal = product<S>(R_RG, (S(1) / sqrt(dot(scaled, scaled))) * scaled);
+    normal.store(&normal_[0][i], &normal_[1][i], &normal_[2][i]);
+    // A corner is at most this far from a ray across it and from its start along it.
+    const Pack<S> z = max(-lower.z, upper.z) + half.z();
+    const Pack<S> x = max(-lower.x, upper.x) + half.x();
+    const Pack<S> y = max(-lower.y, upper.y) + half.y();
+    const Pack<S> aside = max(x, y) + bundle.slope * z;
+    // Coordinates are wrong by some ulp of `size`, a determinant by twice that times `aside`; that
+    // of two corners has four products.
+    (round_off * (aside * (S(2) * aside + size))).store(&doubt_[i]);
+    (round_off * (S(2) * z + size)).store(&along_[i]);
+    (round_off * ((S(3) * aside + S(2) * z + size) * (S(6) * aside) * (upper.z - lower.z)))
+        .store(&across_[i]);
+  }
+}
+
+template <Scalar S>
+std::size_t BundleTriangles<S>::within(const typename RayBundles<S>::Rectangle& rectangle, S margin,
+                                       std::array<std::uint8_t, capacity>& found) const {
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < size_; i += lanes<S>) {
+    const Mask<S> meets = (Pack<S>::load(&lower_[0][i]) <= rectangle.upper[0] + margin) &
+                          (Pack<S>::load(&upper_[0][i]) >= rectangle.lower[0] - margin) &
+                          (Pack<S>::load(&lower_[1][i]) <= rectangle.upper[1] + margin) &
+                          (Pack<S>::load(&upper_[1][i]) >= rectangle.lower[1] - margin);
+    for (std::uint32_t left = bits(meets) & first_bits(size_ - i); left != 0; left &= left - 1) {
+      found[count++] =
+          static_cast<std::uint8_t>(i + static_cast<std::size_t>(std::countr_zero(left)));
+    }
+  }
+  return count;
+}
+
+template <Scalar S>
+BRISTLE_LANES void BundleTriangles<S>::test(std::size_t i, const LaneRays<S>& rays,
+                                            LaneCrossings<S>& found) const {
+  const auto corner = [&](std::size_t k) { return Pack<S>(corner_[k][i]); };
+  const Pack<S> az = corner(2);
+  const Pack<S> bz = corner(5);
+  const Pack<S> cz = corner(8);
+  const Pack<S> ax = corner(0) - (rays.x + rays.slope_x * az);
+  const Pack<S> ay = corner(1) - (rays.y + rays.slope_y * az);
+  const Pack<S> bx = corner(3) - (rays.x + rays.slope_x * bz);
+  const Pack<S> by = corner(4) - (rays.y + rays.slope_y * bz);
+  const Pack<S> cx = corner(6) - (rays.x + rays.slope_x * cz);
+  const Pack<S> cy = corner(7) - (rays.y + rays.slope_y * cz);
+  const Pack<S> u = cx * by - cy * bx;
+  const Pack<S> v = ax * cy - ay * cx;
+  const Pack<S> w = bx * ay - by * ax;
+  const Pack<S> least = min(u, min(v, w));
+  const Pack<S> most = max(u, max(v, w));
+  const Pack<S> doubt(doubt_[i]);
+  const Mask<S> may_pass = (least >= -doubt) | (most <= doubt);
+  if (none(may_pass)) return;
+  const Mask<S> is_front = least > doubt;
+  const Mask<S> passes = is_front | (most < -doubt);
+  found.is_doubtful = found.is_doubtful | (may_pass & !passes);
+  const Pack<S> inverse = S(1) / (u + v + w);
+  const Pack<S> distance = ((u * az + v * bz + w * cz) * inverse - rays.start) * rays.stretch;
+  const Mask<S> counts = passes & (distance >= S(0)) & (distance <= rays.length);
+  if (none(counts)) return;
+  const Pack<S> uncertainty = along_[i] + across_[i] * abs(inverse);
+  const Mask<S> front = counts & is_front;
+  const Mask<S> back = counts & !is_front;
+  const Pack<S> low = distance - uncertainty;
+  const Pack<S> high = distance + uncertainty;
+  if (any(front)) {
+    found.front_low = select(front, min(low, found.front_low), found.front_low);
+    found.front_high = select(front, min(high, found.front_high), found.front_high);
+  }
+  if (any(back)) {
+    found.back_low = select(back, min(low, found.back_low), found.back_low);
+    found.back_high = select(back, min(high, found.back_high), found.back_high);
+  }
+  const Pack<S> number(number_[i]);
+  const Mask<S> is_nearer = counts & ((distance < found.distance) |
+                                      ((distance == found.distance) & (number < found.number)));
+  found.distance = select(is_nearer, distance, found.distance);
+  found.number = select(is_nearer, number, found.number);
+  found.candidate = select(is_nearer, Pack<S>(static_cast<S>(i)), found.candidate);
+}
+
+}  // namespace bristle::detail
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+namespace bristle {
+
+/// Offers to `hits` the nearest hit of each ray with a solid at X_RC, as `ShapeBackend::cast_rays`
+/// does; in bundles where the rays have them. Allocates nothing.
+template <Scalar S>
+void cast_rays_at_mesh(const RayMesh<S>& mesh, const Transform<S>& X_RC, const RayBatch<S>& rays,
+                       std::uint32_t tag, RayHits<S>& hits);
+
+// Implementation -----------------------------------------------------------------------------------
+
+namespace detail {
+
+/// One query.
+template <Scalar S>
+class BundleMeshQuery {
+ public:
+  BundleMeshQuery(const RayMesh<S>& mesh, const Transform<S>& X_RC, const RayBatch<S>& rays,
+                  std::uint32_t tag, RayHits<S>& hits)
+      : mesh_(mesh),
+        rays_(rays),
+        tag_(tag),
+        hits_(hits),
+        R_RC_(X_RC.rotation_matrix()),
+        R_CR_(R_RC_.transpose()),
+        p_RC_(X_RC.translation) {
+    const Aabb<S> box = mesh.root_box();
+    mesh_size_ = box.lower.cwiseAbs().cwiseMax(box.upper.cwiseAbs()).sum() + p_RC_.cwiseAbs().sum();
+  }
+
+  void run() {
+    if (rays_.bundles == nullptr || rays_.bundles->is_empty()) {
+      for (std::size_t i = 0; i < rays_.size(); ++i) cast_alone(i);
+    } else {
+      visit(0, nullptr, 0, Side::unknown);
+    }
+  }
+
+ private:
+  using Bundle = RayBundle<S>;
+  using Bundles = RayBundles<S>;
+  using Candidates = std::array<std::uint8_t, BundleTriangles<S>::capacity>;
+
+  /// [-] Lists of leaves that are kept on the way down from the root of the bundles. Below, the
+  /// last one serves.
+  static constexpr std::size_t most_lists = 4;
+  /// [-] A list of so few leaves is not worth shortening.
+  static constexpr std::size_t short_list = 24;
+  /// [1] With more triangles than this for each ray, rays have too little in common.
+  static constexpr S sparse_from = S(10);
+  /// [-] Rays of a bundle that is worth finding out where they all start.
+  static constexpr std::size_t fewest_to_ask = 65;
+
+  enum class Side { unknown, outside, inside };
+
+  /// Rays of a bundle whose starts have no triangle between them are all on one side.
+  struct Undecided {
+    /// [-] Which of the rays, counted from the bundle's first, have met nothing to tell.
+    std::uint64_t places = 0;
+    Side side = Side::unknown;
+  };
+
+  void visit(std::size_t id, const LeafList<S>* list, std::size_t depth, Side side);
+  void cast_undivided(const Bundle& bundle, const BoxInTree<S>& box, const LeafList<S>* list,
+                      Side side);
+  void cast_blocks(const Bundle& bundle, std::size_t first, std::size_t end, Side side);
+  [[nodiscard]] Side common_side(const Bundle& bundle, const BoxInTree<S>& box,
+                                 const LeafList<S>* list);
+  BRISTLE_LANES void settle(const Bundle& bundle, std::size_t place, std::size_t count,
+                            const LaneCrossings<S>& found, Undecided& undecided);
+  void decide(const Bundle& bundle, const Undecided& undecided, bool is_uniform);
+  void decide_empty(const Bundle& bundle, Side side);
+  void cast_alone(std::size_t i, Side side = Side::unknown);
+  void cast_one_by_one(std::size_t first, std::size_t end, Side side);
+
+  [[nodiscard]] BoxInTree<S> box_of(const Bundle& bundle) const;
+  [[nodiscard]] bool is_any_triangle_in(const BoxInTree<S>& box, const LeafList<S>& list) const;
+  [[nodiscard]] bool gather(const BoxInTree<S>& box, const LeafList<S>& list);
+  [[nodiscard]] Ray<S> ray_in_mesh(std::size_t i) const {
+    const Vec3<S> origin(rays_.origin_x[i], rays_.origin_y[i], rays_.origin_z[i]);
+    const Vec3<S> direction(rays_.direction_x[i], rays_.direction_y[i], rays_.direction_z[i]);
+    return {product<S>(R_CR_, origin - p_RC_), product<S>(R_CR_, direction),
+            rays_.length[i] + rays_.extra_length};
+  }
+  [[nodiscard]] Side side_of(std::size_t i) const {
+    const bool is_inside = ray_cast_mesh(mesh_, ray_in_mesh(i)).distance == S(0);
+    return is_inside ? Side::inside : Side::outside;
+  }
+  void hit_inside(std::size_t i) {
+    const Vec3<S> back(-rays_.direction_x[i], -rays_.direction_y[i], -rays_.direction_z[i]);
+    hits_.offer(i, {S(0), back}, tag_);
+  }
+  /// [m] What rounding may do to coordinates in a bundle's frame.
+  [[nodiscard]] S margin(const Bundle& bundle) const {
+    return Tolerance<S>::round_off() * size_near(bundle);
+  }
+  [[nodiscard]] S size_near(const Bundle& bundle) const {
+    return mesh_size_ + bundle.center.cwiseAbs().sum();
+  }
+
+  const RayMesh<S>& mesh_;
+  const RayBatch<S>& rays_;
+  std::uint32_t tag_;
+  RayHits<S>& hits_;
+  Mat3<S> R_RC_;
+  Mat3<S> R_CR_;
+  Vec3<S> p_RC_;
+  S mesh_size_ = S(0);
+  std::array<LeafList<S>, most_lists> lists_;
+  LeafList<S> start_leaves_;
+  BundleTriangles<S> triangles_;
+};
+
+template <Scalar S>
+BoxInTree<S> BundleMeshQuery<S>::box_of(const Bundle& bundle) const {
+  // Directions have length 1: longer rays leave the box by no more than what they gained.
+  return {bundle.axes.lazyProduct(R_RC_), product<S>(bundle.axes, p_RC_ - bundle.center),
+          bundle.box.inflated(margin(bundle) + rays_.extra_length)};
+}
+
+template <Scalar S>
+void BundleMeshQuery<S>::visit(std::size_t id, const LeafList<S>* list, std::size_t depth,
+                               Side side) {
+  const Bundle& bundle = rays_.bundles->bundles()[id];
+  const BoxInTree<S> box = box_of(bundle);
+  if (!box.box_C().overlaps(mesh_.root_box())) return;
+  // [1] How many triangles there are for a ray, if the surface lies across the box.
+  const Vec3<S> extent = bundle.box.upper - bundle.box.lower;
+  const S density = extent.x() * extent.y() / (mesh_.tree().mean_area() * S(bundle.count));
+  const bool is_sparse = density > sparse_from;
+  if (list == nullptr) {
+    const bool fits = density * S(bundle.count) < S(LeafList<S>::capacity * 8);
+    if (!is_sparse && fits && lists_[depth].search(mesh_.tree(), box)) list = &lists_[depth++];
+  } else if (list->size() > short_list && depth < most_lists) {
+    lists_[depth].filter(*list, box);
+    list = &lists_[depth++];
+  }
+  if (list != nullptr && list->size() == 0) return decide_empty(bundle, side);
+  // A look at the triangles costs less than going down to all bundles below where there is nothing
+  // to be found, and ends with the first triangle where there is.
+  if (bundle.is_divided() && list != nullptr &&
+      list->size() <= bundle.count / Bundles::bundle_size * 2 && !is_any_triangle_in(box, *list)) {
+    return decide_empty(bundle, side);
+  }
+  if (side == Side::unknown && bundle.is_narrow) side = common_side(bundle, box, list);
+  if (is_sparse) return cast_one_by_one(bundle.first, bundle.first + bundle.count, side);
+  if (!bundle.is_divided()) return cast_undivided(bundle, box, list, side);
+  visit(id + 1, list, depth, side);
+  visit(bundle.second, list, depth, side);
+}
+
+/// On which side all rays of a bundle start, if no triangle is between their starts.
+template <Scalar S>
+auto BundleMeshQuery<S>::common_side(const Bundle& bundle, const BoxInTree<S>& box,
+                                     const LeafList<S>* list) -> Side {
+  // Bundles of a few rays learn it from what these meet.
+  if (bundle.count < fewest_to_ask) return Side::unknown;
+  Aabb<S> starts = bundle.box.inflated(margin(bundle));
+  starts.upper.z() = bundle.highest_start + margin(bundle);
+  const BoxInTree<S> start_box(box.R_GC(), box.p_GC(), starts);
+  if (list == nullptr) {
+    if (!start_leaves_.search(mesh_.tree(), start_box)) return Side::unknown;
+    list = &start_leaves_;
+  }
+  if (is_any_triangle_in(start_box, *list)) return Side::unknown;
+  return side_of(rays_.bundles->ray_at(bundle.first));
+}
+
+template <Scalar S>
+bool BundleMeshQuery<S>::is_any_triangle_in(const BoxInTree<S>& box,
+                                            const LeafList<S>& list) const {
+  return !list.for_each(box, [&](std::size_t i) {
+    return !BundleTriangles<S>::is_any_in(mesh_.tree(), list[i], box);
+  });
+}
+
+template <Scalar S>
+bool BundleMeshQuery<S>::gather(const BoxInTree<S>& box, const LeafList<S>& list) {
+  triangles_.clear();
+  return list.for_each(box,
+                       [&](std::size_t i) { return triangles_.add(mesh_.tree(), list[i], box); });
+}
+
+template <Scalar S>
+void BundleMeshQuery<S>::cast_undivided(const Bundle& bundle, const BoxInTree<S>& box,
+                                        const LeafList<S>* list, Side side) {
+  const std::size_t end = bundle.first + bundle.count;
+  if (list == nullptr || !bundle.is_narrow) return cast_one_by_one(bundle.first, end, side);
+  if (list->size() <= short_list && gather(box, *list)) {
+    if (triangles_.size() == 0) return decide_empty(bundle, side);
+    return cast_blocks(bundle, bundle.first, end, side);
+  }
+  const S around = margin(bundle) + rays_.extra_length;
+  for (std::size_t place = bundle.first; place < end; place += Bundles::block_size) {
+    const auto& rectangle = rays_.bundles->rectangle(place);
+    Aabb<S> block = box.box_G();
+    for (std::size_t axis = 0; axis < 2; ++axis) {
+      block.lower[static_cast<int>(axis)] = rectangle.lower[axis] - around;
+      block.upper[static_cast<int>(axis)] = rectangle.upper[axis] + around;
+    }
+    const std::size_t block_end = std::min(end, place + Bundles::block_size);
+    if (gather({box.R_GC(), box.p_GC(), block}, *list)) {
+      cast_blocks(bundle, place, block_end, side);
+    } else {
+      cast_one_by_one(place, block_end, side);
+    }
+  }
+}
+
+/// Casts the rays of some blocks of an undivided bundle at the candidates.
+template <Scalar S>
+void BundleMeshQuery<S>::cast_blocks(const Bundle& bundle, std::size_t first, std::size_t end,
+                                     Side side) {
+  triangles_.finish(bundle, bundle.axes.transpose(), size_near(bundle));
+  const typename Bundles::Lines& lines = rays_.bundles->lines();
+  const S lowest_start = bundle.box.lower.z() - margin(bundle);
+  const S highest_start = bundle.highest_start + margin(bundle);
+  const S around = margin(bundle) + rays_.extra_length;
+  const auto is_clear_of_starts = [&](std::size_t i) {
+    return triangles_.lowest(i) > highest_start || triangles_.highest(i) < lowest_start;
+  };
+  bool is_uniform = true;
+  for (std::size_t i = 0; i < triangles_.size() && side == Side::unknown; ++i) {
+    is_uniform = is_uniform && is_clear_of_starts(i);
+  }
+  Undecided all{0, side};
+  for (std::size_t place = first; place < end; place += Bundles::block_size) {
+    Candidates near;
+    const std::size_t count = triangles_.within(rays_.bundles->rectangle(place), around, near);
+    const std::size_t block_end = std::min(end, place + Bundles::block_size);
+    Undecided block;
+    for (std::size_t k = place; k < block_end; k += lanes<S>) {
+      const LaneRays<S> rays{Pack<S>::load(&lines.x[k]),
+                             Pack<S>::load(&lines.y[k]),
+                             Pack<S>::load(&lines.slope_x[k]),
+                             Pack<S>::load(&lines.slope_y[k]),
+                             Pack<S>::load(&lines.start[k]),
+                             Pack<S>::load(&lines.stretch[k]),
+                             Pack<S>::load(&lines.length[k]) + rays_.extra_length};
+      LaneCrossings<S> found;
+      for (std::size_t i = 0; i < count; ++i) triangles_.test(near[i], rays, found);
+      settle(bundle, k, block_end - k, found, block);
+    }
+    if (is_uniform) {
+      // What this block cannot tell another one may.
+      all.places |= block.places;
+      if (block.side != Side::unknown) all.side = block.side;
+    } else {
+      decide(bundle, block,
+             std::all_of(near.begin(), near.begin() + static_cast<std::ptrdiff_t>(count),
+                         is_clear_of_starts));
+    }
+  }
+  decide(bundle, all, is_uniform);
+}
+
+/// Offers what rays in lanes have met.
+template <Scalar S>
+BRISTLE_LANES void BundleMeshQuery<S>::settle(const Bundle& bundle, std::size_t place,
+                                              std::size_t count, const LaneCrossings<S>& found,
+                                              Undecided& undecided) {
+  const std::uint32_t there = first_bits(count);
+  const std::uint32_t met = bits(found.distance < Pack<S>(infinity<S>));
+  const std::uint32_t from_outside = bits(found.front_high < found.back_low);
+  const std::uint32_t from_inside = bits(found.back_high < found.front_low);
+  const std::uint32_t doubtful = bits(found.is_doubtful);
+  const std::uint32_t outside = there & met & from_outside & ~doubtful;
+  const std::uint32_t inside = there & met & from_inside & ~doubtful;
+  const std::uint32_t unmet = there & ~met & ~doubtful;
+  if (outside != 0) undecided.side = Side::outside;
+  if (inside != 0) undecided.side = Side::inside;
+  undecided.places |= std::uint64_t{unmet} << (place - bundle.first);
+  const std::uint32_t* const order = rays_.bundles->rays_from(place);
+  const auto each = [&](std::uint32_t left, auto&& visit) {
+    for (; left != 0; left &= left - 1) {
+      const auto lane = static_cast<std::size_t>(std::countr_zero(left));
+      visit(order[lane], lane);
+    }
+  };
+  if (outside != 0) {
+    std::array<S, lanes<S>> distance;
+    std::array<S, lanes<S>> candidate;
+    found.distance.store(distance.data());
+    found.candidate.store(candidate.data());
+    // As `RayHits::offer`, with the arrays looked up once.
+    S* const known = hits_.distance.data();
+    S* const x = hits_.normal.x.data();
+    S* const y = hits_.normal.y.data();
+    S* const z = hits_.normal.z.data();
+    std::uint32_t* const tags = hits_.tag.data();
+    each(outside, [&](std::size_t i, std::size_t lane) {
+      if (!(distance[lane] < known[i])) return;
+      const Vec3<S> normal = triangles_.normal(static_cast<std::size_t>(candidate[lane]));
+      known[i] = distance[lane];
+      x[i] = normal[0];
+      y[i] = normal[1];
+      z[i] = normal[2];
+      tags[i] = tag_;
+    });
+  }
+  each(inside, [&](std::size_t i, std::size_t) { hit_inside(i); });
+  each(there & ~(outside | inside | unmet), [&](std::size_t i, std::size_t) { cast_alone(i); });
+}
+
+/// Finds out where rays start that have met nothing within their reach.
+/// @param is_uniform  Whether no triangle lies between their starts.
+template <Scalar S>
+void BundleMeshQuery<S>::decide(const Bundle& bundle, const Undecided& undecided, bool is_uniform) {
+  Side side = undecided.side;
+  for (std::uint64_t left = undecided.places; left != 0; left &= left - 1) {
+    const std::size_t place = bundle.first + static_cast<std::size_t>(std::countr_zero(left));
+    const std::size_t i = rays_.bundles->ray_at(place);
+    if (!is_uniform) {
+      // It may start on the surface, which lanes may have seen behind it.
+      cast_alone(i);
+      continue;
+    }
+    if (side == Side::unknown) side = side_of(i);
+    if (side == Side::outside) return;
+    hit_inside(i);
+  }
+}
+
+/// The same for all rays of a bundle whose box holds no triangle.
+template <Scalar S>
+void BundleMeshQuery<S>::decide_empty(const Bundle& bundle, Side side) {
+  if (side == Side::unknown) side = side_of(rays_.bundles->ray_at(bundle.first));
+  if (side == Side::outside) return;
+  for (std::size_t k = bundle.first; k < bundle.first + bundle.count; ++k) {
+    hit_inside(rays_.bundles->ray_at(k));
+  }
+}
+
+template <Scalar S>
+void BundleMeshQuery<S>::cast_alone(std::size_t i, Side side) {
+  const S best = hits_.distance[i];
+  if (!(best > S(0))) return;
+  if (side == Side::inside) return hit_inside(i);
+  Ray<S> ray = ray_in_mesh(i);
+  ray.length = std::min(ray.length, best);
+  const RayHit<S> hit =
+      side == Side::outside ? ray_cast_mesh_from_outside(mesh_, ray) : ray_cast_mesh(mesh_, ray);
+  if (hit.distance < best) {
+    hits_.offer(i, {hit.distance, product<S>(R_RC_, hit.normal)}, tag_);
+  }
+}
+
+template <Scalar S>
+void BundleMeshQuery<S>::cast_one_by_one(std::size_t first, std::size_t end, Side side) {
+  for (std::size_t k = first; k < end; ++k) cast_alone(rays_.bundles->ray_at(k), side);
+}
+
+}  // namespace detail
+
+template <Scalar S>
+void cast_rays_at_mesh(const RayMesh<S>& mesh, const Transform<S>& X_RC, const RayBatch<S>& rays,
+                       std::uint32_t tag, RayHits<S>& hits) {
+  detail::BundleMeshQuery<S>(mesh, X_RC, rays, tag, hits).run();
+}
+
+}  // namespace bristle
+
+// === bristle/geometry/ray_lanes.hpp
+
+/// @file
+/// Where rays in lanes meet a shape: the closed forms of ray_shapes.hpp, which says what they mean
+/// and where they come from, without branches.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <algorithm>
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+
+namespace bristle {
+
+/// A ray for each lane, in the shape's frame.
+template <Scalar S>
+struct RayLanes {
+  Pack3<S> origin, direction;
+  Pack<S> length;
+};
+
+/// A hit for each lane, as `RayHit`; without one the distance is infinite.
+template <Scalar S>
+struct RayHitLanes {
+  Pack<S> distance;
+  Pack3<S> normal;
+};
+
+/// Offers to `hits` the nearest hit of each ray with a shape at X_RC, as
+/// `ShapeBackend::cast_rays` does.
+template <Scalar S, typename ConvexShape>
+void cast_rays_in_lanes(const ConvexShape& shape, const Transform<S>& X_RC, const RayBatch<S>& rays,
+                        std::uint32_t tag, RayHits<S>& hits);
+
+// Implementation -----------------------------------------------------------------------------------
+
+namespace detail {
+
+/// A hit at `distance` where `is_hit` and the ray reaches it, at the start where `is_inside`.
+template <Scalar S>
+BRISTLE_LANES RayHitLanes<S> hit_lanes(const RayLanes<S>& ray, const Mask<S>& is_inside,
+                                       const Mask<S>& is_hit, const Pack<S>& distance,
+                                       const Pack3<S>& normal) {
+  const Mask<S> counts = is_hit & (distance <= ray.length) & (distance < Pack<S>(infinity<S>));
+  const Pack<S> there = select(counts, max(distance, Pack<S>(S(0))), Pack<S>(infinity<S>));
+  return {select(is_inside, Pack<S>(S(0)), there), select(is_inside, -ray.direction, normal)};
+}
+
+template <Scalar S>
+BRISTLE_LANES Pack3<S> normalized(const Pack3<S>& v) {
+  return (S(1) / sqrt(dot(v, v))) * v;
+}
+
+/// `Chord` in lanes.
+template <Scalar S>
+struct ChordLanes {
+  Pack<S> enter{-infinity<S>};
+  Pack<S> leave{infinity<S>};
+
+  [[nodiscard]] BRISTLE_LANES Mask<S> is_ahead() const {
+    return (enter <= leave) & (enter + leave >= Pack<S>(S(0)));
+  }
+};
+
+template <Scalar S>
+BRISTLE_LANES ChordLanes<S> slab_chord(const Pack<S>& origin, const Pack<S>& direction, S low,
+                                       S high) {
+  const Pack<S> inverse = S(1) / direction;
+  const Pack<S> to_low = (low - origin) * inverse;
+  const Pack<S> to_high = (high - origin) * inverse;
+  const Mask<S> is_down = inverse < Pack<S>(S(0));
+  // Of a NaN neither takes anything.
+  return {max(select(is_down, to_high, to_low), Pack<S>(-infinity<S>)),
+          min(select(is_down, to_low, to_high), Pack<S>(infinity<S>))};
+}
+
+/// `Roots` in lanes, in order.
+template <Scalar S>
+BRISTLE_LANES ChordLanes<S> roots(const Pack<S>& a, const Pack<S>& b, const Pack<S>& c,
+                                  const Pack<S>& root) {
+  const Pack<S> zero(S(0));
+  const Pack<S> far(infinity<S>);
+  const Pack<S> q = select(b < zero, b - root, b + root);
+  const Pack<S> first = select(a != zero, q / a, select(b < zero, far, -far));
+  const Pack<S> second = select(q != zero, c / q, zero);
+  return {min(first, second), max(first, second)};
+}
+
+template <Scalar S>
+BRISTLE_LANES ChordLanes<S> tube_chord(const Pack3<S>& origin, const Pack3<S>& direction,
+                                       S radius) {
+  const Pack<S> zero(S(0));
+  const Pack<S> far(infinity<S>);
+  const Pack<S> a = direction.x * direction.x + direction.y * direction.y;
+  const Pack<S> b = -(origin.x * direction.x + origin.y * direction.y);
+  const Pack<S> distance = sqrt(origin.x * origin.x + origin.y * origin.y);
+  const Pack<S> c = (distance - radius) * (distance + radius);
+  const Pack<S> cross = origin.x * direction.y - origin.y * direction.x;
+  const Pack<S> discriminant = a * (radius * radius) - cross * cross;
+  const ChordLanes<S> sloping = roots(a, b, c, sqrt(max(discriminant, zero)));
+  const Mask<S> is_along = !(a > zero);
+  const Mask<S> is_missed = (is_along & !(c <= zero)) | ((discriminant < zero) & !is_along);
+  return {select(is_missed, far, select(is_along, -far, sloping.enter)),
+          select(is_missed, -far, select(is_along, far, sloping.leave))};
+}
+
+/// `Approach` in lanes.
+template <Scalar S>
+struct ApproachLanes {
+  Pack<S> skipped;
+  Pack3<S> origin;
+  Mask<S> is_near;
+
+  BRISTLE_LANES ApproachLanes(const RayLanes<S>& ray, S radius) {
+    const Pack<S> closest = -dot(ray.origin, ray.direction);
+    skipped = select(closest > Pack<S>(radius), closest - radius, Pack<S>(S(0)));
+    origin = ray.origin + skipped * ray.direction;
+    const Pack3<S> foot = ray.origin + closest * ray.direction;
+    is_near = dot(foot, foot) <= Pack<S>(S(2) * radius * radius);
+  }
+};
+
+template <Scalar S>
+BRISTLE_LANES RayHitLanes<S> ray_cast(const Sphere<S>& sphere, const RayLanes<S>& ray) {
+  const Pack<S> zero(S(0));
+  const Pack<S> radius2(sphere.radius * sphere.radius);
+  const Pack<S> closest = -dot(ray.origin, ray.direction);
+  const Pack3<S> foot = ray.origin + closest * ray.direction;
+  const Pack<S> half2 = radius2 - dot(foot, foot);
+  const Pack<S> half = sqrt(max(half2, zero));
+  return hit_lanes(ray, dot(ray.origin, ray.origin) <= radius2, (closest >= zero) & (half2 >= zero),
+                   closest - half, normalized(foot - half * ray.direction));
+}
+
+template <Scalar S>
+BRISTLE_LANES RayHitLanes<S> ray_cast(const Box<S>& box, const RayLanes<S>& ray) {
+  const Pack<S> zero(S(0));
+  const Vec3<S>& half = box.half_extents;
+  const ChordLanes<S> x = slab_chord(ray.origin.x, ray.direction.x, -half.x(), half.x());
+  const ChordLanes<S> y = slab_chord(ray.origin.y, ray.direction.y, -half.y(), half.y());
+  const ChordLanes<S> z = slab_chord(ray.origin.z, ray.direction.z, -half.z(), half.z());
+  const Mask<S> y_later = y.enter > x.enter;
+  const Pack<S> enter_xy = max(y.enter, x.enter);
+  const Mask<S> z_later = z.enter > enter_xy;
+  const ChordLanes<S> chord{max(z.enter, enter_xy), min(z.leave, min(y.leave, x.leave))};
+  const auto against = [&](const Pack<S>& direction) {
+    return select(direction > zero, Pack<S>(S(-1)), Pack<S>(S(1)));
+  };
+  const Pack3<S> normal{select(y_later | z_later, zero, against(ray.direction.x)),
+                        select(y_later & !z_later, against(ray.direction.y), zero),
+                        select(z_later, against(ray.direction.z), zero)};
+  const Mask<S> is_inside = (abs(ray.origin.x) <= Pack<S>(half.x())) &
+                            (abs(ray.origin.y) <= Pack<S>(half.y())) &
+                            (abs(ray.origin.z) <= Pack<S>(half.z()));
+  return hit_lanes(ray, is_inside, chord.is_ahead(), chord.enter, normal);
+}
+
+template <Scalar S>
+BRISTLE_LANES RayHitLanes<S> ray_cast(const Capsule<S>& capsule, const RayLanes<S>& ray) {
+  const Pack<S> zero(S(0));
+  const Pack<S> half(capsule.half_length);
+  const Pack<S> radius2(capsule.radius * capsule.radius);
+  const Pack3<S>& o = ray.origin;
+  const Pack3<S> from_axis{o.x, o.y, o.z - max(-half, min(o.z, half))};
+  const ApproachLanes<S> near(ray, capsule.half_length + capsule.radius);
+  const ChordLanes<S> tube = tube_chord(near.origin, ray.direction, capsule.radius);
+  const Mask<S> is_beyond_end =
+      (abs(near.origin.z) > half) &
+      (near.origin.x * near.origin.x + near.origin.y * near.origin.y <= radius2);
+  const Pack3<S> point = near.origin + tube.enter * ray.direction;
+  const Pack<S> z = select(is_beyond_end, near.origin.z, point.z);
+  const Mask<S> may_hit =
+      near.is_near & (tube.enter <= tube.leave) & (is_beyond_end | tube.is_ahead());
+  const Mask<S> is_side = (abs(z) <= half) & !is_beyond_end;
+  const Mask<S> is_inside = dot(from_axis, from_axis) <= radius2;
+  const RayHitLanes<S> side =
+      hit_lanes(ray, is_inside, may_hit & is_side, near.skipped + tube.enter,
+                normalized(Pack3<S>{point.x, point.y, zero}));
+  const Pack3<S> from_end{o.x, o.y, o.z - select(z < zero, -half, half)};
+  const RayHitLanes<S> end =
+      ray_cast(Sphere<S>{capsule.radius}, RayLanes<S>{from_end, ray.direction, ray.length});
+  const Mask<S> takes_end = may_hit & !is_side & !is_inside;
+  return {select(takes_end, end.distance, side.distance),
+          select(takes_end, end.normal, side.normal)};
+}
+
+template <Scalar S>
+BRISTLE_LANES RayHitLanes<S> ray_cast(const Cylinder<S>& cylinder, const RayLanes<S>& ray) {
+  const Pack<S> zero(S(0));
+  const S half = cylinder.half_length;
+  const Pack3<S>& o = ray.origin;
+  const Mask<S> is_inside = (o.x * o.x + o.y * o.y <= Pack<S>(cylinder.radius * cylinder.radius)) &
+                            (abs(o.z) <= Pack<S>(half));
+  const ApproachLanes<S> near(ray, half + cylinder.radius);
+  const ChordLanes<S> tube = tube_chord(near.origin, ray.direction, cylinder.radius);
+  const ChordLanes<S> slab = slab_chord(near.origin.z, ray.direction.z, -half, half);
+  const ChordLanes<S> chord{near.skipped + max(tube.enter, slab.enter),
+                            near.skipped + min(tube.leave, slab.leave)};
+  const Pack3<S> point = near.origin + tube.enter * ray.direction;
+  const Pack3<S> cap{zero, zero, select(ray.direction.z > zero, Pack<S>(S(-1)), Pack<S>(S(1)))};
+  return hit_lanes(
+      ray, is_inside, near.is_near & chord.is_ahead(), chord.enter,
+      select(slab.enter >= tube.enter, cap, normalized(Pack3<S>{point.x, point.y, zero})));
+}
+
+template <Scalar S>
+BRISTLE_LANES RayHitLanes<S> ray_cast(const Cone<S>& cone, const RayLanes<S>& ray) {
+  const Pack<S> zero(S(0));
+  const Pack<S> one(S(1));
+  const Pack<S> far(infinity<S>);
+  const S height = S(2) * cone.half_length;
+  const Pack<S> k(cone.radius / height);
+  const auto across = [](const Pack3<S>& v) { return sqrt(v.x * v.x + v.y * v.y); };
+  const Pack<S> start_depth = cone.half_length - ray.origin.z;
+  const Mask<S> is_inside = (start_depth >= zero) & (start_depth <= Pack<S>(height)) &
+                            (across(ray.origin) <= k * start_depth);
+  const ApproachLanes<S> near(ray, cone.half_length + cone.radius);
+  const Pack3<S>& o = near.origin;
+  const Pack3<S>& d = ray.direction;
+  const Pack<S> w = cone.half_length - o.z;
+  const Pack<S> dw = -d.z;
+  const Pack<S> a = d.x * d.x + d.y * d.y - k * k * dw * dw;
+  const Pack<S> b = k * k * w * dw - (o.x * d.x + o.y * d.y);
+  const Pack<S> c = (across(o) - k * w) * (across(o) + k * w);
+  const Pack<S> cross = o.x * d.y - o.y * d.x;
+  const Pack<S> mixed_x = w * d.x - dw * o.x;
+  const Pack<S> mixed_y = w * d.y - dw * o.y;
+  const Pack<S> discriminant = k * k * (mixed_x * mixed_x + mixed_y * mixed_y) - cross * cross;
+  const ChordLanes<S> between = roots(a, b, c, sqrt(max(discriminant, zero)));
+  const Mask<S> is_shallow = a > zero;
+  const Mask<S> is_down = dw > zero;
+  const ChordLanes<S> side{select(is_shallow, between.enter, select(is_down, between.leave, -far)),
+                           select(is_shallow, between.leave, select(is_down, far, between.enter))};
+  const ChordLanes<S> slab = slab_chord(w, dw, S(0), height);
+  const ChordLanes<S> chord{near.skipped + max(side.enter, slab.enter),
+                            near.skipped + min(side.leave, slab.leave)};
+  const Pack3<S> point = o + side.enter * d;
+  const Pack3<S> gradient{point.x, point.y, k * k * (cone.half_length - point.z)};
+  const Mask<S> is_apex = !(dot(gradient, gradient) > zero);
+  const Pack3<S> on_side = select(is_apex, Pack3<S>{zero, zero, one}, normalized(gradient));
+  const Pack3<S> base{zero, zero, select(is_down, one, -one)};
+  const Mask<S> may_hit = near.is_near & !((discriminant < zero) & is_shallow);
+  return hit_lanes(ray, is_inside, may_hit & chord.is_ahead(), chord.enter,
+                   select(slab.enter >= side.enter, base, on_side));
+}
+
+template <Scalar S>
+BRISTLE_LANES RayHitLanes<S> ray_cast(const Ellipsoid<S>& ellipsoid, const RayLanes<S>& ray) {
+  const Pack<S> zero(S(0));
+  const Vec3<S> scale = ellipsoid.radii.cwiseInverse();
+  const auto scaled = [&](const Pack3<S>& v) {
+    return Pack3<S>{v.x * scale.x(), v.y * scale.y(), v.z * scale.z()};
+  };
+  const Pack3<S> start = scaled(ray.origin);
+  const ApproachLanes<S> near(ray, ellipsoid.radii.maxCoeff());
+  const Pack3<S> o = scaled(near.origin);
+  const Pack3<S> d = scaled(ray.direction);
+  const Pack<S> speed2 = dot(d, d);
+  const Pack<S> closest = -dot(o, d) / speed2;
+  const Pack3<S> foot = o + closest * d;
+  const Pack<S> half2 = (S(1) - dot(foot, foot)) / speed2;
+  const Pack<S> half = sqrt(max(half2, zero));
+  return hit_lanes(ray, dot(start, start) <= Pack<S>(S(1)),
+                   near.is_near & (near.skipped + closest >= zero) & (half2 >= zero),
+                   near.skipped + (closest - half), normalized(scaled(foot - half * d)));
+}
+
+template <Scalar S>
+BRISTLE_LANES RayHitLanes<S> ray_cast(const HalfSpace<S>& half_space, const RayLanes<S>& ray) {
+  const Pack<S> zero(S(0));
+  const Pack3<S> normal = Pack3<S>::all(half_space.normal);
+  const Pack<S> height = dot(normal, ray.origin) - half_space.offset;
+  const Pack<S> speed = dot(normal, ray.direction);
+  return hit_lanes(ray, height <= zero, speed < zero, height / -speed, normal);
+}
+
+template <Scalar S>
+BRISTLE_LANES RayHitLanes<S> ray_cast(const ConvexHull<S>& hull, const RayLanes<S>& ray) {
+  const Pack<S> zero(S(0));
+  ChordLanes<S> chord;
+  Pack3<S> normal{zero, zero, zero};
+  Mask<S> is_inside = zero <= zero;
+  Mask<S> is_passed = zero < zero;
+  for (std::size_t f = 0; f < hull.face_count(); ++f) {
+    const Pack3<S> face = Pack3<S>::all(hull.face_normals[f]);
+    const Pack<S> height = dot(face, ray.origin) - hull.face_offsets[f];
+    const Pack<S> speed = dot(face, ray.direction);
+    const Pack<S> at = -height / speed;
+    is_inside = is_inside & (height <= zero);
+    const Mask<S> is_later = (speed < zero) & (at > chord.enter);
+    chord.enter = select(is_later, at, chord.enter);
+    normal = select(is_later, face, normal);
+    chord.leave = select(speed > zero, min(at, chord.leave), chord.leave);
+    is_passed = is_passed | ((speed == zero) & (height > zero));
+  }
+  return hit_lanes(ray, is_inside, chord.is_ahead() & !is_passed, chord.enter, normal);
+}
+
+}  // namespace detail
+
+template <Scalar S, typename ConvexShape>
+void cast_rays_in_lanes(const ConvexShape& shape, const Transform<S>& X_RC, const RayBatch<S>& rays,
+                        std::uint32_t tag, RayHits<S>& hits) {
+  const Mat3<S> R_RC = X_RC.rotation_matrix();
+  const Mat3<S> R_CR = R_RC.transpose();
+  const Pack3<S> p_RC = Pack3<S>::all(X_RC.translation);
+  const std::size_t n = rays.size();
+  const auto cast = [&](std::size_t i, const auto& load, const auto& store) {
+    const Pack<S> best = load(hits.distance.data() + i);
+    const Pack3<S> origin{load(rays.origin_x.data() + i), load(rays.origin_y.data() + i),
+                          load(rays.origin_z.data() + i)};
+    const Pack3<S> direction{load(rays.direction_x.data() + i), load(rays.direction_y.data() + i),
+                             load(rays.direction_z.data() + i)};
+    const Pack<S> length = load(rays.length.data() + i) + rays.extra_length;
+    const RayHitLanes<S> hit =
+        detail::ray_cast(shape, RayLanes<S>{product<S>(R_CR, origin - p_RC),
+                                            product<S>(R_CR, direction), min(length, best)});
+    const Mask<S> is_nearer = hit.distance < best;
+    if (none(is_nearer)) return;
+    const Pack3<S> normal = product<S>(R_RC, hit.normal);
+    const auto keep = [&](S* p, const Pack<S>& value) {
+      store(p + i, select(is_nearer, value, load(p + i)));
+    };
+    keep(hits.distance.data(), hit.distance);
+    keep(hits.normal.x.data(), normal.x);
+    keep(hits.normal.y.data(), normal.y);
+    keep(hits.normal.z.data(), normal.z);
+    for (std::uint32_t left = bits(is_nearer) & first_bits(n - i); left != 0; left &= left - 1) {
+      hits.tag[i + static_cast<std::size_t>(std::countr_zero(left))] = tag;
+    }
+  };
+  std::size_t i = 0;
+  for (; i + lanes<S> <= n; i += lanes<S>) {
+    cast(
+        i, [](const S* p) { return Pack<S>::load(p); },
+        [](S* p, const Pack<S>& value) { value.store(p); });
+  }
+  if (i == n) return;
+  // Filled up with rays that have been hit already.
+  cast(
+      i, [&](const S* p) { return Pack<S>::load_first(p, n - i, S(0)); },
+      [&](S* p, const Pack<S>& value) { value.store_first(p, n - i); });
+}
+
+}  // namespace bristle
+
 // === bristle/geometry/ray_shapes.hpp
 
 /// @file
@@ -12040,6 +14437,49 @@ concept ShapeBackend = Scalar<S> && std::copyable<typename B::template Collidabl
 };
 
 }  // namespace bristle
+
+// === bristle/geometry/shape_cast.hpp
+
+/// @file
+/// Shapes in another scalar than they were given in.
+// SPDX-License-Identifier: BSD-3-Clause
+
+namespace bristle::detail {
+
+/// A convex shape or half-space in another scalar; hulls keep their numbers.
+template <Scalar P, Scalar S>
+struct ShapeCast {
+  Shape<P> operator()(const Sphere<S>& s) const { return Sphere<P>{P(s.radius)}; }
+  Shape<P> operator()(const Box<S>& s) const { return Box<P>{s.half_extents.template cast<P>()}; }
+  Shape<P> operator()(const Capsule<S>& s) const {
+    return Capsule<P>{P(s.radius), P(s.half_length)};
+  }
+  Shape<P> operator()(const Cylinder<S>& s) const {
+    return Cylinder<P>{P(s.radius), P(s.half_length)};
+  }
+  Shape<P> operator()(const Cone<S>& s) const { return Cone<P>{P(s.radius), P(s.half_length)}; }
+  Shape<P> operator()(const Ellipsoid<S>& s) const {
+    return Ellipsoid<P>{s.radii.template cast<P>()};
+  }
+  Shape<P> operator()(const HalfSpace<S>& s) const {
+    return HalfSpace<P>{s.normal.template cast<P>(), P(s.offset)};
+  }
+  Shape<P> operator()(const ConvexHull<S>& s) const {
+    ConvexHull<P> hull;
+    for (const Vec3<S>& v : s.vertices) hull.vertices.push_back(v.template cast<P>());
+    hull.face_vertices = s.face_vertices;
+    hull.face_starts = s.face_starts;
+    for (const Vec3<S>& n : s.face_normals) {
+      hull.face_normals.push_back(n.template cast<P>().normalized());
+    }
+    hull.face_offsets.assign(s.face_offsets.begin(), s.face_offsets.end());
+    return hull;
+  }
+  // Meshes are read through their trees.
+  Shape<P> operator()(const TriangleMesh<S>&) const { return Sphere<P>{}; }
+};
+
+}  // namespace bristle::detail
 
 // === bristle/geometry/shape_properties.hpp
 
@@ -13182,39 +15622,6 @@ concept AnalyticPair = requires(const A& a, const B& b, const Transform<S>& X, S
   collide_shapes(a, b, X, margin, out);
 };
 
-/// A convex shape or half-space in another scalar; hulls keep their numbers.
-template <Scalar P, Scalar S>
-struct ShapeCast {
-  Shape<P> operator()(const Sphere<S>& s) const { return Sphere<P>{P(s.radius)}; }
-  Shape<P> operator()(const Box<S>& s) const { return Box<P>{s.half_extents.template cast<P>()}; }
-  Shape<P> operator()(const Capsule<S>& s) const {
-    return Capsule<P>{P(s.radius), P(s.half_length)};
-  }
-  Shape<P> operator()(const Cylinder<S>& s) const {
-    return Cylinder<P>{P(s.radius), P(s.half_length)};
-  }
-  Shape<P> operator()(const Cone<S>& s) const { return Cone<P>{P(s.radius), P(s.half_length)}; }
-  Shape<P> operator()(const Ellipsoid<S>& s) const {
-    return Ellipsoid<P>{s.radii.template cast<P>()};
-  }
-  Shape<P> operator()(const HalfSpace<S>& s) const {
-    return HalfSpace<P>{s.normal.template cast<P>(), P(s.offset)};
-  }
-  Shape<P> operator()(const ConvexHull<S>& s) const {
-    ConvexHull<P> hull;
-    for (const Vec3<S>& v : s.vertices) hull.vertices.push_back(v.template cast<P>());
-    hull.face_vertices = s.face_vertices;
-    hull.face_starts = s.face_starts;
-    for (const Vec3<S>& n : s.face_normals) {
-      hull.face_normals.push_back(n.template cast<P>().normalized());
-    }
-    hull.face_offsets.assign(s.face_offsets.begin(), s.face_offsets.end());
-    return hull;
-  }
-  // Meshes are read through their trees.
-  Shape<P> operator()(const TriangleMesh<S>&) const { return Sphere<P>{}; }
-};
-
 /// Manifolds of (B, A) in B turned into those of (A, B) in A.
 template <Scalar S>
 void swap_sides(std::span<ContactManifold<S>> manifolds, const Transform<S>& X_AB) {
@@ -13298,19 +15705,13 @@ template <Scalar S>
 void AnalyticBackend::cast_rays(const std::shared_ptr<const AnalyticShape<S>>& c,
                                 const Transform<S>& X_RC, const RayBatch<S>& rays,
                                 std::uint32_t tag, RayHits<S>& hits) noexcept {
-  const Mat3<S> R_RC = X_RC.rotation_matrix();
-  const Mat3<S> R_CR = R_RC.transpose();
   // One dispatch for the whole batch.
   std::visit(
       [&](const auto& shape) {
-        for (std::size_t i = 0; i < rays.size(); ++i) {
-          const S best = hits.distance[i];
-          if (!(best > S(0))) continue;
-          const Ray<S> ray = rays[i];
-          const Ray<S> ray_C{R_CR * (ray.origin - X_RC.translation), R_CR * ray.direction,
-                             std::min(ray.length, best)};
-          const RayHit<S> hit = ray_cast(shape, ray_C);
-          if (hit.distance < best) hits.offer(i, {hit.distance, R_RC * hit.normal}, tag);
+        if constexpr (std::same_as<std::remove_cvref_t<decltype(shape)>, MeshTree<S>>) {
+          cast_rays_at_mesh(shape.for_rays(), X_RC, rays, tag, hits);
+        } else {
+          cast_rays_in_lanes(shape, X_RC, rays, tag, hits);
         }
       },
       c->shape());
@@ -14210,6 +16611,12 @@ int solve_in_passes(int max_passes, Solve&& solve, Relinearise&& relinearise) {
 /// From hits to contacts: sorts the hits of a patch by touched body and advances its bristles.
 // SPDX-License-Identifier: BSD-3-Clause
 
+// === bristle/sensors/lane_parameters.hpp
+
+/// @file
+/// The constants of a patch's sensors as kernels read them: shared by all, or each its own.
+// SPDX-License-Identifier: BSD-3-Clause
+
 // === bristle/sensors/patch.hpp
 
 /// @file
@@ -14222,10 +16629,131 @@ int solve_in_passes(int max_passes, Solve&& solve, Relinearise&& relinearise) {
 /// The law of a resistive sensor (Eqs. 1-11 of Munawar et al.) as pure functions.
 ///
 /// A sensor sits on body A, its ray runs along the unit vector n out of A and meets body B at P,
-/// where B has the outward unit normal m. Everything is in world axes. v is the velocity of A's
-/// point at P relative to B's; F is the force ON B; A gets -F at the same point, so momentum is
-/// conserved exactly. docs/sensors.md lists where and why the printed equations are corrected.
+/// where B has the outward unit normal m. All vectors of one call are in the same axes; patches use
+/// those of A, where rays stand still. v is the velocity of A's point at P relative to B's; F is
+/// the force ON B; A gets -F at the same point, so momentum is conserved exactly. docs/sensors.md
+/// lists where and why the printed equations are corrected.
+///
+/// Functions over a `Value` T serve one sensor (T = S) and as many as a register has lanes
+/// (T = Pack<S>).
 // SPDX-License-Identifier: BSD-3-Clause
+
+// === bristle/math/lane_value.hpp
+
+/// @file
+/// What lets one formula serve a single scalar and a Pack of them.
+///
+/// A formula over a `Value` T is written with the operators, with `dot`, `cross`, `select`, and
+/// with `any` and `all` where a branch may skip work that no lane needs. For T = S it is the plain
+/// scalar formula; for T = Pack<S> it is the same one lane by lane, so that a test of the first
+/// tests the second.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <cmath>
+
+namespace bristle {
+
+namespace detail {
+
+template <typename T>
+struct ValueTraits {};
+
+template <Scalar S>
+struct ValueTraits<S> {
+  using One = S;
+  using Vector = Vec3<S>;
+  using Truth = bool;
+};
+
+template <Scalar S>
+struct ValueTraits<Pack<S>> {
+  using One = S;
+  using Vector = Pack3<S>;
+  using Truth = Mask<S>;
+};
+
+}  // namespace detail
+
+/// A scalar, or a scalar for each lane.
+template <typename T>
+concept Value = requires {
+  typename detail::ValueTraits<T>::One;
+};
+
+/// The scalar of a value: S of S and of Pack<S>.
+template <Value T>
+using ScalarOf = typename detail::ValueTraits<T>::One;
+/// Three of them: Vec3<S> or Pack3<S>.
+template <Value T>
+using Vector3 = typename detail::ValueTraits<T>::Vector;
+/// What comparing two of them gives: bool or Mask<S>.
+template <Value T>
+using Truth = typename detail::ValueTraits<T>::Truth;
+
+// Of single values, what simd.hpp and pack3.hpp have for lanes.
+[[nodiscard]] BRISTLE_LANES bool any(bool m) { return m; }
+[[nodiscard]] BRISTLE_LANES bool all(bool m) { return m; }
+template <Scalar S>
+[[nodiscard]] BRISTLE_LANES S select(bool m, S yes, S no) {
+  return m ? yes : no;
+}
+template <typename A, typename B>
+[[nodiscard]] BRISTLE_LANES Vec3<typename A::Scalar> select(bool m, const Eigen::MatrixBase<A>& yes,
+                                                            const Eigen::MatrixBase<B>& no) {
+  if (m) return yes;
+  return no;
+}
+template <typename A, typename B>
+[[nodiscard]] BRISTLE_LANES typename A::Scalar dot(const Eigen::MatrixBase<A>& a,
+                                                   const Eigen::MatrixBase<B>& b) {
+  return a.dot(b);
+}
+template <typename A, typename B>
+[[nodiscard]] BRISTLE_LANES Vec3<typename A::Scalar> cross(const Eigen::MatrixBase<A>& a,
+                                                           const Eigen::MatrixBase<B>& b) {
+  return a.cross(b);
+}
+
+/// A vector without length.
+template <Value T>
+[[nodiscard]] BRISTLE_LANES Vector3<T> zero_vector() {
+  if constexpr (Scalar<T>) {
+    return Vec3<T>::Zero();
+  } else {
+    return {T(ScalarOf<T>(0)), T(ScalarOf<T>(0)), T(ScalarOf<T>(0))};
+  }
+}
+
+/// The same vector for all lanes.
+template <Value T>
+[[nodiscard]] BRISTLE_LANES Vector3<T> spread(const Vec3<ScalarOf<T>>& v) {
+  if constexpr (Scalar<T>) {
+    return v;
+  } else {
+    return Pack3<ScalarOf<T>>::all(v);
+  }
+}
+
+/// Sum over the lanes.
+template <Scalar S>
+[[nodiscard]] BRISTLE_LANES S sum_of_lanes(S a) {
+  return a;
+}
+template <Scalar S>
+[[nodiscard]] BRISTLE_LANES Vec3<S> sum_of_lanes(const Pack3<S>& a) {
+  return {sum_of_lanes(a.x), sum_of_lanes(a.y), sum_of_lanes(a.z)};
+}
+
+/// The remainder of a / b, of the sign of a, exactly. Lane by lane: nothing vectorised is exact.
+template <Scalar S>
+[[nodiscard]] BRISTLE_LANES Pack<S> fmod(const Pack<S>& a, const Pack<S>& b) {
+  using std::fmod;
+  S rest[lanes<S>];
+  for (std::size_t i = 0; i < lanes<S>; ++i) rest[i] = fmod(a[i], b[i]);
+  return Pack<S>::load(rest);
+}
+
+}  // namespace bristle
 
 // === bristle/sensors/sensor_parameters.hpp
 
@@ -14240,21 +16768,21 @@ namespace bristle {
 ///
 /// The defaults give no force. `static_friction * breakaway_distance` is the dimensionless holding
 /// coefficient: how many newtons of friction one newton of normal force can hold.
-template <Scalar S>
+template <Value T>
 struct SensorParameters {
   /// [N] Normal force at full penetration, K_N in Eq. 3. Finite, >= 0. Newtons and not N/m because
   /// the depth it multiplies is a fraction of the ray (Eq. 4): the stiffness is K_N / L.
-  S normal_stiffness = S(0);
+  T normal_stiffness = T(0);
   /// [N s] Normal damping, K_D in Eq. 3, on the true rate of the depth fraction. Finite, >= 0. The
   /// paper's values are per step of its 1 kHz loop: divide by 1000 (50 becomes 0.05).
-  S normal_damping = S(0);
+  T normal_damping = T(0);
   /// [1/m] Static friction, mu_S in Eq. 1: force per newton of normal force and metre of stretch.
   /// [N/m] with FrictionScaling::depth (Eq. 11) and FrictionScaling::none. Finite, >= 0.
-  S static_friction = S(0);
+  T static_friction = T(0);
   /// [N s/m] Sliding friction, mu_V in Eq. 5. Finite, >= 0.
-  S sliding_friction = S(0);
+  T sliding_friction = T(0);
   /// [m] Stretch at which a stuck bristle lets go, sigma_a in Eq. 2. Finite, > 0.
-  S breakaway_distance = S(1e-3);
+  T breakaway_distance = T(1e-3);
 };
 
 /// What the static friction of a sensor grows with.
@@ -14331,11 +16859,12 @@ void validate(const SensorParameters<S>& p) {
 
 namespace bristle {
 
-/// [1] Depth e_N of a hit at `distance` [m] along a ray of `length` [m]: 0 just touching, 1 fully
-/// pressed, negative for a surface beyond the ray's end (Eq. 4 with sign and end corrected).
-template <Scalar S>
-[[nodiscard]] S sensor_depth(S distance, S length) {
-  return S(1) - distance / length;
+/// [1] Depth e_N of a hit at `distance` [m] along a ray of length L, given as 1 / L [1/m]: 0 just
+/// touching, 1 fully pressed, negative for a surface beyond the ray's end (Eq. 4 with sign and end
+/// corrected).
+template <Value T>
+[[nodiscard]] BRISTLE_LANES T sensor_depth(T distance, T inverse_length) {
+  return ScalarOf<T>(1) - distance * inverse_length;
 }
 
 /// Cosine between surface normal and ray above which a hit counts as grazing, and as no hit: the
@@ -14345,22 +16874,26 @@ inline constexpr S grazing_cosine = S(-0.1);
 
 /// Gradient g = m / (m . n) of the depth times the ray's length: d e_N / dt = g . v / L. Equals n
 /// where the surface faces the ray, and g . n = 1 always.
-template <Scalar S>
-[[nodiscard]] Vec3<S> depth_gradient(const Vec3<S>& n, const Vec3<S>& m) {
-  return m / m.dot(n);
+template <Value T>
+[[nodiscard]] BRISTLE_LANES Vector3<T> depth_gradient(const Vector3<T>& m, T cosine) {
+  return T(ScalarOf<T>(1) / cosine) * m;
+}
+template <Value T>
+[[nodiscard]] BRISTLE_LANES Vector3<T> depth_gradient(const Vector3<T>& n, const Vector3<T>& m) {
+  return depth_gradient<T>(m, T(dot(m, n)));
 }
 
 /// [N] Normal force F_N of Eq. 3 from depth e_N [1] and its rate [1/s]; never adhesive.
-template <Scalar S>
-[[nodiscard]] S normal_force(const SensorParameters<S>& p, S depth, S rate) {
-  const S force = p.normal_stiffness * depth + p.normal_damping * rate;
-  return force > S(0) ? force : S(0);
+template <Value T>
+[[nodiscard]] BRISTLE_LANES T normal_force(const SensorParameters<T>& p, T depth, T rate) {
+  const T force = p.normal_stiffness * depth + p.normal_damping * rate;
+  return select(force > T(0), force, T(0));
 }
 
 /// [N/m] Stiffness k_t of the bristle against stretch (Eq. 1 or Eq. 11).
-template <Scalar S>
-[[nodiscard]] S bristle_stiffness(const SensorParameters<S>& p, FrictionScaling scaling,
-                                  S normal_force, S depth) {
+template <Value T>
+[[nodiscard]] BRISTLE_LANES T bristle_stiffness(const SensorParameters<T>& p,
+                                                FrictionScaling scaling, T normal_force, T depth) {
   switch (scaling) {
     case FrictionScaling::normal_force:
       return p.static_friction * normal_force;
@@ -14373,66 +16906,80 @@ template <Scalar S>
 }
 
 /// Part of `a` across the unit vector n.
-template <Scalar S>
-[[nodiscard]] Vec3<S> tangential(const Vec3<S>& a, const Vec3<S>& n) {
-  return a - n.dot(a) * n;
+template <Value T>
+[[nodiscard]] BRISTLE_LANES Vector3<T> tangential(const Vector3<T>& a, const Vector3<T>& n) {
+  return a - dot(n, a) * n;
 }
 
 /// [m] A stretch that lets go at each multiple of `sigma` and keeps the remainder.
-template <Scalar S>
-[[nodiscard]] Vec3<S> wrapped(const Vec3<S>& stretch, S sigma) {
+template <Value T>
+[[nodiscard]] BRISTLE_LANES Vector3<T> wrapped(const Vector3<T>& stretch, T sigma) {
   using std::fmod;
-  const S size = stretch.norm();
-  return size > sigma ? Vec3<S>((fmod(size, sigma) / size) * stretch) : stretch;
+  using std::sqrt;
+  const T size = sqrt(dot(stretch, stretch));
+  const Truth<T> is_over = size > sigma;
+  if (!any(is_over)) return stretch;
+  return select(is_over, (fmod(size, sigma) / size) * stretch, stretch);
 }
 
 /// [m] A stretch cut to at most `sigma`.
-template <Scalar S>
-[[nodiscard]] Vec3<S> clipped(const Vec3<S>& stretch, S sigma) {
-  const S size = stretch.norm();
-  return size > sigma ? Vec3<S>((sigma / size) * stretch) : stretch;
+template <Value T>
+[[nodiscard]] BRISTLE_LANES Vector3<T> clipped(const Vector3<T>& stretch, T sigma) {
+  using std::sqrt;
+  const T size = sqrt(dot(stretch, stretch));
+  const Truth<T> is_over = size > sigma;
+  if (!any(is_over)) return stretch;
+  return select(is_over, (sigma / size) * stretch, stretch);
 }
 
 /// What a stretch becomes under a reset rule; unchanged while it is at most sigma_a (Eq. 2).
-template <Scalar S>
-[[nodiscard]] Vec3<S> after_reset(const Vec3<S>& stretch, S sigma, SlipReset reset) {
-  return reset == SlipReset::drag ? clipped(stretch, sigma) : wrapped(stretch, sigma);
+template <Value T>
+[[nodiscard]] BRISTLE_LANES Vector3<T> after_reset(const Vector3<T>& stretch, T sigma,
+                                                   SlipReset reset) {
+  return reset == SlipReset::drag ? clipped<T>(stretch, sigma) : wrapped<T>(stretch, sigma);
 }
 
 /// Where a bristle is rooted: one point on each body.
-template <Scalar S>
+template <Value T>
 struct Anchor {
   /// [m] Root on A, from A's centre of mass, in A's axes (Q_C^A).
-  Vec3<S> q_A = Vec3<S>::Zero();
+  Vector3<T> q_A = zero_vector<T>();
   /// [m] Root on B, from B's centre of mass, in B's axes (Q_C^B).
-  Vec3<S> q_B = Vec3<S>::Zero();
+  Vector3<T> q_B = zero_vector<T>();
 };
 
-/// Two bodies as a sensor sees them. Positions enter only as differences, so that float keeps its
-/// precision far from the world's origin.
+/// B as A sees it, both about their centres of mass. Positions enter only as differences, so that
+/// float keeps its precision far from the world's origin.
 template <Scalar S>
 struct PairPose {
-  /// [1] Axes of A and B in the world.
-  Mat3<S> R_WA = Mat3<S>::Identity();
-  Mat3<S> R_WB = Mat3<S>::Identity();
-  /// [m] From A's centre of mass to B's.
-  Vec3<S> p_AB_W = Vec3<S>::Zero();
+  /// [1] Axes of B in those of A.
+  Mat3<S> R_AB = Mat3<S>::Identity();
+  /// [m] From A's centre of mass to B's, in A's axes.
+  Vec3<S> p_AB = Vec3<S>::Zero();
 };
 
-/// [m] Stretch e_T of a bristle: how far its root on A has moved from its root on B, across n.
 template <Scalar S>
-[[nodiscard]] Vec3<S> anchor_stretch(const Anchor<S>& anchor, const PairPose<S>& pair,
-                                     const Vec3<S>& n) {
-  return tangential<S>(pair.R_WA * anchor.q_A - pair.R_WB * anchor.q_B - pair.p_AB_W, n);
+[[nodiscard]] PairPose<S> pair_pose(const Transform<S>& X_WA, const Transform<S>& X_WB) {
+  const Transform<S> X_AB = relative_pose(X_WA, X_WB);
+  return {X_AB.rotation_matrix(), X_AB.translation};
+}
+
+/// [m] Stretch e_T of a bristle: how far its root on A has moved from its root on B, across n. In
+/// A's axes, as n.
+template <Value T>
+[[nodiscard]] BRISTLE_LANES Vector3<T> anchor_stretch(const Anchor<T>& anchor,
+                                                      const PairPose<ScalarOf<T>>& pair,
+                                                      const Vector3<T>& n) {
+  return tangential<T>(anchor.q_A - product(pair.R_AB, anchor.q_B) - spread<T>(pair.p_AB), n);
 }
 
 /// Roots a bristle at P with a given stretch.
-/// @param r_A  [m] From A's centre of mass to P, world axes.
-template <Scalar S>
-[[nodiscard]] Anchor<S> rooted(const PairPose<S>& pair, const Vec3<S>& r_A,
-                               const Vec3<S>& stretch) {
-  return {pair.R_WA.transpose() * r_A,
-          pair.R_WB.transpose() * Vec3<S>(r_A - pair.p_AB_W - stretch)};
+/// @param r_A  [m] From A's centre of mass to P, in A's axes.
+template <Value T>
+[[nodiscard]] BRISTLE_LANES Anchor<T> rooted(const PairPose<ScalarOf<T>>& pair,
+                                             const Vector3<T>& r_A, const Vector3<T>& stretch) {
+  const Mat3<ScalarOf<T>> R_BA = pair.R_AB.transpose();
+  return {r_A, product(R_BA, Vector3<T>(r_A - spread<T>(pair.p_AB) - stretch))};
 }
 
 /// Algorithm 1 with its gaps closed, once per sensor and step, before forces: roots the bristle on
@@ -14441,50 +16988,49 @@ template <Scalar S>
 /// @param is_anchored  Whether `anchor` is rooted in this same body B.
 /// @param[out] did_slip  Whether the reset rule was applied.
 /// @return [m] The stretch e_T after all that.
-template <Scalar S>
-[[nodiscard]] Vec3<S> advance_anchor(Anchor<S>& anchor, bool is_anchored, const PairPose<S>& pair,
-                                     const Vec3<S>& n, const Vec3<S>& r_A, S sigma, SlipReset reset,
-                                     bool& did_slip) {
-  did_slip = false;
-  if (!is_anchored) {
-    anchor = rooted<S>(pair, r_A, Vec3<S>::Zero());
-    return Vec3<S>::Zero();
-  }
-  const Vec3<S> stretch = anchor_stretch(anchor, pair, n);
-  if (stretch.squaredNorm() <= sigma * sigma) return stretch;
-  did_slip = true;
-  const Vec3<S> kept = after_reset(stretch, sigma, reset);
-  anchor = rooted<S>(pair, r_A, kept);
-  return kept;
+template <Value T>
+[[nodiscard]] BRISTLE_LANES Vector3<T> advance_anchor(
+    Anchor<T>& anchor, const Truth<T>& is_anchored, const PairPose<ScalarOf<T>>& pair,
+    const Vector3<T>& n, const Vector3<T>& r_A, T sigma, SlipReset reset, Truth<T>& did_slip) {
+  const Vector3<T> stretch = anchor_stretch(anchor, pair, n);
+  const Truth<T> is_within = dot(stretch, stretch) <= sigma * sigma;
+  const Truth<T> is_kept = is_anchored & is_within;
+  did_slip = is_anchored & !is_within;
+  if (all(is_kept)) return stretch;
+  const Vector3<T> left =
+      select(is_anchored, after_reset<T>(stretch, sigma, reset), zero_vector<T>());
+  const Anchor<T> moved = rooted<T>(pair, r_A, left);
+  anchor = {select(is_kept, anchor.q_A, moved.q_A), select(is_kept, anchor.q_B, moved.q_B)};
+  return left;
 }
 
 /// Force of one sensor on the body it touches, by its parts.
-template <Scalar S>
+template <Value T>
 struct SensorForce {
   /// [N] F_N, along the ray (or the gradient).
-  S normal = S(0);
+  T normal = T(0);
   /// [N] Normal part as a vector.
-  Vec3<S> normal_vector = Vec3<S>::Zero();
+  Vector3<T> normal_vector = zero_vector<T>();
   /// [N] F_S + F_V, across the ray.
-  Vec3<S> shear = Vec3<S>::Zero();
+  Vector3<T> shear = zero_vector<T>();
 
   /// [N] Eq. 9: everything, on B.
-  [[nodiscard]] Vec3<S> total() const { return normal_vector + shear; }
+  [[nodiscard]] BRISTLE_LANES Vector3<T> total() const { return normal_vector + shear; }
 };
 
-/// One sensor's hit in world axes, as the law needs it.
-template <Scalar S>
+/// One sensor's hit, as the law needs it.
+template <Value T>
 struct SensorContact {
   /// [1] Depth e_N, > 0.
-  S depth = S(0);
-  /// [m] Length of the ray, L.
-  S length = S(1);
+  T depth = T(0);
+  /// [1/m] Of the length of the ray, 1 / L.
+  T inverse_length = T(1);
   /// [1] Direction of the ray, n.
-  Vec3<S> n = Vec3<S>::UnitX();
+  Vector3<T> n = zero_vector<T>();
   /// [1] Gradient g of the depth (`depth_gradient`).
-  Vec3<S> g = Vec3<S>::UnitX();
+  Vector3<T> g = zero_vector<T>();
   /// [m/s] Velocity of A at P relative to B.
-  Vec3<S> v = Vec3<S>::Zero();
+  Vector3<T> v = zero_vector<T>();
 };
 
 /// Force of one sensor on B at the start of a step: F = F_N n + k_t e_T + mu_V v_T (Eqs. 1, 3, 5,
@@ -14494,19 +17040,31 @@ struct SensorContact {
 /// @param dt       [s] Length of the step the force will act for. A bristle that passes more than
 ///                 one sigma_a within it (release only) counts with its mean stretch, sigma_a / 2
 ///                 along the slip; otherwise friction would alias with the step.
-template <Scalar S>
-[[nodiscard]] SensorForce<S> sensor_force(const SensorParameters<S>& p, const LawOptions& options,
-                                          const SensorContact<S>& c, const Vec3<S>& stretch, S dt) {
-  SensorForce<S> f;
-  f.normal = normal_force(p, c.depth, c.g.dot(c.v) / c.length);
-  f.normal_vector = f.normal * (options.normal == NormalDirection::gradient ? c.g : c.n);
-  const S k_t = bristle_stiffness(p, options.scaling, f.normal, c.depth);
-  const Vec3<S> v_T = tangential(c.v, c.n);
-  const S sigma = p.breakaway_distance;
-  Vec3<S> effective = stretch;
+template <Value T>
+[[nodiscard]] BRISTLE_LANES SensorForce<T> sensor_force(const SensorParameters<T>& p,
+                                                        const LawOptions& options,
+                                                        const SensorContact<T>& c,
+                                                        const Vector3<T>& stretch, ScalarOf<T> dt) {
+  using std::sqrt;
+  SensorForce<T> f;
+  f.normal = normal_force(p, c.depth, T(dot(c.g, c.v) * c.inverse_length));
+  // Not a choice between c.g and c.n, which would put both into memory.
+  if (options.normal == NormalDirection::gradient) {
+    f.normal_vector = f.normal * c.g;
+  } else {
+    f.normal_vector = f.normal * c.n;
+  }
+  const T k_t = bristle_stiffness(p, options.scaling, f.normal, c.depth);
+  const Vector3<T> v_T = tangential<T>(c.v, c.n);
+  const T sigma = p.breakaway_distance;
+  Vector3<T> effective = stretch;
   if (options.reset == SlipReset::release) {
-    const S speed = v_T.norm();
-    if (speed * dt >= sigma) effective = (sigma / (S(2) * speed)) * v_T;
+    const T passed2 = T(dt * dt) * dot(v_T, v_T);
+    const Truth<T> passes_whole_stretches = passed2 >= sigma * sigma;
+    if (any(passes_whole_stretches)) {
+      effective =
+          select(passes_whole_stretches, (T(dt) * sigma / (T(2) * sqrt(passed2))) * v_T, stretch);
+    }
   }
   f.shear = k_t * effective + p.sliding_friction * v_T;
   return f;
@@ -14556,22 +17114,25 @@ template <Scalar S>
                                       const SensorRay<S>& ray, S distance, const Vec3<S>& m,
                                       const BodyMotion<S>& A, const BodyMotion<S>& B, S dt,
                                       SensorMemory<S>& memory) {
-  const Vec3<S> n = A.pose.rotate(ray.d_A);
-  if (!(distance < ray.length) || !(m.dot(n) <= grazing_cosine<S>)) {
+  const Quat<S> into_A = A.pose.rotation.conjugate();
+  const Vec3<S> m_A = into_A * m;
+  if (!(distance < ray.length) || !(m_A.dot(ray.d_A) <= grazing_cosine<S>)) {
     memory.is_anchored = false;
     return {};
   }
-  const PairPose<S> pair{A.pose.rotation_matrix(), B.pose.rotation_matrix(),
-                         B.pose.translation - A.pose.translation};
-  const Vec3<S> r_A = pair.R_WA * (ray.p_AStart + distance * ray.d_A);
-  const SensorContact<S> contact{sensor_depth(distance, ray.length), ray.length, n,
-                                 depth_gradient(n, m),
-                                 A.twist.at(r_A) - B.twist.at(r_A - pair.p_AB_W)};
+  const PairPose<S> pair = pair_pose(A.pose, B.pose);
+  const Vec3<S> r_A = ray.p_AStart + distance * ray.d_A;
+  const Vec3<S> r_W = A.pose.rotate(r_A);
+  const S inverse_length = S(1) / ray.length;
+  const SensorContact<S> contact{
+      sensor_depth(distance, inverse_length), inverse_length, ray.d_A,
+      depth_gradient<S>(ray.d_A, m_A),
+      into_A * (A.twist.at(r_W) - B.twist.at(r_W - (B.pose.translation - A.pose.translation)))};
   bool did_slip = false;
-  const Vec3<S> stretch = advance_anchor(memory.anchor, memory.is_anchored, pair, n, r_A,
-                                         p.breakaway_distance, options.reset, did_slip);
+  const Vec3<S> stretch = advance_anchor<S>(memory.anchor, memory.is_anchored, pair, ray.d_A, r_A,
+                                            p.breakaway_distance, options.reset, did_slip);
   memory.is_anchored = true;
-  return Wrench<S>::at(r_A, -sensor_force(p, options, contact, stretch, dt).total());
+  return Wrench<S>::at(r_W, -A.pose.rotate(sensor_force(p, options, contact, stretch, dt).total()));
 }
 
 }  // namespace bristle
@@ -14581,6 +17142,151 @@ template <Scalar S>
 /// @file
 /// What the sensors of a patch felt in the last step.
 // SPDX-License-Identifier: BSD-3-Clause
+
+// === bristle/sensors/sensor_tiles.hpp
+
+/// @file
+/// Sensors and their contacts, sixteen to a tile: arrays that registers are loaded from.
+///
+/// A tile is a structure of short arrays, one entry a sensor. What a kernel reads of one sensor
+/// lies within a few pages, aligned, and in the order in which it is read; long separate arrays
+/// would be thirty streams. Sixteen lanes are the widest register there is: tiles look the same
+/// whatever a file is compiled for. Which lanes take part is a word of bits.
+///
+/// All vectors are in A's axes, the body of the patch, in which rays stand still.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+namespace bristle {
+
+/// [-] Sensors of a tile.
+inline constexpr std::size_t tile_size = 16;
+
+/// One entry for each sensor of a tile.
+template <typename T>
+using Row = std::array<T, tile_size>;
+
+/// Lane bits of a tile: bit i is its sensor i.
+using LaneBits = std::uint16_t;
+
+/// A body as one number, to be compared in lanes.
+[[nodiscard]] inline std::uint64_t root_key(BodyId id) {
+  return std::uint64_t(id.generation) << 32 | id.index;
+}
+
+/// Which of the sixteen items from `first` on equal `value`. Quick where all do.
+template <typename T>
+[[nodiscard]] BRISTLE_LANES LaneBits equal_lanes(const T* first, T value) {
+  T difference = 0;
+  for (std::uint32_t i = 0; i < tile_size; ++i) difference |= first[i] ^ value;
+  if (difference == 0) return 0xffffu;
+  std::uint32_t bits = 0;
+  for (std::uint32_t i = 0; i < tile_size; ++i) bits |= first[i] == value ? 1u << i : 0u;
+  return static_cast<LaneBits>(bits);
+}
+
+/// Three rows of coordinates.
+template <Scalar S>
+struct Row3 {
+  Row<S> x, y, z;
+
+  [[nodiscard]] Vec3<S> operator[](std::size_t i) const { return {x[i], y[i], z[i]}; }
+  void set(std::size_t i, const Vec3<S>& v) {
+    x[i] = v.x();
+    y[i] = v.y();
+    z[i] = v.z();
+  }
+};
+
+/// Sixteen sensors of a patch, and what their bristles remember.
+template <Scalar S>
+struct alignas(64) SensorTile {
+  /// [m] Starts of the rays from A's centre of mass; [1] unit directions and their first tangents
+  /// (`tangent_basis`); [1/m] inverse lengths.
+  Row3<S> start{}, direction{}, tangent{};
+  Row<S> inverse_length{};
+  /// [m] Roots of the bristles on A in A's axes, on B in B's.
+  Row3<S> root_a{}, root_b{};
+  /// Whether they are rooted, and in which bodies (`root_key`).
+  LaneBits is_rooted = 0;
+  Row<std::uint64_t> rooted_in{};
+};
+
+/// The contacts of up to sixteen neighbouring sensors with one body in one step: geometry, the
+/// linear model of their impulses, and the impulses they finally gave. Lanes without contact hold
+/// anything. See `PatchContact` for what the rows mean.
+template <Scalar S>
+struct alignas(64) ContactTile {
+  /// Leaves the rows as they are: every kernel writes the rows that the next ones read.
+  ContactTile() {}  // NOLINT(modernize-use-equals-default): that would clear them.
+
+  /// [-] Number of the tile of sensors.
+  std::uint32_t tile = 0;
+  /// Which lanes have a contact; which of these touch, push, slip, and slip damped.
+  LaneBits is_met = 0;
+  LaneBits is_touching = 0;
+  LaneBits is_pushing = 0;
+  LaneBits is_slipping = 0;
+  LaneBits is_damping_slip = 0;
+
+  Row3<S> point, g, stretch;
+  Row<S> depth, force;
+
+  Row3<S> constant;
+  Row<S> a_normal, a_across;
+
+  Row3<S> impulse;
+  Row<S> normal_impulse;
+
+  /// Of slipping sensors only.
+  Row3<S> along, last_slip;
+  Row<S> a_along;
+};
+
+namespace detail {
+
+/// [-] The bits of a full pack.
+template <Scalar S>
+inline constexpr std::uint32_t full_pack = (1u << lanes<S>)-1u;
+
+/// Lanes [at, at + lanes) of a tile's bits, as bits of a pack.
+template <Scalar S>
+[[nodiscard]] BRISTLE_LANES std::uint32_t pack_bits(LaneBits bits, std::size_t at) {
+  return (static_cast<std::uint32_t>(bits) >> at) & full_pack<S>;
+}
+template <Scalar S>
+[[nodiscard]] BRISTLE_LANES Mask<S> load_mask(LaneBits bits, std::size_t at) {
+  return Mask<S>::from_bits(pack_bits<S>(bits, at));
+}
+/// Puts a pack's bits in their place among those of a tile.
+template <Scalar S>
+BRISTLE_LANES void store_mask(LaneBits& bits, std::size_t at, const Mask<S>& mask) {
+  bits = static_cast<LaneBits>((bits & ~(full_pack<S> << at)) | (bristle::bits(mask) << at));
+}
+
+template <Scalar S>
+[[nodiscard]] BRISTLE_LANES Pack<S> load_pack(const Row<S>& row, std::size_t at) {
+  return Pack<S>::load(row.data() + at);
+}
+template <Scalar S>
+[[nodiscard]] BRISTLE_LANES Pack3<S> load_pack(const Row3<S>& row, std::size_t at) {
+  return Pack3<S>::load(row.x.data() + at, row.y.data() + at, row.z.data() + at);
+}
+template <Scalar S>
+BRISTLE_LANES void store_pack(Row<S>& row, std::size_t at, const Pack<S>& value) {
+  value.store(row.data() + at);
+}
+template <Scalar S>
+BRISTLE_LANES void store_pack(Row3<S>& row, std::size_t at, const Pack3<S>& value) {
+  value.store(row.x.data() + at, row.y.data() + at, row.z.data() + at);
+}
+
+}  // namespace detail
+
+}  // namespace bristle
 
 #include <algorithm>
 #include <cstddef>
@@ -14648,9 +17354,11 @@ struct PatchReading {
   }
 };
 
-/// Where the readings of a patch are kept.
+/// Where the readings of a patch are kept, with room for whole tiles of sensors.
 template <Scalar S>
 struct ReadingStore {
+  /// [-] Number of sensors.
+  std::size_t count = 0;
   std::vector<S> depth, normal_force, shear_1, shear_2;
   Vec3Array<S> point;
   std::vector<BodyId> body;
@@ -14658,7 +17366,9 @@ struct ReadingStore {
   Wrench<S> wrench{};
   Vec3<S> shear_W = Vec3<S>::Zero();
 
-  void resize(std::size_t n) {
+  void resize(std::size_t sensors) {
+    count = sensors;
+    const std::size_t n = (sensors + tile_size - 1) / tile_size * tile_size;
     depth.resize(n);
     normal_force.resize(n);
     shear_1.resize(n);
@@ -14667,15 +17377,19 @@ struct ReadingStore {
     body.resize(n);
     state.resize(n, SensorState::free);
   }
-  /// Makes one sensor read nothing.
-  void clear(std::size_t i) {
-    depth[i] = normal_force[i] = shear_1[i] = shear_2[i] = S(0);
-    body[i] = BodyId{};
-    state[i] = SensorState::free;
+  /// Makes the sensors of one tile read nothing.
+  void clear_tile(std::size_t tile) {
+    const std::size_t first = tile * tile_size;
+    for (std::size_t i = first; i < first + tile_size; ++i) {
+      depth[i] = normal_force[i] = shear_1[i] = shear_2[i] = S(0);
+      body[i] = BodyId{};
+      state[i] = SensorState::free;
+    }
   }
   [[nodiscard]] PatchReading<S> view() const {
-    return {depth,   normal_force, shear_1, shear_2, point.x, point.y,
-            point.z, body,         state,   wrench,  shear_W};
+    const auto of = [this](const auto& items) { return std::span(items.data(), count); };
+    return {of(depth),   of(normal_force), of(shear_1), of(shear_2), of(point.x), of(point.y),
+            of(point.z), of(body),         of(state),   wrench,      shear_W};
   }
 };
 
@@ -14780,6 +17494,7 @@ void SensorLayout<S>::validate() const {
 
 }  // namespace bristle
 
+#include <bit>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -14813,64 +17528,83 @@ struct PatchDef {
 };
 
 /// One sensor that meets a body in this step: geometry, the linear model of its impulse, and the
-/// impulse it finally gave. World axes; the reference point c belongs to its `PatchPair`.
-template <Scalar S>
+/// impulse it finally gave. In A's axes; the reference point c belongs to its `PatchPair`. A
+/// patch's contacts lie in `ContactTile`s and are worked on as PatchContact<Pack<S>>.
+template <Value T>
 struct PatchContact {
-  std::uint32_t sensor = 0;
   /// Whether it touches at the start of the step (else it may within it), whether its normal part
-  /// acts, and whether its bristle slips in this step.
-  bool is_touching = false;
-  bool is_pushing = false;
-  bool is_slipping = false;
-  bool is_damping_slip = false;
+  /// acts, and whether its bristle slips in this step, damped or not.
+  Truth<T> is_touching{};
+  Truth<T> is_pushing{};
+  Truth<T> is_slipping{};
+  Truth<T> is_damping_slip{};
   /// [1] Ray direction n and depth gradient g.
-  Vec3<S> n = Vec3<S>::UnitX();
-  Vec3<S> g = Vec3<S>::UnitX();
+  Vector3<T> n, g;
   /// [m] From c to the point of touch.
-  Vec3<S> rho = Vec3<S>::Zero();
+  Vector3<T> rho;
   /// [m] Stretch at the start of the step.
-  Vec3<S> stretch = Vec3<S>::Zero();
+  Vector3<T> stretch;
   /// [m/s] Relative velocity at the start of the step, and tangential one of the last pass.
-  Vec3<S> start_velocity = Vec3<S>::Zero();
-  Vec3<S> last_slip = Vec3<S>::Zero();
-  /// [1], [m] Depth at the start of the step and length of the ray.
-  S depth = S(0);
-  S length = S(1);
+  Vector3<T> start_velocity, last_slip;
+  /// [1], [1/m] Depth at the start of the step and inverse length of the ray.
+  T depth, inverse_length;
   /// [N] Normal force that sets the friction of this pass.
-  S force = S(0);
+  T force;
 
   /// Impulse on B as a function of the relative velocity v at the end of the step:
-  /// constant + a_normal (g.v) g + a_across v_T + (a_along - a_across) (along.v) along.
-  Vec3<S> constant = Vec3<S>::Zero();
-  Vec3<S> along = Vec3<S>::Zero();
-  S normal_constant = S(0);
-  S a_normal = S(0);
-  S a_across = S(0);
-  S a_along = S(0);
+  /// constant + a_normal (g.v) g + a_across v_T + (a_along - a_across) (along.v) along,
+  /// of which the part with a_normal acts while it pushes.
+  Vector3<T> constant, along;
+  T normal_constant, a_normal, a_across, a_along;
 
   /// [N s] What it gave: its normal part, and all of it on B.
-  S normal_impulse = S(0);
-  Vec3<S> impulse = Vec3<S>::Zero();
+  T normal_impulse;
+  Vector3<T> impulse;
+};
+
+/// What the stiffness of a pair's contacts adds up to, about the middle of the patch's box.
+template <Scalar S>
+struct PairStiffness {
+  /// [N/m], [N s/m] Of the bristles that touch.
+  S bristle_sum = S(0), viscous_sum = S(0);
+  /// [kg] Sums of s, of s rho, of s rho^2 (`measure_pair`), across the rays and along them.
+  S tangential = S(0), normal = S(0);
+  Vec3<S> tangential_first = Vec3<S>::Zero(), normal_first = Vec3<S>::Zero();
+  S tangential_second = S(0), normal_second = S(0);
 };
 
 /// All contacts of one patch with one body in one step.
 template <Scalar S>
 struct PatchPair {
-  /// [-] Slot of the touched body; its contacts are [first, first + count).
+  /// [-] Slot of the touched body; its contact tiles are [first, first + count).
   std::uint32_t body_b = 0;
   std::uint32_t first = 0;
   std::uint32_t count = 0;
+  /// [-] Axes of A in the world, and B as A sees it.
+  Mat3<S> R_WA = Mat3<S>::Identity();
   PairPose<S> pose{};
-  /// [m] From each centre of mass to the reference point c.
+  /// [m/s, rad/s] Motion of A relative to B at the start of the step about A's centre of mass, in
+  /// A's axes.
+  Twist<S> start_motion{};
+  /// [m] From A's centre of mass to the reference point c, in A's axes; from each centre of mass to
+  /// it, in the world's.
+  Vec3<S> center = Vec3<S>::Zero();
   Vec3<S> arm_a = Vec3<S>::Zero();
   Vec3<S> arm_b = Vec3<S>::Zero();
-  /// [1] Lambda of these contacts alone.
+  PairStiffness<S> stiffness{};
+  /// [N s, N m s] Impulse on B about c in A's axes, where it was given with the contacts.
+  bool is_given = false;
+  Wrench<S> given{};
+  /// [1] Lambda of these contacts alone, where anybody asks (`CollectDef`).
   S lambda = S(0);
   bool is_implicit = false;
   /// [1] Weights of the implicit scheme (docs/sensors.md).
   S alpha = S(1);
   S beta = S(0);
   S theta = S(1);
+  /// [-] Sum of the contacts' linear models about c, in A's axes: impulse = offset + matrix u.
+  Mat6<S> matrix = Mat6<S>::Zero();
+  Vec6<S> offset = Vec6<S>::Zero();
   /// [-] Its block among the step's soft blocks, when implicit.
   std::uint32_t soft = 0;
 };
@@ -14883,6 +17617,12 @@ struct PairImpulse {
   Vec6<S> impulse = Vec6<S>::Zero();
 };
 
+/// A shape that rays hit in this step, and the pair of its body.
+struct TouchedShape {
+  std::uint32_t tag = 0;
+  std::uint32_t pair = 0;
+};
+
 /// State of a patch. Arrays have one entry a sensor unless said otherwise.
 template <Scalar S>
 struct SensorPatch {
@@ -14892,20 +17632,24 @@ struct SensorPatch {
   /// [m] Rays from A's centre of mass in A's axes; [1] unit directions; [m] lengths.
   Vec3Array<S> start, direction;
   std::vector<S> length;
+  /// The rays as queries want them.
+  RayBundles<S> bundles{};
   /// [m] Around all rays, from A's centre of mass in A's axes.
   Aabb<S> box{};
 
-  /// Bristles: their roots, and the body they are rooted in (none while they are not rooted).
-  Vec3Array<S> root_a, root_b;
-  std::vector<BodyId> rooted_in;
+  /// The same sensors for the kernels, and their bristles; [0, size()) in order, then nothing.
+  std::vector<SensorTile<S>> tiles;
 
-  /// This step's hits, contacts and pairs.
+  /// This step's hits, in rays, and contacts and pairs.
   RayHits<S> hits{};
-  std::vector<PatchContact<S>> contacts;
+  std::vector<LaneBits> hit_bits;
+  std::vector<TouchedShape> touched;
+  std::vector<ContactTile<S>> contacts;
   std::vector<PatchPair<S>> pairs;
   std::vector<PairImpulse<S>> last_impulses;
-  /// Sensors whose readings are not zero.
-  std::vector<std::uint32_t> felt;
+  /// Sensors of each tile whose readings are not zero.
+  std::vector<LaneBits> felt, felt_before;
+  bool has_felt = false;
   ReadingStore<S> readings{};
 
   [[nodiscard]] std::size_t size() const { return length.size(); }
@@ -14913,10 +17657,15 @@ struct SensorPatch {
     return def.per_sensor.empty() ? def.parameters : def.per_sensor[sensor];
   }
   [[nodiscard]] RayBatch<S> rays(S extra_length) const {
-    return {start.x, start.y, start.z, direction.x, direction.y, direction.z, length, extra_length};
+    return {start.x,     start.y, start.z,      direction.x, direction.y,
+            direction.z, length,  extra_length, &bundles};
   }
-  /// Forgets that a sensor touched anything.
-  void release(std::size_t sensor) { rooted_in[sensor] = BodyId{}; }
+  /// [-] Sensors whose readings are not zero.
+  [[nodiscard]] std::size_t felt_count() const {
+    std::size_t count = 0;
+    for (const LaneBits bits : felt) count += static_cast<std::size_t>(std::popcount(bits));
+    return count;
+  }
 };
 
 /// Checks a definition and turns it into a patch of a body with its centre of mass at `center_B`
@@ -14946,12 +17695,26 @@ template <Scalar S>
     patch.box.include(patch.start[i]);
     patch.box.include(patch.start[i] + patch.length[i] * patch.direction[i]);
   }
-  patch.root_a.resize(n);
-  patch.root_b.resize(n);
-  patch.rooted_in.resize(n);
-  patch.hits.reset(n);
-  patch.contacts.reserve(n);
-  patch.felt.reserve(n);
+  patch.bundles = RayBundles<S>(patch.rays(S(0)));
+  const std::size_t tile_count = (n + tile_size - 1) / tile_size;
+  patch.tiles.resize(tile_count);
+  for (std::size_t i = 0; i < tile_count * tile_size; ++i) {
+    SensorTile<S>& tile = patch.tiles[i / tile_size];
+    const std::size_t lane = i % tile_size;
+    // Lanes behind the last sensor never hit anything; a unit direction keeps them finite.
+    const Vec3<S> direction = i < n ? patch.direction[i] : Vec3<S>(Vec3<S>::UnitX());
+    Vec3<S> t1, t2;
+    tangent_basis<S>(direction, t1, t2);
+    tile.direction.set(lane, direction);
+    tile.tangent.set(lane, t1);
+    if (i < n) tile.start.set(lane, patch.start[i]);
+    tile.inverse_length[lane] = i < n ? S(1) / patch.length[i] : S(1);
+  }
+  patch.hits.reset(tile_count * tile_size);
+  patch.hit_bits.resize(tile_count);
+  patch.contacts.reserve(tile_count);
+  patch.felt.resize(tile_count);
+  patch.felt_before.resize(tile_count);
   patch.readings.resize(n);
   def.sensors = {};  // The arrays above replace it.
   patch.def = std::move(def);
@@ -14959,6 +17722,63 @@ template <Scalar S>
 }
 
 }  // namespace bristle
+
+#include <algorithm>
+#include <cstddef>
+#include <utility>
+
+namespace bristle::detail {
+
+/// One set of constants for all lanes of all tiles.
+template <Scalar S>
+class SharedParameters {
+ public:
+  explicit SharedParameters(const SensorParameters<S>& p)
+      : all_{p.normal_stiffness, p.normal_damping, p.static_friction, p.sliding_friction,
+             p.breakaway_distance} {}
+
+  [[nodiscard]] BRISTLE_LANES const SensorParameters<Pack<S>>& operator()(std::size_t,
+                                                                          std::size_t) const {
+    return all_;
+  }
+
+ private:
+  SensorParameters<Pack<S>> all_;
+};
+
+/// Constants for each sensor, gathered.
+template <Scalar S>
+class OwnParameters {
+ public:
+  explicit OwnParameters(const std::vector<SensorParameters<S>>& own) : own_(&own) {}
+
+  /// Of the sensors from lane `at` of a tile; lanes behind the last sensor have its constants.
+  [[nodiscard]] SensorParameters<Pack<S>> operator()(std::size_t tile, std::size_t at) const {
+    Row<S> rows[5];
+    for (std::size_t i = 0; i < lanes<S>; ++i) {
+      const SensorParameters<S>& p = (*own_)[std::min(tile * tile_size + at + i, own_->size() - 1)];
+      rows[0][i] = p.normal_stiffness;
+      rows[1][i] = p.normal_damping;
+      rows[2][i] = p.static_friction;
+      rows[3][i] = p.sliding_friction;
+      rows[4][i] = p.breakaway_distance;
+    }
+    return {load_pack(rows[0], 0), load_pack(rows[1], 0), load_pack(rows[2], 0),
+            load_pack(rows[3], 0), load_pack(rows[4], 0)};
+  }
+
+ private:
+  const std::vector<SensorParameters<S>>* own_;
+};
+
+/// Calls call(parameters) with what `parameters(tile, at)` gives the constants of a pack.
+template <Scalar S, typename Call>
+decltype(auto) with_parameters(const PatchDef<S>& def, Call&& call) {
+  if (def.per_sensor.empty()) return call(SharedParameters<S>(def.parameters));
+  return call(OwnParameters<S>(def.per_sensor));
+}
+
+}  // namespace bristle::detail
 
 namespace bristle {
 
@@ -14969,25 +17789,43 @@ struct TouchedBody {
   BodyId id{};
 };
 
+/// What contacts are made for.
+template <Scalar S>
+struct CollectDef {
+  /// [s] The step that follows.
+  S dt = S(0);
+  /// [-] Whether anybody chooses between explicit and implicit by Lambda.
+  bool measures_lambda = true;
+  /// [-] Tag of all hits, where only one shape was asked; `any_tag` otherwise.
+  std::uint32_t only_tag = any_tag;
+
+  static constexpr std::uint32_t any_tag = 0xffffffffu;
+};
+
 /// Makes a patch read and remember nothing. Costs nothing when it does so already.
 template <Scalar S>
 void clear_patch(SensorPatch<S>& patch);
 
 /// Fills `contacts` and `pairs` from `hits`; a sensor without a hit lets go of what it held. For
-/// the paper's law the bristles are advanced too.
+/// the paper's law the bristles are advanced too, and patches that are explicit by definition give
+/// their impulses, which spares them a second look at every contact.
 ///
 /// @param A        The patch's own body.
 /// @param find     Callable: TouchedBody<S> find(tag), the body that owns the shape with that tag.
 template <Scalar S, typename FindBody>
-void collect_contacts(SensorPatch<S>& patch, const Body<S>& A, FindBody&& find);
+void collect_contacts(SensorPatch<S>& patch, const Body<S>& A, FindBody&& find,
+                      const CollectDef<S>& def);
 
 // Implementation -----------------------------------------------------------------------------------
 
 template <Scalar S>
 void clear_patch(SensorPatch<S>& patch) {
-  for (const std::uint32_t i : patch.felt) patch.readings.clear(i);
-  for (const PatchContact<S>& c : patch.contacts) patch.release(c.sensor);
-  patch.felt.clear();
+  for (const ContactTile<S>& c : patch.contacts) patch.tiles[c.tile].is_rooted = 0;
+  for (std::size_t i = 0; patch.has_felt && i < patch.felt.size(); ++i) {
+    if (patch.felt[i] != 0) patch.readings.clear_tile(i);
+    patch.felt[i] = 0;
+  }
+  patch.has_felt = false;
   patch.contacts.clear();
   patch.pairs.clear();
   patch.last_impulses.clear();
@@ -14997,91 +17835,313 @@ void clear_patch(SensorPatch<S>& patch) {
 
 namespace detail {
 
-/// One contact from sensor i's hit on the body of `pair`; false when the touch is grazing.
-template <Scalar S>
-bool fill_contact(SensorPatch<S>& patch, std::size_t i, const PatchPair<S>& pair, const Body<S>& A,
-                  const Body<S>& B, PatchContact<S>& c) {
-  c.n = pair.pose.R_WA * patch.direction[i];
-  const Vec3<S> m = pair.pose.R_WA * patch.hits.normal[i];
-  if (!(m.dot(c.n) <= grazing_cosine<S>))
-    return false;  // False for a normal that is no number, too.
-  c.sensor = static_cast<std::uint32_t>(i);
-  c.g = depth_gradient(c.n, m);
-  c.length = patch.length[i];
-  c.depth = sensor_depth(patch.hits.distance[i], c.length);
-  c.is_touching = c.depth > S(0);
-  c.rho = pair.pose.R_WA * (patch.start[i] + patch.hits.distance[i] * patch.direction[i]);
-  c.start_velocity = A.twist.at(c.rho) - B.twist.at(c.rho - pair.pose.p_AB_W);
-  return true;
+/// Finds for every tile the lanes that hit anything, makes the others let go, and gives every body
+/// that was hit a pair and every shape that was hit a place in `patch.touched`.
+template <Scalar S, typename FindBody>
+void find_touched(SensorPatch<S>& patch, FindBody&& find, std::uint32_t only_tag) {
+  patch.touched.clear();
+  const auto add_shape = [&](std::uint32_t tag) {
+    const std::uint32_t slot = find(tag).id.index;
+    std::uint32_t pair = 0;
+    while (pair < patch.pairs.size() && patch.pairs[pair].body_b != slot) ++pair;
+    if (pair == patch.pairs.size()) patch.pairs.emplace_back().body_b = slot;
+    patch.touched.push_back({tag, pair});
+  };
+  // Whoever filled the hits knew of real sensors only.
+  const std::size_t padded = patch.tiles.size() * tile_size;
+  patch.hits.distance.resize(padded, infinity<S>);
+  patch.hits.normal.resize(padded);
+  patch.hits.tag.resize(padded);
+  for (std::size_t number = 0; number < patch.tiles.size(); ++number) {
+    const std::size_t first = number * tile_size;
+    std::uint32_t hit = 0;
+    for (std::size_t at = 0; at < tile_size; at += lanes<S>) {
+      const Pack<S> distance = Pack<S>::load(patch.hits.distance.data() + first + at);
+      hit |= bits(distance < Pack<S>(infinity<S>)) << at;
+    }
+    patch.hit_bits[number] = static_cast<LaneBits>(hit);
+    SensorTile<S>& tile = patch.tiles[number];
+    tile.is_rooted = static_cast<LaneBits>(tile.is_rooted & hit);
+    if (only_tag != CollectDef<S>::any_tag) {
+      if (hit != 0 && patch.touched.empty()) add_shape(only_tag);
+      continue;
+    }
+    std::uint32_t rest = hit;
+    const std::uint32_t* tags = patch.hits.tag.data() + first;
+    for (const TouchedShape& shape : patch.touched) {
+      if (rest == 0) break;
+      rest &= ~std::uint32_t(equal_lanes(tags, shape.tag));
+    }
+    while (rest != 0) {
+      const std::uint32_t tag = tags[std::countr_zero(rest)];
+      rest &= ~std::uint32_t(equal_lanes(tags, tag));
+      add_shape(tag);
+    }
+  }
 }
 
-/// Advances the bristle of a contact; a surface the ray does not reach yet lets go of it.
+/// Lanes of a tile that hit the body of a pair.
 template <Scalar S>
-void advance_bristle(SensorPatch<S>& patch, const PatchPair<S>& pair, BodyId id_b,
-                     PatchContact<S>& c) {
-  if (!c.is_touching) {
-    patch.release(c.sensor);
-    return;
+[[nodiscard]] LaneBits hit_lanes(const SensorPatch<S>& patch, std::size_t number,
+                                 std::uint32_t pair) {
+  const LaneBits hit = patch.hit_bits[number];
+  if (hit == 0 || patch.pairs.size() == 1) return hit;
+  std::uint32_t of_pair = 0;
+  for (const TouchedShape& shape : patch.touched) {
+    if (shape.pair != pair) continue;
+    of_pair |= equal_lanes(patch.hits.tag.data() + number * tile_size, shape.tag);
   }
-  Anchor<S> anchor{patch.root_a[c.sensor], patch.root_b[c.sensor]};
-  c.stretch = advance_anchor(anchor, patch.rooted_in[c.sensor] == id_b, pair.pose, c.n, c.rho,
-                             patch.parameters(c.sensor).breakaway_distance, patch.def.options.reset,
-                             c.is_slipping);
-  patch.root_a.set(c.sensor, anchor.q_A);
-  patch.root_b.set(c.sensor, anchor.q_B);
-  patch.rooted_in[c.sensor] = id_b;
+  return static_cast<LaneBits>(hit & of_pair);
+}
+
+/// What is summed over the contacts of a pair while they are made. Lane by lane.
+template <Scalar S>
+struct ContactSums {
+  using T = Pack<S>;
+  Pack3<S> point = zero_vector<T>();
+  T bristle = S(0), viscous = S(0);
+  T tangential = S(0), tangential_second = S(0);
+  Pack3<S> tangential_first = zero_vector<T>();
+  T normal = S(0), normal_second = S(0);
+  Pack3<S> normal_first = zero_vector<T>();
+  /// Of explicit impulses, about A's centre of mass.
+  Pack3<S> impulse = zero_vector<T>();
+  Pack3<S> impulse_moment = zero_vector<T>();
+};
+
+/// The impulses of a pack of contacts at the start of a step into its tile, and to the sums.
+template <Scalar S>
+BRISTLE_LANES void give_impulses(ContactTile<S>& tile, std::size_t at,
+                                 const SensorParameters<Pack<S>>& p, const LawOptions& options,
+                                 const SensorContact<Pack<S>>& contact, const Pack3<S>& stretch,
+                                 const Pack3<S>& point, const Mask<S>& is_touching, S dt,
+                                 Pack3<S>& sum, Pack3<S>& moment_sum) {
+  using T = Pack<S>;
+  const SensorForce<T> force = sensor_force<T>(p, options, contact, stretch, dt);
+  const Pack3<S> impulse = select(is_touching, T(dt) * force.total(), zero_vector<T>());
+  store_pack(tile.normal_impulse, at, select(is_touching, T(dt) * force.normal, T(S(0))));
+  store_pack(tile.impulse, at, impulse);
+  sum += impulse;
+  moment_sum += cross(point, impulse);
+}
+
+/// Makes contacts of hits: those of one patch with one body.
+template <Scalar S, typename Parameters>
+class ContactMaker {
+ public:
+  using T = Pack<S>;
+
+  ContactMaker(SensorPatch<S>& patch, const PatchPair<S>& pair, BodyId id_b,
+               const Parameters& parameters, const CollectDef<S>& def)
+      : patch_(patch),
+        parameters_(parameters),
+        options_(patch.def.options),
+        pose_(pair.pose),
+        linear_(spread<T>(pair.start_motion.linear)),
+        angular_(spread<T>(pair.start_motion.angular)),
+        middle_(spread<T>(patch.box.center())),
+        key_b_(root_key(id_b)),
+        dt_(def.dt),
+        measures_lambda_(def.measures_lambda),
+        gives_(is_explicit(patch.def)) {}
+
+  /// Whether the impulses of a patch are given here.
+  [[nodiscard]] static bool is_explicit(const PatchDef<S>& def) {
+    return def.integration == Integration::explicit_ && def.options.law == Law::paper;
+  }
+
+  /// Those of the lanes `hit` of a tile that meet the body at more than a grazing angle.
+  BRISTLE_LANES void add_tile(std::size_t number, LaneBits hit) {
+    SensorTile<S>& tile = patch_.tiles[number];
+    ContactTile<S>& out = patch_.contacts.emplace_back();
+    out.tile = static_cast<std::uint32_t>(number);
+    const LaneBits anchored =
+        tile.is_rooted == 0
+            ? LaneBits(0)
+            : static_cast<LaneBits>(tile.is_rooted & equal_lanes(tile.rooted_in.data(), key_b_));
+    for (std::size_t at = 0; at < tile_size; at += lanes<S>) {
+      if (pack_bits<S>(hit, at) != 0) add_pack(tile, out, at, hit, anchored);
+    }
+    if (options_.law == Law::ambf) {
+      tile.is_rooted = static_cast<LaneBits>(tile.is_rooted & (~hit | out.is_met));
+    } else {
+      std::uint32_t fresh = out.is_touching & ~std::uint32_t(anchored);
+      // A tile that is rooted nowhere else says so in all lanes, for `equal_lanes`.
+      if (fresh != 0 && tile.is_rooted == anchored) tile.rooted_in.fill(key_b_);
+      for (; fresh != 0; fresh &= fresh - 1) {
+        tile.rooted_in[static_cast<std::size_t>(std::countr_zero(fresh))] = key_b_;
+      }
+      tile.is_rooted = static_cast<LaneBits>((tile.is_rooted & ~hit) | out.is_touching);
+    }
+    count_ += static_cast<std::uint32_t>(std::popcount(out.is_met));
+    if (out.is_met == 0) patch_.contacts.pop_back();
+  }
+
+  [[nodiscard]] std::uint32_t count() const { return count_; }
+  /// [m] Sum of the points of touch.
+  [[nodiscard]] Vec3<S> point_sum() const { return sum_of_lanes(sums_.point); }
+  /// [N s, N m s] Sum of the impulses that were given, on B about the arm `center`, A's axes.
+  [[nodiscard]] Wrench<S> given(const Vec3<S>& center) const {
+    return Wrench<S>{sum_of_lanes(sums_.impulse), sum_of_lanes(sums_.impulse_moment)}.shifted(
+        center);
+  }
+  [[nodiscard]] PairStiffness<S> stiffness() const {
+    return {sum_of_lanes(sums_.bristle),           sum_of_lanes(sums_.viscous),
+            sum_of_lanes(sums_.tangential),        sum_of_lanes(sums_.normal),
+            sum_of_lanes(sums_.tangential_first),  sum_of_lanes(sums_.normal_first),
+            sum_of_lanes(sums_.tangential_second), sum_of_lanes(sums_.normal_second)};
+  }
+
+ private:
+  BRISTLE_LANES void add_pack(SensorTile<S>& tile, ContactTile<S>& out, std::size_t at,
+                              LaneBits hit, LaneBits anchored) {
+    const std::size_t first = out.tile * tile_size + at;
+    const Pack3<S> n = load_pack(tile.direction, at);
+    const RayHits<S>& hits = patch_.hits;
+    const Pack3<S> surface = Pack3<S>::load(
+        hits.normal.x.data() + first, hits.normal.y.data() + first, hits.normal.z.data() + first);
+    // False for a normal that is no number, too.
+    const T cosine = dot(surface, n);
+    const Mask<S> is_met = load_mask<S>(hit, at) & (cosine <= T(grazing_cosine<S>));
+    // Lanes without contact go on with a hit from ahead at the start of the ray: all is finite.
+    const Pack3<S> m = select(is_met, surface, -n);
+    const T distance = select(is_met, T::load(hits.distance.data() + first), T(0));
+
+    const SensorParameters<T>& p = parameters_(out.tile, at);
+    const Pack3<S> g = depth_gradient<T>(m, select(is_met, cosine, T(S(-1))));
+    const T inverse_length = load_pack(tile.inverse_length, at);
+    const T depth = sensor_depth(distance, inverse_length);
+    const Mask<S> is_touching = is_met & (depth > T(0));
+    const Pack3<S> point = load_pack(tile.start, at) + distance * n;
+    const Pack3<S> velocity = linear_ + cross(angular_, point);
+    const T force =
+        select(is_touching, normal_force(p, depth, T(dot(g, velocity) * inverse_length)), T(0));
+    store_mask(out.is_met, at, is_met);
+    store_mask(out.is_touching, at, is_touching);
+    store_pack(out.point, at, point);
+    store_pack(out.g, at, g);
+    store_pack(out.depth, at, depth);
+    // What linear models start from; with the impulses given there will be none.
+    if (!gives_) store_pack(out.force, at, force);
+    if (options_.law == Law::paper) {
+      // Nearly all bristles stay as they are. What has to be rooted is a call, and loads what it
+      // needs anew: inlined, it would push this loop's values out of the registers.
+      const Anchor<T> anchor{load_pack(tile.root_a, at), load_pack(tile.root_b, at)};
+      Pack3<S> stretch = anchor_stretch<T>(anchor, pose_, n);
+      if (!gives_) store_pack(out.stretch, at, stretch);
+      const T sigma = p.breakaway_distance;
+      const Mask<S> is_kept = load_mask<S>(anchored, at) & (dot(stretch, stretch) <= sigma * sigma);
+      if (any(is_touching & !is_kept)) {
+        root_anew(tile, out, at, anchored, sigma);
+        stretch = load_pack(out.stretch, at);
+      }
+      if (gives_) {
+        give_impulses<S>(out, at, p, options_, {depth, inverse_length, n, g, velocity}, stretch,
+                         point, is_touching, dt_, sums_.impulse, sums_.impulse_moment);
+      }
+    }
+    sums_.point += select(is_met, point, zero_vector<T>());
+    if (!gives_ || measures_lambda_) {
+      add_sums(p, point, depth, force, inverse_length, is_met, is_touching);
+    }
+  }
+
+  /// Advances the bristles of the lanes that touch, and leaves those of the others alone.
+  BRISTLE_OUTLINED void root_anew(SensorTile<S>& tile, ContactTile<S>& out, std::size_t at,
+                                  LaneBits anchored, const T& sigma) const {
+    Anchor<T> anchor{load_pack(tile.root_a, at), load_pack(tile.root_b, at)};
+    const Mask<S> is_touching = load_mask<S>(out.is_touching, at);
+    Mask<S> did_slip;
+    // What does not touch is kept, however far it is stretched.
+    const Pack3<S> stretch =
+        advance_anchor<T>(anchor, load_mask<S>(anchored, at) | !is_touching, pose_,
+                          load_pack(tile.direction, at), load_pack(out.point, at),
+                          select(is_touching, sigma, T(infinity<S>)), options_.reset, did_slip);
+    store_pack(out.stretch, at, stretch);
+    store_mask(out.is_slipping, at, did_slip);
+    store_pack(tile.root_a, at, anchor.q_A);
+    store_pack(tile.root_b, at, anchor.q_B);
+  }
+
+  BRISTLE_LANES void add_sums(const SensorParameters<T>& p, const Pack3<S>& point, const T& depth,
+                              const T& force, const T& inverse_length, const Mask<S>& is_met,
+                              const Mask<S>& is_touching) {
+    const T k_t = select(is_touching, bristle_stiffness(p, options_.scaling, force, depth), T(0));
+    const T c_t = select(is_touching, p.sliding_friction, T(0));
+    sums_.bristle += k_t;
+    sums_.viscous += c_t;
+    if (!measures_lambda_) return;
+    const T tangential = T(dt_ * dt_) * k_t + T(S(2) * dt_) * c_t;
+    const T normal = select(
+        is_met,
+        (T(dt_ * dt_) * p.normal_stiffness + T(S(2) * dt_) * p.normal_damping) * inverse_length,
+        T(0));
+    const Pack3<S> arm = point - middle_;
+    const T arm2 = dot(arm, arm);
+    sums_.tangential += tangential;
+    sums_.tangential_first += tangential * arm;
+    sums_.tangential_second += tangential * arm2;
+    sums_.normal += normal;
+    sums_.normal_first += normal * arm;
+    sums_.normal_second += normal * arm2;
+  }
+
+  SensorPatch<S>& patch_;
+  const Parameters parameters_;
+  const LawOptions options_;
+  const PairPose<S> pose_;
+  const Pack3<S> linear_, angular_, middle_;
+  const std::uint64_t key_b_;
+  const S dt_;
+  const bool measures_lambda_;
+  const bool gives_;
+  ContactSums<S> sums_{};
+  std::uint32_t count_ = 0;
+};
+
+/// Makes the contacts of pair `index` and measures them.
+template <Scalar S>
+void meet_body(SensorPatch<S>& patch, std::uint32_t index, const Body<S>& A,
+               const TouchedBody<S>& B, const CollectDef<S>& def) {
+  PatchPair<S>& pair = patch.pairs[index];
+  pair.R_WA = A.center_pose.rotation_matrix();
+  pair.pose = pair_pose(A.center_pose, B.body->center_pose);
+  const Vec3<S> p_AB_W = B.body->center_pose.translation - A.center_pose.translation;
+  const Mat3<S> R_AW = pair.R_WA.transpose();
+  pair.start_motion = {product<S>(R_AW, A.twist.linear - B.body->twist.at(-p_AB_W)),
+                       product<S>(R_AW, A.twist.angular - B.body->twist.angular)};
+  pair.first = static_cast<std::uint32_t>(patch.contacts.size());
+  with_parameters<S>(patch.def, [&](const auto& parameters) {
+    using Maker = ContactMaker<S, std::remove_cvref_t<decltype(parameters)>>;
+    Maker maker(patch, pair, B.id, parameters, def);
+    for (std::size_t number = 0; number < patch.tiles.size(); ++number) {
+      const LaneBits hit = hit_lanes(patch, number, index);
+      if (hit != 0) maker.add_tile(number, hit);
+    }
+    pair.stiffness = maker.stiffness();
+    // Moments are taken about the middle of the contacts, where they are smallest.
+    pair.center = maker.point_sum() / S(std::max(maker.count(), 1u));
+    pair.is_given = Maker::is_explicit(patch.def);
+    pair.given = maker.given(pair.center);
+  });
+  pair.count = static_cast<std::uint32_t>(patch.contacts.size()) - pair.first;
+  pair.arm_a = product(pair.R_WA, pair.center);
+  pair.arm_b = pair.arm_a - p_AB_W;
 }
 
 }  // namespace detail
 
 template <Scalar S, typename FindBody>
-void collect_contacts(SensorPatch<S>& patch, const Body<S>& A, FindBody&& find) {
+void collect_contacts(SensorPatch<S>& patch, const Body<S>& A, FindBody&& find,
+                      const CollectDef<S>& def) {
   patch.contacts.clear();
   patch.pairs.clear();
-  const std::size_t n = patch.size();
-  // Which bodies were met at all; nearly always one or two, so a linear search serves.
-  for (std::size_t i = 0; i < n; ++i) {
-    if (!patch.hits.is_hit(i)) {
-      patch.release(i);
-      continue;
-    }
-    const std::uint32_t slot = find(patch.hits.tag[i]).id.index;
-    bool is_known = false;
-    for (const PatchPair<S>& pair : patch.pairs) is_known = is_known || pair.body_b == slot;
-    if (!is_known) patch.pairs.emplace_back().body_b = slot;
-  }
-  const Mat3<S> R_WA = A.center_pose.rotation_matrix();
-  for (PatchPair<S>& pair : patch.pairs) {
-    pair.first = static_cast<std::uint32_t>(patch.contacts.size());
-    const Body<S>* B = nullptr;
-    Vec3<S> sum = Vec3<S>::Zero();
-    for (std::size_t i = 0; i < n; ++i) {
-      if (!patch.hits.is_hit(i)) continue;
-      const TouchedBody<S> touched = find(patch.hits.tag[i]);
-      if (touched.id.index != pair.body_b) continue;
-      if (B == nullptr) {
-        B = touched.body;
-        pair.pose = {R_WA, B->center_pose.rotation_matrix(),
-                     B->center_pose.translation - A.center_pose.translation};
-      }
-      PatchContact<S> contact;
-      if (!detail::fill_contact(patch, i, pair, A, *B, contact)) {
-        patch.release(i);
-        continue;
-      }
-      if (patch.def.options.law == Law::paper) {
-        detail::advance_bristle(patch, pair, touched.id, contact);
-      }
-      sum += contact.rho;
-      patch.contacts.push_back(contact);
-    }
-    pair.count = static_cast<std::uint32_t>(patch.contacts.size()) - pair.first;
-    if (pair.count == 0) continue;
-    // Moments are taken about the middle of the contacts, where they are smallest.
-    pair.arm_a = sum / S(pair.count);
-    pair.arm_b = pair.arm_a - pair.pose.p_AB_W;
-    for (std::uint32_t k = 0; k < pair.count; ++k) {
-      patch.contacts[pair.first + k].rho -= pair.arm_a;
+  detail::find_touched(patch, find, def.only_tag);
+  for (std::uint32_t index = 0; index < patch.pairs.size(); ++index) {
+    for (const TouchedShape& shape : patch.touched) {
+      if (shape.pair != index) continue;
+      detail::meet_body(patch, index, A, find(shape.tag), def);
+      break;
     }
   }
 }
@@ -15091,7 +18151,7 @@ void collect_contacts(SensorPatch<S>& patch, const Body<S>& A, FindBody&& find) 
 // === bristle/sensors/patch_explicit.hpp
 
 /// @file
-/// The explicit patch, the choice between explicit and implicit, and what a patch finally reads.
+/// The explicit patch, and the choice between explicit and implicit.
 // SPDX-License-Identifier: BSD-3-Clause
 
 // === bristle/sensors/ambf_law.hpp
@@ -15149,7 +18209,7 @@ template <Scalar S>
     anchor = rooted<S>(pair, r_A, Vec3<S>::Zero());
     is_rooted = true;
   }
-  f.shear += (p.sliding_friction * weight) * ambf_projected<S>(tangential(c.v, m));
+  f.shear += (p.sliding_friction * weight) * ambf_projected<S>(tangential<S>(c.v, m));
   return f;
 }
 
@@ -15167,6 +18227,296 @@ template <Scalar S>
 /// derives every line; the equations are numbered there.
 // SPDX-License-Identifier: BSD-3-Clause
 
+// === bristle/sensors/linear_model.hpp
+
+/// @file
+/// The impulse of one sensor as an affine function of the velocity at the end of the step.
+///
+/// The formulas of the implicit patch (docs/sensors.md, section 4), for one contact or for as many
+/// as a register has lanes.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <array>
+
+namespace bristle::detail {
+
+/// Velocity of A relative to B at the arm rho from c for the motion (linear, angular) at c.
+template <Value T>
+[[nodiscard]] BRISTLE_LANES Vector3<T> velocity_at(const Vector3<T>& linear,
+                                                   const Vector3<T>& angular,
+                                                   const Vector3<T>& rho) {
+  return linear + cross(angular, rho);
+}
+
+/// Normal part: J_n = dt K_N e_N + a_n g.v' while touching; before, the spring and the damper act
+/// on the depth that is reached within the step only, so that nothing pushes across a gap.
+template <Value T>
+BRISTLE_LANES void linearise_normal(const SensorParameters<T>& p, PatchContact<T>& c,
+                                    ScalarOf<T> dt) {
+  const T spring = T(dt) * p.normal_stiffness;
+  const T slope = spring + p.normal_damping;
+  c.normal_constant = select(c.is_touching, spring, slope) * c.depth;
+  c.a_normal = T(dt) * slope * c.inverse_length;
+}
+
+/// Constant part of the impulse from the normal: along g, plus, where the force shall point along
+/// the ray, the difference to n with the impulse of the last pass. (With that impulse inside, the
+/// matrix would be unsymmetric and oblique rays would be kicked.)
+template <Value T>
+[[nodiscard]] BRISTLE_LANES Vector3<T> normal_constant(const PatchContact<T>& c,
+                                                       NormalDirection direction) {
+  Vector3<T> sum = c.normal_constant * c.g;
+  if (direction == NormalDirection::ray) sum += c.normal_impulse * Vector3<T>(c.n - c.g);
+  return select(c.is_pushing, sum, zero_vector<T>());
+}
+
+/// Friction of a bristle that sticks throughout the step.
+template <Value T>
+[[nodiscard]] BRISTLE_LANES Vector3<T> linearise_stuck(const SensorParameters<T>& p,
+                                                       const LawOptions& options,
+                                                       const PatchPair<ScalarOf<T>>& pair,
+                                                       PatchContact<T>& c, ScalarOf<T> dt) {
+  using S = ScalarOf<T>;
+  const T k_t = bristle_stiffness(p, options.scaling, c.force, c.depth);
+  const Vector3<T> v0 = tangential<T>(c.start_velocity, c.n);
+  const T viscous = T(dt) * p.sliding_friction;
+  c.a_across = c.a_along = T((pair.alpha + pair.beta) * dt * dt) * k_t + T(pair.theta) * viscous;
+  c.along = zero_vector<T>();
+  return (T(dt) * k_t) * c.stretch +
+         (T(S(1) - pair.theta) * viscous - T(pair.beta * dt * dt) * k_t) * v0;
+}
+
+/// Mean stretch of a bristle over a step in which it slips with the tangential velocity v.
+template <Value T>
+[[nodiscard]] BRISTLE_LANES Vector3<T> mean_slip_stretch(const PatchPair<ScalarOf<T>>& pair,
+                                                         const PatchContact<T>& c,
+                                                         const Vector3<T>& v, T sigma,
+                                                         SlipReset reset, ScalarOf<T> dt) {
+  using std::min;
+  using std::sqrt;
+  const T speed = sqrt(dot(v, v));
+  const T passed = speed * T(dt);
+  const Truth<T> passes_whole_stretches = passed >= sigma;
+  const Vector3<T> reached = c.stretch + T(pair.alpha * dt) * v;
+  const Vector3<T> within = after_reset<T>(reached, sigma, reset);
+  if (!any(passes_whole_stretches)) return within;
+  if (reset == SlipReset::release) {
+    return select(passes_whole_stretches, (sigma / (T(2) * speed)) * v, within);
+  }
+  // Dragging: the stretch grows to sigma along the slip, then stays there.
+  const Vector3<T> h = c.stretch + T(dt) * v;
+  const T size = sqrt(dot(h, h));
+  const T per_size = select(size > T(0), T(1) / size, T(0));
+  const T start = min(sigma, T(dot(c.stretch, h) * per_size));
+  const T fraction = min(T(1), T((sigma - start) / passed));
+  const T mean = fraction * (start + sigma) / T(2) + (T(1) - fraction) * sigma;
+  return select(passes_whole_stretches, (mean * per_size) * h, within);
+}
+
+/// Friction of a bristle that slips, linearised around the tangential velocity v.
+template <Value T>
+[[nodiscard]] BRISTLE_LANES Vector3<T> linearise_slip(const SensorParameters<T>& p,
+                                                      const LawOptions& options,
+                                                      const PatchPair<ScalarOf<T>>& pair,
+                                                      PatchContact<T>& c, const Vector3<T>& v,
+                                                      ScalarOf<T> dt) {
+  using std::max;
+  using std::min;
+  using std::sqrt;
+  using S = ScalarOf<T>;
+  const T k_t = bristle_stiffness(p, options.scaling, c.force, c.depth);
+  const Vector3<T> mean = mean_slip_stretch<T>(pair, c, v, p.breakaway_distance, options.reset, dt);
+  const T speed2 = dot(v, v);
+  const Truth<T> moves = speed2 > T(0);
+  const T stiffest = T((pair.alpha + pair.beta) * dt * dt) * k_t;
+  const T secant =
+      select(moves, min(T(T(dt) * k_t * max(T(0), T(dot(mean, v))) / speed2), stiffest), stiffest);
+  const T viscous = T(pair.theta * dt) * p.sliding_friction;
+  const Vector3<T> v0 = tangential<T>(c.start_velocity, c.n);
+  const Vector3<T> sum =
+      (T(dt) * k_t) * mean + (T((S(1) - pair.theta) * dt) * p.sliding_friction) * v0;
+  c.a_across = secant + viscous;
+  // Newton: friction does not grow with the speed, but turns with its direction. Or secant on all
+  // directions: pure damping, which cannot reverse the slip.
+  const Truth<T> is_newton = moves & !c.is_damping_slip;
+  c.a_along = select(is_newton, viscous, c.a_across);
+  c.along = select(is_newton, T(T(1) / sqrt(speed2)) * v, zero_vector<T>());
+  return select(is_newton, sum, Vector3<T>(sum - secant * v));
+}
+
+/// Linear model of one contact around the tangential velocity v.
+template <Value T>
+BRISTLE_LANES void linearise(const SensorParameters<T>& p, const LawOptions& options,
+                             const PatchPair<ScalarOf<T>>& pair, PatchContact<T>& c,
+                             const Vector3<T>& v, ScalarOf<T> dt) {
+  Vector3<T> friction = linearise_stuck<T>(p, options, pair, c, dt);
+  if (any(c.is_slipping)) {
+    PatchContact<T> slipping = c;
+    const Vector3<T> slip_friction = linearise_slip<T>(p, options, pair, slipping, v, dt);
+    friction = select(c.is_slipping, slip_friction, friction);
+    c.a_across = select(c.is_slipping, slipping.a_across, c.a_across);
+    c.a_along = select(c.is_slipping, slipping.a_along, c.a_along);
+    c.along = select(c.is_slipping, slipping.along, c.along);
+  }
+  c.a_across = select(c.is_touching, c.a_across, T(0));
+  c.a_along = select(c.is_touching, c.a_along, T(0));
+  c.constant =
+      normal_constant<T>(c, options.normal) + select(c.is_touching, friction, zero_vector<T>());
+}
+
+/// Impulse of a contact's linear model at the velocity v. `a_normal` is 0 where nothing pushes.
+template <Value T>
+[[nodiscard]] BRISTLE_LANES Vector3<T> model_impulse(const PatchContact<T>& c,
+                                                     const Vector3<T>& v) {
+  Vector3<T> sum =
+      c.constant + c.a_across * tangential<T>(v, c.n) + T(c.a_normal * dot(c.g, v)) * c.g;
+  if (any(c.is_slipping)) sum += T((c.a_along - c.a_across) * dot(c.along, v)) * c.along;
+  return sum;
+}
+
+/// Sum of linear models about c.
+///
+/// Each is J = constant + K v with a symmetric 3x3 matrix K at the arm rho, so with X = [rho]x it
+/// adds [K, -K X; X K, -X K X] and [constant; rho x constant].
+template <Value T>
+struct ModelSum {
+  using S = ScalarOf<T>;
+  T xx = S(0), xy = S(0), xz = S(0), yy = S(0), yz = S(0), zz = S(0);
+  /// Rows of -K X.
+  Vector3<T> top_x = zero_vector<T>(), top_y = zero_vector<T>(), top_z = zero_vector<T>();
+  T low_xx = S(0), low_xy = S(0), low_xz = S(0), low_yy = S(0), low_yz = S(0), low_zz = S(0);
+  Vector3<T> linear = zero_vector<T>(), angular = zero_vector<T>();
+
+  /// Adds a contact; one that does not push has `a_normal` 0.
+  BRISTLE_LANES void add(const PatchContact<T>& c) {
+    const Vector3<T> ag = c.a_normal * c.g;
+    const Vector3<T> an = c.a_across * c.n;
+    T kxx = x(ag) * x(c.g) - x(an) * x(c.n) + c.a_across;
+    T kxy = x(ag) * y(c.g) - x(an) * y(c.n);
+    T kxz = x(ag) * z(c.g) - x(an) * z(c.n);
+    T kyy = y(ag) * y(c.g) - y(an) * y(c.n) + c.a_across;
+    T kyz = y(ag) * z(c.g) - y(an) * z(c.n);
+    T kzz = z(ag) * z(c.g) - z(an) * z(c.n) + c.a_across;
+    if (any(c.is_slipping)) {
+      const Vector3<T> aa = T(c.a_along - c.a_across) * c.along;
+      kxx += x(aa) * x(c.along);
+      kxy += x(aa) * y(c.along);
+      kxz += x(aa) * z(c.along);
+      kyy += y(aa) * y(c.along);
+      kyz += y(aa) * z(c.along);
+      kzz += z(aa) * z(c.along);
+    }
+    xx += kxx;
+    xy += kxy;
+    xz += kxz;
+    yy += kyy;
+    yz += kyz;
+    zz += kzz;
+    // A row k of K gives the row -k X = rho x k of the block beside it.
+    const Vector3<T> bx = cross(c.rho, vector(kxx, kxy, kxz));
+    const Vector3<T> by = cross(c.rho, vector(kxy, kyy, kyz));
+    const Vector3<T> bz = cross(c.rho, vector(kxz, kyz, kzz));
+    top_x += bx;
+    top_y += by;
+    top_z += bz;
+    // X applied to the columns of that block; symmetric.
+    const T rx = x(c.rho), ry = y(c.rho), rz = z(c.rho);
+    low_xx += ry * x(bz) - rz * x(by);
+    low_xy += ry * y(bz) - rz * y(by);
+    low_xz += ry * z(bz) - rz * z(by);
+    low_yy += rz * y(bx) - rx * y(bz);
+    low_yz += rz * z(bx) - rx * z(bz);
+    low_zz += rx * z(by) - ry * z(bx);
+    linear += c.constant;
+    angular += cross(c.rho, c.constant);
+  }
+
+  /// The sum over all lanes.
+  void get(Mat6<S>& matrix, Vec6<S>& offset) const {
+    Mat3<S> K, low;
+    K << sum_of_lanes(xx), sum_of_lanes(xy), sum_of_lanes(xz), S(0), sum_of_lanes(yy),
+        sum_of_lanes(yz), S(0), S(0), sum_of_lanes(zz);
+    low << sum_of_lanes(low_xx), sum_of_lanes(low_xy), sum_of_lanes(low_xz), S(0),
+        sum_of_lanes(low_yy), sum_of_lanes(low_yz), S(0), S(0), sum_of_lanes(low_zz);
+    Mat3<S> top;
+    top << sum_of_lanes(top_x).transpose(), sum_of_lanes(top_y).transpose(),
+        sum_of_lanes(top_z).transpose();
+    matrix.template topLeftCorner<3, 3>() = K.template selfadjointView<Eigen::Upper>();
+    matrix.template topRightCorner<3, 3>() = top;
+    matrix.template bottomLeftCorner<3, 3>() = top.transpose();
+    matrix.template bottomRightCorner<3, 3>() = low.template selfadjointView<Eigen::Upper>();
+    offset << sum_of_lanes(linear), sum_of_lanes(angular);
+  }
+
+ private:
+  [[nodiscard]] BRISTLE_LANES static T x(const Vector3<T>& v) { return coordinate<0>(v); }
+  [[nodiscard]] BRISTLE_LANES static T y(const Vector3<T>& v) { return coordinate<1>(v); }
+  [[nodiscard]] BRISTLE_LANES static T z(const Vector3<T>& v) { return coordinate<2>(v); }
+  template <int axis>
+  [[nodiscard]] BRISTLE_LANES static T coordinate(const Vector3<T>& v) {
+    if constexpr (Scalar<T>) {
+      return v[axis];
+    } else {
+      return axis == 0 ? v.x : axis == 1 ? v.y : v.z;
+    }
+  }
+  [[nodiscard]] BRISTLE_LANES static Vector3<T> vector(const T& x, const T& y, const T& z) {
+    return {x, y, z};
+  }
+};
+
+/// What moving the linearisation found.
+template <Value T>
+struct PassChange {
+  bool did_switch = false;
+  bool has_slip = false;
+  T force_sum = ScalarOf<T>(0);
+  T force_change = ScalarOf<T>(0);
+};
+
+/// Whether the normal part of a contact acts at the velocity v that was found, and with what force.
+template <Value T>
+BRISTLE_LANES void update_normal(PatchContact<T>& c, const Truth<T>& is_met, const Vector3<T>& v,
+                                 ScalarOf<T> dt, PassChange<T>& change) {
+  using std::abs;
+  using std::max;
+  const T normal = c.normal_constant + c.a_normal * dot(c.g, v);
+  const Truth<T> is_pushing = is_met & (normal > T(0));
+  change.did_switch = change.did_switch || any(is_pushing ^ c.is_pushing);
+  c.is_pushing = is_pushing;
+  const T force = select(is_pushing, normal, T(0)) * T(ScalarOf<T>(1) / dt);
+  change.force_change += select(is_met, abs(force - c.force), T(0));
+  change.force_sum += force;
+  c.force = force;
+}
+
+/// Whether a touching sensor slips at the tangential velocity v that was found, and whether its
+/// slip has to be damped because it turns around from pass to pass.
+template <Value T>
+BRISTLE_LANES void update_slip(PatchContact<T>& c, const Vector3<T>& v, T sigma, SlipReset reset,
+                               ScalarOf<T> dt, int pass, bool is_last_pass, PassChange<T>& change) {
+  const Vector3<T> reached = c.stretch + T(dt) * v;
+  const Truth<T> overshoots = c.is_touching & (dot(reached, reached) > sigma * sigma);
+  // A released bristle has let go for this step; a dragged one may be found sticking after all.
+  const Truth<T> is_slipping =
+      reset == SlipReset::release ? overshoots | c.is_slipping : overshoots;
+  change.did_switch = change.did_switch || any(is_slipping ^ c.is_slipping);
+  change.has_slip = change.has_slip || any(is_slipping);
+  const Truth<T> slips_on = c.is_slipping & is_slipping;
+  if ((pass >= 2 || is_last_pass) && any(slips_on)) {
+    const T along_last = dot(v, c.last_slip);
+    const T bound = is_last_pass ? T(dot(c.last_slip, c.last_slip) / T(4)) : T(0);
+    const Truth<T> turns = along_last <= bound;
+    c.is_damping_slip = c.is_damping_slip | (slips_on & turns);
+  }
+  c.is_slipping = is_slipping;
+  c.last_slip = v;
+}
+
+}  // namespace bristle::detail
+
+#include <span>
+
 namespace bristle {
 
 /// Sets the weights of the implicit scheme from x = w (dt^2 sum k_t + dt sum mu_V): for soft
@@ -15176,7 +18526,7 @@ template <Scalar S>
 void set_scheme(PatchPair<S>& pair, S bristle_sum, S viscous_sum, S w, S dt);
 
 /// Linearises all contacts of a pair for the first pass, around the motion at the start of the
-/// step.
+/// step, and sums their models.
 template <Scalar S>
 void start_linearisation(SensorPatch<S>& patch, PatchPair<S>& pair, S dt);
 
@@ -15189,9 +18539,13 @@ template <Scalar S>
 bool update_linearisation(SensorPatch<S>& patch, PatchPair<S>& pair, const Vec6<S>& motion, S dt,
                           int pass, bool is_last_pass);
 
-/// Sums the linear models of all contacts of a pair into its soft block.
+/// Puts the sum of the linear models of a pair's contacts into its soft block.
 template <Scalar S>
-void fill_block(const SensorPatch<S>& patch, const PatchPair<S>& pair, SoftBlock<S>& block);
+void fill_block(const PatchPair<S>& pair, SoftBlock<S>& block);
+
+/// Takes back what the contacts of a pair gave.
+template <Scalar S>
+void clear_impulses(SensorPatch<S>& patch, const PatchPair<S>& pair);
 
 /// Evaluates the impulse of every contact at the motion that was found.
 /// @return [N s, N m s] Their sum on B about c.
@@ -15210,280 +18564,246 @@ void set_scheme(PatchPair<S>& pair, S bristle_sum, S viscous_sum, S w, S dt) {
 
 namespace detail {
 
-/// Velocity of A relative to B at a contact for the motion u at c.
+/// The contact tiles of a pair.
 template <Scalar S>
-[[nodiscard]] Vec3<S> contact_velocity(const Vec6<S>& u, const Vec3<S>& rho) {
-  const Vec3<S> W = u.template tail<3>();
-  return u.template head<3>() + W.cross(rho);
+[[nodiscard]] std::span<ContactTile<S>> contacts_of(SensorPatch<S>& patch,
+                                                    const PatchPair<S>& pair) {
+  return std::span(patch.contacts).subspan(pair.first, pair.count);
 }
 
-/// Normal part: J_n = dt K_N e_N + a_n g.v' while touching; before, the spring and the damper act
-/// on the depth that is reached within the step only, so that nothing pushes across a gap.
+/// A motion of A relative to B, in A's axes, for all lanes.
 template <Scalar S>
-void linearise_normal(const SensorParameters<S>& p, PatchContact<S>& c, S dt) {
-  const S slope = dt * p.normal_stiffness + p.normal_damping;
-  c.normal_constant = c.is_touching ? dt * p.normal_stiffness * c.depth : slope * c.depth;
-  c.a_normal = dt * slope / c.length;
-}
+struct LaneMotion {
+  Pack3<S> linear, angular;
 
-/// Constant part of the impulse from the normal: along g, plus, where the force shall point along
-/// the ray, the difference to n with the impulse of the last pass. (With that impulse inside, the
-/// matrix would be unsymmetric and oblique rays would be kicked.)
-template <Scalar S>
-[[nodiscard]] Vec3<S> normal_constant(const PatchContact<S>& c, NormalDirection direction) {
-  if (!c.is_pushing) return Vec3<S>::Zero();
-  Vec3<S> sum = c.normal_constant * c.g;
-  if (direction == NormalDirection::ray) sum += c.normal_impulse * (c.n - c.g);
-  return sum;
-}
+  LaneMotion(const Vec3<S>& v, const Vec3<S>& w)
+      : linear(Pack3<S>::all(v)), angular(Pack3<S>::all(w)) {}
+  /// From u of a soft block, in the world's axes.
+  LaneMotion(const PatchPair<S>& pair, const Vec6<S>& u)
+      : LaneMotion(pair.R_WA.transpose() * u.template head<3>(),
+                   pair.R_WA.transpose() * u.template tail<3>()) {}
 
-/// Friction of a bristle that sticks throughout the step.
-template <Scalar S>
-[[nodiscard]] Vec3<S> linearise_stuck(const SensorParameters<S>& p, const LawOptions& options,
-                                      const PatchPair<S>& pair, PatchContact<S>& c, S dt) {
-  const S k_t = bristle_stiffness(p, options.scaling, c.force, c.depth);
-  const Vec3<S> v0 = tangential(c.start_velocity, c.n);
-  c.a_across = c.a_along =
-      (pair.alpha + pair.beta) * dt * dt * k_t + pair.theta * dt * p.sliding_friction;
-  c.along.setZero();
-  return dt * k_t * (c.stretch - pair.beta * dt * v0) +
-         (S(1) - pair.theta) * dt * p.sliding_friction * v0;
-}
-
-/// Mean stretch of a bristle over a step in which it slips with the tangential velocity v.
-template <Scalar S>
-[[nodiscard]] Vec3<S> mean_slip_stretch(const PatchPair<S>& pair, const PatchContact<S>& c,
-                                        const Vec3<S>& v, S sigma, SlipReset reset, S dt) {
-  using std::min;
-  const S speed = v.norm();
-  const bool passes_whole_stretches = speed * dt >= sigma;
-  if (reset == SlipReset::release) {
-    return passes_whole_stretches ? Vec3<S>((sigma / (S(2) * speed)) * v)
-                                  : wrapped<S>(c.stretch + pair.alpha * dt * v, sigma);
+  [[nodiscard]] BRISTLE_LANES Pack3<S> at(const Pack3<S>& rho) const {
+    return velocity_at<Pack<S>>(linear, angular, rho);
   }
-  if (!passes_whole_stretches) return clipped<S>(c.stretch + pair.alpha * dt * v, sigma);
-  // Dragging: the stretch grows to sigma along the slip, then stays there.
-  const Vec3<S> h = (c.stretch + dt * v).normalized();
-  const S start = min(sigma, c.stretch.dot(h));
-  const S fraction = min(S(1), (sigma - start) / (speed * dt));
-  return (fraction * (start + sigma) / S(2) + (S(1) - fraction) * sigma) * h;
+};
+
+/// A wrench in the world's axes from one in A's, in lanes.
+template <Scalar S>
+[[nodiscard]] Wrench<S> world_wrench(const PatchPair<S>& pair, const Pack3<S>& force,
+                                     const Pack3<S>& torque) {
+  return {product<S>(pair.R_WA, sum_of_lanes(force)), product<S>(pair.R_WA, sum_of_lanes(torque))};
 }
 
-/// Friction of a bristle that slips, linearised around the tangential velocity v.
+/// Loads what is known of the contacts of a pack before anything is linearised.
 template <Scalar S>
-[[nodiscard]] Vec3<S> linearise_slip(const SensorParameters<S>& p, const LawOptions& options,
-                                     const PatchPair<S>& pair, PatchContact<S>& c, const Vec3<S>& v,
-                                     S dt) {
-  using std::max;
-  using std::min;
-  using std::sqrt;
-  const S k_t = bristle_stiffness(p, options.scaling, c.force, c.depth);
-  const Vec3<S> mean = mean_slip_stretch(pair, c, v, p.breakaway_distance, options.reset, dt);
-  const S speed2 = v.squaredNorm();
-  const S stiffest = (pair.alpha + pair.beta) * dt * dt * k_t;
-  const S secant =
-      speed2 > S(0) ? min(dt * k_t * max(S(0), mean.dot(v)) / speed2, stiffest) : stiffest;
-  const S viscous = pair.theta * dt * p.sliding_friction;
-  const Vec3<S> v0 = tangential(c.start_velocity, c.n);
-  Vec3<S> sum = dt * k_t * mean + (S(1) - pair.theta) * dt * p.sliding_friction * v0;
-  c.a_across = secant + viscous;
-  if (c.is_damping_slip || !(speed2 > S(0))) {
-    // Secant on all directions: pure damping, which cannot reverse the slip.
-    c.a_along = c.a_across;
-    c.along.setZero();
-    sum -= secant * v;
-  } else {
-    // Newton: friction does not grow with the speed, but turns with its direction.
-    c.a_along = viscous;
-    c.along = v / sqrt(speed2);
-  }
-  return sum;
+BRISTLE_LANES void load_geometry(const SensorTile<S>& sensors, const ContactTile<S>& tile,
+                                 std::size_t at, const Pack3<S>& center, PatchContact<Pack<S>>& c) {
+  c.n = load_pack(sensors.direction, at);
+  c.inverse_length = load_pack(sensors.inverse_length, at);
+  c.g = load_pack(tile.g, at);
+  c.rho = load_pack(tile.point, at) - center;
+  c.stretch = load_pack(tile.stretch, at);
+  c.depth = load_pack(tile.depth, at);
+  c.force = load_pack(tile.force, at);
+  c.is_touching = load_mask<S>(tile.is_touching, at);
 }
 
-/// Linear model of one contact around the tangential velocity v.
+/// Keeps the linear model of the contacts of a pack and adds it to the sum. `a_normal` is stored as
+/// 0 where nothing pushes, so that the evaluation need not ask.
 template <Scalar S>
-void linearise(const SensorPatch<S>& patch, const PatchPair<S>& pair, PatchContact<S>& c,
-               const Vec3<S>& v, S dt) {
-  const SensorParameters<S>& p = patch.parameters(c.sensor);
-  const LawOptions& options = patch.def.options;
-  c.constant = normal_constant(c, options.normal);
-  if (!c.is_touching) {
-    c.a_across = c.a_along = S(0);
-    c.along.setZero();
-    return;
-  }
-  c.constant += c.is_slipping ? linearise_slip(p, options, pair, c, v, dt)
-                              : linearise_stuck(p, options, pair, c, dt);
-}
-
-/// Impulse of a contact's linear model at the velocity v.
-template <Scalar S>
-[[nodiscard]] Vec3<S> model_impulse(const PatchContact<S>& c, const Vec3<S>& v) {
-  Vec3<S> sum = c.constant + c.a_across * tangential(v, c.n) +
-                ((c.a_along - c.a_across) * c.along.dot(v)) * c.along;
-  if (c.is_pushing) sum += (c.a_normal * c.g.dot(v)) * c.g;
-  return sum;
+BRISTLE_LANES void store_model(ContactTile<S>& tile, std::size_t at, PatchContact<Pack<S>>& c,
+                               ModelSum<Pack<S>>& sum) {
+  c.a_normal = select(c.is_pushing, c.a_normal, Pack<S>(S(0)));
+  store_mask(tile.is_pushing, at, c.is_pushing);
+  store_pack(tile.constant, at, c.constant);
+  store_pack(tile.a_normal, at, c.a_normal);
+  store_pack(tile.a_across, at, c.a_across);
+  sum.add(c);
 }
 
 }  // namespace detail
 
 template <Scalar S>
 void start_linearisation(SensorPatch<S>& patch, PatchPair<S>& pair, S dt) {
-  for (std::uint32_t k = pair.first; k < pair.first + pair.count; ++k) {
-    PatchContact<S>& c = patch.contacts[k];
-    const SensorParameters<S>& p = patch.parameters(c.sensor);
-    detail::linearise_normal(p, c, dt);
-    c.is_pushing = c.normal_constant + c.a_normal * c.g.dot(c.start_velocity) > S(0);
-    c.force = c.is_touching ? normal_force(p, c.depth, c.g.dot(c.start_velocity) / c.length) : S(0);
-    c.normal_impulse = dt * c.force;
-    c.is_slipping = false;
-    detail::linearise(patch, pair, c, tangential(c.start_velocity, c.n), dt);
-  }
-}
-
-namespace detail {
-
-/// What moving the linearisation found.
-template <Scalar S>
-struct PassChange {
-  bool did_switch = false;
-  bool has_slip = false;
-  S force_sum = S(0);
-  S force_change = S(0);
-};
-
-/// Whether the normal part of a contact acts at the motion that was found, and with what force.
-template <Scalar S>
-void update_normal(PatchContact<S>& c, const Vec3<S>& v, S dt, PassChange<S>& change) {
-  using std::abs;
-  const S normal = c.normal_constant + c.a_normal * c.g.dot(v);
-  const bool is_pushing = normal > S(0);
-  change.did_switch = change.did_switch || is_pushing != c.is_pushing;
-  c.is_pushing = is_pushing;
-  c.normal_impulse = is_pushing ? normal : S(0);
-  const S force = c.normal_impulse / dt;
-  change.force_change += abs(force - c.force);
-  change.force_sum += force;
-  c.force = force;
-}
-
-/// Whether a touching sensor slips at the tangential velocity v that was found, and whether its
-/// slip has to be damped because it turns around from pass to pass.
-template <Scalar S>
-void update_slip(PatchContact<S>& c, const Vec3<S>& v, S sigma, SlipReset reset, S dt, int pass,
-                 bool is_last_pass, PassChange<S>& change) {
-  const bool overshoots = (c.stretch + dt * v).squaredNorm() > sigma * sigma;
-  // A released bristle has let go for this step; a dragged one may be found sticking after all.
-  const bool is_slipping = overshoots || (c.is_slipping && reset == SlipReset::release);
-  change.did_switch = change.did_switch || is_slipping != c.is_slipping;
-  change.has_slip = change.has_slip || is_slipping;
-  if (c.is_slipping && is_slipping) {
-    const S along_last = v.dot(c.last_slip);
-    if ((pass >= 2 && along_last <= S(0)) ||
-        (is_last_pass && along_last <= c.last_slip.squaredNorm() / S(4))) {
-      c.is_damping_slip = true;
+  using T = Pack<S>;
+  detail::with_parameters<S>(patch.def, [&](const auto& parameters) {
+    const LawOptions options = patch.def.options;
+    const PatchPair<S> scheme = pair;
+    const detail::LaneMotion<S> start(pair.start_motion.at(pair.center), pair.start_motion.angular);
+    const Pack3<S> center = Pack3<S>::all(pair.center);
+    detail::ModelSum<T> sum;
+    for (ContactTile<S>& tile : detail::contacts_of(patch, pair)) {
+      const SensorTile<S>& sensors = patch.tiles[tile.tile];
+      tile.is_slipping = 0;
+      for (std::size_t at = 0; at < tile_size; at += lanes<S>) {
+        if (detail::pack_bits<S>(tile.is_met, at) == 0) continue;
+        PatchContact<T> c;
+        detail::load_geometry(sensors, tile, at, center, c);
+        const SensorParameters<T>& p = parameters(tile.tile, at);
+        c.start_velocity = start.at(c.rho);
+        detail::linearise_normal<T>(p, c, dt);
+        c.is_pushing = detail::load_mask<S>(tile.is_met, at) &
+                       (c.normal_constant + c.a_normal * dot(c.g, c.start_velocity) > T(S(0)));
+        c.normal_impulse = T(dt) * c.force;
+        // Nothing slips yet: the mask is empty, which the compiler sees.
+        c.is_slipping = c.is_damping_slip = Mask<S>::from_bits(0);
+        detail::linearise<T>(p, options, scheme, c, c.start_velocity, dt);
+        detail::store_model(tile, at, c, sum);
+      }
     }
-  }
-  c.is_slipping = is_slipping;
-  c.last_slip = v;
+    sum.get(pair.matrix, pair.offset);
+  });
 }
-
-}  // namespace detail
 
 template <Scalar S>
 bool update_linearisation(SensorPatch<S>& patch, PatchPair<S>& pair, const Vec6<S>& motion, S dt,
                           int pass, bool is_last_pass) {
   // Changes count when they reach a thousandth of what the patch carries: friction follows the
   // normal force of the pass before.
+  using T = Pack<S>;
   const S negligible = S(1e-3);
-  detail::PassChange<S> change;
-  for (std::uint32_t k = pair.first; k < pair.first + pair.count; ++k) {
-    PatchContact<S>& c = patch.contacts[k];
-    const Vec3<S> v = detail::contact_velocity(motion, c.rho);
-    detail::update_normal(c, v, dt, change);
-    if (!c.is_touching) continue;
-    detail::update_slip(c, tangential(v, c.n), patch.parameters(c.sensor).breakaway_distance,
-                        patch.def.options.reset, dt, pass, is_last_pass, change);
-  }
-  const bool has_changed = change.did_switch || change.force_change > negligible * change.force_sum;
-  if (!has_changed && !change.has_slip) return false;
+  const LawOptions options = patch.def.options;
+  const detail::LaneMotion<S> found(pair, motion);
+  const Pack3<S> center = Pack3<S>::all(pair.center);
+  return detail::with_parameters<S>(patch.def, [&](const auto& parameters) {
+    detail::PassChange<T> change;
+    for (ContactTile<S>& tile : detail::contacts_of(patch, pair)) {
+      const SensorTile<S>& sensors = patch.tiles[tile.tile];
+      for (std::size_t at = 0; at < tile_size; at += lanes<S>) {
+        if (detail::pack_bits<S>(tile.is_met, at) == 0) continue;
+        PatchContact<T> c;
+        detail::load_geometry(sensors, tile, at, center, c);
+        c.is_pushing = detail::load_mask<S>(tile.is_pushing, at);
+        c.is_slipping = detail::load_mask<S>(tile.is_slipping, at);
+        c.is_damping_slip = detail::load_mask<S>(tile.is_damping_slip, at);
+        if (any(c.is_slipping)) c.last_slip = detail::load_pack(tile.last_slip, at);
+        const SensorParameters<T>& p = parameters(tile.tile, at);
+        const Pack3<S> v = found.at(c.rho);
+        detail::linearise_normal<T>(p, c, dt);
+        detail::update_normal<T>(c, detail::load_mask<S>(tile.is_met, at), v, dt, change);
+        detail::update_slip<T>(c, tangential<T>(v, c.n), p.breakaway_distance, options.reset, dt,
+                               pass, is_last_pass, change);
+        detail::store_pack(tile.force, at, c.force);
+        detail::store_mask(tile.is_pushing, at, c.is_pushing);
+        if (any(c.is_slipping)) detail::store_pack(tile.last_slip, at, c.last_slip);
+        detail::store_mask(tile.is_slipping, at, c.is_slipping);
+        detail::store_mask(tile.is_damping_slip, at, c.is_damping_slip);
+      }
+    }
+    const bool has_changed = change.did_switch || sum_of_lanes(change.force_change) >
+                                                      negligible * sum_of_lanes(change.force_sum);
+    if (!has_changed && !change.has_slip) return false;
 
-  S friction_sum = S(0);
-  S friction_change = S(0);
-  for (std::uint32_t k = pair.first; k < pair.first + pair.count; ++k) {
-    PatchContact<S>& c = patch.contacts[k];
-    const Vec3<S> v = detail::contact_velocity(motion, c.rho);
-    const Vec3<S> before = tangential(c.impulse, c.n);
+    const PatchPair<S> scheme = pair;
+    const detail::LaneMotion<S> start(pair.start_motion.at(pair.center), pair.start_motion.angular);
     // Normal forces that have not settled by the last pass point along the gradient, which cannot
     // give energy, and not along the ray with an impulse that was wrong the pass before.
-    if (is_last_pass && has_changed) c.normal_impulse = S(0);
-    detail::linearise(patch, pair, c, tangential(v, c.n), dt);
-    friction_change += (tangential(detail::model_impulse(c, v), c.n) - before).norm();
-    friction_sum += before.norm();
-  }
-  return has_changed || friction_change > negligible * friction_sum;
+    const T lagged = is_last_pass && has_changed ? S(0) : dt;
+    detail::ModelSum<T> sum;
+    T friction_sum = S(0);
+    T friction_change = S(0);
+    for (ContactTile<S>& tile : detail::contacts_of(patch, pair)) {
+      const SensorTile<S>& sensors = patch.tiles[tile.tile];
+      for (std::size_t at = 0; at < tile_size; at += lanes<S>) {
+        if (detail::pack_bits<S>(tile.is_met, at) == 0) continue;
+        PatchContact<T> c;
+        detail::load_geometry(sensors, tile, at, center, c);
+        c.is_pushing = detail::load_mask<S>(tile.is_pushing, at);
+        c.is_slipping = detail::load_mask<S>(tile.is_slipping, at);
+        c.is_damping_slip = detail::load_mask<S>(tile.is_damping_slip, at);
+        const SensorParameters<T>& p = parameters(tile.tile, at);
+        const Pack3<S> v = found.at(c.rho);
+        c.start_velocity = start.at(c.rho);
+        c.normal_impulse = lagged * c.force;
+        detail::linearise_normal<T>(p, c, dt);
+        detail::linearise<T>(p, options, scheme, c, tangential<T>(v, c.n), dt);
+        detail::store_model(tile, at, c, sum);
+        if (any(c.is_slipping)) {
+          detail::store_pack(tile.along, at, c.along);
+          detail::store_pack(tile.a_along, at, c.a_along);
+        }
+        const Mask<S> is_met = detail::load_mask<S>(tile.is_met, at);
+        const Pack3<S> before = tangential<T>(detail::load_pack(tile.impulse, at), c.n);
+        const Pack3<S> after = tangential<T>(detail::model_impulse<T>(c, v), c.n);
+        const Pack3<S> difference = after - before;
+        friction_change += select(is_met, sqrt(dot(difference, difference)), T(S(0)));
+        friction_sum += select(is_met, sqrt(dot(before, before)), T(S(0)));
+      }
+    }
+    sum.get(pair.matrix, pair.offset);
+    return has_changed || sum_of_lanes(friction_change) > negligible * sum_of_lanes(friction_sum);
+  });
 }
 
 template <Scalar S>
-void fill_block(const SensorPatch<S>& patch, const PatchPair<S>& pair, SoftBlock<S>& block) {
-  // sum a (I - n n^T) over sensors needs only the moments of `a` up to second order; what depends
-  // on a direction d is the square of the 6-vector [d; rho x d].
-  S m0 = S(0);
-  Vec3<S> m1 = Vec3<S>::Zero();
-  Mat3<S> m2 = Mat3<S>::Zero();
-  Mat6<S> A = Mat6<S>::Zero();
-  Vec6<S> offset = Vec6<S>::Zero();
-  const auto add_square = [&A](S a, const Vec3<S>& rho, const Vec3<S>& d) {
-    Vec6<S> q;
-    q << d, rho.cross(d);
-    A.noalias() += (a * q) * q.transpose();
-  };
-  for (std::uint32_t k = pair.first; k < pair.first + pair.count; ++k) {
-    const PatchContact<S>& c = patch.contacts[k];
-    if (c.is_pushing) add_square(c.a_normal, c.rho, c.g);
-    if (c.a_across > S(0)) {
-      m0 += c.a_across;
-      m1 += c.a_across * c.rho;
-      m2 += (c.a_across * c.rho) * c.rho.transpose();
-      add_square(-c.a_across, c.rho, c.n);
-    }
-    if (c.a_along != c.a_across) add_square(c.a_along - c.a_across, c.rho, c.along);
-    offset.template head<3>() += c.constant;
-    offset.template tail<3>() += c.rho.cross(c.constant);
+void fill_block(const PatchPair<S>& pair, SoftBlock<S>& block) {
+  const Mat3<S>& R = pair.R_WA;
+  const Mat3<S> top = R * pair.matrix.template topRightCorner<3, 3>() * R.transpose();
+  block.matrix.template topLeftCorner<3, 3>() =
+      rotated<S>(R, pair.matrix.template topLeftCorner<3, 3>());
+  block.matrix.template topRightCorner<3, 3>() = top;
+  block.matrix.template bottomLeftCorner<3, 3>() = top.transpose();
+  block.matrix.template bottomRightCorner<3, 3>() =
+      rotated<S>(R, pair.matrix.template bottomRightCorner<3, 3>());
+  block.offset << R * pair.offset.template head<3>(), R * pair.offset.template tail<3>();
+}
+
+template <Scalar S>
+void clear_impulses(SensorPatch<S>& patch, const PatchPair<S>& pair) {
+  for (ContactTile<S>& tile : detail::contacts_of(patch, pair)) {
+    tile.impulse = {};
+    tile.normal_impulse = {};
   }
-  const Mat3<S> X = skew(m1);
-  A.template topLeftCorner<3, 3>() += m0 * Mat3<S>::Identity();
-  A.template topRightCorner<3, 3>() -= X;
-  A.template bottomLeftCorner<3, 3>() += X;
-  A.template bottomRightCorner<3, 3>() += m2.trace() * Mat3<S>::Identity() - m2;
-  block.matrix = A;
-  block.offset = offset;
 }
 
 template <Scalar S>
 Wrench<S> evaluate_impulses(SensorPatch<S>& patch, const PatchPair<S>& pair,
                             const Vec6<S>& motion) {
-  Wrench<S> sum;
-  for (std::uint32_t k = pair.first; k < pair.first + pair.count; ++k) {
-    PatchContact<S>& c = patch.contacts[k];
-    const Vec3<S> v = detail::contact_velocity(motion, c.rho);
-    c.impulse = detail::model_impulse(c, v);
-    c.normal_impulse = c.is_pushing ? c.impulse.dot(c.n) : S(0);
-    if (c.normal_impulse < S(0)) {
-      // The passes ran out before this sensor was seen to part: it must not pull.
-      c.impulse = tangential(c.impulse, c.n);
-      c.normal_impulse = S(0);
+  using T = Pack<S>;
+  const detail::LaneMotion<S> found(pair, motion);
+  const Pack3<S> center = Pack3<S>::all(pair.center);
+  Pack3<S> force = zero_vector<T>();
+  Pack3<S> torque = zero_vector<T>();
+  for (ContactTile<S>& tile : detail::contacts_of(patch, pair)) {
+    const SensorTile<S>& sensors = patch.tiles[tile.tile];
+    for (std::size_t at = 0; at < tile_size; at += lanes<S>) {
+      if (detail::pack_bits<S>(tile.is_met, at) == 0) continue;
+      PatchContact<T> c;
+      c.n = detail::load_pack(sensors.direction, at);
+      c.g = detail::load_pack(tile.g, at);
+      c.rho = detail::load_pack(tile.point, at) - center;
+      c.constant = detail::load_pack(tile.constant, at);
+      c.a_normal = detail::load_pack(tile.a_normal, at);
+      c.a_across = detail::load_pack(tile.a_across, at);
+      c.is_slipping = detail::load_mask<S>(tile.is_slipping, at);
+      if (any(c.is_slipping)) {
+        c.along = detail::load_pack(tile.along, at);
+        c.a_along = detail::load_pack(tile.a_along, at);
+      }
+      Pack3<S> impulse = detail::model_impulse<T>(c, found.at(c.rho));
+      T normal = select(detail::load_mask<S>(tile.is_pushing, at), dot(impulse, c.n), T(S(0)));
+      const Mask<S> pulls = normal < T(S(0));
+      if (any(pulls)) {
+        // The passes ran out before these sensors were seen to part: they must not pull.
+        impulse = select(pulls, tangential<T>(impulse, c.n), impulse);
+        normal = select(pulls, T(S(0)), normal);
+      }
+      detail::store_pack(tile.impulse, at, impulse);
+      detail::store_pack(tile.normal_impulse, at, normal);
+      force += impulse;
+      torque += cross(c.rho, impulse);
     }
-    sum += Wrench<S>::at(c.rho, c.impulse);
   }
-  return sum;
+  return detail::world_wrench(pair, force, torque);
 }
 
 }  // namespace bristle
 
 namespace bristle {
 
-/// Measures a pair before the step: sets Lambda and the weights of the implicit scheme.
+/// Measures a pair before the step: sets Lambda and the weights of the implicit scheme, from the
+/// sums over its contacts in `PatchPair::stiffness`.
 ///
 /// Lambda = max over tangential and normal of w sum s + w_rot sum s |rho|^2 over the sensors that
 /// touch or can reach the body within the step, with s = dt^2 k_t + 2 dt mu_V or (dt^2 K_N + 2 dt
@@ -15494,18 +18814,11 @@ template <Scalar S>
 void measure_pair(const SensorPatch<S>& patch, PatchPair<S>& pair, const SolverBody<S>& a,
                   const SolverBody<S>& b, S dt);
 
-/// Evaluates every contact of a pair at the start of the step, under the law of the patch.
+/// Evaluates every contact of a pair at the start of the step, under the law of the patch; or says
+/// what was given when they were made.
 /// @return [N s, N m s] The sum of the impulses on B about c.
 template <Scalar S>
 Wrench<S> explicit_impulses(SensorPatch<S>& patch, const PatchPair<S>& pair, BodyId id_b, S dt);
-
-/// Turns the impulses of all contacts into readings.
-/// @param R_AW     [1] World axes in A: rotation from the world into the patch's body.
-/// @param origin   [m] A's centre of mass in the world.
-/// @param find_id  Callable: BodyId find_id(slot).
-template <Scalar S, typename FindId>
-void fill_readings(SensorPatch<S>& patch, const Mat3<S>& R_AW, const Vec3<S>& origin, S dt,
-                   FindId&& find_id);
 
 // Implementation -----------------------------------------------------------------------------------
 
@@ -15513,98 +18826,214 @@ template <Scalar S>
 void measure_pair(const SensorPatch<S>& patch, PatchPair<S>& pair, const SolverBody<S>& a,
                   const SolverBody<S>& b, S dt) {
   using std::max;
-  S bristle_sum = S(0);
-  S viscous_sum = S(0);
-  // Sums of s, and of s |rho|^2.
-  S tangential_sum = S(0), tangential_moment = S(0);
-  S normal_sum = S(0), normal_moment = S(0);
-  for (std::uint32_t k = pair.first; k < pair.first + pair.count; ++k) {
-    const PatchContact<S>& c = patch.contacts[k];
-    const SensorParameters<S>& p = patch.parameters(c.sensor);
-    const S arm2 = c.rho.squaredNorm();
-    const S normal = (dt * dt * p.normal_stiffness + S(2) * dt * p.normal_damping) / c.length;
-    normal_sum += normal;
-    normal_moment += normal * arm2;
-    if (!c.is_touching) continue;
-    const S force = normal_force(p, c.depth, c.g.dot(c.start_velocity) / c.length);
-    const S k_t = bristle_stiffness(p, patch.def.options.scaling, force, c.depth);
-    bristle_sum += k_t;
-    viscous_sum += p.sliding_friction;
-    const S shear = dt * dt * k_t + S(2) * dt * p.sliding_friction;
-    tangential_sum += shear;
-    tangential_moment += shear * arm2;
-  }
   const Mat6<S> W = mobility(a.inverse_mass, a.inverse_inertia, pair.arm_a) +
                     mobility(b.inverse_mass, b.inverse_inertia, pair.arm_b);
   const S w = W.template topLeftCorner<3, 3>().trace() / S(3);
   const S w_rot = W.template bottomRightCorner<3, 3>().trace() / S(3);
+  const PairStiffness<S>& k = pair.stiffness;
+  // From about the middle of the patch to about c.
+  const Vec3<S> shift = pair.center - patch.box.center();
+  const S tangential_moment = k.tangential_second - S(2) * shift.dot(k.tangential_first) +
+                              shift.squaredNorm() * k.tangential;
+  const S normal_moment =
+      k.normal_second - S(2) * shift.dot(k.normal_first) + shift.squaredNorm() * k.normal;
   pair.lambda =
-      max(w * tangential_sum + w_rot * tangential_moment, w * normal_sum + w_rot * normal_moment);
-  set_scheme(pair, bristle_sum, viscous_sum, w, dt);
+      max(w * k.tangential + w_rot * tangential_moment, w * k.normal + w_rot * normal_moment);
+  set_scheme(pair, k.bristle_sum, k.viscous_sum, w, dt);
 }
+
+namespace detail {
+
+/// `explicit_impulses` under AMBF's law, one sensor after the other.
+template <Scalar S>
+Wrench<S> ambf_impulses(SensorPatch<S>& patch, const PatchPair<S>& pair, BodyId id_b, S dt) {
+  Wrench<S> sum;
+  for (ContactTile<S>& tile : contacts_of(patch, pair)) {
+    SensorTile<S>& sensors = patch.tiles[tile.tile];
+    tile.is_slipping = 0;
+    for (std::size_t i = 0; i < tile_size; ++i) {
+      const LaneBits bit = static_cast<LaneBits>(1u << i);
+      tile.impulse.set(i, Vec3<S>::Zero());
+      tile.normal_impulse[i] = S(0);
+      if ((tile.is_touching & bit) == 0) continue;
+      const Vec3<S> g = tile.g[i];
+      const Vec3<S> point = tile.point[i];
+      const SensorContact<S> contact{tile.depth[i], sensors.inverse_length[i], sensors.direction[i],
+                                     g, pair.start_motion.at(point)};
+      Anchor<S> anchor{sensors.root_a[i], sensors.root_b[i]};
+      bool is_rooted = (sensors.is_rooted & bit) != 0 && sensors.rooted_in[i] == root_key(id_b);
+      bool did_slip = false;
+      const SensorForce<S> force = ambf_sensor_force<S>(
+          patch.parameters(tile.tile * tile_size + i), patch.def.options.scaling, contact,
+          g.normalized() * S(-1), pair.pose, point, anchor, is_rooted, did_slip);
+      sensors.root_a.set(i, anchor.q_A);
+      sensors.root_b.set(i, anchor.q_B);
+      sensors.rooted_in[i] = root_key(id_b);
+      sensors.is_rooted =
+          static_cast<LaneBits>(is_rooted ? sensors.is_rooted | bit : sensors.is_rooted & ~bit);
+      if (did_slip) tile.is_slipping = static_cast<LaneBits>(tile.is_slipping | bit);
+      tile.normal_impulse[i] = dt * force.normal;
+      tile.impulse.set(i, dt * force.total());
+      sum += Wrench<S>::at(point - pair.center, tile.impulse[i]);
+    }
+  }
+  return {pair.R_WA * sum.force, pair.R_WA * sum.torque};
+}
+
+/// `explicit_impulses` under the paper's law, in lanes.
+template <Scalar S>
+Wrench<S> paper_impulses(SensorPatch<S>& patch, const PatchPair<S>& pair, S dt) {
+  using T = Pack<S>;
+  const LawOptions options = patch.def.options;
+  const LaneMotion<S> start(pair.start_motion.linear, pair.start_motion.angular);
+  const Pack3<S> center = Pack3<S>::all(pair.center);
+  return with_parameters<S>(patch.def, [&](const auto& parameters) {
+    Pack3<S> force_sum = zero_vector<T>();
+    Pack3<S> torque_sum = zero_vector<T>();
+    for (ContactTile<S>& tile : contacts_of(patch, pair)) {
+      const SensorTile<S>& sensors = patch.tiles[tile.tile];
+      for (std::size_t at = 0; at < tile_size; at += lanes<S>) {
+        if (pack_bits<S>(tile.is_met, at) == 0) continue;
+        const Pack3<S> point = load_pack(tile.point, at);
+        const SensorContact<T> contact{
+            load_pack(tile.depth, at), load_pack(sensors.inverse_length, at),
+            load_pack(sensors.direction, at), load_pack(tile.g, at), start.at(point)};
+        give_impulses<S>(tile, at, parameters(tile.tile, at), options, contact,
+                         load_pack(tile.stretch, at), point - center,
+                         load_mask<S>(tile.is_touching, at), dt, force_sum, torque_sum);
+      }
+    }
+    return world_wrench(pair, force_sum, torque_sum);
+  });
+}
+
+}  // namespace detail
 
 template <Scalar S>
 Wrench<S> explicit_impulses(SensorPatch<S>& patch, const PatchPair<S>& pair, BodyId id_b, S dt) {
-  Wrench<S> sum;
-  const LawOptions& options = patch.def.options;
-  for (std::uint32_t k = pair.first; k < pair.first + pair.count; ++k) {
-    PatchContact<S>& c = patch.contacts[k];
-    c.normal_impulse = S(0);
-    c.impulse.setZero();
-    if (!c.is_touching) continue;
-    const SensorParameters<S>& p = patch.parameters(c.sensor);
-    const SensorContact<S> contact{c.depth, c.length, c.n, c.g, c.start_velocity};
-    SensorForce<S> force;
-    if (options.law == Law::ambf) {
-      Anchor<S> anchor{patch.root_a[c.sensor], patch.root_b[c.sensor]};
-      bool is_rooted = patch.rooted_in[c.sensor] == id_b;
-      const Vec3<S> m = c.g.normalized() * S(-1);
-      force = ambf_sensor_force(p, options.scaling, contact, m, pair.pose,
-                                Vec3<S>(c.rho + pair.arm_a), anchor, is_rooted, c.is_slipping);
-      patch.root_a.set(c.sensor, anchor.q_A);
-      patch.root_b.set(c.sensor, anchor.q_B);
-      patch.rooted_in[c.sensor] = is_rooted ? id_b : BodyId{};
-    } else {
-      force = sensor_force(p, options, contact, c.stretch, dt);
-    }
-    c.normal_impulse = dt * force.normal;
-    c.impulse = dt * force.total();
-    sum += Wrench<S>::at(c.rho, c.impulse);
+  if (pair.is_given) {
+    return {product(pair.R_WA, pair.given.force), product(pair.R_WA, pair.given.torque)};
   }
-  return sum;
+  return patch.def.options.law == Law::ambf ? detail::ambf_impulses(patch, pair, id_b, dt)
+                                            : detail::paper_impulses(patch, pair, dt);
 }
 
+}  // namespace bristle
+
+// === bristle/sensors/patch_readings.hpp
+
+/// @file
+/// What a patch finally reads: impulses become forces in the frames of its sensors.
+// SPDX-License-Identifier: BSD-3-Clause
+
+namespace bristle {
+
+/// Turns the impulses of all contacts into readings.
+/// @param origin   [m] A's centre of mass in the world.
+/// @param find_id  Callable: BodyId find_id(slot).
 template <Scalar S, typename FindId>
-void fill_readings(SensorPatch<S>& patch, const Mat3<S>& R_AW, const Vec3<S>& origin, S dt,
-                   FindId&& find_id) {
+void fill_readings(SensorPatch<S>& patch, const Vec3<S>& origin, S dt, FindId&& find_id);
+
+// Implementation -----------------------------------------------------------------------------------
+
+namespace detail {
+
+/// Writes `value` into the lanes of `mask` and 0 or what was there into the others.
+template <Scalar S>
+BRISTLE_LANES void put(S* row, const Mask<S>& mask, const Pack<S>& value, bool is_shared) {
+  select(mask, value, is_shared ? Pack<S>::load(row) : Pack<S>(S(0))).store(row);
+}
+
+/// Makes a pack of sensors read no forces.
+template <Scalar S>
+BRISTLE_LANES void clear_pack(ReadingStore<S>& out, std::size_t i) {
+  const Pack<S> nothing = S(0);
+  nothing.store(out.depth.data() + i);
+  nothing.store(out.normal_force.data() + i);
+  nothing.store(out.shear_1.data() + i);
+  nothing.store(out.shear_2.data() + i);
+}
+
+/// Readings of the contacts of one tile on the body `id`, with the wrench of the force on A added
+/// to (force, torque) and its part across the rays to `shear`, all in A's axes.
+template <Scalar S>
+BRISTLE_LANES void read_tile(SensorPatch<S>& patch, const PatchPair<S>& pair,
+                             const ContactTile<S>& tile, const Vec3<S>& origin, S per_step,
+                             BodyId id, Pack3<S>& force_sum, Pack3<S>& torque_sum,
+                             Pack3<S>& shear_sum) {
+  using T = Pack<S>;
+  const SensorTile<S>& sensors = patch.tiles[tile.tile];
   ReadingStore<S>& out = patch.readings;
-  for (const std::uint32_t i : patch.felt) out.clear(i);
-  patch.felt.clear();
+  // Two bodies can be touched by sensors of one tile.
+  const bool is_shared = patch.felt[tile.tile] != 0;
+  const std::size_t first = tile.tile * tile_size;
+  std::uint32_t felt = 0;
+  for (std::size_t at = 0; at < tile_size; at += lanes<S>) {
+    const std::size_t i = first + at;
+    if (pack_bits<S>(tile.is_met, at) == 0) {
+      if (!is_shared) clear_pack(out, i);
+      continue;
+    }
+    const Pack3<S> n = load_pack(sensors.direction, at);
+    const Pack3<S> t1 = load_pack(sensors.tangent, at);
+    const Pack3<S> point = load_pack(tile.point, at);
+    const Pack3<S> force = T(-per_step) * load_pack(tile.impulse, at);
+    const T normal = load_pack(tile.normal_impulse, at) * T(per_step);
+    const Pack3<S> shear = tangential<T>(force, n);
+    const Mask<S> is_touching = load_mask<S>(tile.is_touching, at);
+    const Mask<S> is_felt = is_touching | (load_mask<S>(tile.is_met, at) & (normal > T(S(0))));
+    felt |= bits(is_felt) << at;
+    const Pack3<S> felt_force = select(is_felt, force, zero_vector<T>());
+    force_sum += felt_force;
+    torque_sum += cross(point, felt_force);
+    shear_sum += select(is_felt, shear, zero_vector<T>());
+    const T depth = select(is_touching, load_pack(tile.depth, at), T(S(0)));
+    put(out.depth.data() + i, is_felt, depth, is_shared);
+    put(out.normal_force.data() + i, is_felt, normal, is_shared);
+    put(out.shear_1.data() + i, is_felt, dot(t1, shear), is_shared);
+    put(out.shear_2.data() + i, is_felt, dot(cross(n, t1), shear), is_shared);
+    const Pack3<S> point_W = product(pair.R_WA, point) + Pack3<S>::all(origin);
+    put(out.point.x.data() + i, is_felt, point_W.x, true);
+    put(out.point.y.data() + i, is_felt, point_W.y, true);
+    put(out.point.z.data() + i, is_felt, point_W.z, true);
+  }
+  BodyId* body = out.body.data() + first;
+  SensorState* state = out.state.data() + first;
+  for (std::size_t lane = 0; lane < tile_size; ++lane) {
+    const bool is_felt = (felt >> lane & 1u) != 0;
+    const SensorState own =
+        (tile.is_slipping >> lane & 1u) != 0 ? SensorState::slipping : SensorState::stuck;
+    const BodyId other_body = is_shared ? body[lane] : BodyId{};
+    const SensorState other_state = is_shared ? state[lane] : SensorState::free;
+    body[lane] = is_felt ? id : other_body;
+    state[lane] = is_felt ? own : other_state;
+  }
+  patch.felt[tile.tile] = static_cast<LaneBits>(patch.felt[tile.tile] | felt);
+}
+
+}  // namespace detail
+
+template <Scalar S, typename FindId>
+void fill_readings(SensorPatch<S>& patch, const Vec3<S>& origin, S dt, FindId&& find_id) {
+  ReadingStore<S>& out = patch.readings;
+  patch.has_felt = !patch.pairs.empty();
+  std::swap(patch.felt, patch.felt_before);
+  std::fill(patch.felt.begin(), patch.felt.end(), LaneBits(0));
   out.wrench = {};
   out.shear_W.setZero();
   for (const PatchPair<S>& pair : patch.pairs) {
     const BodyId id = find_id(pair.body_b);
-    for (std::uint32_t k = pair.first; k < pair.first + pair.count; ++k) {
-      const PatchContact<S>& c = patch.contacts[k];
-      if (!c.is_touching && !(c.normal_impulse > S(0))) continue;
-      const std::size_t i = c.sensor;
-      const Vec3<S> arm = c.rho + pair.arm_a;
-      const Vec3<S> force = c.impulse / -dt;
-      const Vec3<S> shear = tangential(force, c.n);
-      out.depth[i] = c.is_touching ? c.depth : S(0);
-      out.normal_force[i] = c.normal_impulse / dt;
-      Vec3<S> t1, t2;
-      tangent_basis<S>(patch.direction[i], t1, t2);
-      const Vec3<S> shear_A = R_AW * shear;
-      out.shear_1[i] = t1.dot(shear_A);
-      out.shear_2[i] = t2.dot(shear_A);
-      out.point.set(i, origin + arm);
-      out.body[i] = id;
-      out.state[i] = c.is_slipping ? SensorState::slipping : SensorState::stuck;
-      out.wrench += Wrench<S>::at(arm, force);
-      out.shear_W += shear;
-      patch.felt.push_back(c.sensor);
+    Pack3<S> force = zero_vector<Pack<S>>();
+    Pack3<S> torque = force;
+    Pack3<S> shear = force;
+    for (const ContactTile<S>& tile : detail::contacts_of(patch, pair)) {
+      detail::read_tile(patch, pair, tile, origin, S(1) / dt, id, force, torque, shear);
     }
+    out.wrench += detail::world_wrench(pair, force, torque);
+    out.shear_W += product<S>(pair.R_WA, sum_of_lanes(shear));
+  }
+  for (std::size_t i = 0; i < patch.felt.size(); ++i) {
+    if (patch.felt[i] == 0 && patch.felt_before[i] != 0) out.clear_tile(i);
   }
 }
 
@@ -15681,8 +19110,7 @@ class HostPatch {
     choose_integration(dt);
     solve(dt);
     discard_what_is_not_finite();
-    const Transform<S>& X = bodies_.front().body.center_pose;
-    fill_readings<S>(patch_, X.rotation.conjugate().toRotationMatrix(), X.translation, dt,
+    fill_readings<S>(patch_, bodies_.front().body.center_pose.translation, dt,
                      [](std::uint32_t number) {
                        return BodyId{number, 0};
                      });
@@ -15736,9 +19164,12 @@ class HostPatch {
     for (std::size_t i = 0; i < patch_.size(); ++i) {
       if (patch_.hits.is_hit(i)) slot_of(host, patch_.hits.tag[i], dt);
     }
-    collect_contacts(patch_, bodies_.front().body, [&](std::uint32_t number) {
-      return TouchedBody<S>{&bodies_[slot_of(host, number, dt)].body, BodyId{number, 0}};
-    });
+    collect_contacts(
+        patch_, bodies_.front().body,
+        [&](std::uint32_t number) {
+          return TouchedBody<S>{&bodies_[slot_of(host, number, dt)].body, BodyId{number, 0}};
+        },
+        {.dt = dt, .measures_lambda = patch_.def.integration == Integration::automatic});
   }
 
   [[nodiscard]] std::uint32_t known_slot(std::uint32_t number) const {
@@ -15811,7 +19242,7 @@ class HostPatch {
   void solve_once(const Island& island, const SolveContext<S>& context) {
     for (const PatchPair<S>& pair : patch_.pairs) {
       if (pair.is_implicit && pair.count > 0) {
-        fill_block(patch_, pair, constraints_.soft[pair.soft]);
+        fill_block(pair, constraints_.soft[pair.soft]);
       }
     }
     SolveReport<S> report;
@@ -15831,10 +19262,7 @@ class HostPatch {
       if (impulses_[k].force.allFinite() && impulses_[k].torque.allFinite()) continue;
       const PatchPair<S>& pair = patch_.pairs[k];
       impulses_[k] = {};
-      for (std::uint32_t i = pair.first; i < pair.first + pair.count; ++i) {
-        patch_.contacts[i].normal_impulse = S(0);
-        patch_.contacts[i].impulse.setZero();
-      }
+      clear_impulses(patch_, pair);
     }
   }
 
@@ -17919,23 +21347,29 @@ template <Scalar S>
 void sum_stiffness(const SensorPatch<S>& patch, const PatchPair<S>& pair, Mat6<S>& K, Mat6<S>& D) {
   K.setZero();
   D.setZero();
-  for (std::uint32_t i = pair.first; i < pair.first + pair.count; ++i) {
-    const PatchContact<S>& c = patch.contacts[i];
-    if (!c.is_touching) continue;
-    const SensorParameters<S>& p = patch.parameters(c.sensor);
-    const S force = normal_force(p, c.depth, c.g.dot(c.start_velocity) / c.length);
-    const S k_t = bristle_stiffness(p, patch.def.options.scaling, force, c.depth);
-    Vec3<S> t1, t2;
-    tangent_basis<S>(c.n, t1, t2);
-    const auto add = [&](const Vec3<S>& d, S k, S damping) {
-      Vec6<S> j;
-      j << d, c.rho.cross(d);
-      K += (k * j) * j.transpose();
-      D += (damping * j) * j.transpose();
-    };
-    add(t1, k_t, p.sliding_friction);
-    add(t2, k_t, p.sliding_friction);
-    add(c.g, p.normal_stiffness / c.length, p.normal_damping / c.length);
+  for (std::uint32_t k = pair.first; k < pair.first + pair.count; ++k) {
+    const ContactTile<S>& contacts = patch.contacts[k];
+    const SensorTile<S>& sensors = patch.tiles[contacts.tile];
+    for (std::size_t i = 0; i < tile_size; ++i) {
+      if ((contacts.is_touching >> i & 1u) == 0) continue;
+      const SensorParameters<S>& p = patch.parameters(contacts.tile * tile_size + i);
+      const S per_length = sensors.inverse_length[i];
+      const S rate = contacts.g[i].dot(pair.start_motion.at(contacts.point[i])) * per_length;
+      const S force = normal_force(p, contacts.depth[i], rate);
+      const S k_t = bristle_stiffness(p, patch.def.options.scaling, force, contacts.depth[i]);
+      const Vec3<S> rho = product<S>(pair.R_WA, contacts.point[i] - pair.center);
+      const auto add = [&](const Vec3<S>& d_A, S stiffness, S damping) {
+        const Vec3<S> d = product(pair.R_WA, d_A);
+        Vec6<S> j;
+        j << d, rho.cross(d);
+        K += (stiffness * j) * j.transpose();
+        D += (damping * j) * j.transpose();
+      };
+      const Vec3<S> t1 = sensors.tangent[i];
+      add(t1, k_t, p.sliding_friction);
+      add(sensors.direction[i].cross(t1), k_t, p.sliding_friction);
+      add(contacts.g[i], p.normal_stiffness * per_length, p.normal_damping * per_length);
+    }
   }
 }
 
@@ -19387,6 +22821,7 @@ class ProximityArray {
       box_.include(rays_.start[i]);
       box_.include(rays_.start[i] + rays_.length[i] * rays_.direction[i]);
     }
+    bundles_ = RayBundles<S>(batch(nullptr));
     hits_.reset(rays_.size());
     body_.resize(rays_.size());
   }
@@ -19422,7 +22857,20 @@ class ProximityArray {
                filter_.excluded.end();
   }
 
+  [[nodiscard]] RayBatch<S> batch(const RayBundles<S>* bundles) const {
+    return {rays_.start.x,
+            rays_.start.y,
+            rays_.start.z,
+            rays_.direction.x,
+            rays_.direction.y,
+            rays_.direction.z,
+            rays_.length,
+            S(0),
+            bundles};
+  }
+
   SensorLayout<S> rays_;
+  RayBundles<S> bundles_;
   ProximityFilter filter_;
   Aabb<S> box_{};
   RayHits<S> hits_;
@@ -19452,12 +22900,10 @@ void ProximityArray<S>::sense(const WorldState<S, Backend>& state, BodyId carrie
   std::sort(near_.begin(), near_.end());
   hits_.reset(size());
   rays_cast_ = near_.size() * size();
-  const RayBatch<S> batch{rays_.start.x,     rays_.start.y,     rays_.start.z, rays_.direction.x,
-                          rays_.direction.y, rays_.direction.z, rays_.length,  S(0)};
   for (const std::uint32_t tag : near_) {
     const Collider<S, Backend>& c = state.colliders.at(tag);
-    Backend::cast_rays(c.shape, relative_pose(X_WA, state.body_of(c).center_pose) * c.X_CmS, batch,
-                       tag, hits_);
+    Backend::cast_rays(c.shape, relative_pose(X_WA, state.body_of(c).center_pose) * c.X_CmS,
+                       batch(&bundles_), tag, hits_);
   }
   for (std::size_t i = 0; i < size(); ++i) {
     body_[i] = hits_.is_hit(i) ? state.colliders.at(hits_.tag[i]).body : BodyId{};
@@ -19600,7 +23046,12 @@ class SensorStage {
     // A sensor costs some ten nanoseconds and waking a thread microseconds.
     constexpr std::size_t fewest_shared_sensors = 256;
     std::size_t sensors = 0;
-    for (const std::uint32_t i : live_) sensors += state.patches.at(i).size();
+    measures_lambda_ = false;
+    for (const std::uint32_t i : live_) {
+      sensors += state.patches.at(i).size();
+      measures_lambda_ =
+          measures_lambda_ || state.patches.at(i).def.integration == Integration::automatic;
+    }
     if (live_.size() > 1 && sensors >= fewest_shared_sensors) {
       state.def.parallel_for(live_.size(), std::cref(task));
     } else {
@@ -19656,7 +23107,7 @@ class SensorStage {
   /// Sums the present linear models of a soft block's sensors into it.
   void fill(State& state, std::uint32_t soft) const {
     SensorPatch<S>& patch = state.patches.at(owners_[soft].patch);
-    fill_block(patch, patch.pairs[owners_[soft].pair], state.constraints.soft[soft]);
+    fill_block(patch.pairs[owners_[soft].pair], state.constraints.soft[soft]);
   }
 
   /// Gives every sensor of a soft block its impulse and makes their sum the impulse of the block.
@@ -19670,12 +23121,8 @@ class SensorStage {
   /// Takes back what the sensors of a soft block gave.
   void discard(State& state, std::uint32_t soft) const {
     SensorPatch<S>& patch = state.patches.at(owners_[soft].patch);
-    const PatchPair<S>& pair = patch.pairs[owners_[soft].pair];
     state.constraints.soft[soft].impulse.setZero();
-    for (std::uint32_t k = pair.first; k < pair.first + pair.count; ++k) {
-      patch.contacts[k].normal_impulse = S(0);
-      patch.contacts[k].impulse.setZero();
-    }
+    clear_impulses(patch, patch.pairs[owners_[soft].pair]);
   }
 
   /// Linearises a soft block anew; returns whether that matters.
@@ -19691,17 +23138,16 @@ class SensorStage {
     for (const std::uint32_t i : live_) {
       SensorPatch<S>& patch = state.patches.at(i);
       patch.last_impulses.clear();
-      if (patch.pairs.empty() && patch.felt.empty()) continue;
+      if (patch.pairs.empty() && !patch.has_felt) continue;
       for (const PatchPair<S>& pair : patch.pairs) {
         if (!pair.is_implicit) continue;
         patch.last_impulses.push_back(
             {state.bodies.handle(pair.body_b), state.constraints.soft[pair.soft].impulse});
       }
-      const Transform<S>& X = state.bodies.at(patch.body.index).center_pose;
-      fill_readings<S>(patch, X.rotation.conjugate().toRotationMatrix(), X.translation,
+      fill_readings<S>(patch, state.bodies.at(patch.body.index).center_pose.translation,
                        state.def.time_step,
                        [&](std::uint32_t slot) { return state.bodies.handle(slot); });
-      state.report.sensors_touching += patch.felt.size();
+      state.report.sensors_touching += patch.felt_count();
     }
   }
 
@@ -19777,10 +23223,15 @@ class SensorStage {
                          patch.hits);
       scratch.rays_cast += patch.size();
     }
-    collect_contacts(patch, A, [&](std::uint32_t tag) {
-      const Collider<S, Backend>& c = state.colliders.at(tag);
-      return TouchedBody<S>{&state.body_of(c), c.body};
-    });
+    collect_contacts(patch, A,
+                     [&](std::uint32_t tag) {
+                       const Collider<S, Backend>& c = state.colliders.at(tag);
+                       return TouchedBody<S>{&state.body_of(c), c.body};
+                     },
+                     {.dt = state.def.time_step,
+                      .measures_lambda = measures_lambda_,
+                      .only_tag = scratch.candidates.size() == 1 ? scratch.candidates.front()
+                                                                 : CollectDef<S>::any_tag});
   }
 
   [[nodiscard]] bool wants_implicit(const State& state, const SensorPatch<S>& patch,
@@ -19829,6 +23280,7 @@ class SensorStage {
   std::vector<std::uint32_t> live_;
   std::vector<Scratch> scratch_;
   std::vector<S> lambda_;
+  bool measures_lambda_ = false;
   std::vector<SoftOwner> owners_;
 };
 
@@ -20571,17 +24023,32 @@ void visit_vectors(Array& array, Visitor& visit) {
   visit.value(std::span(array.z));
 }
 
+template <typename Rows, typename Visitor>
+void visit_lane(Rows& rows, std::size_t i, Visitor& visit) {
+  visit.value(rows.x[i]);
+  visit.value(rows.y[i]);
+  visit.value(rows.z[i]);
+}
+
+template <typename Tile, typename Visitor>
+void visit_bristles(Tile& tile, Visitor& visit) {
+  visit.value(tile.is_rooted);
+  visit_vectors(tile.root_a, visit);
+  visit_vectors(tile.root_b, visit);
+  visit.value(std::span(tile.rooted_in));
+}
+
 /// Of contacts and pairs, what is read between steps; the rest is one step's work.
-template <typename Contact, typename Visitor>
-void visit_patch_contact(Contact& c, Visitor& visit) {
-  visit.value(c.sensor);
-  visit.value(c.is_touching);
-  visit.value(c.n);
-  visit.value(c.g);
-  visit.value(c.rho);
-  visit.value(c.start_velocity);
-  visit.value(c.depth);
-  visit.value(c.length);
+template <typename Tile, typename Visitor>
+void visit_contact_tile(Tile& tile, Visitor& visit) {
+  visit.value(tile.tile);
+  visit.value(tile.is_touching);
+  for (std::size_t i = 0; i < tile_size; ++i) {
+    if ((tile.is_touching >> i & 1u) == 0) continue;
+    visit_lane(tile.point, i, visit);
+    visit_lane(tile.g, i, visit);
+    visit.value(tile.depth[i]);
+  }
 }
 
 template <typename Pair, typename Visitor>
@@ -20589,6 +24056,10 @@ void visit_patch_pair(Pair& pair, Visitor& visit) {
   visit.value(pair.body_b);
   visit.value(pair.first);
   visit.value(pair.count);
+  visit.value(pair.R_WA);
+  visit.value(pair.start_motion.linear);
+  visit.value(pair.start_motion.angular);
+  visit.value(pair.center);
   visit.value(pair.arm_a);
   visit.value(pair.arm_b);
 }
@@ -20614,12 +24085,10 @@ void visit_patch(const State& state, Patch& patch, Visitor& visit) {
   const std::size_t own = visit.list("patches (parameters)", patch.def.per_sensor,
                                      [&](auto& p) { visit_parameters(p, visit); });
   visit.require("patches (parameters)", own == 0 || own == patch.size());
-  visit_vectors(patch.root_a, visit);
-  visit_vectors(patch.root_b, visit);
-  visit.value(std::span(patch.rooted_in));
-  const std::size_t contacts = visit.list("patches (contacts)", patch.contacts, [&](auto& c) {
-    visit_patch_contact(c, visit);
-    visit.require("patches (contacts)", c.sensor < patch.size());
+  for (auto& tile : patch.tiles) visit_bristles(tile, visit);
+  const std::size_t contacts = visit.list("patches (contacts)", patch.contacts, [&](auto& tile) {
+    visit_contact_tile(tile, visit);
+    visit.require("patches (contacts)", tile.tile < patch.tiles.size());
   });
   visit.list("patches (pairs)", patch.pairs, [&](auto& pair) {
     visit_patch_pair(pair, visit);
@@ -20631,10 +24100,8 @@ void visit_patch(const State& state, Patch& patch, Visitor& visit) {
     visit.value(last.body);
     visit.value(last.impulse);
   });
-  visit.list("patches (touching sensors)", patch.felt, [&](auto& sensor) {
-    visit.value(sensor);
-    visit.require("patches (touching sensors)", sensor < patch.size());
-  });
+  visit.value(std::span(patch.felt));
+  visit.value(patch.has_felt);
   visit_readings(patch.readings, visit);
 }
 
@@ -21733,9 +25200,9 @@ bool World<S, Backend>::is_awake_joint(std::uint32_t index) const {
 ///
 /// Link `bristle::fcl`; the umbrella header includes this only with BRISTLE_WITH_FCL.
 ///
-/// Everything FCL is asked is asked in double, whatever the user's scalar. No FCL type that Eigen
-/// aligns by the machine (Transform3d, CollisionObject) crosses into libfcl, so it does not matter
-/// with which -march either was built.
+/// Everything FCL is asked is asked in double, whatever the user's scalar; rays are cast in S. No
+/// FCL type that Eigen aligns by the machine (Transform3d, CollisionObject) crosses into libfcl, so
+/// it does not matter with which -march either was built.
 // SPDX-License-Identifier: BSD-3-Clause
 
 // === bristle/geometry/fcl_contact_normal.hpp
@@ -21804,9 +25271,9 @@ inline GjkAnswer<double> FclDistance::operator()(PlacedConvex<double> a, PlacedC
 /// @file
 /// Rays over FCL's own geometry, which has no ray query of its own (fcl#310).
 ///
-/// FCL is the container: sizes are read from its shapes and met in closed form, its mesh tree is
-/// walked through its public nodes. Everything is computed in double in the geometry's frame, for
-/// float users too: it costs scalar code nothing.
+/// FCL is the container: sizes and triangles are read from its geometry, once, and met as those of
+/// the analytic backend are, in the user's scalar. Single rays (`ray_cast`) walk FCL's own trees in
+/// the scalar of the geometry.
 // SPDX-License-Identifier: BSD-3-Clause
 
 // === bristle/geometry/fcl_shapes.hpp
@@ -22132,9 +25599,10 @@ FclView<S> from_fcl(const fcl::CollisionGeometry<S>& geometry) {
 
 }  // namespace bristle
 
-#include <algorithm>
-#include <cstddef>
+#include <array>
+#include <concepts>
 #include <cstdint>
+#include <type_traits>
 #include <utility>
 #include <variant>
 
@@ -22152,12 +25620,15 @@ template <Scalar S>
   return std::visit([&](const auto& shape) { return ray_cast(shape, ray); }, view);
 }
 
-/// An FCL geometry made ready for rays. Immutable; several threads may cast at once.
+/// An FCL geometry made ready for rays in S. Immutable; several threads may cast at once.
+template <Scalar S>
 class FclRayTarget {
  public:
   /// @throws InvalidArgument as `from_fcl` does.
   explicit FclRayTarget(FclGeometry geometry)
-      : geometry_(std::move(geometry)), view_(from_fcl(*geometry_)) {}
+      : geometry_(std::move(geometry)),
+        view_(from_fcl(*geometry_)),
+        shape_(std::visit([](const auto& view) { return prepared(view); }, view_)) {}
 
   [[nodiscard]] const FclGeometry& geometry() const { return geometry_; }
   /// What the geometry holds.
@@ -22167,41 +25638,53 @@ class FclRayTarget {
   /// geometry's pose in the rays' frame; one that is not finite hits nothing.
   ///
   /// Allocates nothing.
-  template <Scalar S>
   void cast_rays(const Transform<S>& X_RC, const RayBatch<S>& rays, std::uint32_t tag,
                  RayHits<S>& hits) const noexcept;
 
  private:
+  using Prepared = std::variant<Sphere<S>, Box<S>, Capsule<S>, Cylinder<S>, Cone<S>, Ellipsoid<S>,
+                                HalfSpace<S>, ConvexHull<S>, RayMesh<S>>;
+
+  template <typename View>
+  [[nodiscard]] static Prepared prepared(const View& view) {
+    return std::visit(
+        [](auto&& shape) -> Prepared {
+          if constexpr (std::constructible_from<Prepared, decltype(shape)>) {
+            return shape;
+          } else {
+            return RayMesh<S>();
+          }
+        },
+        detail::ShapeCast<S, double>{}(view));
+  }
+  [[nodiscard]] static Prepared prepared(const FclMeshTree<double>& mesh) {
+    return RayMesh<S>(mesh.size(), [&](std::uint32_t i) {
+      const auto [a, b, c] = mesh.corners(i);
+      return std::array<Vec3<S>, 3>{a.template cast<S>(), b.template cast<S>(),
+                                    c.template cast<S>()};
+    });
+  }
+
   FclGeometry geometry_;
   FclView<double> view_;
+  Prepared shape_;
 };
 
 // Implementation -----------------------------------------------------------------------------------
 
 template <Scalar S>
-void FclRayTarget::cast_rays(const Transform<S>& X_RC, const RayBatch<S>& rays, std::uint32_t tag,
-                             RayHits<S>& hits) const noexcept {
-  const Transform<double> X = X_RC.template cast<double>();
-  if (!X.translation.allFinite() || !X.rotation.coeffs().allFinite()) return;
-  const Mat3<double> R_RC = X.rotation_matrix();
+void FclRayTarget<S>::cast_rays(const Transform<S>& X_RC, const RayBatch<S>& rays,
+                                std::uint32_t tag, RayHits<S>& hits) const noexcept {
+  if (!X_RC.translation.allFinite() || !X_RC.rotation.coeffs().allFinite()) return;
   std::visit(
       [&](const auto& shape) {
-        for (std::size_t i = 0; i < rays.size(); ++i) {
-          const Ray<S> ray_R = rays[i];
-          const Vec3<double> from_origin = ray_R.origin.template cast<double>() - X.translation;
-          // What lies beyond a hit that is known already need not be looked at.
-          const Ray<double> ray{
-              .origin = R_RC.transpose() * from_origin,
-              .direction = R_RC.transpose() * ray_R.direction.template cast<double>(),
-              .length = double(std::min(ray_R.length, hits.distance[i]))};
-          const RayHit<double> hit = ray_cast(shape, ray);
-          if (hit.distance < infinity<double>) {
-            const Vec3<double> normal = R_RC * hit.normal;
-            hits.offer(i, {S(hit.distance), normal.template cast<S>()}, tag);
-          }
+        if constexpr (std::same_as<std::remove_cvref_t<decltype(shape)>, RayMesh<S>>) {
+          cast_rays_at_mesh(shape, X_RC, rays, tag, hits);
+        } else {
+          cast_rays_in_lanes(shape, X_RC, rays, tag, hits);
         }
       },
-      view_);
+      shape_);
 }
 
 }  // namespace bristle
@@ -22276,7 +25759,7 @@ class FclBackend::Collidable {
     ShapeKind kind;
     Aabb<S> bounds;
     MassProperties<S> mass_properties;
-    FclRayTarget rays;
+    FclRayTarget<S> rays;
     // Points into `rays`; empty for a half-space.
     SolidView<double, FclMeshTree<double>> solid;
   };

@@ -12,6 +12,7 @@
 #include <bristle/sensors/passes.hpp>
 #include <bristle/sensors/patch_contacts.hpp>
 #include <bristle/sensors/patch_explicit.hpp>
+#include <bristle/sensors/patch_readings.hpp>
 
 #include <concepts>
 #include <cstdint>
@@ -84,8 +85,7 @@ class HostPatch {
     choose_integration(dt);
     solve(dt);
     discard_what_is_not_finite();
-    const Transform<S>& X = bodies_.front().body.center_pose;
-    fill_readings<S>(patch_, X.rotation.conjugate().toRotationMatrix(), X.translation, dt,
+    fill_readings<S>(patch_, bodies_.front().body.center_pose.translation, dt,
                      [](std::uint32_t number) {
                        return BodyId{number, 0};
                      });
@@ -139,9 +139,12 @@ class HostPatch {
     for (std::size_t i = 0; i < patch_.size(); ++i) {
       if (patch_.hits.is_hit(i)) slot_of(host, patch_.hits.tag[i], dt);
     }
-    collect_contacts(patch_, bodies_.front().body, [&](std::uint32_t number) {
-      return TouchedBody<S>{&bodies_[slot_of(host, number, dt)].body, BodyId{number, 0}};
-    });
+    collect_contacts(
+        patch_, bodies_.front().body,
+        [&](std::uint32_t number) {
+          return TouchedBody<S>{&bodies_[slot_of(host, number, dt)].body, BodyId{number, 0}};
+        },
+        {.dt = dt, .measures_lambda = patch_.def.integration == Integration::automatic});
   }
 
   [[nodiscard]] std::uint32_t known_slot(std::uint32_t number) const {
@@ -214,7 +217,7 @@ class HostPatch {
   void solve_once(const Island& island, const SolveContext<S>& context) {
     for (const PatchPair<S>& pair : patch_.pairs) {
       if (pair.is_implicit && pair.count > 0) {
-        fill_block(patch_, pair, constraints_.soft[pair.soft]);
+        fill_block(pair, constraints_.soft[pair.soft]);
       }
     }
     SolveReport<S> report;
@@ -234,10 +237,7 @@ class HostPatch {
       if (impulses_[k].force.allFinite() && impulses_[k].torque.allFinite()) continue;
       const PatchPair<S>& pair = patch_.pairs[k];
       impulses_[k] = {};
-      for (std::uint32_t i = pair.first; i < pair.first + pair.count; ++i) {
-        patch_.contacts[i].normal_impulse = S(0);
-        patch_.contacts[i].impulse.setZero();
-      }
+      clear_impulses(patch_, pair);
     }
   }
 

@@ -40,6 +40,8 @@ struct Pack3 {
   [[nodiscard]] BRISTLE_LANES friend Pack3 operator*(const Pack<S>& s, const Pack3& a) {
     return {s * a.x, s * a.y, s * a.z};
   }
+  BRISTLE_LANES Pack3& operator+=(const Pack3& b) { return *this = *this + b; }
+  BRISTLE_LANES Pack3& operator-=(const Pack3& b) { return *this = *this - b; }
   [[nodiscard]] BRISTLE_LANES friend Pack<S> dot(const Pack3& a, const Pack3& b) {
     return a.x * b.x + a.y * b.y + a.z * b.z;
   }

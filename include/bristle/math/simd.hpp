@@ -12,7 +12,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <bristle/core/config.hpp>
+#include <bristle/math/lane_register.hpp>
 #include <bristle/math/types.hpp>
 
 #include <bit>
@@ -22,38 +22,7 @@
 #include <cstdint>
 #include <utility>
 
-#if defined(__GNUC__) && !defined(BRISTLE_NO_SIMD)
-#define BRISTLE_HAS_SIMD 1
-#if defined(__SSE2__)
-#include <immintrin.h>
-#endif
-#else
-#define BRISTLE_HAS_SIMD 0
-#endif
-
 namespace bristle {
-
-/// [bytes] Of a register.
-#if BRISTLE_HAS_SIMD && defined(__AVX512F__)
-inline constexpr std::size_t simd_bytes = 64;
-#elif BRISTLE_HAS_SIMD && defined(__AVX__)
-inline constexpr std::size_t simd_bytes = 32;
-#else
-inline constexpr std::size_t simd_bytes = 16;
-#endif
-
-namespace detail {
-
-/// Whether S comes in registers.
-template <Scalar S>
-inline constexpr bool has_register = BRISTLE_HAS_SIMD != 0 &&
-                                     (std::same_as<S, float> || std::same_as<S, double>);
-
-}  // namespace detail
-
-/// [-] Lanes of a Pack<S>, at most 16.
-template <Scalar S>
-inline constexpr std::size_t lanes = detail::has_register<S> ? simd_bytes / sizeof(S) : 4;
 
 /// A truth value for each lane.
 template <Scalar S>
@@ -93,158 +62,6 @@ template <Scalar S>
 
 // Implementation -----------------------------------------------------------------------------------
 
-// Every function here is a few instructions and is inlined even without optimisation: a register
-// passed through memory costs more than what is done with it.
-#if defined(__GNUC__)
-#define BRISTLE_LANES [[gnu::always_inline]] inline
-#else
-#define BRISTLE_LANES inline
-#endif
-
-namespace detail {
-
-/// What stands for a register where there is none.
-template <typename T>
-struct LaneArray {
-  T v[4];
-
-  T& operator[](std::size_t i) { return v[i]; }
-  const T& operator[](std::size_t i) const { return v[i]; }
-
-  template <typename F>
-  static auto each(F&& f) -> LaneArray<decltype(f(0))> {
-    return {{f(0), f(1), f(2), f(3)}};
-  }
-  friend auto operator+(const LaneArray& a, const LaneArray& b) {
-    return each([&](int i) { return T(a.v[i] + b.v[i]); });
-  }
-  friend auto operator-(const LaneArray& a, const LaneArray& b) {
-    return each([&](int i) { return T(a.v[i] - b.v[i]); });
-  }
-  friend auto operator*(const LaneArray& a, const LaneArray& b) {
-    return each([&](int i) { return T(a.v[i] * b.v[i]); });
-  }
-  friend auto operator/(const LaneArray& a, const LaneArray& b) {
-    return each([&](int i) { return T(a.v[i] / b.v[i]); });
-  }
-  friend auto operator-(const LaneArray& a) {
-    return each([&](int i) { return T(-a.v[i]); });
-  }
-  friend auto operator<(const LaneArray& a, const LaneArray& b) {
-    return each([&](int i) { return a.v[i] < b.v[i]; });
-  }
-  friend auto operator<=(const LaneArray& a, const LaneArray& b) {
-    return each([&](int i) { return a.v[i] <= b.v[i]; });
-  }
-  friend auto operator==(const LaneArray& a, const LaneArray& b) {
-    return each([&](int i) { return a.v[i] == b.v[i]; });
-  }
-  friend auto operator&(const LaneArray& a, const LaneArray& b) {
-    return each([&](int i) { return bool(a.v[i] & b.v[i]); });
-  }
-  friend auto operator|(const LaneArray& a, const LaneArray& b) {
-    return each([&](int i) { return bool(a.v[i] | b.v[i]); });
-  }
-  friend auto operator~(const LaneArray& a) {
-    return each([&](int i) { return !a.v[i]; });
-  }
-};
-
-/// The register of a scalar. Its comparisons give registers of integers, all bits of a lane equal.
-template <Scalar S>
-struct Register {
-  using Type = LaneArray<S>;
-};
-#if BRISTLE_HAS_SIMD
-template <>
-struct Register<float> {
-  typedef float Type __attribute__((vector_size(simd_bytes)));
-};
-template <>
-struct Register<double> {
-  typedef double Type __attribute__((vector_size(simd_bytes)));
-};
-#endif
-
-/// Comparisons, and what is made of them.
-template <Scalar S>
-struct Compare {
-  using Lanes = typename Register<S>::Type;
-  using Truth = decltype(Lanes{} < Lanes{});
-
-  BRISTLE_LANES static Truth less(const Lanes& a, const Lanes& b) { return a < b; }
-  BRISTLE_LANES static Truth less_equal(const Lanes& a, const Lanes& b) { return a <= b; }
-  BRISTLE_LANES static Truth equal(const Lanes& a, const Lanes& b) { return a == b; }
-  BRISTLE_LANES static Lanes select(const Truth& m, const Lanes& yes, const Lanes& no) {
-    if constexpr (has_register<S>) {
-      return m ? yes : no;
-    } else {
-      return Lanes::each([&](int i) { return m.v[i] ? yes.v[i] : no.v[i]; });
-    }
-  }
-  BRISTLE_LANES static std::uint32_t bits(const Truth& m) {
-#if BRISTLE_HAS_SIMD && defined(__AVX__)
-    if constexpr (std::same_as<S, float>)
-      return static_cast<std::uint32_t>(_mm256_movemask_ps(std::bit_cast<__m256>(m)));
-    if constexpr (std::same_as<S, double>)
-      return static_cast<std::uint32_t>(_mm256_movemask_pd(std::bit_cast<__m256d>(m)));
-#elif BRISTLE_HAS_SIMD && defined(__SSE2__)
-    if constexpr (std::same_as<S, float>)
-      return static_cast<std::uint32_t>(_mm_movemask_ps(std::bit_cast<__m128>(m)));
-    if constexpr (std::same_as<S, double>)
-      return static_cast<std::uint32_t>(_mm_movemask_pd(std::bit_cast<__m128d>(m)));
-#endif
-    std::uint32_t result = 0;
-    for (std::size_t i = 0; i < lanes<S>; ++i) result |= m[i] ? 1u << i : 0u;
-    return result;
-  }
-};
-
-#if BRISTLE_HAS_SIMD && defined(__AVX512F__)
-// With registers for masks of their own. GCC 12 takes comparisons that are joined and then selected
-// by apart lane by lane, so it is told.
-template <>
-struct Compare<float> {
-  using Lanes = Register<float>::Type;
-  using Truth = std::uint16_t;
-
-  BRISTLE_LANES static Truth less(const Lanes& a, const Lanes& b) {
-    return _mm512_cmp_ps_mask(a, b, _CMP_LT_OQ);
-  }
-  BRISTLE_LANES static Truth less_equal(const Lanes& a, const Lanes& b) {
-    return _mm512_cmp_ps_mask(a, b, _CMP_LE_OQ);
-  }
-  BRISTLE_LANES static Truth equal(const Lanes& a, const Lanes& b) {
-    return _mm512_cmp_ps_mask(a, b, _CMP_EQ_OQ);
-  }
-  BRISTLE_LANES static Lanes select(Truth m, const Lanes& yes, const Lanes& no) {
-    return Lanes(_mm512_mask_blend_ps(m, no, yes));
-  }
-  BRISTLE_LANES static std::uint32_t bits(Truth m) { return m; }
-};
-template <>
-struct Compare<double> {
-  using Lanes = Register<double>::Type;
-  using Truth = std::uint8_t;
-
-  BRISTLE_LANES static Truth less(const Lanes& a, const Lanes& b) {
-    return _mm512_cmp_pd_mask(a, b, _CMP_LT_OQ);
-  }
-  BRISTLE_LANES static Truth less_equal(const Lanes& a, const Lanes& b) {
-    return _mm512_cmp_pd_mask(a, b, _CMP_LE_OQ);
-  }
-  BRISTLE_LANES static Truth equal(const Lanes& a, const Lanes& b) {
-    return _mm512_cmp_pd_mask(a, b, _CMP_EQ_OQ);
-  }
-  BRISTLE_LANES static Lanes select(Truth m, const Lanes& yes, const Lanes& no) {
-    return Lanes(_mm512_mask_blend_pd(m, no, yes));
-  }
-  BRISTLE_LANES static std::uint32_t bits(Truth m) { return m; }
-};
-#endif
-
-}  // namespace detail
-
 template <Scalar S>
 class Mask {
  public:
@@ -255,6 +72,8 @@ class Mask {
 
   /// Holds in the first n lanes.
   [[nodiscard]] BRISTLE_LANES static Mask first(std::size_t n);
+  /// Holds in lane i where bit i is set: the inverse of `bits`.
+  [[nodiscard]] BRISTLE_LANES static Mask from_bits(std::uint32_t set);
 
   [[nodiscard]] BRISTLE_LANES const Register& get() const { return r_; }
 
@@ -266,6 +85,9 @@ class Mask {
   }
   [[nodiscard]] BRISTLE_LANES friend Mask operator!(const Mask& a) {
     return Mask(static_cast<Register>(~a.r_));
+  }
+  [[nodiscard]] BRISTLE_LANES friend Mask operator^(const Mask& a, const Mask& b) {
+    return Mask(static_cast<Register>(a.r_ ^ b.r_));
   }
 
  private:
@@ -418,6 +240,20 @@ class Pack {
 template <Scalar S>
 BRISTLE_LANES Mask<S> Mask<S>::first(std::size_t n) {
   return Pack<S>::numbers() < Pack<S>(S(n));
+}
+
+template <Scalar S>
+BRISTLE_LANES Mask<S> Mask<S>::from_bits(std::uint32_t set) {
+  if constexpr (std::unsigned_integral<Register>) {
+    return Mask(static_cast<Register>(set));
+  } else if constexpr (detail::has_register<S>) {
+    using Integer = std::remove_cvref_t<decltype(Register{}[0])>;
+    Register own{};
+    for (std::size_t i = 0; i < lanes<S>; ++i) own[i] = Integer(1) << i;
+    return Mask(((Register{} + Integer(set)) & own) == own);
+  } else {
+    return Mask(Register::each([&](int i) { return (set >> i & 1u) != 0; }));
+  }
 }
 
 template <Scalar S>

@@ -54,7 +54,7 @@ template <Scalar S>
     anchor = rooted<S>(pair, r_A, Vec3<S>::Zero());
     is_rooted = true;
   }
-  f.shear += (p.sliding_friction * weight) * ambf_projected<S>(tangential(c.v, m));
+  f.shear += (p.sliding_friction * weight) * ambf_projected<S>(tangential<S>(c.v, m));
   return f;
 }
 

@@ -2,12 +2,18 @@
 /// The law of a resistive sensor (Eqs. 1-11 of Munawar et al.) as pure functions.
 ///
 /// A sensor sits on body A, its ray runs along the unit vector n out of A and meets body B at P,
-/// where B has the outward unit normal m. Everything is in world axes. v is the velocity of A's
-/// point at P relative to B's; F is the force ON B; A gets -F at the same point, so momentum is
-/// conserved exactly. docs/sensors.md lists where and why the printed equations are corrected.
+/// where B has the outward unit normal m. All vectors of one call are in the same axes; patches use
+/// those of A, where rays stand still. v is the velocity of A's point at P relative to B's; F is
+/// the force ON B; A gets -F at the same point, so momentum is conserved exactly. docs/sensors.md
+/// lists where and why the printed equations are corrected.
+///
+/// Functions over a `Value` T serve one sensor (T = S) and as many as a register has lanes
+/// (T = Pack<S>).
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <bristle/math/lane_value.hpp>
+#include <bristle/math/small_products.hpp>
 #include <bristle/math/spatial.hpp>
 #include <bristle/math/transform.hpp>
 #include <bristle/math/types.hpp>
@@ -15,11 +21,12 @@
 
 namespace bristle {
 
-/// [1] Depth e_N of a hit at `distance` [m] along a ray of `length` [m]: 0 just touching, 1 fully
-/// pressed, negative for a surface beyond the ray's end (Eq. 4 with sign and end corrected).
-template <Scalar S>
-[[nodiscard]] S sensor_depth(S distance, S length) {
-  return S(1) - distance / length;
+/// [1] Depth e_N of a hit at `distance` [m] along a ray of length L, given as 1 / L [1/m]: 0 just
+/// touching, 1 fully pressed, negative for a surface beyond the ray's end (Eq. 4 with sign and end
+/// corrected).
+template <Value T>
+[[nodiscard]] BRISTLE_LANES T sensor_depth(T distance, T inverse_length) {
+  return ScalarOf<T>(1) - distance * inverse_length;
 }
 
 /// Cosine between surface normal and ray above which a hit counts as grazing, and as no hit: the
@@ -29,22 +36,26 @@ inline constexpr S grazing_cosine = S(-0.1);
 
 /// Gradient g = m / (m . n) of the depth times the ray's length: d e_N / dt = g . v / L. Equals n
 /// where the surface faces the ray, and g . n = 1 always.
-template <Scalar S>
-[[nodiscard]] Vec3<S> depth_gradient(const Vec3<S>& n, const Vec3<S>& m) {
-  return m / m.dot(n);
+template <Value T>
+[[nodiscard]] BRISTLE_LANES Vector3<T> depth_gradient(const Vector3<T>& m, T cosine) {
+  return T(ScalarOf<T>(1) / cosine) * m;
+}
+template <Value T>
+[[nodiscard]] BRISTLE_LANES Vector3<T> depth_gradient(const Vector3<T>& n, const Vector3<T>& m) {
+  return depth_gradient<T>(m, T(dot(m, n)));
 }
 
 /// [N] Normal force F_N of Eq. 3 from depth e_N [1] and its rate [1/s]; never adhesive.
-template <Scalar S>
-[[nodiscard]] S normal_force(const SensorParameters<S>& p, S depth, S rate) {
-  const S force = p.normal_stiffness * depth + p.normal_damping * rate;
-  return force > S(0) ? force : S(0);
+template <Value T>
+[[nodiscard]] BRISTLE_LANES T normal_force(const SensorParameters<T>& p, T depth, T rate) {
+  const T force = p.normal_stiffness * depth + p.normal_damping * rate;
+  return select(force > T(0), force, T(0));
 }
 
 /// [N/m] Stiffness k_t of the bristle against stretch (Eq. 1 or Eq. 11).
-template <Scalar S>
-[[nodiscard]] S bristle_stiffness(const SensorParameters<S>& p, FrictionScaling scaling,
-                                  S normal_force, S depth) {
+template <Value T>
+[[nodiscard]] BRISTLE_LANES T bristle_stiffness(const SensorParameters<T>& p,
+                                                FrictionScaling scaling, T normal_force, T depth) {
   switch (scaling) {
     case FrictionScaling::normal_force:
       return p.static_friction * normal_force;
@@ -57,66 +68,80 @@ template <Scalar S>
 }
 
 /// Part of `a` across the unit vector n.
-template <Scalar S>
-[[nodiscard]] Vec3<S> tangential(const Vec3<S>& a, const Vec3<S>& n) {
-  return a - n.dot(a) * n;
+template <Value T>
+[[nodiscard]] BRISTLE_LANES Vector3<T> tangential(const Vector3<T>& a, const Vector3<T>& n) {
+  return a - dot(n, a) * n;
 }
 
 /// [m] A stretch that lets go at each multiple of `sigma` and keeps the remainder.
-template <Scalar S>
-[[nodiscard]] Vec3<S> wrapped(const Vec3<S>& stretch, S sigma) {
+template <Value T>
+[[nodiscard]] BRISTLE_LANES Vector3<T> wrapped(const Vector3<T>& stretch, T sigma) {
   using std::fmod;
-  const S size = stretch.norm();
-  return size > sigma ? Vec3<S>((fmod(size, sigma) / size) * stretch) : stretch;
+  using std::sqrt;
+  const T size = sqrt(dot(stretch, stretch));
+  const Truth<T> is_over = size > sigma;
+  if (!any(is_over)) return stretch;
+  return select(is_over, (fmod(size, sigma) / size) * stretch, stretch);
 }
 
 /// [m] A stretch cut to at most `sigma`.
-template <Scalar S>
-[[nodiscard]] Vec3<S> clipped(const Vec3<S>& stretch, S sigma) {
-  const S size = stretch.norm();
-  return size > sigma ? Vec3<S>((sigma / size) * stretch) : stretch;
+template <Value T>
+[[nodiscard]] BRISTLE_LANES Vector3<T> clipped(const Vector3<T>& stretch, T sigma) {
+  using std::sqrt;
+  const T size = sqrt(dot(stretch, stretch));
+  const Truth<T> is_over = size > sigma;
+  if (!any(is_over)) return stretch;
+  return select(is_over, (sigma / size) * stretch, stretch);
 }
 
 /// What a stretch becomes under a reset rule; unchanged while it is at most sigma_a (Eq. 2).
-template <Scalar S>
-[[nodiscard]] Vec3<S> after_reset(const Vec3<S>& stretch, S sigma, SlipReset reset) {
-  return reset == SlipReset::drag ? clipped(stretch, sigma) : wrapped(stretch, sigma);
+template <Value T>
+[[nodiscard]] BRISTLE_LANES Vector3<T> after_reset(const Vector3<T>& stretch, T sigma,
+                                                   SlipReset reset) {
+  return reset == SlipReset::drag ? clipped<T>(stretch, sigma) : wrapped<T>(stretch, sigma);
 }
 
 /// Where a bristle is rooted: one point on each body.
-template <Scalar S>
+template <Value T>
 struct Anchor {
   /// [m] Root on A, from A's centre of mass, in A's axes (Q_C^A).
-  Vec3<S> q_A = Vec3<S>::Zero();
+  Vector3<T> q_A = zero_vector<T>();
   /// [m] Root on B, from B's centre of mass, in B's axes (Q_C^B).
-  Vec3<S> q_B = Vec3<S>::Zero();
+  Vector3<T> q_B = zero_vector<T>();
 };
 
-/// Two bodies as a sensor sees them. Positions enter only as differences, so that float keeps its
-/// precision far from the world's origin.
+/// B as A sees it, both about their centres of mass. Positions enter only as differences, so that
+/// float keeps its precision far from the world's origin.
 template <Scalar S>
 struct PairPose {
-  /// [1] Axes of A and B in the world.
-  Mat3<S> R_WA = Mat3<S>::Identity();
-  Mat3<S> R_WB = Mat3<S>::Identity();
-  /// [m] From A's centre of mass to B's.
-  Vec3<S> p_AB_W = Vec3<S>::Zero();
+  /// [1] Axes of B in those of A.
+  Mat3<S> R_AB = Mat3<S>::Identity();
+  /// [m] From A's centre of mass to B's, in A's axes.
+  Vec3<S> p_AB = Vec3<S>::Zero();
 };
 
-/// [m] Stretch e_T of a bristle: how far its root on A has moved from its root on B, across n.
 template <Scalar S>
-[[nodiscard]] Vec3<S> anchor_stretch(const Anchor<S>& anchor, const PairPose<S>& pair,
-                                     const Vec3<S>& n) {
-  return tangential<S>(pair.R_WA * anchor.q_A - pair.R_WB * anchor.q_B - pair.p_AB_W, n);
+[[nodiscard]] PairPose<S> pair_pose(const Transform<S>& X_WA, const Transform<S>& X_WB) {
+  const Transform<S> X_AB = relative_pose(X_WA, X_WB);
+  return {X_AB.rotation_matrix(), X_AB.translation};
+}
+
+/// [m] Stretch e_T of a bristle: how far its root on A has moved from its root on B, across n. In
+/// A's axes, as n.
+template <Value T>
+[[nodiscard]] BRISTLE_LANES Vector3<T> anchor_stretch(const Anchor<T>& anchor,
+                                                      const PairPose<ScalarOf<T>>& pair,
+                                                      const Vector3<T>& n) {
+  return tangential<T>(anchor.q_A - product(pair.R_AB, anchor.q_B) - spread<T>(pair.p_AB), n);
 }
 
 /// Roots a bristle at P with a given stretch.
-/// @param r_A  [m] From A's centre of mass to P, world axes.
-template <Scalar S>
-[[nodiscard]] Anchor<S> rooted(const PairPose<S>& pair, const Vec3<S>& r_A,
-                               const Vec3<S>& stretch) {
-  return {pair.R_WA.transpose() * r_A,
-          pair.R_WB.transpose() * Vec3<S>(r_A - pair.p_AB_W - stretch)};
+/// @param r_A  [m] From A's centre of mass to P, in A's axes.
+template <Value T>
+[[nodiscard]] BRISTLE_LANES Anchor<T> rooted(const PairPose<ScalarOf<T>>& pair,
+                                             const Vector3<T>& r_A, const Vector3<T>& stretch) {
+  const Mat3<ScalarOf<T>> R_BA = pair.R_AB.transpose();
+  return {r_A, product(R_BA, Vector3<T>(r_A - spread<T>(pair.p_AB) - stretch))};
 }
 
 /// Algorithm 1 with its gaps closed, once per sensor and step, before forces: roots the bristle on
@@ -125,50 +150,49 @@ template <Scalar S>
 /// @param is_anchored  Whether `anchor` is rooted in this same body B.
 /// @param[out] did_slip  Whether the reset rule was applied.
 /// @return [m] The stretch e_T after all that.
-template <Scalar S>
-[[nodiscard]] Vec3<S> advance_anchor(Anchor<S>& anchor, bool is_anchored, const PairPose<S>& pair,
-                                     const Vec3<S>& n, const Vec3<S>& r_A, S sigma, SlipReset reset,
-                                     bool& did_slip) {
-  did_slip = false;
-  if (!is_anchored) {
-    anchor = rooted<S>(pair, r_A, Vec3<S>::Zero());
-    return Vec3<S>::Zero();
-  }
-  const Vec3<S> stretch = anchor_stretch(anchor, pair, n);
-  if (stretch.squaredNorm() <= sigma * sigma) return stretch;
-  did_slip = true;
-  const Vec3<S> kept = after_reset(stretch, sigma, reset);
-  anchor = rooted<S>(pair, r_A, kept);
-  return kept;
+template <Value T>
+[[nodiscard]] BRISTLE_LANES Vector3<T> advance_anchor(
+    Anchor<T>& anchor, const Truth<T>& is_anchored, const PairPose<ScalarOf<T>>& pair,
+    const Vector3<T>& n, const Vector3<T>& r_A, T sigma, SlipReset reset, Truth<T>& did_slip) {
+  const Vector3<T> stretch = anchor_stretch(anchor, pair, n);
+  const Truth<T> is_within = dot(stretch, stretch) <= sigma * sigma;
+  const Truth<T> is_kept = is_anchored & is_within;
+  did_slip = is_anchored & !is_within;
+  if (all(is_kept)) return stretch;
+  const Vector3<T> left =
+      select(is_anchored, after_reset<T>(stretch, sigma, reset), zero_vector<T>());
+  const Anchor<T> moved = rooted<T>(pair, r_A, left);
+  anchor = {select(is_kept, anchor.q_A, moved.q_A), select(is_kept, anchor.q_B, moved.q_B)};
+  return left;
 }
 
 /// Force of one sensor on the body it touches, by its parts.
-template <Scalar S>
+template <Value T>
 struct SensorForce {
   /// [N] F_N, along the ray (or the gradient).
-  S normal = S(0);
+  T normal = T(0);
   /// [N] Normal part as a vector.
-  Vec3<S> normal_vector = Vec3<S>::Zero();
+  Vector3<T> normal_vector = zero_vector<T>();
   /// [N] F_S + F_V, across the ray.
-  Vec3<S> shear = Vec3<S>::Zero();
+  Vector3<T> shear = zero_vector<T>();
 
   /// [N] Eq. 9: everything, on B.
-  [[nodiscard]] Vec3<S> total() const { return normal_vector + shear; }
+  [[nodiscard]] BRISTLE_LANES Vector3<T> total() const { return normal_vector + shear; }
 };
 
-/// One sensor's hit in world axes, as the law needs it.
-template <Scalar S>
+/// One sensor's hit, as the law needs it.
+template <Value T>
 struct SensorContact {
   /// [1] Depth e_N, > 0.
-  S depth = S(0);
-  /// [m] Length of the ray, L.
-  S length = S(1);
+  T depth = T(0);
+  /// [1/m] Of the length of the ray, 1 / L.
+  T inverse_length = T(1);
   /// [1] Direction of the ray, n.
-  Vec3<S> n = Vec3<S>::UnitX();
+  Vector3<T> n = zero_vector<T>();
   /// [1] Gradient g of the depth (`depth_gradient`).
-  Vec3<S> g = Vec3<S>::UnitX();
+  Vector3<T> g = zero_vector<T>();
   /// [m/s] Velocity of A at P relative to B.
-  Vec3<S> v = Vec3<S>::Zero();
+  Vector3<T> v = zero_vector<T>();
 };
 
 /// Force of one sensor on B at the start of a step: F = F_N n + k_t e_T + mu_V v_T (Eqs. 1, 3, 5,
@@ -178,19 +202,31 @@ struct SensorContact {
 /// @param dt       [s] Length of the step the force will act for. A bristle that passes more than
 ///                 one sigma_a within it (release only) counts with its mean stretch, sigma_a / 2
 ///                 along the slip; otherwise friction would alias with the step.
-template <Scalar S>
-[[nodiscard]] SensorForce<S> sensor_force(const SensorParameters<S>& p, const LawOptions& options,
-                                          const SensorContact<S>& c, const Vec3<S>& stretch, S dt) {
-  SensorForce<S> f;
-  f.normal = normal_force(p, c.depth, c.g.dot(c.v) / c.length);
-  f.normal_vector = f.normal * (options.normal == NormalDirection::gradient ? c.g : c.n);
-  const S k_t = bristle_stiffness(p, options.scaling, f.normal, c.depth);
-  const Vec3<S> v_T = tangential(c.v, c.n);
-  const S sigma = p.breakaway_distance;
-  Vec3<S> effective = stretch;
+template <Value T>
+[[nodiscard]] BRISTLE_LANES SensorForce<T> sensor_force(const SensorParameters<T>& p,
+                                                        const LawOptions& options,
+                                                        const SensorContact<T>& c,
+                                                        const Vector3<T>& stretch, ScalarOf<T> dt) {
+  using std::sqrt;
+  SensorForce<T> f;
+  f.normal = normal_force(p, c.depth, T(dot(c.g, c.v) * c.inverse_length));
+  // Not a choice between c.g and c.n, which would put both into memory.
+  if (options.normal == NormalDirection::gradient) {
+    f.normal_vector = f.normal * c.g;
+  } else {
+    f.normal_vector = f.normal * c.n;
+  }
+  const T k_t = bristle_stiffness(p, options.scaling, f.normal, c.depth);
+  const Vector3<T> v_T = tangential<T>(c.v, c.n);
+  const T sigma = p.breakaway_distance;
+  Vector3<T> effective = stretch;
   if (options.reset == SlipReset::release) {
-    const S speed = v_T.norm();
-    if (speed * dt >= sigma) effective = (sigma / (S(2) * speed)) * v_T;
+    const T passed2 = T(dt * dt) * dot(v_T, v_T);
+    const Truth<T> passes_whole_stretches = passed2 >= sigma * sigma;
+    if (any(passes_whole_stretches)) {
+      effective =
+          select(passes_whole_stretches, (T(dt) * sigma / (T(2) * sqrt(passed2))) * v_T, stretch);
+    }
   }
   f.shear = k_t * effective + p.sliding_friction * v_T;
   return f;
@@ -240,22 +276,25 @@ template <Scalar S>
                                       const SensorRay<S>& ray, S distance, const Vec3<S>& m,
                                       const BodyMotion<S>& A, const BodyMotion<S>& B, S dt,
                                       SensorMemory<S>& memory) {
-  const Vec3<S> n = A.pose.rotate(ray.d_A);
-  if (!(distance < ray.length) || !(m.dot(n) <= grazing_cosine<S>)) {
+  const Quat<S> into_A = A.pose.rotation.conjugate();
+  const Vec3<S> m_A = into_A * m;
+  if (!(distance < ray.length) || !(m_A.dot(ray.d_A) <= grazing_cosine<S>)) {
     memory.is_anchored = false;
     return {};
   }
-  const PairPose<S> pair{A.pose.rotation_matrix(), B.pose.rotation_matrix(),
-                         B.pose.translation - A.pose.translation};
-  const Vec3<S> r_A = pair.R_WA * (ray.p_AStart + distance * ray.d_A);
-  const SensorContact<S> contact{sensor_depth(distance, ray.length), ray.length, n,
-                                 depth_gradient(n, m),
-                                 A.twist.at(r_A) - B.twist.at(r_A - pair.p_AB_W)};
+  const PairPose<S> pair = pair_pose(A.pose, B.pose);
+  const Vec3<S> r_A = ray.p_AStart + distance * ray.d_A;
+  const Vec3<S> r_W = A.pose.rotate(r_A);
+  const S inverse_length = S(1) / ray.length;
+  const SensorContact<S> contact{
+      sensor_depth(distance, inverse_length), inverse_length, ray.d_A,
+      depth_gradient<S>(ray.d_A, m_A),
+      into_A * (A.twist.at(r_W) - B.twist.at(r_W - (B.pose.translation - A.pose.translation)))};
   bool did_slip = false;
-  const Vec3<S> stretch = advance_anchor(memory.anchor, memory.is_anchored, pair, n, r_A,
-                                         p.breakaway_distance, options.reset, did_slip);
+  const Vec3<S> stretch = advance_anchor<S>(memory.anchor, memory.is_anchored, pair, ray.d_A, r_A,
+                                            p.breakaway_distance, options.reset, did_slip);
   memory.is_anchored = true;
-  return Wrench<S>::at(r_A, -sensor_force(p, options, contact, stretch, dt).total());
+  return Wrench<S>::at(r_W, -A.pose.rotate(sensor_force(p, options, contact, stretch, dt).total()));
 }
 
 }  // namespace bristle

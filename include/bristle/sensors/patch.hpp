@@ -8,11 +8,14 @@
 #include <bristle/geometry/aabb.hpp>
 #include <bristle/geometry/ray.hpp>
 #include <bristle/geometry/ray_bundles.hpp>
+#include <bristle/math/rotation.hpp>
 #include <bristle/sensors/law.hpp>
 #include <bristle/sensors/reading.hpp>
 #include <bristle/sensors/sensor_layout.hpp>
 #include <bristle/sensors/sensor_parameters.hpp>
+#include <bristle/sensors/sensor_tiles.hpp>
 
+#include <bit>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -46,64 +49,83 @@ struct PatchDef {
 };
 
 /// One sensor that meets a body in this step: geometry, the linear model of its impulse, and the
-/// impulse it finally gave. World axes; the reference point c belongs to its `PatchPair`.
-template <Scalar S>
+/// impulse it finally gave. In A's axes; the reference point c belongs to its `PatchPair`. A
+/// patch's contacts lie in `ContactTile`s and are worked on as PatchContact<Pack<S>>.
+template <Value T>
 struct PatchContact {
-  std::uint32_t sensor = 0;
   /// Whether it touches at the start of the step (else it may within it), whether its normal part
-  /// acts, and whether its bristle slips in this step.
-  bool is_touching = false;
-  bool is_pushing = false;
-  bool is_slipping = false;
-  bool is_damping_slip = false;
+  /// acts, and whether its bristle slips in this step, damped or not.
+  Truth<T> is_touching{};
+  Truth<T> is_pushing{};
+  Truth<T> is_slipping{};
+  Truth<T> is_damping_slip{};
   /// [1] Ray direction n and depth gradient g.
-  Vec3<S> n = Vec3<S>::UnitX();
-  Vec3<S> g = Vec3<S>::UnitX();
+  Vector3<T> n, g;
   /// [m] From c to the point of touch.
-  Vec3<S> rho = Vec3<S>::Zero();
+  Vector3<T> rho;
   /// [m] Stretch at the start of the step.
-  Vec3<S> stretch = Vec3<S>::Zero();
+  Vector3<T> stretch;
   /// [m/s] Relative velocity at the start of the step, and tangential one of the last pass.
-  Vec3<S> start_velocity = Vec3<S>::Zero();
-  Vec3<S> last_slip = Vec3<S>::Zero();
-  /// [1], [m] Depth at the start of the step and length of the ray.
-  S depth = S(0);
-  S length = S(1);
+  Vector3<T> start_velocity, last_slip;
+  /// [1], [1/m] Depth at the start of the step and inverse length of the ray.
+  T depth, inverse_length;
   /// [N] Normal force that sets the friction of this pass.
-  S force = S(0);
+  T force;
 
   /// Impulse on B as a function of the relative velocity v at the end of the step:
-  /// constant + a_normal (g.v) g + a_across v_T + (a_along - a_across) (along.v) along.
-  Vec3<S> constant = Vec3<S>::Zero();
-  Vec3<S> along = Vec3<S>::Zero();
-  S normal_constant = S(0);
-  S a_normal = S(0);
-  S a_across = S(0);
-  S a_along = S(0);
+  /// constant + a_normal (g.v) g + a_across v_T + (a_along - a_across) (along.v) along,
+  /// of which the part with a_normal acts while it pushes.
+  Vector3<T> constant, along;
+  T normal_constant, a_normal, a_across, a_along;
 
   /// [N s] What it gave: its normal part, and all of it on B.
-  S normal_impulse = S(0);
-  Vec3<S> impulse = Vec3<S>::Zero();
+  T normal_impulse;
+  Vector3<T> impulse;
+};
+
+/// What the stiffness of a pair's contacts adds up to, about the middle of the patch's box.
+template <Scalar S>
+struct PairStiffness {
+  /// [N/m], [N s/m] Of the bristles that touch.
+  S bristle_sum = S(0), viscous_sum = S(0);
+  /// [kg] Sums of s, of s rho, of s rho^2 (`measure_pair`), across the rays and along them.
+  S tangential = S(0), normal = S(0);
+  Vec3<S> tangential_first = Vec3<S>::Zero(), normal_first = Vec3<S>::Zero();
+  S tangential_second = S(0), normal_second = S(0);
 };
 
 /// All contacts of one patch with one body in one step.
 template <Scalar S>
 struct PatchPair {
-  /// [-] Slot of the touched body; its contacts are [first, first + count).
+  /// [-] Slot of the touched body; its contact tiles are [first, first + count).
   std::uint32_t body_b = 0;
   std::uint32_t first = 0;
   std::uint32_t count = 0;
+  /// [-] Axes of A in the world, and B as A sees it.
+  Mat3<S> R_WA = Mat3<S>::Identity();
   PairPose<S> pose{};
-  /// [m] From each centre of mass to the reference point c.
+  /// [m/s, rad/s] Motion of A relative to B at the start of the step about A's centre of mass, in
+  /// A's axes.
+  Twist<S> start_motion{};
+  /// [m] From A's centre of mass to the reference point c, in A's axes; from each centre of mass to
+  /// it, in the world's.
+  Vec3<S> center = Vec3<S>::Zero();
   Vec3<S> arm_a = Vec3<S>::Zero();
   Vec3<S> arm_b = Vec3<S>::Zero();
-  /// [1] Lambda of these contacts alone.
+  PairStiffness<S> stiffness{};
+  /// [N s, N m s] Impulse on B about c in A's axes, where it was given with the contacts.
+  bool is_given = false;
+  Wrench<S> given{};
+  /// [1] Lambda of these contacts alone, where anybody asks (`CollectDef`).
   S lambda = S(0);
   bool is_implicit = false;
   /// [1] Weights of the implicit scheme (docs/sensors.md).
   S alpha = S(1);
   S beta = S(0);
   S theta = S(1);
+  /// [-] Sum of the contacts' linear models about c, in A's axes: impulse = offset + matrix u.
+  Mat6<S> matrix = Mat6<S>::Zero();
+  Vec6<S> offset = Vec6<S>::Zero();
   /// [-] Its block among the step's soft blocks, when implicit.
   std::uint32_t soft = 0;
 };
@@ -114,6 +136,12 @@ struct PairImpulse {
   BodyId body{};
   /// [N s; N m s] On B about the pair's point c, world axes.
   Vec6<S> impulse = Vec6<S>::Zero();
+};
+
+/// A shape that rays hit in this step, and the pair of its body.
+struct TouchedShape {
+  std::uint32_t tag = 0;
+  std::uint32_t pair = 0;
 };
 
 /// State of a patch. Arrays have one entry a sensor unless said otherwise.
@@ -130,17 +158,19 @@ struct SensorPatch {
   /// [m] Around all rays, from A's centre of mass in A's axes.
   Aabb<S> box{};
 
-  /// Bristles: their roots, and the body they are rooted in (none while they are not rooted).
-  Vec3Array<S> root_a, root_b;
-  std::vector<BodyId> rooted_in;
+  /// The same sensors for the kernels, and their bristles; [0, size()) in order, then nothing.
+  std::vector<SensorTile<S>> tiles;
 
-  /// This step's hits, contacts and pairs.
+  /// This step's hits, in rays, and contacts and pairs.
   RayHits<S> hits{};
-  std::vector<PatchContact<S>> contacts;
+  std::vector<LaneBits> hit_bits;
+  std::vector<TouchedShape> touched;
+  std::vector<ContactTile<S>> contacts;
   std::vector<PatchPair<S>> pairs;
   std::vector<PairImpulse<S>> last_impulses;
-  /// Sensors whose readings are not zero.
-  std::vector<std::uint32_t> felt;
+  /// Sensors of each tile whose readings are not zero.
+  std::vector<LaneBits> felt, felt_before;
+  bool has_felt = false;
   ReadingStore<S> readings{};
 
   [[nodiscard]] std::size_t size() const { return length.size(); }
@@ -151,8 +181,12 @@ struct SensorPatch {
     return {start.x,     start.y, start.z,      direction.x, direction.y,
             direction.z, length,  extra_length, &bundles};
   }
-  /// Forgets that a sensor touched anything.
-  void release(std::size_t sensor) { rooted_in[sensor] = BodyId{}; }
+  /// [-] Sensors whose readings are not zero.
+  [[nodiscard]] std::size_t felt_count() const {
+    std::size_t count = 0;
+    for (const LaneBits bits : felt) count += static_cast<std::size_t>(std::popcount(bits));
+    return count;
+  }
 };
 
 /// Checks a definition and turns it into a patch of a body with its centre of mass at `center_B`
@@ -183,12 +217,25 @@ template <Scalar S>
     patch.box.include(patch.start[i] + patch.length[i] * patch.direction[i]);
   }
   patch.bundles = RayBundles<S>(patch.rays(S(0)));
-  patch.root_a.resize(n);
-  patch.root_b.resize(n);
-  patch.rooted_in.resize(n);
-  patch.hits.reset(n);
-  patch.contacts.reserve(n);
-  patch.felt.reserve(n);
+  const std::size_t tile_count = (n + tile_size - 1) / tile_size;
+  patch.tiles.resize(tile_count);
+  for (std::size_t i = 0; i < tile_count * tile_size; ++i) {
+    SensorTile<S>& tile = patch.tiles[i / tile_size];
+    const std::size_t lane = i % tile_size;
+    // Lanes behind the last sensor never hit anything; a unit direction keeps them finite.
+    const Vec3<S> direction = i < n ? patch.direction[i] : Vec3<S>(Vec3<S>::UnitX());
+    Vec3<S> t1, t2;
+    tangent_basis<S>(direction, t1, t2);
+    tile.direction.set(lane, direction);
+    tile.tangent.set(lane, t1);
+    if (i < n) tile.start.set(lane, patch.start[i]);
+    tile.inverse_length[lane] = i < n ? S(1) / patch.length[i] : S(1);
+  }
+  patch.hits.reset(tile_count * tile_size);
+  patch.hit_bits.resize(tile_count);
+  patch.contacts.reserve(tile_count);
+  patch.felt.resize(tile_count);
+  patch.felt_before.resize(tile_count);
   patch.readings.resize(n);
   def.sensors = {};  // The arrays above replace it.
   patch.def = std::move(def);

@@ -10,7 +10,11 @@
 #pragma once
 
 #include <bristle/dynamics/soft_block.hpp>
+#include <bristle/sensors/lane_parameters.hpp>
+#include <bristle/sensors/linear_model.hpp>
 #include <bristle/sensors/patch.hpp>
+
+#include <span>
 
 namespace bristle {
 
@@ -21,7 +25,7 @@ template <Scalar S>
 void set_scheme(PatchPair<S>& pair, S bristle_sum, S viscous_sum, S w, S dt);
 
 /// Linearises all contacts of a pair for the first pass, around the motion at the start of the
-/// step.
+/// step, and sums their models.
 template <Scalar S>
 void start_linearisation(SensorPatch<S>& patch, PatchPair<S>& pair, S dt);
 
@@ -34,9 +38,13 @@ template <Scalar S>
 bool update_linearisation(SensorPatch<S>& patch, PatchPair<S>& pair, const Vec6<S>& motion, S dt,
                           int pass, bool is_last_pass);
 
-/// Sums the linear models of all contacts of a pair into its soft block.
+/// Puts the sum of the linear models of a pair's contacts into its soft block.
 template <Scalar S>
-void fill_block(const SensorPatch<S>& patch, const PatchPair<S>& pair, SoftBlock<S>& block);
+void fill_block(const PatchPair<S>& pair, SoftBlock<S>& block);
+
+/// Takes back what the contacts of a pair gave.
+template <Scalar S>
+void clear_impulses(SensorPatch<S>& patch, const PatchPair<S>& pair);
 
 /// Evaluates the impulse of every contact at the motion that was found.
 /// @return [N s, N m s] Their sum on B about c.
@@ -55,273 +63,238 @@ void set_scheme(PatchPair<S>& pair, S bristle_sum, S viscous_sum, S w, S dt) {
 
 namespace detail {
 
-/// Velocity of A relative to B at a contact for the motion u at c.
+/// The contact tiles of a pair.
 template <Scalar S>
-[[nodiscard]] Vec3<S> contact_velocity(const Vec6<S>& u, const Vec3<S>& rho) {
-  const Vec3<S> W = u.template tail<3>();
-  return u.template head<3>() + W.cross(rho);
+[[nodiscard]] std::span<ContactTile<S>> contacts_of(SensorPatch<S>& patch,
+                                                    const PatchPair<S>& pair) {
+  return std::span(patch.contacts).subspan(pair.first, pair.count);
 }
 
-/// Normal part: J_n = dt K_N e_N + a_n g.v' while touching; before, the spring and the damper act
-/// on the depth that is reached within the step only, so that nothing pushes across a gap.
+/// A motion of A relative to B, in A's axes, for all lanes.
 template <Scalar S>
-void linearise_normal(const SensorParameters<S>& p, PatchContact<S>& c, S dt) {
-  const S slope = dt * p.normal_stiffness + p.normal_damping;
-  c.normal_constant = c.is_touching ? dt * p.normal_stiffness * c.depth : slope * c.depth;
-  c.a_normal = dt * slope / c.length;
-}
+struct LaneMotion {
+  Pack3<S> linear, angular;
 
-/// Constant part of the impulse from the normal: along g, plus, where the force shall point along
-/// the ray, the difference to n with the impulse of the last pass. (With that impulse inside, the
-/// matrix would be unsymmetric and oblique rays would be kicked.)
-template <Scalar S>
-[[nodiscard]] Vec3<S> normal_constant(const PatchContact<S>& c, NormalDirection direction) {
-  if (!c.is_pushing) return Vec3<S>::Zero();
-  Vec3<S> sum = c.normal_constant * c.g;
-  if (direction == NormalDirection::ray) sum += c.normal_impulse * (c.n - c.g);
-  return sum;
-}
+  LaneMotion(const Vec3<S>& v, const Vec3<S>& w)
+      : linear(Pack3<S>::all(v)), angular(Pack3<S>::all(w)) {}
+  /// From u of a soft block, in the world's axes.
+  LaneMotion(const PatchPair<S>& pair, const Vec6<S>& u)
+      : LaneMotion(pair.R_WA.transpose() * u.template head<3>(),
+                   pair.R_WA.transpose() * u.template tail<3>()) {}
 
-/// Friction of a bristle that sticks throughout the step.
-template <Scalar S>
-[[nodiscard]] Vec3<S> linearise_stuck(const SensorParameters<S>& p, const LawOptions& options,
-                                      const PatchPair<S>& pair, PatchContact<S>& c, S dt) {
-  const S k_t = bristle_stiffness(p, options.scaling, c.force, c.depth);
-  const Vec3<S> v0 = tangential(c.start_velocity, c.n);
-  c.a_across = c.a_along =
-      (pair.alpha + pair.beta) * dt * dt * k_t + pair.theta * dt * p.sliding_friction;
-  c.along.setZero();
-  return dt * k_t * (c.stretch - pair.beta * dt * v0) +
-         (S(1) - pair.theta) * dt * p.sliding_friction * v0;
-}
-
-/// Mean stretch of a bristle over a step in which it slips with the tangential velocity v.
-template <Scalar S>
-[[nodiscard]] Vec3<S> mean_slip_stretch(const PatchPair<S>& pair, const PatchContact<S>& c,
-                                        const Vec3<S>& v, S sigma, SlipReset reset, S dt) {
-  using std::min;
-  const S speed = v.norm();
-  const bool passes_whole_stretches = speed * dt >= sigma;
-  if (reset == SlipReset::release) {
-    return passes_whole_stretches ? Vec3<S>((sigma / (S(2) * speed)) * v)
-                                  : wrapped<S>(c.stretch + pair.alpha * dt * v, sigma);
+  [[nodiscard]] BRISTLE_LANES Pack3<S> at(const Pack3<S>& rho) const {
+    return velocity_at<Pack<S>>(linear, angular, rho);
   }
-  if (!passes_whole_stretches) return clipped<S>(c.stretch + pair.alpha * dt * v, sigma);
-  // Dragging: the stretch grows to sigma along the slip, then stays there.
-  const Vec3<S> h = (c.stretch + dt * v).normalized();
-  const S start = min(sigma, c.stretch.dot(h));
-  const S fraction = min(S(1), (sigma - start) / (speed * dt));
-  return (fraction * (start + sigma) / S(2) + (S(1) - fraction) * sigma) * h;
+};
+
+/// A wrench in the world's axes from one in A's, in lanes.
+template <Scalar S>
+[[nodiscard]] Wrench<S> world_wrench(const PatchPair<S>& pair, const Pack3<S>& force,
+                                     const Pack3<S>& torque) {
+  return {product<S>(pair.R_WA, sum_of_lanes(force)), product<S>(pair.R_WA, sum_of_lanes(torque))};
 }
 
-/// Friction of a bristle that slips, linearised around the tangential velocity v.
+/// Loads what is known of the contacts of a pack before anything is linearised.
 template <Scalar S>
-[[nodiscard]] Vec3<S> linearise_slip(const SensorParameters<S>& p, const LawOptions& options,
-                                     const PatchPair<S>& pair, PatchContact<S>& c, const Vec3<S>& v,
-                                     S dt) {
-  using std::max;
-  using std::min;
-  using std::sqrt;
-  const S k_t = bristle_stiffness(p, options.scaling, c.force, c.depth);
-  const Vec3<S> mean = mean_slip_stretch(pair, c, v, p.breakaway_distance, options.reset, dt);
-  const S speed2 = v.squaredNorm();
-  const S stiffest = (pair.alpha + pair.beta) * dt * dt * k_t;
-  const S secant =
-      speed2 > S(0) ? min(dt * k_t * max(S(0), mean.dot(v)) / speed2, stiffest) : stiffest;
-  const S viscous = pair.theta * dt * p.sliding_friction;
-  const Vec3<S> v0 = tangential(c.start_velocity, c.n);
-  Vec3<S> sum = dt * k_t * mean + (S(1) - pair.theta) * dt * p.sliding_friction * v0;
-  c.a_across = secant + viscous;
-  if (c.is_damping_slip || !(speed2 > S(0))) {
-    // Secant on all directions: pure damping, which cannot reverse the slip.
-    c.a_along = c.a_across;
-    c.along.setZero();
-    sum -= secant * v;
-  } else {
-    // Newton: friction does not grow with the speed, but turns with its direction.
-    c.a_along = viscous;
-    c.along = v / sqrt(speed2);
-  }
-  return sum;
+BRISTLE_LANES void load_geometry(const SensorTile<S>& sensors, const ContactTile<S>& tile,
+                                 std::size_t at, const Pack3<S>& center, PatchContact<Pack<S>>& c) {
+  c.n = load_pack(sensors.direction, at);
+  c.inverse_length = load_pack(sensors.inverse_length, at);
+  c.g = load_pack(tile.g, at);
+  c.rho = load_pack(tile.point, at) - center;
+  c.stretch = load_pack(tile.stretch, at);
+  c.depth = load_pack(tile.depth, at);
+  c.force = load_pack(tile.force, at);
+  c.is_touching = load_mask<S>(tile.is_touching, at);
 }
 
-/// Linear model of one contact around the tangential velocity v.
+/// Keeps the linear model of the contacts of a pack and adds it to the sum. `a_normal` is stored as
+/// 0 where nothing pushes, so that the evaluation need not ask.
 template <Scalar S>
-void linearise(const SensorPatch<S>& patch, const PatchPair<S>& pair, PatchContact<S>& c,
-               const Vec3<S>& v, S dt) {
-  const SensorParameters<S>& p = patch.parameters(c.sensor);
-  const LawOptions& options = patch.def.options;
-  c.constant = normal_constant(c, options.normal);
-  if (!c.is_touching) {
-    c.a_across = c.a_along = S(0);
-    c.along.setZero();
-    return;
-  }
-  c.constant += c.is_slipping ? linearise_slip(p, options, pair, c, v, dt)
-                              : linearise_stuck(p, options, pair, c, dt);
-}
-
-/// Impulse of a contact's linear model at the velocity v.
-template <Scalar S>
-[[nodiscard]] Vec3<S> model_impulse(const PatchContact<S>& c, const Vec3<S>& v) {
-  Vec3<S> sum = c.constant + c.a_across * tangential(v, c.n) +
-                ((c.a_along - c.a_across) * c.along.dot(v)) * c.along;
-  if (c.is_pushing) sum += (c.a_normal * c.g.dot(v)) * c.g;
-  return sum;
+BRISTLE_LANES void store_model(ContactTile<S>& tile, std::size_t at, PatchContact<Pack<S>>& c,
+                               ModelSum<Pack<S>>& sum) {
+  c.a_normal = select(c.is_pushing, c.a_normal, Pack<S>(S(0)));
+  store_mask(tile.is_pushing, at, c.is_pushing);
+  store_pack(tile.constant, at, c.constant);
+  store_pack(tile.a_normal, at, c.a_normal);
+  store_pack(tile.a_across, at, c.a_across);
+  sum.add(c);
 }
 
 }  // namespace detail
 
 template <Scalar S>
 void start_linearisation(SensorPatch<S>& patch, PatchPair<S>& pair, S dt) {
-  for (std::uint32_t k = pair.first; k < pair.first + pair.count; ++k) {
-    PatchContact<S>& c = patch.contacts[k];
-    const SensorParameters<S>& p = patch.parameters(c.sensor);
-    detail::linearise_normal(p, c, dt);
-    c.is_pushing = c.normal_constant + c.a_normal * c.g.dot(c.start_velocity) > S(0);
-    c.force = c.is_touching ? normal_force(p, c.depth, c.g.dot(c.start_velocity) / c.length) : S(0);
-    c.normal_impulse = dt * c.force;
-    c.is_slipping = false;
-    detail::linearise(patch, pair, c, tangential(c.start_velocity, c.n), dt);
-  }
-}
-
-namespace detail {
-
-/// What moving the linearisation found.
-template <Scalar S>
-struct PassChange {
-  bool did_switch = false;
-  bool has_slip = false;
-  S force_sum = S(0);
-  S force_change = S(0);
-};
-
-/// Whether the normal part of a contact acts at the motion that was found, and with what force.
-template <Scalar S>
-void update_normal(PatchContact<S>& c, const Vec3<S>& v, S dt, PassChange<S>& change) {
-  using std::abs;
-  const S normal = c.normal_constant + c.a_normal * c.g.dot(v);
-  const bool is_pushing = normal > S(0);
-  change.did_switch = change.did_switch || is_pushing != c.is_pushing;
-  c.is_pushing = is_pushing;
-  c.normal_impulse = is_pushing ? normal : S(0);
-  const S force = c.normal_impulse / dt;
-  change.force_change += abs(force - c.force);
-  change.force_sum += force;
-  c.force = force;
-}
-
-/// Whether a touching sensor slips at the tangential velocity v that was found, and whether its
-/// slip has to be damped because it turns around from pass to pass.
-template <Scalar S>
-void update_slip(PatchContact<S>& c, const Vec3<S>& v, S sigma, SlipReset reset, S dt, int pass,
-                 bool is_last_pass, PassChange<S>& change) {
-  const bool overshoots = (c.stretch + dt * v).squaredNorm() > sigma * sigma;
-  // A released bristle has let go for this step; a dragged one may be found sticking after all.
-  const bool is_slipping = overshoots || (c.is_slipping && reset == SlipReset::release);
-  change.did_switch = change.did_switch || is_slipping != c.is_slipping;
-  change.has_slip = change.has_slip || is_slipping;
-  if (c.is_slipping && is_slipping) {
-    const S along_last = v.dot(c.last_slip);
-    if ((pass >= 2 && along_last <= S(0)) ||
-        (is_last_pass && along_last <= c.last_slip.squaredNorm() / S(4))) {
-      c.is_damping_slip = true;
+  using T = Pack<S>;
+  detail::with_parameters<S>(patch.def, [&](const auto& parameters) {
+    const LawOptions options = patch.def.options;
+    const PatchPair<S> scheme = pair;
+    const detail::LaneMotion<S> start(pair.start_motion.at(pair.center), pair.start_motion.angular);
+    const Pack3<S> center = Pack3<S>::all(pair.center);
+    detail::ModelSum<T> sum;
+    for (ContactTile<S>& tile : detail::contacts_of(patch, pair)) {
+      const SensorTile<S>& sensors = patch.tiles[tile.tile];
+      tile.is_slipping = 0;
+      for (std::size_t at = 0; at < tile_size; at += lanes<S>) {
+        if (detail::pack_bits<S>(tile.is_met, at) == 0) continue;
+        PatchContact<T> c;
+        detail::load_geometry(sensors, tile, at, center, c);
+        const SensorParameters<T>& p = parameters(tile.tile, at);
+        c.start_velocity = start.at(c.rho);
+        detail::linearise_normal<T>(p, c, dt);
+        c.is_pushing = detail::load_mask<S>(tile.is_met, at) &
+                       (c.normal_constant + c.a_normal * dot(c.g, c.start_velocity) > T(S(0)));
+        c.normal_impulse = T(dt) * c.force;
+        // Nothing slips yet: the mask is empty, which the compiler sees.
+        c.is_slipping = c.is_damping_slip = Mask<S>::from_bits(0);
+        detail::linearise<T>(p, options, scheme, c, c.start_velocity, dt);
+        detail::store_model(tile, at, c, sum);
+      }
     }
-  }
-  c.is_slipping = is_slipping;
-  c.last_slip = v;
+    sum.get(pair.matrix, pair.offset);
+  });
 }
-
-}  // namespace detail
 
 template <Scalar S>
 bool update_linearisation(SensorPatch<S>& patch, PatchPair<S>& pair, const Vec6<S>& motion, S dt,
                           int pass, bool is_last_pass) {
   // Changes count when they reach a thousandth of what the patch carries: friction follows the
   // normal force of the pass before.
+  using T = Pack<S>;
   const S negligible = S(1e-3);
-  detail::PassChange<S> change;
-  for (std::uint32_t k = pair.first; k < pair.first + pair.count; ++k) {
-    PatchContact<S>& c = patch.contacts[k];
-    const Vec3<S> v = detail::contact_velocity(motion, c.rho);
-    detail::update_normal(c, v, dt, change);
-    if (!c.is_touching) continue;
-    detail::update_slip(c, tangential(v, c.n), patch.parameters(c.sensor).breakaway_distance,
-                        patch.def.options.reset, dt, pass, is_last_pass, change);
-  }
-  const bool has_changed = change.did_switch || change.force_change > negligible * change.force_sum;
-  if (!has_changed && !change.has_slip) return false;
+  const LawOptions options = patch.def.options;
+  const detail::LaneMotion<S> found(pair, motion);
+  const Pack3<S> center = Pack3<S>::all(pair.center);
+  return detail::with_parameters<S>(patch.def, [&](const auto& parameters) {
+    detail::PassChange<T> change;
+    for (ContactTile<S>& tile : detail::contacts_of(patch, pair)) {
+      const SensorTile<S>& sensors = patch.tiles[tile.tile];
+      for (std::size_t at = 0; at < tile_size; at += lanes<S>) {
+        if (detail::pack_bits<S>(tile.is_met, at) == 0) continue;
+        PatchContact<T> c;
+        detail::load_geometry(sensors, tile, at, center, c);
+        c.is_pushing = detail::load_mask<S>(tile.is_pushing, at);
+        c.is_slipping = detail::load_mask<S>(tile.is_slipping, at);
+        c.is_damping_slip = detail::load_mask<S>(tile.is_damping_slip, at);
+        if (any(c.is_slipping)) c.last_slip = detail::load_pack(tile.last_slip, at);
+        const SensorParameters<T>& p = parameters(tile.tile, at);
+        const Pack3<S> v = found.at(c.rho);
+        detail::linearise_normal<T>(p, c, dt);
+        detail::update_normal<T>(c, detail::load_mask<S>(tile.is_met, at), v, dt, change);
+        detail::update_slip<T>(c, tangential<T>(v, c.n), p.breakaway_distance, options.reset, dt,
+                               pass, is_last_pass, change);
+        detail::store_pack(tile.force, at, c.force);
+        detail::store_mask(tile.is_pushing, at, c.is_pushing);
+        if (any(c.is_slipping)) detail::store_pack(tile.last_slip, at, c.last_slip);
+        detail::store_mask(tile.is_slipping, at, c.is_slipping);
+        detail::store_mask(tile.is_damping_slip, at, c.is_damping_slip);
+      }
+    }
+    const bool has_changed = change.did_switch || sum_of_lanes(change.force_change) >
+                                                      negligible * sum_of_lanes(change.force_sum);
+    if (!has_changed && !change.has_slip) return false;
 
-  S friction_sum = S(0);
-  S friction_change = S(0);
-  for (std::uint32_t k = pair.first; k < pair.first + pair.count; ++k) {
-    PatchContact<S>& c = patch.contacts[k];
-    const Vec3<S> v = detail::contact_velocity(motion, c.rho);
-    const Vec3<S> before = tangential(c.impulse, c.n);
+    const PatchPair<S> scheme = pair;
+    const detail::LaneMotion<S> start(pair.start_motion.at(pair.center), pair.start_motion.angular);
     // Normal forces that have not settled by the last pass point along the gradient, which cannot
     // give energy, and not along the ray with an impulse that was wrong the pass before.
-    if (is_last_pass && has_changed) c.normal_impulse = S(0);
-    detail::linearise(patch, pair, c, tangential(v, c.n), dt);
-    friction_change += (tangential(detail::model_impulse(c, v), c.n) - before).norm();
-    friction_sum += before.norm();
-  }
-  return has_changed || friction_change > negligible * friction_sum;
+    const T lagged = is_last_pass && has_changed ? S(0) : dt;
+    detail::ModelSum<T> sum;
+    T friction_sum = S(0);
+    T friction_change = S(0);
+    for (ContactTile<S>& tile : detail::contacts_of(patch, pair)) {
+      const SensorTile<S>& sensors = patch.tiles[tile.tile];
+      for (std::size_t at = 0; at < tile_size; at += lanes<S>) {
+        if (detail::pack_bits<S>(tile.is_met, at) == 0) continue;
+        PatchContact<T> c;
+        detail::load_geometry(sensors, tile, at, center, c);
+        c.is_pushing = detail::load_mask<S>(tile.is_pushing, at);
+        c.is_slipping = detail::load_mask<S>(tile.is_slipping, at);
+        c.is_damping_slip = detail::load_mask<S>(tile.is_damping_slip, at);
+        const SensorParameters<T>& p = parameters(tile.tile, at);
+        const Pack3<S> v = found.at(c.rho);
+        c.start_velocity = start.at(c.rho);
+        c.normal_impulse = lagged * c.force;
+        detail::linearise_normal<T>(p, c, dt);
+        detail::linearise<T>(p, options, scheme, c, tangential<T>(v, c.n), dt);
+        detail::store_model(tile, at, c, sum);
+        if (any(c.is_slipping)) {
+          detail::store_pack(tile.along, at, c.along);
+          detail::store_pack(tile.a_along, at, c.a_along);
+        }
+        const Mask<S> is_met = detail::load_mask<S>(tile.is_met, at);
+        const Pack3<S> before = tangential<T>(detail::load_pack(tile.impulse, at), c.n);
+        const Pack3<S> after = tangential<T>(detail::model_impulse<T>(c, v), c.n);
+        const Pack3<S> difference = after - before;
+        friction_change += select(is_met, sqrt(dot(difference, difference)), T(S(0)));
+        friction_sum += select(is_met, sqrt(dot(before, before)), T(S(0)));
+      }
+    }
+    sum.get(pair.matrix, pair.offset);
+    return has_changed || sum_of_lanes(friction_change) > negligible * sum_of_lanes(friction_sum);
+  });
 }
 
 template <Scalar S>
-void fill_block(const SensorPatch<S>& patch, const PatchPair<S>& pair, SoftBlock<S>& block) {
-  // sum a (I - n n^T) over sensors needs only the moments of `a` up to second order; what depends
-  // on a direction d is the square of the 6-vector [d; rho x d].
-  S m0 = S(0);
-  Vec3<S> m1 = Vec3<S>::Zero();
-  Mat3<S> m2 = Mat3<S>::Zero();
-  Mat6<S> A = Mat6<S>::Zero();
-  Vec6<S> offset = Vec6<S>::Zero();
-  const auto add_square = [&A](S a, const Vec3<S>& rho, const Vec3<S>& d) {
-    Vec6<S> q;
-    q << d, rho.cross(d);
-    A.noalias() += (a * q) * q.transpose();
-  };
-  for (std::uint32_t k = pair.first; k < pair.first + pair.count; ++k) {
-    const PatchContact<S>& c = patch.contacts[k];
-    if (c.is_pushing) add_square(c.a_normal, c.rho, c.g);
-    if (c.a_across > S(0)) {
-      m0 += c.a_across;
-      m1 += c.a_across * c.rho;
-      m2 += (c.a_across * c.rho) * c.rho.transpose();
-      add_square(-c.a_across, c.rho, c.n);
-    }
-    if (c.a_along != c.a_across) add_square(c.a_along - c.a_across, c.rho, c.along);
-    offset.template head<3>() += c.constant;
-    offset.template tail<3>() += c.rho.cross(c.constant);
+void fill_block(const PatchPair<S>& pair, SoftBlock<S>& block) {
+  const Mat3<S>& R = pair.R_WA;
+  const Mat3<S> top = R * pair.matrix.template topRightCorner<3, 3>() * R.transpose();
+  block.matrix.template topLeftCorner<3, 3>() =
+      rotated<S>(R, pair.matrix.template topLeftCorner<3, 3>());
+  block.matrix.template topRightCorner<3, 3>() = top;
+  block.matrix.template bottomLeftCorner<3, 3>() = top.transpose();
+  block.matrix.template bottomRightCorner<3, 3>() =
+      rotated<S>(R, pair.matrix.template bottomRightCorner<3, 3>());
+  block.offset << R * pair.offset.template head<3>(), R * pair.offset.template tail<3>();
+}
+
+template <Scalar S>
+void clear_impulses(SensorPatch<S>& patch, const PatchPair<S>& pair) {
+  for (ContactTile<S>& tile : detail::contacts_of(patch, pair)) {
+    tile.impulse = {};
+    tile.normal_impulse = {};
   }
-  const Mat3<S> X = skew(m1);
-  A.template topLeftCorner<3, 3>() += m0 * Mat3<S>::Identity();
-  A.template topRightCorner<3, 3>() -= X;
-  A.template bottomLeftCorner<3, 3>() += X;
-  A.template bottomRightCorner<3, 3>() += m2.trace() * Mat3<S>::Identity() - m2;
-  block.matrix = A;
-  block.offset = offset;
 }
 
 template <Scalar S>
 Wrench<S> evaluate_impulses(SensorPatch<S>& patch, const PatchPair<S>& pair,
                             const Vec6<S>& motion) {
-  Wrench<S> sum;
-  for (std::uint32_t k = pair.first; k < pair.first + pair.count; ++k) {
-    PatchContact<S>& c = patch.contacts[k];
-    const Vec3<S> v = detail::contact_velocity(motion, c.rho);
-    c.impulse = detail::model_impulse(c, v);
-    c.normal_impulse = c.is_pushing ? c.impulse.dot(c.n) : S(0);
-    if (c.normal_impulse < S(0)) {
-      // The passes ran out before this sensor was seen to part: it must not pull.
-      c.impulse = tangential(c.impulse, c.n);
-      c.normal_impulse = S(0);
+  using T = Pack<S>;
+  const detail::LaneMotion<S> found(pair, motion);
+  const Pack3<S> center = Pack3<S>::all(pair.center);
+  Pack3<S> force = zero_vector<T>();
+  Pack3<S> torque = zero_vector<T>();
+  for (ContactTile<S>& tile : detail::contacts_of(patch, pair)) {
+    const SensorTile<S>& sensors = patch.tiles[tile.tile];
+    for (std::size_t at = 0; at < tile_size; at += lanes<S>) {
+      if (detail::pack_bits<S>(tile.is_met, at) == 0) continue;
+      PatchContact<T> c;
+      c.n = detail::load_pack(sensors.direction, at);
+      c.g = detail::load_pack(tile.g, at);
+      c.rho = detail::load_pack(tile.point, at) - center;
+      c.constant = detail::load_pack(tile.constant, at);
+      c.a_normal = detail::load_pack(tile.a_normal, at);
+      c.a_across = detail::load_pack(tile.a_across, at);
+      c.is_slipping = detail::load_mask<S>(tile.is_slipping, at);
+      if (any(c.is_slipping)) {
+        c.along = detail::load_pack(tile.along, at);
+        c.a_along = detail::load_pack(tile.a_along, at);
+      }
+      Pack3<S> impulse = detail::model_impulse<T>(c, found.at(c.rho));
+      T normal = select(detail::load_mask<S>(tile.is_pushing, at), dot(impulse, c.n), T(S(0)));
+      const Mask<S> pulls = normal < T(S(0));
+      if (any(pulls)) {
+        // The passes ran out before these sensors were seen to part: they must not pull.
+        impulse = select(pulls, tangential<T>(impulse, c.n), impulse);
+        normal = select(pulls, T(S(0)), normal);
+      }
+      detail::store_pack(tile.impulse, at, impulse);
+      detail::store_pack(tile.normal_impulse, at, normal);
+      force += impulse;
+      torque += cross(c.rho, impulse);
     }
-    sum += Wrench<S>::at(c.rho, c.impulse);
   }
-  return sum;
+  return detail::world_wrench(pair, force, torque);
 }
 
 }  // namespace bristle

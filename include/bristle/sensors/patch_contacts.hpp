@@ -3,6 +3,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <bristle/sensors/lane_parameters.hpp>
 #include <bristle/sensors/patch.hpp>
 
 namespace bristle {
@@ -14,25 +15,43 @@ struct TouchedBody {
   BodyId id{};
 };
 
+/// What contacts are made for.
+template <Scalar S>
+struct CollectDef {
+  /// [s] The step that follows.
+  S dt = S(0);
+  /// [-] Whether anybody chooses between explicit and implicit by Lambda.
+  bool measures_lambda = true;
+  /// [-] Tag of all hits, where only one shape was asked; `any_tag` otherwise.
+  std::uint32_t only_tag = any_tag;
+
+  static constexpr std::uint32_t any_tag = 0xffffffffu;
+};
+
 /// Makes a patch read and remember nothing. Costs nothing when it does so already.
 template <Scalar S>
 void clear_patch(SensorPatch<S>& patch);
 
 /// Fills `contacts` and `pairs` from `hits`; a sensor without a hit lets go of what it held. For
-/// the paper's law the bristles are advanced too.
+/// the paper's law the bristles are advanced too, and patches that are explicit by definition give
+/// their impulses, which spares them a second look at every contact.
 ///
 /// @param A        The patch's own body.
 /// @param find     Callable: TouchedBody<S> find(tag), the body that owns the shape with that tag.
 template <Scalar S, typename FindBody>
-void collect_contacts(SensorPatch<S>& patch, const Body<S>& A, FindBody&& find);
+void collect_contacts(SensorPatch<S>& patch, const Body<S>& A, FindBody&& find,
+                      const CollectDef<S>& def);
 
 // Implementation -----------------------------------------------------------------------------------
 
 template <Scalar S>
 void clear_patch(SensorPatch<S>& patch) {
-  for (const std::uint32_t i : patch.felt) patch.readings.clear(i);
-  for (const PatchContact<S>& c : patch.contacts) patch.release(c.sensor);
-  patch.felt.clear();
+  for (const ContactTile<S>& c : patch.contacts) patch.tiles[c.tile].is_rooted = 0;
+  for (std::size_t i = 0; patch.has_felt && i < patch.felt.size(); ++i) {
+    if (patch.felt[i] != 0) patch.readings.clear_tile(i);
+    patch.felt[i] = 0;
+  }
+  patch.has_felt = false;
   patch.contacts.clear();
   patch.pairs.clear();
   patch.last_impulses.clear();
@@ -42,91 +61,313 @@ void clear_patch(SensorPatch<S>& patch) {
 
 namespace detail {
 
-/// One contact from sensor i's hit on the body of `pair`; false when the touch is grazing.
-template <Scalar S>
-bool fill_contact(SensorPatch<S>& patch, std::size_t i, const PatchPair<S>& pair, const Body<S>& A,
-                  const Body<S>& B, PatchContact<S>& c) {
-  c.n = pair.pose.R_WA * patch.direction[i];
-  const Vec3<S> m = pair.pose.R_WA * patch.hits.normal[i];
-  if (!(m.dot(c.n) <= grazing_cosine<S>))
-    return false;  // False for a normal that is no number, too.
-  c.sensor = static_cast<std::uint32_t>(i);
-  c.g = depth_gradient(c.n, m);
-  c.length = patch.length[i];
-  c.depth = sensor_depth(patch.hits.distance[i], c.length);
-  c.is_touching = c.depth > S(0);
-  c.rho = pair.pose.R_WA * (patch.start[i] + patch.hits.distance[i] * patch.direction[i]);
-  c.start_velocity = A.twist.at(c.rho) - B.twist.at(c.rho - pair.pose.p_AB_W);
-  return true;
+/// Finds for every tile the lanes that hit anything, makes the others let go, and gives every body
+/// that was hit a pair and every shape that was hit a place in `patch.touched`.
+template <Scalar S, typename FindBody>
+void find_touched(SensorPatch<S>& patch, FindBody&& find, std::uint32_t only_tag) {
+  patch.touched.clear();
+  const auto add_shape = [&](std::uint32_t tag) {
+    const std::uint32_t slot = find(tag).id.index;
+    std::uint32_t pair = 0;
+    while (pair < patch.pairs.size() && patch.pairs[pair].body_b != slot) ++pair;
+    if (pair == patch.pairs.size()) patch.pairs.emplace_back().body_b = slot;
+    patch.touched.push_back({tag, pair});
+  };
+  // Whoever filled the hits knew of real sensors only.
+  const std::size_t padded = patch.tiles.size() * tile_size;
+  patch.hits.distance.resize(padded, infinity<S>);
+  patch.hits.normal.resize(padded);
+  patch.hits.tag.resize(padded);
+  for (std::size_t number = 0; number < patch.tiles.size(); ++number) {
+    const std::size_t first = number * tile_size;
+    std::uint32_t hit = 0;
+    for (std::size_t at = 0; at < tile_size; at += lanes<S>) {
+      const Pack<S> distance = Pack<S>::load(patch.hits.distance.data() + first + at);
+      hit |= bits(distance < Pack<S>(infinity<S>)) << at;
+    }
+    patch.hit_bits[number] = static_cast<LaneBits>(hit);
+    SensorTile<S>& tile = patch.tiles[number];
+    tile.is_rooted = static_cast<LaneBits>(tile.is_rooted & hit);
+    if (only_tag != CollectDef<S>::any_tag) {
+      if (hit != 0 && patch.touched.empty()) add_shape(only_tag);
+      continue;
+    }
+    std::uint32_t rest = hit;
+    const std::uint32_t* tags = patch.hits.tag.data() + first;
+    for (const TouchedShape& shape : patch.touched) {
+      if (rest == 0) break;
+      rest &= ~std::uint32_t(equal_lanes(tags, shape.tag));
+    }
+    while (rest != 0) {
+      const std::uint32_t tag = tags[std::countr_zero(rest)];
+      rest &= ~std::uint32_t(equal_lanes(tags, tag));
+      add_shape(tag);
+    }
+  }
 }
 
-/// Advances the bristle of a contact; a surface the ray does not reach yet lets go of it.
+/// Lanes of a tile that hit the body of a pair.
 template <Scalar S>
-void advance_bristle(SensorPatch<S>& patch, const PatchPair<S>& pair, BodyId id_b,
-                     PatchContact<S>& c) {
-  if (!c.is_touching) {
-    patch.release(c.sensor);
-    return;
+[[nodiscard]] LaneBits hit_lanes(const SensorPatch<S>& patch, std::size_t number,
+                                 std::uint32_t pair) {
+  const LaneBits hit = patch.hit_bits[number];
+  if (hit == 0 || patch.pairs.size() == 1) return hit;
+  std::uint32_t of_pair = 0;
+  for (const TouchedShape& shape : patch.touched) {
+    if (shape.pair != pair) continue;
+    of_pair |= equal_lanes(patch.hits.tag.data() + number * tile_size, shape.tag);
   }
-  Anchor<S> anchor{patch.root_a[c.sensor], patch.root_b[c.sensor]};
-  c.stretch = advance_anchor(anchor, patch.rooted_in[c.sensor] == id_b, pair.pose, c.n, c.rho,
-                             patch.parameters(c.sensor).breakaway_distance, patch.def.options.reset,
-                             c.is_slipping);
-  patch.root_a.set(c.sensor, anchor.q_A);
-  patch.root_b.set(c.sensor, anchor.q_B);
-  patch.rooted_in[c.sensor] = id_b;
+  return static_cast<LaneBits>(hit & of_pair);
+}
+
+/// What is summed over the contacts of a pair while they are made. Lane by lane.
+template <Scalar S>
+struct ContactSums {
+  using T = Pack<S>;
+  Pack3<S> point = zero_vector<T>();
+  T bristle = S(0), viscous = S(0);
+  T tangential = S(0), tangential_second = S(0);
+  Pack3<S> tangential_first = zero_vector<T>();
+  T normal = S(0), normal_second = S(0);
+  Pack3<S> normal_first = zero_vector<T>();
+  /// Of explicit impulses, about A's centre of mass.
+  Pack3<S> impulse = zero_vector<T>();
+  Pack3<S> impulse_moment = zero_vector<T>();
+};
+
+/// The impulses of a pack of contacts at the start of a step into its tile, and to the sums.
+template <Scalar S>
+BRISTLE_LANES void give_impulses(ContactTile<S>& tile, std::size_t at,
+                                 const SensorParameters<Pack<S>>& p, const LawOptions& options,
+                                 const SensorContact<Pack<S>>& contact, const Pack3<S>& stretch,
+                                 const Pack3<S>& point, const Mask<S>& is_touching, S dt,
+                                 Pack3<S>& sum, Pack3<S>& moment_sum) {
+  using T = Pack<S>;
+  const SensorForce<T> force = sensor_force<T>(p, options, contact, stretch, dt);
+  const Pack3<S> impulse = select(is_touching, T(dt) * force.total(), zero_vector<T>());
+  store_pack(tile.normal_impulse, at, select(is_touching, T(dt) * force.normal, T(S(0))));
+  store_pack(tile.impulse, at, impulse);
+  sum += impulse;
+  moment_sum += cross(point, impulse);
+}
+
+/// Makes contacts of hits: those of one patch with one body.
+template <Scalar S, typename Parameters>
+class ContactMaker {
+ public:
+  using T = Pack<S>;
+
+  ContactMaker(SensorPatch<S>& patch, const PatchPair<S>& pair, BodyId id_b,
+               const Parameters& parameters, const CollectDef<S>& def)
+      : patch_(patch),
+        parameters_(parameters),
+        options_(patch.def.options),
+        pose_(pair.pose),
+        linear_(spread<T>(pair.start_motion.linear)),
+        angular_(spread<T>(pair.start_motion.angular)),
+        middle_(spread<T>(patch.box.center())),
+        key_b_(root_key(id_b)),
+        dt_(def.dt),
+        measures_lambda_(def.measures_lambda),
+        gives_(is_explicit(patch.def)) {}
+
+  /// Whether the impulses of a patch are given here.
+  [[nodiscard]] static bool is_explicit(const PatchDef<S>& def) {
+    return def.integration == Integration::explicit_ && def.options.law == Law::paper;
+  }
+
+  /// Those of the lanes `hit` of a tile that meet the body at more than a grazing angle.
+  BRISTLE_LANES void add_tile(std::size_t number, LaneBits hit) {
+    SensorTile<S>& tile = patch_.tiles[number];
+    ContactTile<S>& out = patch_.contacts.emplace_back();
+    out.tile = static_cast<std::uint32_t>(number);
+    const LaneBits anchored =
+        tile.is_rooted == 0
+            ? LaneBits(0)
+            : static_cast<LaneBits>(tile.is_rooted & equal_lanes(tile.rooted_in.data(), key_b_));
+    for (std::size_t at = 0; at < tile_size; at += lanes<S>) {
+      if (pack_bits<S>(hit, at) != 0) add_pack(tile, out, at, hit, anchored);
+    }
+    if (options_.law == Law::ambf) {
+      tile.is_rooted = static_cast<LaneBits>(tile.is_rooted & (~hit | out.is_met));
+    } else {
+      std::uint32_t fresh = out.is_touching & ~std::uint32_t(anchored);
+      // A tile that is rooted nowhere else says so in all lanes, for `equal_lanes`.
+      if (fresh != 0 && tile.is_rooted == anchored) tile.rooted_in.fill(key_b_);
+      for (; fresh != 0; fresh &= fresh - 1) {
+        tile.rooted_in[static_cast<std::size_t>(std::countr_zero(fresh))] = key_b_;
+      }
+      tile.is_rooted = static_cast<LaneBits>((tile.is_rooted & ~hit) | out.is_touching);
+    }
+    count_ += static_cast<std::uint32_t>(std::popcount(out.is_met));
+    if (out.is_met == 0) patch_.contacts.pop_back();
+  }
+
+  [[nodiscard]] std::uint32_t count() const { return count_; }
+  /// [m] Sum of the points of touch.
+  [[nodiscard]] Vec3<S> point_sum() const { return sum_of_lanes(sums_.point); }
+  /// [N s, N m s] Sum of the impulses that were given, on B about the arm `center`, A's axes.
+  [[nodiscard]] Wrench<S> given(const Vec3<S>& center) const {
+    return Wrench<S>{sum_of_lanes(sums_.impulse), sum_of_lanes(sums_.impulse_moment)}.shifted(
+        center);
+  }
+  [[nodiscard]] PairStiffness<S> stiffness() const {
+    return {sum_of_lanes(sums_.bristle),           sum_of_lanes(sums_.viscous),
+            sum_of_lanes(sums_.tangential),        sum_of_lanes(sums_.normal),
+            sum_of_lanes(sums_.tangential_first),  sum_of_lanes(sums_.normal_first),
+            sum_of_lanes(sums_.tangential_second), sum_of_lanes(sums_.normal_second)};
+  }
+
+ private:
+  BRISTLE_LANES void add_pack(SensorTile<S>& tile, ContactTile<S>& out, std::size_t at,
+                              LaneBits hit, LaneBits anchored) {
+    const std::size_t first = out.tile * tile_size + at;
+    const Pack3<S> n = load_pack(tile.direction, at);
+    const RayHits<S>& hits = patch_.hits;
+    const Pack3<S> surface = Pack3<S>::load(
+        hits.normal.x.data() + first, hits.normal.y.data() + first, hits.normal.z.data() + first);
+    // False for a normal that is no number, too.
+    const T cosine = dot(surface, n);
+    const Mask<S> is_met = load_mask<S>(hit, at) & (cosine <= T(grazing_cosine<S>));
+    // Lanes without contact go on with a hit from ahead at the start of the ray: all is finite.
+    const Pack3<S> m = select(is_met, surface, -n);
+    const T distance = select(is_met, T::load(hits.distance.data() + first), T(0));
+
+    const SensorParameters<T>& p = parameters_(out.tile, at);
+    const Pack3<S> g = depth_gradient<T>(m, select(is_met, cosine, T(S(-1))));
+    const T inverse_length = load_pack(tile.inverse_length, at);
+    const T depth = sensor_depth(distance, inverse_length);
+    const Mask<S> is_touching = is_met & (depth > T(0));
+    const Pack3<S> point = load_pack(tile.start, at) + distance * n;
+    const Pack3<S> velocity = linear_ + cross(angular_, point);
+    const T force =
+        select(is_touching, normal_force(p, depth, T(dot(g, velocity) * inverse_length)), T(0));
+    store_mask(out.is_met, at, is_met);
+    store_mask(out.is_touching, at, is_touching);
+    store_pack(out.point, at, point);
+    store_pack(out.g, at, g);
+    store_pack(out.depth, at, depth);
+    // What linear models start from; with the impulses given there will be none.
+    if (!gives_) store_pack(out.force, at, force);
+    if (options_.law == Law::paper) {
+      // Nearly all bristles stay as they are. What has to be rooted is a call, and loads what it
+      // needs anew: inlined, it would push this loop's values out of the registers.
+      const Anchor<T> anchor{load_pack(tile.root_a, at), load_pack(tile.root_b, at)};
+      Pack3<S> stretch = anchor_stretch<T>(anchor, pose_, n);
+      if (!gives_) store_pack(out.stretch, at, stretch);
+      const T sigma = p.breakaway_distance;
+      const Mask<S> is_kept = load_mask<S>(anchored, at) & (dot(stretch, stretch) <= sigma * sigma);
+      if (any(is_touching & !is_kept)) {
+        root_anew(tile, out, at, anchored, sigma);
+        stretch = load_pack(out.stretch, at);
+      }
+      if (gives_) {
+        give_impulses<S>(out, at, p, options_, {depth, inverse_length, n, g, velocity}, stretch,
+                         point, is_touching, dt_, sums_.impulse, sums_.impulse_moment);
+      }
+    }
+    sums_.point += select(is_met, point, zero_vector<T>());
+    if (!gives_ || measures_lambda_) {
+      add_sums(p, point, depth, force, inverse_length, is_met, is_touching);
+    }
+  }
+
+  /// Advances the bristles of the lanes that touch, and leaves those of the others alone.
+  BRISTLE_OUTLINED void root_anew(SensorTile<S>& tile, ContactTile<S>& out, std::size_t at,
+                                  LaneBits anchored, const T& sigma) const {
+    Anchor<T> anchor{load_pack(tile.root_a, at), load_pack(tile.root_b, at)};
+    const Mask<S> is_touching = load_mask<S>(out.is_touching, at);
+    Mask<S> did_slip;
+    // What does not touch is kept, however far it is stretched.
+    const Pack3<S> stretch =
+        advance_anchor<T>(anchor, load_mask<S>(anchored, at) | !is_touching, pose_,
+                          load_pack(tile.direction, at), load_pack(out.point, at),
+                          select(is_touching, sigma, T(infinity<S>)), options_.reset, did_slip);
+    store_pack(out.stretch, at, stretch);
+    store_mask(out.is_slipping, at, did_slip);
+    store_pack(tile.root_a, at, anchor.q_A);
+    store_pack(tile.root_b, at, anchor.q_B);
+  }
+
+  BRISTLE_LANES void add_sums(const SensorParameters<T>& p, const Pack3<S>& point, const T& depth,
+                              const T& force, const T& inverse_length, const Mask<S>& is_met,
+                              const Mask<S>& is_touching) {
+    const T k_t = select(is_touching, bristle_stiffness(p, options_.scaling, force, depth), T(0));
+    const T c_t = select(is_touching, p.sliding_friction, T(0));
+    sums_.bristle += k_t;
+    sums_.viscous += c_t;
+    if (!measures_lambda_) return;
+    const T tangential = T(dt_ * dt_) * k_t + T(S(2) * dt_) * c_t;
+    const T normal = select(
+        is_met,
+        (T(dt_ * dt_) * p.normal_stiffness + T(S(2) * dt_) * p.normal_damping) * inverse_length,
+        T(0));
+    const Pack3<S> arm = point - middle_;
+    const T arm2 = dot(arm, arm);
+    sums_.tangential += tangential;
+    sums_.tangential_first += tangential * arm;
+    sums_.tangential_second += tangential * arm2;
+    sums_.normal += normal;
+    sums_.normal_first += normal * arm;
+    sums_.normal_second += normal * arm2;
+  }
+
+  SensorPatch<S>& patch_;
+  const Parameters parameters_;
+  const LawOptions options_;
+  const PairPose<S> pose_;
+  const Pack3<S> linear_, angular_, middle_;
+  const std::uint64_t key_b_;
+  const S dt_;
+  const bool measures_lambda_;
+  const bool gives_;
+  ContactSums<S> sums_{};
+  std::uint32_t count_ = 0;
+};
+
+/// Makes the contacts of pair `index` and measures them.
+template <Scalar S>
+void meet_body(SensorPatch<S>& patch, std::uint32_t index, const Body<S>& A,
+               const TouchedBody<S>& B, const CollectDef<S>& def) {
+  PatchPair<S>& pair = patch.pairs[index];
+  pair.R_WA = A.center_pose.rotation_matrix();
+  pair.pose = pair_pose(A.center_pose, B.body->center_pose);
+  const Vec3<S> p_AB_W = B.body->center_pose.translation - A.center_pose.translation;
+  const Mat3<S> R_AW = pair.R_WA.transpose();
+  pair.start_motion = {product<S>(R_AW, A.twist.linear - B.body->twist.at(-p_AB_W)),
+                       product<S>(R_AW, A.twist.angular - B.body->twist.angular)};
+  pair.first = static_cast<std::uint32_t>(patch.contacts.size());
+  with_parameters<S>(patch.def, [&](const auto& parameters) {
+    using Maker = ContactMaker<S, std::remove_cvref_t<decltype(parameters)>>;
+    Maker maker(patch, pair, B.id, parameters, def);
+    for (std::size_t number = 0; number < patch.tiles.size(); ++number) {
+      const LaneBits hit = hit_lanes(patch, number, index);
+      if (hit != 0) maker.add_tile(number, hit);
+    }
+    pair.stiffness = maker.stiffness();
+    // Moments are taken about the middle of the contacts, where they are smallest.
+    pair.center = maker.point_sum() / S(std::max(maker.count(), 1u));
+    pair.is_given = Maker::is_explicit(patch.def);
+    pair.given = maker.given(pair.center);
+  });
+  pair.count = static_cast<std::uint32_t>(patch.contacts.size()) - pair.first;
+  pair.arm_a = product(pair.R_WA, pair.center);
+  pair.arm_b = pair.arm_a - p_AB_W;
 }
 
 }  // namespace detail
 
 template <Scalar S, typename FindBody>
-void collect_contacts(SensorPatch<S>& patch, const Body<S>& A, FindBody&& find) {
+void collect_contacts(SensorPatch<S>& patch, const Body<S>& A, FindBody&& find,
+                      const CollectDef<S>& def) {
   patch.contacts.clear();
   patch.pairs.clear();
-  const std::size_t n = patch.size();
-  // Which bodies were met at all; nearly always one or two, so a linear search serves.
-  for (std::size_t i = 0; i < n; ++i) {
-    if (!patch.hits.is_hit(i)) {
-      patch.release(i);
-      continue;
-    }
-    const std::uint32_t slot = find(patch.hits.tag[i]).id.index;
-    bool is_known = false;
-    for (const PatchPair<S>& pair : patch.pairs) is_known = is_known || pair.body_b == slot;
-    if (!is_known) patch.pairs.emplace_back().body_b = slot;
-  }
-  const Mat3<S> R_WA = A.center_pose.rotation_matrix();
-  for (PatchPair<S>& pair : patch.pairs) {
-    pair.first = static_cast<std::uint32_t>(patch.contacts.size());
-    const Body<S>* B = nullptr;
-    Vec3<S> sum = Vec3<S>::Zero();
-    for (std::size_t i = 0; i < n; ++i) {
-      if (!patch.hits.is_hit(i)) continue;
-      const TouchedBody<S> touched = find(patch.hits.tag[i]);
-      if (touched.id.index != pair.body_b) continue;
-      if (B == nullptr) {
-        B = touched.body;
-        pair.pose = {R_WA, B->center_pose.rotation_matrix(),
-                     B->center_pose.translation - A.center_pose.translation};
-      }
-      PatchContact<S> contact;
-      if (!detail::fill_contact(patch, i, pair, A, *B, contact)) {
-        patch.release(i);
-        continue;
-      }
-      if (patch.def.options.law == Law::paper) {
-        detail::advance_bristle(patch, pair, touched.id, contact);
-      }
-      sum += contact.rho;
-      patch.contacts.push_back(contact);
-    }
-    pair.count = static_cast<std::uint32_t>(patch.contacts.size()) - pair.first;
-    if (pair.count == 0) continue;
-    // Moments are taken about the middle of the contacts, where they are smallest.
-    pair.arm_a = sum / S(pair.count);
-    pair.arm_b = pair.arm_a - pair.pose.p_AB_W;
-    for (std::uint32_t k = 0; k < pair.count; ++k) {
-      patch.contacts[pair.first + k].rho -= pair.arm_a;
+  detail::find_touched(patch, find, def.only_tag);
+  for (std::uint32_t index = 0; index < patch.pairs.size(); ++index) {
+    for (const TouchedShape& shape : patch.touched) {
+      if (shape.pair != index) continue;
+      detail::meet_body(patch, index, A, find(shape.tag), def);
+      break;
     }
   }
 }

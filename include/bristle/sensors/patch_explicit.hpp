@@ -1,17 +1,18 @@
 /// @file
-/// The explicit patch, the choice between explicit and implicit, and what a patch finally reads.
+/// The explicit patch, and the choice between explicit and implicit.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
 #include <bristle/dynamics/solver_types.hpp>
-#include <bristle/math/rotation.hpp>
 #include <bristle/sensors/ambf_law.hpp>
 #include <bristle/sensors/patch.hpp>
 #include <bristle/sensors/patch_block.hpp>
+#include <bristle/sensors/patch_contacts.hpp>
 
 namespace bristle {
 
-/// Measures a pair before the step: sets Lambda and the weights of the implicit scheme.
+/// Measures a pair before the step: sets Lambda and the weights of the implicit scheme, from the
+/// sums over its contacts in `PatchPair::stiffness`.
 ///
 /// Lambda = max over tangential and normal of w sum s + w_rot sum s |rho|^2 over the sensors that
 /// touch or can reach the body within the step, with s = dt^2 k_t + 2 dt mu_V or (dt^2 K_N + 2 dt
@@ -22,18 +23,11 @@ template <Scalar S>
 void measure_pair(const SensorPatch<S>& patch, PatchPair<S>& pair, const SolverBody<S>& a,
                   const SolverBody<S>& b, S dt);
 
-/// Evaluates every contact of a pair at the start of the step, under the law of the patch.
+/// Evaluates every contact of a pair at the start of the step, under the law of the patch; or says
+/// what was given when they were made.
 /// @return [N s, N m s] The sum of the impulses on B about c.
 template <Scalar S>
 Wrench<S> explicit_impulses(SensorPatch<S>& patch, const PatchPair<S>& pair, BodyId id_b, S dt);
-
-/// Turns the impulses of all contacts into readings.
-/// @param R_AW     [1] World axes in A: rotation from the world into the patch's body.
-/// @param origin   [m] A's centre of mass in the world.
-/// @param find_id  Callable: BodyId find_id(slot).
-template <Scalar S, typename FindId>
-void fill_readings(SensorPatch<S>& patch, const Mat3<S>& R_AW, const Vec3<S>& origin, S dt,
-                   FindId&& find_id);
 
 // Implementation -----------------------------------------------------------------------------------
 
@@ -41,99 +35,96 @@ template <Scalar S>
 void measure_pair(const SensorPatch<S>& patch, PatchPair<S>& pair, const SolverBody<S>& a,
                   const SolverBody<S>& b, S dt) {
   using std::max;
-  S bristle_sum = S(0);
-  S viscous_sum = S(0);
-  // Sums of s, and of s |rho|^2.
-  S tangential_sum = S(0), tangential_moment = S(0);
-  S normal_sum = S(0), normal_moment = S(0);
-  for (std::uint32_t k = pair.first; k < pair.first + pair.count; ++k) {
-    const PatchContact<S>& c = patch.contacts[k];
-    const SensorParameters<S>& p = patch.parameters(c.sensor);
-    const S arm2 = c.rho.squaredNorm();
-    const S normal = (dt * dt * p.normal_stiffness + S(2) * dt * p.normal_damping) / c.length;
-    normal_sum += normal;
-    normal_moment += normal * arm2;
-    if (!c.is_touching) continue;
-    const S force = normal_force(p, c.depth, c.g.dot(c.start_velocity) / c.length);
-    const S k_t = bristle_stiffness(p, patch.def.options.scaling, force, c.depth);
-    bristle_sum += k_t;
-    viscous_sum += p.sliding_friction;
-    const S shear = dt * dt * k_t + S(2) * dt * p.sliding_friction;
-    tangential_sum += shear;
-    tangential_moment += shear * arm2;
-  }
   const Mat6<S> W = mobility(a.inverse_mass, a.inverse_inertia, pair.arm_a) +
                     mobility(b.inverse_mass, b.inverse_inertia, pair.arm_b);
   const S w = W.template topLeftCorner<3, 3>().trace() / S(3);
   const S w_rot = W.template bottomRightCorner<3, 3>().trace() / S(3);
+  const PairStiffness<S>& k = pair.stiffness;
+  // From about the middle of the patch to about c.
+  const Vec3<S> shift = pair.center - patch.box.center();
+  const S tangential_moment = k.tangential_second - S(2) * shift.dot(k.tangential_first) +
+                              shift.squaredNorm() * k.tangential;
+  const S normal_moment =
+      k.normal_second - S(2) * shift.dot(k.normal_first) + shift.squaredNorm() * k.normal;
   pair.lambda =
-      max(w * tangential_sum + w_rot * tangential_moment, w * normal_sum + w_rot * normal_moment);
-  set_scheme(pair, bristle_sum, viscous_sum, w, dt);
+      max(w * k.tangential + w_rot * tangential_moment, w * k.normal + w_rot * normal_moment);
+  set_scheme(pair, k.bristle_sum, k.viscous_sum, w, dt);
 }
+
+namespace detail {
+
+/// `explicit_impulses` under AMBF's law, one sensor after the other.
+template <Scalar S>
+Wrench<S> ambf_impulses(SensorPatch<S>& patch, const PatchPair<S>& pair, BodyId id_b, S dt) {
+  Wrench<S> sum;
+  for (ContactTile<S>& tile : contacts_of(patch, pair)) {
+    SensorTile<S>& sensors = patch.tiles[tile.tile];
+    tile.is_slipping = 0;
+    for (std::size_t i = 0; i < tile_size; ++i) {
+      const LaneBits bit = static_cast<LaneBits>(1u << i);
+      tile.impulse.set(i, Vec3<S>::Zero());
+      tile.normal_impulse[i] = S(0);
+      if ((tile.is_touching & bit) == 0) continue;
+      const Vec3<S> g = tile.g[i];
+      const Vec3<S> point = tile.point[i];
+      const SensorContact<S> contact{tile.depth[i], sensors.inverse_length[i], sensors.direction[i],
+                                     g, pair.start_motion.at(point)};
+      Anchor<S> anchor{sensors.root_a[i], sensors.root_b[i]};
+      bool is_rooted = (sensors.is_rooted & bit) != 0 && sensors.rooted_in[i] == root_key(id_b);
+      bool did_slip = false;
+      const SensorForce<S> force = ambf_sensor_force<S>(
+          patch.parameters(tile.tile * tile_size + i), patch.def.options.scaling, contact,
+          g.normalized() * S(-1), pair.pose, point, anchor, is_rooted, did_slip);
+      sensors.root_a.set(i, anchor.q_A);
+      sensors.root_b.set(i, anchor.q_B);
+      sensors.rooted_in[i] = root_key(id_b);
+      sensors.is_rooted =
+          static_cast<LaneBits>(is_rooted ? sensors.is_rooted | bit : sensors.is_rooted & ~bit);
+      if (did_slip) tile.is_slipping = static_cast<LaneBits>(tile.is_slipping | bit);
+      tile.normal_impulse[i] = dt * force.normal;
+      tile.impulse.set(i, dt * force.total());
+      sum += Wrench<S>::at(point - pair.center, tile.impulse[i]);
+    }
+  }
+  return {pair.R_WA * sum.force, pair.R_WA * sum.torque};
+}
+
+/// `explicit_impulses` under the paper's law, in lanes.
+template <Scalar S>
+Wrench<S> paper_impulses(SensorPatch<S>& patch, const PatchPair<S>& pair, S dt) {
+  using T = Pack<S>;
+  const LawOptions options = patch.def.options;
+  const LaneMotion<S> start(pair.start_motion.linear, pair.start_motion.angular);
+  const Pack3<S> center = Pack3<S>::all(pair.center);
+  return with_parameters<S>(patch.def, [&](const auto& parameters) {
+    Pack3<S> force_sum = zero_vector<T>();
+    Pack3<S> torque_sum = zero_vector<T>();
+    for (ContactTile<S>& tile : contacts_of(patch, pair)) {
+      const SensorTile<S>& sensors = patch.tiles[tile.tile];
+      for (std::size_t at = 0; at < tile_size; at += lanes<S>) {
+        if (pack_bits<S>(tile.is_met, at) == 0) continue;
+        const Pack3<S> point = load_pack(tile.point, at);
+        const SensorContact<T> contact{
+            load_pack(tile.depth, at), load_pack(sensors.inverse_length, at),
+            load_pack(sensors.direction, at), load_pack(tile.g, at), start.at(point)};
+        give_impulses<S>(tile, at, parameters(tile.tile, at), options, contact,
+                         load_pack(tile.stretch, at), point - center,
+                         load_mask<S>(tile.is_touching, at), dt, force_sum, torque_sum);
+      }
+    }
+    return world_wrench(pair, force_sum, torque_sum);
+  });
+}
+
+}  // namespace detail
 
 template <Scalar S>
 Wrench<S> explicit_impulses(SensorPatch<S>& patch, const PatchPair<S>& pair, BodyId id_b, S dt) {
-  Wrench<S> sum;
-  const LawOptions& options = patch.def.options;
-  for (std::uint32_t k = pair.first; k < pair.first + pair.count; ++k) {
-    PatchContact<S>& c = patch.contacts[k];
-    c.normal_impulse = S(0);
-    c.impulse.setZero();
-    if (!c.is_touching) continue;
-    const SensorParameters<S>& p = patch.parameters(c.sensor);
-    const SensorContact<S> contact{c.depth, c.length, c.n, c.g, c.start_velocity};
-    SensorForce<S> force;
-    if (options.law == Law::ambf) {
-      Anchor<S> anchor{patch.root_a[c.sensor], patch.root_b[c.sensor]};
-      bool is_rooted = patch.rooted_in[c.sensor] == id_b;
-      const Vec3<S> m = c.g.normalized() * S(-1);
-      force = ambf_sensor_force(p, options.scaling, contact, m, pair.pose,
-                                Vec3<S>(c.rho + pair.arm_a), anchor, is_rooted, c.is_slipping);
-      patch.root_a.set(c.sensor, anchor.q_A);
-      patch.root_b.set(c.sensor, anchor.q_B);
-      patch.rooted_in[c.sensor] = is_rooted ? id_b : BodyId{};
-    } else {
-      force = sensor_force(p, options, contact, c.stretch, dt);
-    }
-    c.normal_impulse = dt * force.normal;
-    c.impulse = dt * force.total();
-    sum += Wrench<S>::at(c.rho, c.impulse);
+  if (pair.is_given) {
+    return {product(pair.R_WA, pair.given.force), product(pair.R_WA, pair.given.torque)};
   }
-  return sum;
-}
-
-template <Scalar S, typename FindId>
-void fill_readings(SensorPatch<S>& patch, const Mat3<S>& R_AW, const Vec3<S>& origin, S dt,
-                   FindId&& find_id) {
-  ReadingStore<S>& out = patch.readings;
-  for (const std::uint32_t i : patch.felt) out.clear(i);
-  patch.felt.clear();
-  out.wrench = {};
-  out.shear_W.setZero();
-  for (const PatchPair<S>& pair : patch.pairs) {
-    const BodyId id = find_id(pair.body_b);
-    for (std::uint32_t k = pair.first; k < pair.first + pair.count; ++k) {
-      const PatchContact<S>& c = patch.contacts[k];
-      if (!c.is_touching && !(c.normal_impulse > S(0))) continue;
-      const std::size_t i = c.sensor;
-      const Vec3<S> arm = c.rho + pair.arm_a;
-      const Vec3<S> force = c.impulse / -dt;
-      const Vec3<S> shear = tangential(force, c.n);
-      out.depth[i] = c.is_touching ? c.depth : S(0);
-      out.normal_force[i] = c.normal_impulse / dt;
-      Vec3<S> t1, t2;
-      tangent_basis<S>(patch.direction[i], t1, t2);
-      const Vec3<S> shear_A = R_AW * shear;
-      out.shear_1[i] = t1.dot(shear_A);
-      out.shear_2[i] = t2.dot(shear_A);
-      out.point.set(i, origin + arm);
-      out.body[i] = id;
-      out.state[i] = c.is_slipping ? SensorState::slipping : SensorState::stuck;
-      out.wrench += Wrench<S>::at(arm, force);
-      out.shear_W += shear;
-      patch.felt.push_back(c.sensor);
-    }
-  }
+  return patch.def.options.law == Law::ambf ? detail::ambf_impulses(patch, pair, id_b, dt)
+                                            : detail::paper_impulses(patch, pair, dt);
 }
 
 }  // namespace bristle

@@ -6,6 +6,7 @@
 #include <bristle/dynamics/body.hpp>
 #include <bristle/geometry/ray.hpp>
 #include <bristle/math/spatial.hpp>
+#include <bristle/sensors/sensor_tiles.hpp>
 
 #include <algorithm>
 #include <cstddef>
@@ -73,9 +74,11 @@ struct PatchReading {
   }
 };
 
-/// Where the readings of a patch are kept.
+/// Where the readings of a patch are kept, with room for whole tiles of sensors.
 template <Scalar S>
 struct ReadingStore {
+  /// [-] Number of sensors.
+  std::size_t count = 0;
   std::vector<S> depth, normal_force, shear_1, shear_2;
   Vec3Array<S> point;
   std::vector<BodyId> body;
@@ -83,7 +86,9 @@ struct ReadingStore {
   Wrench<S> wrench{};
   Vec3<S> shear_W = Vec3<S>::Zero();
 
-  void resize(std::size_t n) {
+  void resize(std::size_t sensors) {
+    count = sensors;
+    const std::size_t n = (sensors + tile_size - 1) / tile_size * tile_size;
     depth.resize(n);
     normal_force.resize(n);
     shear_1.resize(n);
@@ -92,15 +97,19 @@ struct ReadingStore {
     body.resize(n);
     state.resize(n, SensorState::free);
   }
-  /// Makes one sensor read nothing.
-  void clear(std::size_t i) {
-    depth[i] = normal_force[i] = shear_1[i] = shear_2[i] = S(0);
-    body[i] = BodyId{};
-    state[i] = SensorState::free;
+  /// Makes the sensors of one tile read nothing.
+  void clear_tile(std::size_t tile) {
+    const std::size_t first = tile * tile_size;
+    for (std::size_t i = first; i < first + tile_size; ++i) {
+      depth[i] = normal_force[i] = shear_1[i] = shear_2[i] = S(0);
+      body[i] = BodyId{};
+      state[i] = SensorState::free;
+    }
   }
   [[nodiscard]] PatchReading<S> view() const {
-    return {depth,   normal_force, shear_1, shear_2, point.x, point.y,
-            point.z, body,         state,   wrench,  shear_W};
+    const auto of = [this](const auto& items) { return std::span(items.data(), count); };
+    return {of(depth),   of(normal_force), of(shear_1), of(shear_2), of(point.x), of(point.y),
+            of(point.z), of(body),         of(state),   wrench,      shear_W};
   }
 };
 

@@ -4,7 +4,7 @@
 #pragma once
 
 #include <bristle/core/error.hpp>
-#include <bristle/math/types.hpp>
+#include <bristle/math/lane_value.hpp>
 
 namespace bristle {
 
@@ -13,21 +13,21 @@ namespace bristle {
 ///
 /// The defaults give no force. `static_friction * breakaway_distance` is the dimensionless holding
 /// coefficient: how many newtons of friction one newton of normal force can hold.
-template <Scalar S>
+template <Value T>
 struct SensorParameters {
   /// [N] Normal force at full penetration, K_N in Eq. 3. Finite, >= 0. Newtons and not N/m because
   /// the depth it multiplies is a fraction of the ray (Eq. 4): the stiffness is K_N / L.
-  S normal_stiffness = S(0);
+  T normal_stiffness = T(0);
   /// [N s] Normal damping, K_D in Eq. 3, on the true rate of the depth fraction. Finite, >= 0. The
   /// paper's values are per step of its 1 kHz loop: divide by 1000 (50 becomes 0.05).
-  S normal_damping = S(0);
+  T normal_damping = T(0);
   /// [1/m] Static friction, mu_S in Eq. 1: force per newton of normal force and metre of stretch.
   /// [N/m] with FrictionScaling::depth (Eq. 11) and FrictionScaling::none. Finite, >= 0.
-  S static_friction = S(0);
+  T static_friction = T(0);
   /// [N s/m] Sliding friction, mu_V in Eq. 5. Finite, >= 0.
-  S sliding_friction = S(0);
+  T sliding_friction = T(0);
   /// [m] Stretch at which a stuck bristle lets go, sigma_a in Eq. 2. Finite, > 0.
-  S breakaway_distance = S(1e-3);
+  T breakaway_distance = T(1e-3);
 };
 
 /// What the static friction of a sensor grows with.

@@ -8,7 +8,6 @@
 #pragma once
 
 #include <bristle/dynamics/soft_block.hpp>
-#include <bristle/math/rotation.hpp>
 #include <bristle/sensors/patch.hpp>
 
 namespace bristle {
@@ -49,23 +48,29 @@ template <Scalar S>
 void sum_stiffness(const SensorPatch<S>& patch, const PatchPair<S>& pair, Mat6<S>& K, Mat6<S>& D) {
   K.setZero();
   D.setZero();
-  for (std::uint32_t i = pair.first; i < pair.first + pair.count; ++i) {
-    const PatchContact<S>& c = patch.contacts[i];
-    if (!c.is_touching) continue;
-    const SensorParameters<S>& p = patch.parameters(c.sensor);
-    const S force = normal_force(p, c.depth, c.g.dot(c.start_velocity) / c.length);
-    const S k_t = bristle_stiffness(p, patch.def.options.scaling, force, c.depth);
-    Vec3<S> t1, t2;
-    tangent_basis<S>(c.n, t1, t2);
-    const auto add = [&](const Vec3<S>& d, S k, S damping) {
-      Vec6<S> j;
-      j << d, c.rho.cross(d);
-      K += (k * j) * j.transpose();
-      D += (damping * j) * j.transpose();
-    };
-    add(t1, k_t, p.sliding_friction);
-    add(t2, k_t, p.sliding_friction);
-    add(c.g, p.normal_stiffness / c.length, p.normal_damping / c.length);
+  for (std::uint32_t k = pair.first; k < pair.first + pair.count; ++k) {
+    const ContactTile<S>& contacts = patch.contacts[k];
+    const SensorTile<S>& sensors = patch.tiles[contacts.tile];
+    for (std::size_t i = 0; i < tile_size; ++i) {
+      if ((contacts.is_touching >> i & 1u) == 0) continue;
+      const SensorParameters<S>& p = patch.parameters(contacts.tile * tile_size + i);
+      const S per_length = sensors.inverse_length[i];
+      const S rate = contacts.g[i].dot(pair.start_motion.at(contacts.point[i])) * per_length;
+      const S force = normal_force(p, contacts.depth[i], rate);
+      const S k_t = bristle_stiffness(p, patch.def.options.scaling, force, contacts.depth[i]);
+      const Vec3<S> rho = product<S>(pair.R_WA, contacts.point[i] - pair.center);
+      const auto add = [&](const Vec3<S>& d_A, S stiffness, S damping) {
+        const Vec3<S> d = product(pair.R_WA, d_A);
+        Vec6<S> j;
+        j << d, rho.cross(d);
+        K += (stiffness * j) * j.transpose();
+        D += (damping * j) * j.transpose();
+      };
+      const Vec3<S> t1 = sensors.tangent[i];
+      add(t1, k_t, p.sliding_friction);
+      add(sensors.direction[i].cross(t1), k_t, p.sliding_friction);
+      add(contacts.g[i], p.normal_stiffness * per_length, p.normal_damping * per_length);
+    }
   }
 }
 

@@ -3,6 +3,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <bristle/geometry/ray_bundles.hpp>
 #include <bristle/sensors/sensor_layout.hpp>
 #include <bristle/world/world_state.hpp>
 
@@ -40,6 +41,7 @@ class ProximityArray {
       box_.include(rays_.start[i]);
       box_.include(rays_.start[i] + rays_.length[i] * rays_.direction[i]);
     }
+    bundles_ = RayBundles<S>(batch(nullptr));
     hits_.reset(rays_.size());
     body_.resize(rays_.size());
   }
@@ -75,7 +77,20 @@ class ProximityArray {
                filter_.excluded.end();
   }
 
+  [[nodiscard]] RayBatch<S> batch(const RayBundles<S>* bundles) const {
+    return {rays_.start.x,
+            rays_.start.y,
+            rays_.start.z,
+            rays_.direction.x,
+            rays_.direction.y,
+            rays_.direction.z,
+            rays_.length,
+            S(0),
+            bundles};
+  }
+
   SensorLayout<S> rays_;
+  RayBundles<S> bundles_;
   ProximityFilter filter_;
   Aabb<S> box_{};
   RayHits<S> hits_;
@@ -105,12 +120,10 @@ void ProximityArray<S>::sense(const WorldState<S, Backend>& state, BodyId carrie
   std::sort(near_.begin(), near_.end());
   hits_.reset(size());
   rays_cast_ = near_.size() * size();
-  const RayBatch<S> batch{rays_.start.x,     rays_.start.y,     rays_.start.z, rays_.direction.x,
-                          rays_.direction.y, rays_.direction.z, rays_.length,  S(0)};
   for (const std::uint32_t tag : near_) {
     const Collider<S, Backend>& c = state.colliders.at(tag);
-    Backend::cast_rays(c.shape, relative_pose(X_WA, state.body_of(c).center_pose) * c.X_CmS, batch,
-                       tag, hits_);
+    Backend::cast_rays(c.shape, relative_pose(X_WA, state.body_of(c).center_pose) * c.X_CmS,
+                       batch(&bundles_), tag, hits_);
   }
   for (std::size_t i = 0; i < size(); ++i) {
     body_[i] = hits_.is_hit(i) ? state.colliders.at(hits_.tag[i]).body : BodyId{};

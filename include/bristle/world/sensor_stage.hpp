@@ -5,6 +5,7 @@
 
 #include <bristle/sensors/patch_contacts.hpp>
 #include <bristle/sensors/patch_explicit.hpp>
+#include <bristle/sensors/patch_readings.hpp>
 #include <bristle/world/world_state.hpp>
 
 #include <algorithm>
@@ -38,7 +39,12 @@ class SensorStage {
     // A sensor costs some ten nanoseconds and waking a thread microseconds.
     constexpr std::size_t fewest_shared_sensors = 256;
     std::size_t sensors = 0;
-    for (const std::uint32_t i : live_) sensors += state.patches.at(i).size();
+    measures_lambda_ = false;
+    for (const std::uint32_t i : live_) {
+      sensors += state.patches.at(i).size();
+      measures_lambda_ =
+          measures_lambda_ || state.patches.at(i).def.integration == Integration::automatic;
+    }
     if (live_.size() > 1 && sensors >= fewest_shared_sensors) {
       state.def.parallel_for(live_.size(), std::cref(task));
     } else {
@@ -94,7 +100,7 @@ class SensorStage {
   /// Sums the present linear models of a soft block's sensors into it.
   void fill(State& state, std::uint32_t soft) const {
     SensorPatch<S>& patch = state.patches.at(owners_[soft].patch);
-    fill_block(patch, patch.pairs[owners_[soft].pair], state.constraints.soft[soft]);
+    fill_block(patch.pairs[owners_[soft].pair], state.constraints.soft[soft]);
   }
 
   /// Gives every sensor of a soft block its impulse and makes their sum the impulse of the block.
@@ -108,12 +114,8 @@ class SensorStage {
   /// Takes back what the sensors of a soft block gave.
   void discard(State& state, std::uint32_t soft) const {
     SensorPatch<S>& patch = state.patches.at(owners_[soft].patch);
-    const PatchPair<S>& pair = patch.pairs[owners_[soft].pair];
     state.constraints.soft[soft].impulse.setZero();
-    for (std::uint32_t k = pair.first; k < pair.first + pair.count; ++k) {
-      patch.contacts[k].normal_impulse = S(0);
-      patch.contacts[k].impulse.setZero();
-    }
+    clear_impulses(patch, patch.pairs[owners_[soft].pair]);
   }
 
   /// Linearises a soft block anew; returns whether that matters.
@@ -129,17 +131,16 @@ class SensorStage {
     for (const std::uint32_t i : live_) {
       SensorPatch<S>& patch = state.patches.at(i);
       patch.last_impulses.clear();
-      if (patch.pairs.empty() && patch.felt.empty()) continue;
+      if (patch.pairs.empty() && !patch.has_felt) continue;
       for (const PatchPair<S>& pair : patch.pairs) {
         if (!pair.is_implicit) continue;
         patch.last_impulses.push_back(
             {state.bodies.handle(pair.body_b), state.constraints.soft[pair.soft].impulse});
       }
-      const Transform<S>& X = state.bodies.at(patch.body.index).center_pose;
-      fill_readings<S>(patch, X.rotation.conjugate().toRotationMatrix(), X.translation,
+      fill_readings<S>(patch, state.bodies.at(patch.body.index).center_pose.translation,
                        state.def.time_step,
                        [&](std::uint32_t slot) { return state.bodies.handle(slot); });
-      state.report.sensors_touching += patch.felt.size();
+      state.report.sensors_touching += patch.felt_count();
     }
   }
 
@@ -215,10 +216,15 @@ class SensorStage {
                          patch.hits);
       scratch.rays_cast += patch.size();
     }
-    collect_contacts(patch, A, [&](std::uint32_t tag) {
-      const Collider<S, Backend>& c = state.colliders.at(tag);
-      return TouchedBody<S>{&state.body_of(c), c.body};
-    });
+    collect_contacts(patch, A,
+                     [&](std::uint32_t tag) {
+                       const Collider<S, Backend>& c = state.colliders.at(tag);
+                       return TouchedBody<S>{&state.body_of(c), c.body};
+                     },
+                     {.dt = state.def.time_step,
+                      .measures_lambda = measures_lambda_,
+                      .only_tag = scratch.candidates.size() == 1 ? scratch.candidates.front()
+                                                                 : CollectDef<S>::any_tag});
   }
 
   [[nodiscard]] bool wants_implicit(const State& state, const SensorPatch<S>& patch,
@@ -267,6 +273,7 @@ class SensorStage {
   std::vector<std::uint32_t> live_;
   std::vector<Scratch> scratch_;
   std::vector<S> lambda_;
+  bool measures_lambda_ = false;
   std::vector<SoftOwner> owners_;
 };
 

@@ -103,17 +103,32 @@ void visit_vectors(Array& array, Visitor& visit) {
   visit.value(std::span(array.z));
 }
 
+template <typename Rows, typename Visitor>
+void visit_lane(Rows& rows, std::size_t i, Visitor& visit) {
+  visit.value(rows.x[i]);
+  visit.value(rows.y[i]);
+  visit.value(rows.z[i]);
+}
+
+template <typename Tile, typename Visitor>
+void visit_bristles(Tile& tile, Visitor& visit) {
+  visit.value(tile.is_rooted);
+  visit_vectors(tile.root_a, visit);
+  visit_vectors(tile.root_b, visit);
+  visit.value(std::span(tile.rooted_in));
+}
+
 /// Of contacts and pairs, what is read between steps; the rest is one step's work.
-template <typename Contact, typename Visitor>
-void visit_patch_contact(Contact& c, Visitor& visit) {
-  visit.value(c.sensor);
-  visit.value(c.is_touching);
-  visit.value(c.n);
-  visit.value(c.g);
-  visit.value(c.rho);
-  visit.value(c.start_velocity);
-  visit.value(c.depth);
-  visit.value(c.length);
+template <typename Tile, typename Visitor>
+void visit_contact_tile(Tile& tile, Visitor& visit) {
+  visit.value(tile.tile);
+  visit.value(tile.is_touching);
+  for (std::size_t i = 0; i < tile_size; ++i) {
+    if ((tile.is_touching >> i & 1u) == 0) continue;
+    visit_lane(tile.point, i, visit);
+    visit_lane(tile.g, i, visit);
+    visit.value(tile.depth[i]);
+  }
 }
 
 template <typename Pair, typename Visitor>
@@ -121,6 +136,10 @@ void visit_patch_pair(Pair& pair, Visitor& visit) {
   visit.value(pair.body_b);
   visit.value(pair.first);
   visit.value(pair.count);
+  visit.value(pair.R_WA);
+  visit.value(pair.start_motion.linear);
+  visit.value(pair.start_motion.angular);
+  visit.value(pair.center);
   visit.value(pair.arm_a);
   visit.value(pair.arm_b);
 }
@@ -146,12 +165,10 @@ void visit_patch(const State& state, Patch& patch, Visitor& visit) {
   const std::size_t own = visit.list("patches (parameters)", patch.def.per_sensor,
                                      [&](auto& p) { visit_parameters(p, visit); });
   visit.require("patches (parameters)", own == 0 || own == patch.size());
-  visit_vectors(patch.root_a, visit);
-  visit_vectors(patch.root_b, visit);
-  visit.value(std::span(patch.rooted_in));
-  const std::size_t contacts = visit.list("patches (contacts)", patch.contacts, [&](auto& c) {
-    visit_patch_contact(c, visit);
-    visit.require("patches (contacts)", c.sensor < patch.size());
+  for (auto& tile : patch.tiles) visit_bristles(tile, visit);
+  const std::size_t contacts = visit.list("patches (contacts)", patch.contacts, [&](auto& tile) {
+    visit_contact_tile(tile, visit);
+    visit.require("patches (contacts)", tile.tile < patch.tiles.size());
   });
   visit.list("patches (pairs)", patch.pairs, [&](auto& pair) {
     visit_patch_pair(pair, visit);
@@ -163,10 +180,8 @@ void visit_patch(const State& state, Patch& patch, Visitor& visit) {
     visit.value(last.body);
     visit.value(last.impulse);
   });
-  visit.list("patches (touching sensors)", patch.felt, [&](auto& sensor) {
-    visit.value(sensor);
-    visit.require("patches (touching sensors)", sensor < patch.size());
-  });
+  visit.value(std::span(patch.felt));
+  visit.value(patch.has_felt);
   visit_readings(patch.readings, visit);
 }
 

@@ -33,10 +33,10 @@ TEST_CASE_TEMPLATE("ambf_sensor_force: roots, holds, lets go, without friction w
   };
   CHECK(force().total() == Vec3<S>(0, 0, S(-1)));
   CHECK(is_rooted);
-  pair.p_AB_W.x() = S(-5e-4);
+  pair.p_AB.x() = S(-5e-4);
   CHECK(force().shear.isApprox(Vec3<S>(S(0.5), 0, 0), S(1e-3)));
   CHECK_FALSE(did_slip);
-  pair.p_AB_W.x() = S(-2e-3);
+  pair.p_AB.x() = S(-2e-3);
   CHECK(force().shear == Vec3<S>::Zero());
   CHECK(did_slip);
   CHECK_FALSE(is_rooted);

@@ -20,18 +20,19 @@ SensorParameters<S> constants() {
 /// Random pair of poses and an anchor between them.
 template <typename S>
 PairPose<S> random_pair(test::Random& random) {
-  return {random.rotation<S>().toRotationMatrix(), random.rotation<S>().toRotationMatrix(),
-          random.in_cube(S(0.1))};
+  return {random.rotation<S>().toRotationMatrix(), random.in_cube(S(0.1))};
 }
 
 }  // namespace
 
 TEST_CASE_TEMPLATE("sensor_depth: 1 at the start of the ray, 0 at its end, negative beyond", S,
                    float, double) {
-  CHECK(sensor_depth(S(0), S(0.02)) == S(1));
-  CHECK(sensor_depth(S(0.005), S(0.02)) == S(0.75));
-  CHECK(sensor_depth(S(0.02), S(0.02)) == S(0));
-  CHECK(sensor_depth(S(0.03), S(0.02)) == S(-0.5));
+  // L = 1/64 m, so that 1 / L is exact.
+  const S per_length = S(64);
+  CHECK(sensor_depth(S(0), per_length) == S(1));
+  CHECK(sensor_depth(S(0.25) / per_length, per_length) == S(0.75));
+  CHECK(sensor_depth(S(1) / per_length, per_length) == S(0));
+  CHECK(sensor_depth(S(1.5) / per_length, per_length) == S(-0.5));
 }
 
 TEST_CASE_TEMPLATE("depth_gradient: is n head-on, and g . n = 1 always", S, float, double) {
@@ -61,7 +62,7 @@ TEST_CASE("depth_gradient: is the derivative of the depth") {
     const Vec3<double> step = 1e-4 * random.direction<double>();
     const double length = 0.03;
     const auto depth = [&](const Vec3<double>& start) {
-      return sensor_depth(-m.dot(start) / m.dot(n), length);
+      return sensor_depth(-m.dot(start) / m.dot(n), 1 / length);
     };
     // The depth is linear in the start, so the difference quotient is exact.
     CHECK(depth(s + step) - depth(s) ==
@@ -115,11 +116,11 @@ TEST_CASE_TEMPLATE("rooted: an anchor has the stretch it was given, whatever the
 TEST_CASE_TEMPLATE("anchor_stretch: A displaced by +x against B is stretched by +x", S, float,
                    double) {
   PairPose<S> pair;
-  pair.p_AB_W = {0, 0, S(-0.1)};
+  pair.p_AB = {0, 0, S(-0.1)};
   const Vec3<S> n(0, 0, -1);
   const Anchor<S> anchor = rooted<S>(pair, Vec3<S>(0, 0, S(-0.05)), Vec3<S>::Zero());
-  pair.p_AB_W.x() -= S(0.01);
-  pair.p_AB_W.z() += S(0.02);  // Along n: no stretch.
+  pair.p_AB.x() -= S(0.01);
+  pair.p_AB.z() += S(0.02);  // Along n: no stretch.
   CHECK(anchor_stretch(anchor, pair, n).isApprox(Vec3<S>(S(0.01), 0, 0), S(10) * eps<S>));
 }
 
@@ -133,14 +134,14 @@ TEST_CASE_TEMPLATE("advance_anchor: roots, keeps, and resets beyond sigma", S, f
   CHECK(advance_anchor(anchor, false, pair, n, r_A, sigma, SlipReset::release, did_slip) ==
         Vec3<S>::Zero());
   CHECK_FALSE(did_slip);
-  pair.p_AB_W.x() = -S(0.9e-3);
+  pair.p_AB.x() = -S(0.9e-3);
   const Anchor<S> before = anchor;
   Vec3<S> stretch = advance_anchor(anchor, true, pair, n, r_A, sigma, SlipReset::release, did_slip);
   CHECK(std::abs(stretch.x() - S(0.9e-3)) < S(1e-3) * eps<S>);
   CHECK_FALSE(did_slip);
   CHECK(anchor.q_A == before.q_A);
   CHECK(anchor.q_B == before.q_B);
-  pair.p_AB_W.x() = -S(1.3e-3);
+  pair.p_AB.x() = -S(1.3e-3);
   for (const SlipReset reset : {SlipReset::release, SlipReset::drag}) {
     Anchor<S> moved = anchor;
     stretch = advance_anchor(moved, true, pair, n, r_A, sigma, reset, did_slip);
@@ -157,7 +158,7 @@ TEST_CASE_TEMPLATE("sensor_force: F_N n + k_t e_T + mu_V v_T, normal damping as 
   const SensorParameters<S> p = constants<S>();
   SensorContact<S> c;
   c.depth = S(0.5);
-  c.length = S(0.02);
+  c.inverse_length = S(50);
   c.n = {0, 0, -1};
   c.g = c.n;
   c.v = {S(0.1), S(-0.2), S(-0.06)};
@@ -181,7 +182,7 @@ TEST_CASE_TEMPLATE("sensor_force: along the ray, or along the gradient", S, floa
   p.normal_damping = S(0);
   SensorContact<S> c;
   c.depth = S(0.5);
-  c.length = S(0.02);
+  c.inverse_length = S(50);
   c.n = Vec3<S>(S(0.6), 0, S(-0.8));
   c.g = depth_gradient<S>(c.n, Vec3<S>(0, 0, 1));
   LawOptions options;

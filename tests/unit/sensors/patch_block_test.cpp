@@ -1,48 +1,118 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "support/random.hpp"
+#include "support/random_patch.hpp"
+#include "support/scalar_patch.hpp"
 
 #include <bristle/sensors/patch_block.hpp>
 
 #include <doctest/doctest.h>
 
+#include <vector>
+
 using namespace bristle;
 
 namespace {
 
-/// A patch whose contacts are random but possible.
-SensorPatch<double> random_patch(test::Random& random, PatchPair<double>& pair) {
-  SensorPatch<double> patch;
-  patch.def.parameters = {2, 0.05, 3000, 0.4, 1e-3};
-  patch.def.options.normal =
-      random.index(2) == 0 ? NormalDirection::ray : NormalDirection::gradient;
-  pair.first = 0;
-  pair.count = 9;
-  for (std::uint32_t i = 0; i < pair.count; ++i) {
-    PatchContact<double> c{};
-    c.sensor = i;
-    c.n = random.direction<double>();
-    Vec3<double> m;
-    do {
-      m = random.direction<double>();
-    } while (m.dot(c.n) > -0.3);
-    c.g = depth_gradient<double>(c.n, m);
-    c.rho = random.in_cube(0.1);
-    c.depth = random.uniform(0.1, 0.9);
-    c.length = 0.01;
-    c.is_touching = true;
-    c.start_velocity = random.in_cube(0.01);
-    c.stretch = tangential<double>(random.in_cube(5e-4), c.n);
-    patch.contacts.push_back(c);
+constexpr double dt = 1e-3;
+
+/// A pair of a random patch with contacts, and a scheme between the extremes.
+template <Scalar S>
+PatchPair<S>& first_pair(test::RandomPatch<S>& random) {
+  for (;;) {
+    random.next();
+    PatchPair<S>& pair = random.patch.pairs[0];
+    if (pair.count == 0) continue;
+    set_scheme(pair, S(9 * 3000), S(9 * 0.4), S(0.5), S(dt));
+    return pair;
   }
-  set_scheme(pair, 9 * 3000 * 1.0, 9 * 0.4, 0.5, 1e-3);
-  return patch;
 }
 
-Vec6<double> random_motion(test::Random& random, double size) {
-  Vec6<double> u;
-  u << random.in_cube(size), random.in_cube(size);
-  return u;
+LawOptions options_of(NormalDirection normal, SlipReset reset = SlipReset::release) {
+  LawOptions options;
+  options.normal = normal;
+  options.reset = reset;
+  return options;
 }
+
+/// The impulse of the contact in lane i of a tile.
+template <Scalar S>
+Vec3<S> impulse_of(const ContactTile<S>& tile, std::size_t i) {
+  return tile.impulse[i];
+}
+
+/// Calls visit(tile, lane, k) for the contacts of a pair in the order of `scalar_contacts`.
+template <Scalar S, typename Visit>
+void for_each_lane(SensorPatch<S>& patch, const PatchPair<S>& pair, Visit&& visit) {
+  std::size_t k = 0;
+  for (ContactTile<S>& tile : detail::contacts_of(patch, pair)) {
+    for (std::size_t i = 0; i < tile_size; ++i) {
+      if ((tile.is_met >> i & 1u) != 0) visit(tile, i, k++);
+    }
+  }
+}
+
+/// A pair in scalars, one contact after the other.
+template <Scalar S>
+class ScalarBlock {
+ public:
+  ScalarBlock(const SensorPatch<S>& patch, const PatchPair<S>& pair)
+      : patch_(patch), pair_(pair), contacts(test::scalar_contacts(patch, pair)) {
+    for (PatchContact<S>& c : contacts) test::linearise_start(patch, pair, c, S(dt));
+  }
+
+  /// [N s, N m s] On B about c, in A's axes, for u in A's axes.
+  Wrench<S> evaluate(const Vec6<S>& u) {
+    Wrench<S> sum;
+    for (PatchContact<S>& c : contacts) {
+      const Vec3<S> v = velocity(c, u);
+      c.impulse = detail::model_impulse<S>(c, v);
+      c.normal_impulse = c.is_pushing ? c.impulse.dot(c.n) : S(0);
+      if (c.normal_impulse < S(0)) {
+        c.impulse = tangential<S>(c.impulse, c.n);
+        c.normal_impulse = S(0);
+      }
+      sum += Wrench<S>::at(c.rho, c.impulse);
+    }
+    return sum;
+  }
+
+  bool update(const Vec6<S>& u, int pass, bool is_last_pass) {
+    const SensorParameters<S>& p = patch_.def.parameters;
+    const LawOptions& options = patch_.def.options;
+    detail::PassChange<S> change;
+    for (PatchContact<S>& c : contacts) {
+      const Vec3<S> v = velocity(c, u);
+      detail::linearise_normal<S>(p, c, S(dt));
+      detail::update_normal<S>(c, true, v, S(dt), change);
+      detail::update_slip<S>(c, tangential<S>(v, c.n), p.breakaway_distance, options.reset, S(dt),
+                             pass, is_last_pass, change);
+      if (!c.is_pushing) c.a_normal = 0;
+    }
+    const bool has_changed = change.did_switch || change.force_change > S(1e-3) * change.force_sum;
+    if (!has_changed && !change.has_slip) return false;
+    S friction_sum = 0, friction_change = 0;
+    for (PatchContact<S>& c : contacts) {
+      const Vec3<S> v = velocity(c, u);
+      const Vec3<S> before = tangential<S>(c.impulse, c.n);
+      c.normal_impulse = is_last_pass && has_changed ? S(0) : S(dt) * c.force;
+      detail::linearise<S>(p, options, pair_, c, tangential<S>(v, c.n), S(dt));
+      if (!c.is_pushing) c.a_normal = 0;
+      friction_change += (tangential<S>(detail::model_impulse<S>(c, v), c.n) - before).norm();
+      friction_sum += before.norm();
+    }
+    return has_changed || friction_change > S(1e-3) * friction_sum;
+  }
+
+ private:
+  static Vec3<S> velocity(const PatchContact<S>& c, const Vec6<S>& u) {
+    return detail::velocity_at<S>(u.template head<3>(), u.template tail<3>(), c.rho);
+  }
+
+  const SensorPatch<S>& patch_;
+  const PatchPair<S>& pair_;
+
+ public:
+  std::vector<PatchContact<S>> contacts;
+};
 
 }  // namespace
 
@@ -64,67 +134,162 @@ TEST_CASE_TEMPLATE("set_scheme: nearly conservative when soft, implicit Euler wh
 }
 
 TEST_CASE("fill_block: is the sum of its sensors, and never gives energy") {
-  test::Random random(5);
-  for (int round = 0; round < 20; ++round) {
-    PatchPair<double> pair;
-    SensorPatch<double> patch = random_patch(random, pair);
-    start_linearisation(patch, pair, 1e-3);
-    SoftBlock<double> block;
-    fill_block(patch, pair, block);
-    // Symmetric positive semidefinite.
-    CHECK((block.matrix - block.matrix.transpose()).norm() < 1e-12 * block.matrix.norm());
-    for (int i = 0; i < 10; ++i) {
-      const Vec6<double> u = random_motion(random, 1);
-      CHECK(u.dot(block.matrix * u) >= -1e-12 * block.matrix.norm());
+  for (const NormalDirection normal : {NormalDirection::ray, NormalDirection::gradient}) {
+    test::RandomPatch<double> random(5, options_of(normal));
+    for (int round = 0; round < 20; ++round) {
+      PatchPair<double>& pair = first_pair(random);
+      start_linearisation(random.patch, pair, dt);
+      SoftBlock<double> block;
+      fill_block(pair, block);
+      // Symmetric positive semidefinite.
+      CHECK((block.matrix - block.matrix.transpose()).norm() < 1e-12 * block.matrix.norm());
+      for (int i = 0; i < 10; ++i) {
+        const Vec6<double> u = random.motion(1);
+        CHECK(u.dot(block.matrix * u) >= -1e-12 * block.matrix.norm());
+      }
+      // What each sensor gives at a motion adds up to offset + matrix u, while no sensor is made to
+      // pull: at the start motion those that push do.
+      Vec6<double> u;
+      const Twist<double> start = pair.start_motion.shifted(pair.center);
+      u << pair.R_WA * start.linear, pair.R_WA * start.angular;
+      const Wrench<double> sum = evaluate_impulses(random.patch, pair, u);
+      Vec6<double> expected = block.offset + block.matrix * u;
+      CHECK((sum.force - expected.head<3>()).norm() < 1e-12 * expected.head<3>().norm());
+      CHECK((sum.torque - expected.tail<3>()).norm() < 1e-12 * expected.head<3>().norm());
     }
-    // What each sensor gives at a motion adds up to offset + matrix u. Small: no sensor may part.
-    const Vec6<double> u = random_motion(random, 1e-4);
-    const Wrench<double> sum = evaluate_impulses(patch, pair, u);
-    Vec6<double> expected = block.offset + block.matrix * u;
-    CHECK((sum.force - expected.head<3>()).norm() < 1e-14);
-    CHECK((sum.torque - expected.tail<3>()).norm() < 1e-14);
   }
 }
 
 TEST_CASE("start_linearisation: at rest gives what the explicit law gives") {
-  test::Random random(6);
-  PatchPair<double> pair;
-  SensorPatch<double> patch = random_patch(random, pair);
-  for (PatchContact<double>& c : patch.contacts) c.start_velocity.setZero();
-  const double dt = 1e-3;
-  start_linearisation(patch, pair, dt);
-  (void)evaluate_impulses<double>(patch, pair, Vec6<double>::Zero());
-  for (const PatchContact<double>& c : patch.contacts) {
-    const SensorContact<double> contact{c.depth, c.length, c.n, c.g, Vec3<double>::Zero()};
-    const SensorForce<double> f =
-        sensor_force(patch.def.parameters, patch.def.options, contact, c.stretch, dt);
-    CHECK((c.impulse - dt * f.total()).norm() < 1e-15);
-    CHECK(c.normal_impulse == doctest::Approx(dt * f.normal).epsilon(1e-12));
+  for (const NormalDirection normal : {NormalDirection::ray, NormalDirection::gradient}) {
+    test::RandomPatch<double> random(6, options_of(normal));
+    PatchPair<double>& pair = first_pair(random);
+    pair.start_motion = {};
+    // What depends on the start motion was written with the contacts.
+    for_each_lane(random.patch, pair, [&](ContactTile<double>& tile, std::size_t i, std::size_t) {
+      tile.force[i] = (tile.is_touching >> i & 1u) != 0
+                          ? normal_force(random.patch.def.parameters, tile.depth[i], 0.0)
+                          : 0.0;
+    });
+    start_linearisation(random.patch, pair, dt);
+    (void)evaluate_impulses<double>(random.patch, pair, Vec6<double>::Zero());
+    const auto contacts = test::scalar_contacts(random.patch, pair);
+    for_each_lane(random.patch, pair, [&](ContactTile<double>& tile, std::size_t i, std::size_t k) {
+      const PatchContact<double>& c = contacts[k];
+      if (!c.is_touching) {
+        CHECK(tile.normal_impulse[i] == 0);
+        return;
+      }
+      const SensorContact<double> contact{c.depth, c.inverse_length, c.n, c.g,
+                                          Vec3<double>::Zero()};
+      const SensorForce<double> f = sensor_force<double>(
+          random.patch.def.parameters, random.patch.def.options, contact, c.stretch, dt);
+      CHECK((tile.impulse[i] - dt * f.total()).norm() < 1e-15);
+      CHECK(tile.normal_impulse[i] == doctest::Approx(dt * f.normal).epsilon(1e-12));
+    });
   }
 }
 
+TEST_CASE_TEMPLATE("implicit patch: lanes give what sensors one by one give, pass by pass", S,
+                   float, double) {
+  const S sums = std::same_as<S, float> ? S(1e-5) : S(1e-12);
+  int slips = 0, damped = 0, settled = 0;
+  for (const SlipReset reset : {SlipReset::release, SlipReset::drag}) {
+    for (const NormalDirection normal : {NormalDirection::ray, NormalDirection::gradient}) {
+      test::RandomPatch<S> random(7, options_of(normal, reset));
+      for (int round = 0; round < 40; ++round) {
+        PatchPair<S>& pair = first_pair(random);
+        SensorPatch<S>& patch = random.patch;
+        ScalarBlock<S> scalar(patch, pair);
+        start_linearisation(patch, pair, S(dt));
+        // From resting to slipping by whole stretches, and back and forth.
+        const S speed = round % 4 == 0 ? S(1e-3) : round % 4 == 1 ? S(0.3) : S(3);
+        Vec6<S> u = random.motion(speed);
+        for (int pass = 1; pass <= 4; ++pass) {
+          if (round % 2 == 1) u = -u;
+          Vec6<S> u_A;
+          u_A << pair.R_WA.transpose() * u.template head<3>(),
+              pair.R_WA.transpose() * u.template tail<3>();
+          const Wrench<S> expected = scalar.evaluate(u_A);
+          S size = S(0);
+          for (const PatchContact<S>& c : scalar.contacts) size += c.impulse.norm();
+          const Wrench<S> sum = evaluate_impulses(patch, pair, u);
+          CHECK((sum.force - pair.R_WA * expected.force).norm() <= sums * size);
+          CHECK((sum.torque - pair.R_WA * expected.torque).norm() <= S(0.1) * sums * size);
+          for_each_lane(patch, pair, [&](ContactTile<S>& tile, std::size_t i, std::size_t k) {
+            CHECK((tile.impulse[i] - scalar.contacts[k].impulse).norm() <= sums * size);
+            CHECK(std::abs(tile.normal_impulse[i] - scalar.contacts[k].normal_impulse) <=
+                  sums * size);
+          });
+          const bool is_last_pass = pass == 3;
+          const bool has_changed = update_linearisation(patch, pair, u, S(dt), pass, is_last_pass);
+          CHECK(has_changed == scalar.update(u_A, pass, is_last_pass));
+          settled += has_changed ? 0 : 1;
+          for_each_lane(patch, pair, [&](ContactTile<S>& tile, std::size_t i, std::size_t k) {
+            const PatchContact<S>& c = scalar.contacts[k];
+            CHECK(((tile.is_pushing >> i & 1u) != 0) == c.is_pushing);
+            CHECK(((tile.is_slipping >> i & 1u) != 0) == c.is_slipping);
+            CHECK(((tile.is_damping_slip >> i & 1u) != 0) == c.is_damping_slip);
+            slips += c.is_slipping ? 1 : 0;
+            damped += c.is_damping_slip ? 1 : 0;
+          });
+        }
+      }
+    }
+  }
+  CHECK(slips > 100);
+  CHECK(damped > 100);
+  CHECK(settled > 10);
+}
+
 TEST_CASE("update_linearisation: a settled patch needs no further solve") {
-  test::Random random(7);
-  PatchPair<double> pair;
-  SensorPatch<double> patch = random_patch(random, pair);
-  for (PatchContact<double>& c : patch.contacts) c.start_velocity.setZero();
-  start_linearisation(patch, pair, 1e-3);
-  (void)evaluate_impulses<double>(patch, pair, Vec6<double>::Zero());
-  CHECK_FALSE(update_linearisation<double>(patch, pair, Vec6<double>::Zero(), 1e-3, 1, false));
+  test::RandomPatch<double> random(7, {});
+  PatchPair<double>& pair = first_pair(random);
+  start_linearisation(random.patch, pair, dt);
+  // At the motion of the start nothing is found otherwise than assumed, but for what comes within
+  // reach: leave only what touches.
+  for (ContactTile<double>& tile : random.patch.contacts) tile.is_met = tile.is_touching;
+  Vec6<double> u;
+  const Twist<double> start = pair.start_motion.shifted(pair.center);
+  u << pair.R_WA * start.linear, pair.R_WA * start.angular;
+  (void)evaluate_impulses<double>(random.patch, pair, u);
+  // The normal force changes by the depth that the motion adds; a first update takes that in.
+  (void)update_linearisation<double>(random.patch, pair, u, dt, 1, false);
+  (void)evaluate_impulses<double>(random.patch, pair, u);
+  CHECK_FALSE(update_linearisation<double>(random.patch, pair, u, dt, 2, false));
 }
 
 TEST_CASE("update_linearisation: notices parting and slip") {
-  test::Random random(8);
-  PatchPair<double> pair;
-  SensorPatch<double> patch = random_patch(random, pair);
-  start_linearisation(patch, pair, 1e-3);
+  test::RandomPatch<double> random(8, {});
+  PatchPair<double>& pair = first_pair(random);
+  start_linearisation(random.patch, pair, dt);
+  const auto before = test::scalar_contacts(random.patch, pair);
   Vec6<double> u = Vec6<double>::Zero();
-  u.head<3>() = -1e3 * patch.contacts[0].g.normalized();
-  (void)evaluate_impulses(patch, pair, u);
-  CHECK(patch.contacts[0].normal_impulse == 0);
-  CHECK(update_linearisation<double>(patch, pair, u, 1e-3, 1, false));
-  CHECK_FALSE(patch.contacts[0].is_pushing);
-  CHECK(patch.contacts[0].force == 0);
+  u.head<3>() = pair.R_WA * (-1e3 * before[0].g.normalized());
+  (void)evaluate_impulses(random.patch, pair, u);
+  CHECK(random.patch.contacts[pair.first].normal_impulse[static_cast<std::size_t>(
+            std::countr_zero(random.patch.contacts[pair.first].is_met))] == 0);
+  CHECK(update_linearisation<double>(random.patch, pair, u, dt, 1, false));
+  std::size_t slipping = 0;
+  for_each_lane(random.patch, pair, [&](ContactTile<double>& tile, std::size_t i, std::size_t k) {
+    if (k == 0) {
+      CHECK((tile.is_pushing >> i & 1u) == 0);
+      CHECK(tile.force[i] == 0);
+    }
+    slipping += tile.is_slipping >> i & 1u;
+  });
   // 1 m in a step is far beyond sigma_a.
-  CHECK(patch.contacts[1].is_slipping);
+  CHECK(slipping > 0);
+}
+
+TEST_CASE("clear_impulses: takes back what was given") {
+  test::RandomPatch<double> random(9, {});
+  PatchPair<double>& pair = first_pair(random);
+  start_linearisation(random.patch, pair, dt);
+  (void)evaluate_impulses<double>(random.patch, pair, Vec6<double>::Zero());
+  clear_impulses(random.patch, pair);
+  for_each_lane(random.patch, pair, [&](ContactTile<double>& tile, std::size_t i, std::size_t) {
+    CHECK(tile.impulse[i] == Vec3<double>::Zero());
+    CHECK(tile.normal_impulse[i] == 0);
+  });
 }

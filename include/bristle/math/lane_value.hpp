@@ -1,0 +1,119 @@
+/// @file
+/// What lets one formula serve a single scalar and a Pack of them.
+///
+/// A formula over a `Value` T is written with the operators, with `dot`, `cross`, `select`, and
+/// with `any` and `all` where a branch may skip work that no lane needs. For T = S it is the plain
+/// scalar formula; for T = Pack<S> it is the same one lane by lane, so that a test of the first
+/// tests the second.
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <bristle/math/pack3.hpp>
+#include <bristle/math/simd.hpp>
+#include <bristle/math/types.hpp>
+
+#include <cmath>
+
+namespace bristle {
+
+namespace detail {
+
+template <typename T>
+struct ValueTraits {};
+
+template <Scalar S>
+struct ValueTraits<S> {
+  using One = S;
+  using Vector = Vec3<S>;
+  using Truth = bool;
+};
+
+template <Scalar S>
+struct ValueTraits<Pack<S>> {
+  using One = S;
+  using Vector = Pack3<S>;
+  using Truth = Mask<S>;
+};
+
+}  // namespace detail
+
+/// A scalar, or a scalar for each lane.
+template <typename T>
+concept Value = requires {
+  typename detail::ValueTraits<T>::One;
+};
+
+/// The scalar of a value: S of S and of Pack<S>.
+template <Value T>
+using ScalarOf = typename detail::ValueTraits<T>::One;
+/// Three of them: Vec3<S> or Pack3<S>.
+template <Value T>
+using Vector3 = typename detail::ValueTraits<T>::Vector;
+/// What comparing two of them gives: bool or Mask<S>.
+template <Value T>
+using Truth = typename detail::ValueTraits<T>::Truth;
+
+// Of single values, what simd.hpp and pack3.hpp have for lanes.
+[[nodiscard]] BRISTLE_LANES bool any(bool m) { return m; }
+[[nodiscard]] BRISTLE_LANES bool all(bool m) { return m; }
+template <Scalar S>
+[[nodiscard]] BRISTLE_LANES S select(bool m, S yes, S no) {
+  return m ? yes : no;
+}
+template <typename A, typename B>
+[[nodiscard]] BRISTLE_LANES Vec3<typename A::Scalar> select(bool m, const Eigen::MatrixBase<A>& yes,
+                                                            const Eigen::MatrixBase<B>& no) {
+  if (m) return yes;
+  return no;
+}
+template <typename A, typename B>
+[[nodiscard]] BRISTLE_LANES typename A::Scalar dot(const Eigen::MatrixBase<A>& a,
+                                                   const Eigen::MatrixBase<B>& b) {
+  return a.dot(b);
+}
+template <typename A, typename B>
+[[nodiscard]] BRISTLE_LANES Vec3<typename A::Scalar> cross(const Eigen::MatrixBase<A>& a,
+                                                           const Eigen::MatrixBase<B>& b) {
+  return a.cross(b);
+}
+
+/// A vector without length.
+template <Value T>
+[[nodiscard]] BRISTLE_LANES Vector3<T> zero_vector() {
+  if constexpr (Scalar<T>) {
+    return Vec3<T>::Zero();
+  } else {
+    return {T(ScalarOf<T>(0)), T(ScalarOf<T>(0)), T(ScalarOf<T>(0))};
+  }
+}
+
+/// The same vector for all lanes.
+template <Value T>
+[[nodiscard]] BRISTLE_LANES Vector3<T> spread(const Vec3<ScalarOf<T>>& v) {
+  if constexpr (Scalar<T>) {
+    return v;
+  } else {
+    return Pack3<ScalarOf<T>>::all(v);
+  }
+}
+
+/// Sum over the lanes.
+template <Scalar S>
+[[nodiscard]] BRISTLE_LANES S sum_of_lanes(S a) {
+  return a;
+}
+template <Scalar S>
+[[nodiscard]] BRISTLE_LANES Vec3<S> sum_of_lanes(const Pack3<S>& a) {
+  return {sum_of_lanes(a.x), sum_of_lanes(a.y), sum_of_lanes(a.z)};
+}
+
+/// The remainder of a / b, of the sign of a, exactly. Lane by lane: nothing vectorised is exact.
+template <Scalar S>
+[[nodiscard]] BRISTLE_LANES Pack<S> fmod(const Pack<S>& a, const Pack<S>& b) {
+  using std::fmod;
+  S rest[lanes<S>];
+  for (std::size_t i = 0; i < lanes<S>; ++i) rest[i] = fmod(a[i], b[i]);
+  return Pack<S>::load(rest);
+}
+
+}  // namespace bristle

@@ -1,0 +1,288 @@
+/// @file
+/// The impulse of one sensor as an affine function of the velocity at the end of the step.
+///
+/// The formulas of the implicit patch (docs/sensors.md, section 4), for one contact or for as many
+/// as a register has lanes.
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <bristle/sensors/patch.hpp>
+
+#include <array>
+
+namespace bristle::detail {
+
+/// Velocity of A relative to B at the arm rho from c for the motion (linear, angular) at c.
+template <Value T>
+[[nodiscard]] BRISTLE_LANES Vector3<T> velocity_at(const Vector3<T>& linear,
+                                                   const Vector3<T>& angular,
+                                                   const Vector3<T>& rho) {
+  return linear + cross(angular, rho);
+}
+
+/// Normal part: J_n = dt K_N e_N + a_n g.v' while touching; before, the spring and the damper act
+/// on the depth that is reached within the step only, so that nothing pushes across a gap.
+template <Value T>
+BRISTLE_LANES void linearise_normal(const SensorParameters<T>& p, PatchContact<T>& c,
+                                    ScalarOf<T> dt) {
+  const T spring = T(dt) * p.normal_stiffness;
+  const T slope = spring + p.normal_damping;
+  c.normal_constant = select(c.is_touching, spring, slope) * c.depth;
+  c.a_normal = T(dt) * slope * c.inverse_length;
+}
+
+/// Constant part of the impulse from the normal: along g, plus, where the force shall point along
+/// the ray, the difference to n with the impulse of the last pass. (With that impulse inside, the
+/// matrix would be unsymmetric and oblique rays would be kicked.)
+template <Value T>
+[[nodiscard]] BRISTLE_LANES Vector3<T> normal_constant(const PatchContact<T>& c,
+                                                       NormalDirection direction) {
+  Vector3<T> sum = c.normal_constant * c.g;
+  if (direction == NormalDirection::ray) sum += c.normal_impulse * Vector3<T>(c.n - c.g);
+  return select(c.is_pushing, sum, zero_vector<T>());
+}
+
+/// Friction of a bristle that sticks throughout the step.
+template <Value T>
+[[nodiscard]] BRISTLE_LANES Vector3<T> linearise_stuck(const SensorParameters<T>& p,
+                                                       const LawOptions& options,
+                                                       const PatchPair<ScalarOf<T>>& pair,
+                                                       PatchContact<T>& c, ScalarOf<T> dt) {
+  using S = ScalarOf<T>;
+  const T k_t = bristle_stiffness(p, options.scaling, c.force, c.depth);
+  const Vector3<T> v0 = tangential<T>(c.start_velocity, c.n);
+  const T viscous = T(dt) * p.sliding_friction;
+  c.a_across = c.a_along = T((pair.alpha + pair.beta) * dt * dt) * k_t + T(pair.theta) * viscous;
+  c.along = zero_vector<T>();
+  return (T(dt) * k_t) * c.stretch +
+         (T(S(1) - pair.theta) * viscous - T(pair.beta * dt * dt) * k_t) * v0;
+}
+
+/// Mean stretch of a bristle over a step in which it slips with the tangential velocity v.
+template <Value T>
+[[nodiscard]] BRISTLE_LANES Vector3<T> mean_slip_stretch(const PatchPair<ScalarOf<T>>& pair,
+                                                         const PatchContact<T>& c,
+                                                         const Vector3<T>& v, T sigma,
+                                                         SlipReset reset, ScalarOf<T> dt) {
+  using std::min;
+  using std::sqrt;
+  const T speed = sqrt(dot(v, v));
+  const T passed = speed * T(dt);
+  const Truth<T> passes_whole_stretches = passed >= sigma;
+  const Vector3<T> reached = c.stretch + T(pair.alpha * dt) * v;
+  const Vector3<T> within = after_reset<T>(reached, sigma, reset);
+  if (!any(passes_whole_stretches)) return within;
+  if (reset == SlipReset::release) {
+    return select(passes_whole_stretches, (sigma / (T(2) * speed)) * v, within);
+  }
+  // Dragging: the stretch grows to sigma along the slip, then stays there.
+  const Vector3<T> h = c.stretch + T(dt) * v;
+  const T size = sqrt(dot(h, h));
+  const T per_size = select(size > T(0), T(1) / size, T(0));
+  const T start = min(sigma, T(dot(c.stretch, h) * per_size));
+  const T fraction = min(T(1), T((sigma - start) / passed));
+  const T mean = fraction * (start + sigma) / T(2) + (T(1) - fraction) * sigma;
+  return select(passes_whole_stretches, (mean * per_size) * h, within);
+}
+
+/// Friction of a bristle that slips, linearised around the tangential velocity v.
+template <Value T>
+[[nodiscard]] BRISTLE_LANES Vector3<T> linearise_slip(const SensorParameters<T>& p,
+                                                      const LawOptions& options,
+                                                      const PatchPair<ScalarOf<T>>& pair,
+                                                      PatchContact<T>& c, const Vector3<T>& v,
+                                                      ScalarOf<T> dt) {
+  using std::max;
+  using std::min;
+  using std::sqrt;
+  using S = ScalarOf<T>;
+  const T k_t = bristle_stiffness(p, options.scaling, c.force, c.depth);
+  const Vector3<T> mean = mean_slip_stretch<T>(pair, c, v, p.breakaway_distance, options.reset, dt);
+  const T speed2 = dot(v, v);
+  const Truth<T> moves = speed2 > T(0);
+  const T stiffest = T((pair.alpha + pair.beta) * dt * dt) * k_t;
+  const T secant =
+      select(moves, min(T(T(dt) * k_t * max(T(0), T(dot(mean, v))) / speed2), stiffest), stiffest);
+  const T viscous = T(pair.theta * dt) * p.sliding_friction;
+  const Vector3<T> v0 = tangential<T>(c.start_velocity, c.n);
+  const Vector3<T> sum =
+      (T(dt) * k_t) * mean + (T((S(1) - pair.theta) * dt) * p.sliding_friction) * v0;
+  c.a_across = secant + viscous;
+  // Newton: friction does not grow with the speed, but turns with its direction. Or secant on all
+  // directions: pure damping, which cannot reverse the slip.
+  const Truth<T> is_newton = moves & !c.is_damping_slip;
+  c.a_along = select(is_newton, viscous, c.a_across);
+  c.along = select(is_newton, T(T(1) / sqrt(speed2)) * v, zero_vector<T>());
+  return select(is_newton, sum, Vector3<T>(sum - secant * v));
+}
+
+/// Linear model of one contact around the tangential velocity v.
+template <Value T>
+BRISTLE_LANES void linearise(const SensorParameters<T>& p, const LawOptions& options,
+                             const PatchPair<ScalarOf<T>>& pair, PatchContact<T>& c,
+                             const Vector3<T>& v, ScalarOf<T> dt) {
+  Vector3<T> friction = linearise_stuck<T>(p, options, pair, c, dt);
+  if (any(c.is_slipping)) {
+    PatchContact<T> slipping = c;
+    const Vector3<T> slip_friction = linearise_slip<T>(p, options, pair, slipping, v, dt);
+    friction = select(c.is_slipping, slip_friction, friction);
+    c.a_across = select(c.is_slipping, slipping.a_across, c.a_across);
+    c.a_along = select(c.is_slipping, slipping.a_along, c.a_along);
+    c.along = select(c.is_slipping, slipping.along, c.along);
+  }
+  c.a_across = select(c.is_touching, c.a_across, T(0));
+  c.a_along = select(c.is_touching, c.a_along, T(0));
+  c.constant =
+      normal_constant<T>(c, options.normal) + select(c.is_touching, friction, zero_vector<T>());
+}
+
+/// Impulse of a contact's linear model at the velocity v. `a_normal` is 0 where nothing pushes.
+template <Value T>
+[[nodiscard]] BRISTLE_LANES Vector3<T> model_impulse(const PatchContact<T>& c,
+                                                     const Vector3<T>& v) {
+  Vector3<T> sum =
+      c.constant + c.a_across * tangential<T>(v, c.n) + T(c.a_normal * dot(c.g, v)) * c.g;
+  if (any(c.is_slipping)) sum += T((c.a_along - c.a_across) * dot(c.along, v)) * c.along;
+  return sum;
+}
+
+/// Sum of linear models about c.
+///
+/// Each is J = constant + K v with a symmetric 3x3 matrix K at the arm rho, so with X = [rho]x it
+/// adds [K, -K X; X K, -X K X] and [constant; rho x constant].
+template <Value T>
+struct ModelSum {
+  using S = ScalarOf<T>;
+  T xx = S(0), xy = S(0), xz = S(0), yy = S(0), yz = S(0), zz = S(0);
+  /// Rows of -K X.
+  Vector3<T> top_x = zero_vector<T>(), top_y = zero_vector<T>(), top_z = zero_vector<T>();
+  T low_xx = S(0), low_xy = S(0), low_xz = S(0), low_yy = S(0), low_yz = S(0), low_zz = S(0);
+  Vector3<T> linear = zero_vector<T>(), angular = zero_vector<T>();
+
+  /// Adds a contact; one that does not push has `a_normal` 0.
+  BRISTLE_LANES void add(const PatchContact<T>& c) {
+    const Vector3<T> ag = c.a_normal * c.g;
+    const Vector3<T> an = c.a_across * c.n;
+    T kxx = x(ag) * x(c.g) - x(an) * x(c.n) + c.a_across;
+    T kxy = x(ag) * y(c.g) - x(an) * y(c.n);
+    T kxz = x(ag) * z(c.g) - x(an) * z(c.n);
+    T kyy = y(ag) * y(c.g) - y(an) * y(c.n) + c.a_across;
+    T kyz = y(ag) * z(c.g) - y(an) * z(c.n);
+    T kzz = z(ag) * z(c.g) - z(an) * z(c.n) + c.a_across;
+    if (any(c.is_slipping)) {
+      const Vector3<T> aa = T(c.a_along - c.a_across) * c.along;
+      kxx += x(aa) * x(c.along);
+      kxy += x(aa) * y(c.along);
+      kxz += x(aa) * z(c.along);
+      kyy += y(aa) * y(c.along);
+      kyz += y(aa) * z(c.along);
+      kzz += z(aa) * z(c.along);
+    }
+    xx += kxx;
+    xy += kxy;
+    xz += kxz;
+    yy += kyy;
+    yz += kyz;
+    zz += kzz;
+    // A row k of K gives the row -k X = rho x k of the block beside it.
+    const Vector3<T> bx = cross(c.rho, vector(kxx, kxy, kxz));
+    const Vector3<T> by = cross(c.rho, vector(kxy, kyy, kyz));
+    const Vector3<T> bz = cross(c.rho, vector(kxz, kyz, kzz));
+    top_x += bx;
+    top_y += by;
+    top_z += bz;
+    // X applied to the columns of that block; symmetric.
+    const T rx = x(c.rho), ry = y(c.rho), rz = z(c.rho);
+    low_xx += ry * x(bz) - rz * x(by);
+    low_xy += ry * y(bz) - rz * y(by);
+    low_xz += ry * z(bz) - rz * z(by);
+    low_yy += rz * y(bx) - rx * y(bz);
+    low_yz += rz * z(bx) - rx * z(bz);
+    low_zz += rx * z(by) - ry * z(bx);
+    linear += c.constant;
+    angular += cross(c.rho, c.constant);
+  }
+
+  /// The sum over all lanes.
+  void get(Mat6<S>& matrix, Vec6<S>& offset) const {
+    Mat3<S> K, low;
+    K << sum_of_lanes(xx), sum_of_lanes(xy), sum_of_lanes(xz), S(0), sum_of_lanes(yy),
+        sum_of_lanes(yz), S(0), S(0), sum_of_lanes(zz);
+    low << sum_of_lanes(low_xx), sum_of_lanes(low_xy), sum_of_lanes(low_xz), S(0),
+        sum_of_lanes(low_yy), sum_of_lanes(low_yz), S(0), S(0), sum_of_lanes(low_zz);
+    Mat3<S> top;
+    top << sum_of_lanes(top_x).transpose(), sum_of_lanes(top_y).transpose(),
+        sum_of_lanes(top_z).transpose();
+    matrix.template topLeftCorner<3, 3>() = K.template selfadjointView<Eigen::Upper>();
+    matrix.template topRightCorner<3, 3>() = top;
+    matrix.template bottomLeftCorner<3, 3>() = top.transpose();
+    matrix.template bottomRightCorner<3, 3>() = low.template selfadjointView<Eigen::Upper>();
+    offset << sum_of_lanes(linear), sum_of_lanes(angular);
+  }
+
+ private:
+  [[nodiscard]] BRISTLE_LANES static T x(const Vector3<T>& v) { return coordinate<0>(v); }
+  [[nodiscard]] BRISTLE_LANES static T y(const Vector3<T>& v) { return coordinate<1>(v); }
+  [[nodiscard]] BRISTLE_LANES static T z(const Vector3<T>& v) { return coordinate<2>(v); }
+  template <int axis>
+  [[nodiscard]] BRISTLE_LANES static T coordinate(const Vector3<T>& v) {
+    if constexpr (Scalar<T>) {
+      return v[axis];
+    } else {
+      return axis == 0 ? v.x : axis == 1 ? v.y : v.z;
+    }
+  }
+  [[nodiscard]] BRISTLE_LANES static Vector3<T> vector(const T& x, const T& y, const T& z) {
+    return {x, y, z};
+  }
+};
+
+/// What moving the linearisation found.
+template <Value T>
+struct PassChange {
+  bool did_switch = false;
+  bool has_slip = false;
+  T force_sum = ScalarOf<T>(0);
+  T force_change = ScalarOf<T>(0);
+};
+
+/// Whether the normal part of a contact acts at the velocity v that was found, and with what force.
+template <Value T>
+BRISTLE_LANES void update_normal(PatchContact<T>& c, const Truth<T>& is_met, const Vector3<T>& v,
+                                 ScalarOf<T> dt, PassChange<T>& change) {
+  using std::abs;
+  using std::max;
+  const T normal = c.normal_constant + c.a_normal * dot(c.g, v);
+  const Truth<T> is_pushing = is_met & (normal > T(0));
+  change.did_switch = change.did_switch || any(is_pushing ^ c.is_pushing);
+  c.is_pushing = is_pushing;
+  const T force = select(is_pushing, normal, T(0)) * T(ScalarOf<T>(1) / dt);
+  change.force_change += select(is_met, abs(force - c.force), T(0));
+  change.force_sum += force;
+  c.force = force;
+}
+
+/// Whether a touching sensor slips at the tangential velocity v that was found, and whether its
+/// slip has to be damped because it turns around from pass to pass.
+template <Value T>
+BRISTLE_LANES void update_slip(PatchContact<T>& c, const Vector3<T>& v, T sigma, SlipReset reset,
+                               ScalarOf<T> dt, int pass, bool is_last_pass, PassChange<T>& change) {
+  const Vector3<T> reached = c.stretch + T(dt) * v;
+  const Truth<T> overshoots = c.is_touching & (dot(reached, reached) > sigma * sigma);
+  // A released bristle has let go for this step; a dragged one may be found sticking after all.
+  const Truth<T> is_slipping =
+      reset == SlipReset::release ? overshoots | c.is_slipping : overshoots;
+  change.did_switch = change.did_switch || any(is_slipping ^ c.is_slipping);
+  change.has_slip = change.has_slip || any(is_slipping);
+  const Truth<T> slips_on = c.is_slipping & is_slipping;
+  if ((pass >= 2 || is_last_pass) && any(slips_on)) {
+    const T along_last = dot(v, c.last_slip);
+    const T bound = is_last_pass ? T(dot(c.last_slip, c.last_slip) / T(4)) : T(0);
+    const Truth<T> turns = along_last <= bound;
+    c.is_damping_slip = c.is_damping_slip | (slips_on & turns);
+  }
+  c.is_slipping = is_slipping;
+  c.last_slip = v;
+}
+
+}  // namespace bristle::detail

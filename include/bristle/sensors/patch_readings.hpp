@@ -1,0 +1,120 @@
+/// @file
+/// What a patch finally reads: impulses become forces in the frames of its sensors.
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <bristle/sensors/patch.hpp>
+#include <bristle/sensors/patch_block.hpp>
+
+namespace bristle {
+
+/// Turns the impulses of all contacts into readings.
+/// @param origin   [m] A's centre of mass in the world.
+/// @param find_id  Callable: BodyId find_id(slot).
+template <Scalar S, typename FindId>
+void fill_readings(SensorPatch<S>& patch, const Vec3<S>& origin, S dt, FindId&& find_id);
+
+// Implementation -----------------------------------------------------------------------------------
+
+namespace detail {
+
+/// Writes `value` into the lanes of `mask` and 0 or what was there into the others.
+template <Scalar S>
+BRISTLE_LANES void put(S* row, const Mask<S>& mask, const Pack<S>& value, bool is_shared) {
+  select(mask, value, is_shared ? Pack<S>::load(row) : Pack<S>(S(0))).store(row);
+}
+
+/// Makes a pack of sensors read no forces.
+template <Scalar S>
+BRISTLE_LANES void clear_pack(ReadingStore<S>& out, std::size_t i) {
+  const Pack<S> nothing = S(0);
+  nothing.store(out.depth.data() + i);
+  nothing.store(out.normal_force.data() + i);
+  nothing.store(out.shear_1.data() + i);
+  nothing.store(out.shear_2.data() + i);
+}
+
+/// Readings of the contacts of one tile on the body `id`, with the wrench of the force on A added
+/// to (force, torque) and its part across the rays to `shear`, all in A's axes.
+template <Scalar S>
+BRISTLE_LANES void read_tile(SensorPatch<S>& patch, const PatchPair<S>& pair,
+                             const ContactTile<S>& tile, const Vec3<S>& origin, S per_step,
+                             BodyId id, Pack3<S>& force_sum, Pack3<S>& torque_sum,
+                             Pack3<S>& shear_sum) {
+  using T = Pack<S>;
+  const SensorTile<S>& sensors = patch.tiles[tile.tile];
+  ReadingStore<S>& out = patch.readings;
+  // Two bodies can be touched by sensors of one tile.
+  const bool is_shared = patch.felt[tile.tile] != 0;
+  const std::size_t first = tile.tile * tile_size;
+  std::uint32_t felt = 0;
+  for (std::size_t at = 0; at < tile_size; at += lanes<S>) {
+    const std::size_t i = first + at;
+    if (pack_bits<S>(tile.is_met, at) == 0) {
+      if (!is_shared) clear_pack(out, i);
+      continue;
+    }
+    const Pack3<S> n = load_pack(sensors.direction, at);
+    const Pack3<S> t1 = load_pack(sensors.tangent, at);
+    const Pack3<S> point = load_pack(tile.point, at);
+    const Pack3<S> force = T(-per_step) * load_pack(tile.impulse, at);
+    const T normal = load_pack(tile.normal_impulse, at) * T(per_step);
+    const Pack3<S> shear = tangential<T>(force, n);
+    const Mask<S> is_touching = load_mask<S>(tile.is_touching, at);
+    const Mask<S> is_felt = is_touching | (load_mask<S>(tile.is_met, at) & (normal > T(S(0))));
+    felt |= bits(is_felt) << at;
+    const Pack3<S> felt_force = select(is_felt, force, zero_vector<T>());
+    force_sum += felt_force;
+    torque_sum += cross(point, felt_force);
+    shear_sum += select(is_felt, shear, zero_vector<T>());
+    const T depth = select(is_touching, load_pack(tile.depth, at), T(S(0)));
+    put(out.depth.data() + i, is_felt, depth, is_shared);
+    put(out.normal_force.data() + i, is_felt, normal, is_shared);
+    put(out.shear_1.data() + i, is_felt, dot(t1, shear), is_shared);
+    put(out.shear_2.data() + i, is_felt, dot(cross(n, t1), shear), is_shared);
+    const Pack3<S> point_W = product(pair.R_WA, point) + Pack3<S>::all(origin);
+    put(out.point.x.data() + i, is_felt, point_W.x, true);
+    put(out.point.y.data() + i, is_felt, point_W.y, true);
+    put(out.point.z.data() + i, is_felt, point_W.z, true);
+  }
+  BodyId* body = out.body.data() + first;
+  SensorState* state = out.state.data() + first;
+  for (std::size_t lane = 0; lane < tile_size; ++lane) {
+    const bool is_felt = (felt >> lane & 1u) != 0;
+    const SensorState own =
+        (tile.is_slipping >> lane & 1u) != 0 ? SensorState::slipping : SensorState::stuck;
+    const BodyId other_body = is_shared ? body[lane] : BodyId{};
+    const SensorState other_state = is_shared ? state[lane] : SensorState::free;
+    body[lane] = is_felt ? id : other_body;
+    state[lane] = is_felt ? own : other_state;
+  }
+  patch.felt[tile.tile] = static_cast<LaneBits>(patch.felt[tile.tile] | felt);
+}
+
+}  // namespace detail
+
+template <Scalar S, typename FindId>
+void fill_readings(SensorPatch<S>& patch, const Vec3<S>& origin, S dt, FindId&& find_id) {
+  ReadingStore<S>& out = patch.readings;
+  patch.has_felt = !patch.pairs.empty();
+  std::swap(patch.felt, patch.felt_before);
+  std::fill(patch.felt.begin(), patch.felt.end(), LaneBits(0));
+  out.wrench = {};
+  out.shear_W.setZero();
+  for (const PatchPair<S>& pair : patch.pairs) {
+    const BodyId id = find_id(pair.body_b);
+    Pack3<S> force = zero_vector<Pack<S>>();
+    Pack3<S> torque = force;
+    Pack3<S> shear = force;
+    for (const ContactTile<S>& tile : detail::contacts_of(patch, pair)) {
+      detail::read_tile(patch, pair, tile, origin, S(1) / dt, id, force, torque, shear);
+    }
+    out.wrench += detail::world_wrench(pair, force, torque);
+    out.shear_W += product<S>(pair.R_WA, sum_of_lanes(shear));
+  }
+  for (std::size_t i = 0; i < patch.felt.size(); ++i) {
+    if (patch.felt[i] == 0 && patch.felt_before[i] != 0) out.clear_tile(i);
+  }
+}
+
+}  // namespace bristle

@@ -1,0 +1,147 @@
+/// @file
+/// Sensors and their contacts, sixteen to a tile: arrays that registers are loaded from.
+///
+/// A tile is a structure of short arrays, one entry a sensor. What a kernel reads of one sensor
+/// lies within a few pages, aligned, and in the order in which it is read; long separate arrays
+/// would be thirty streams. Sixteen lanes are the widest register there is: tiles look the same
+/// whatever a file is compiled for. Which lanes take part is a word of bits.
+///
+/// All vectors are in A's axes, the body of the patch, in which rays stand still.
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <bristle/core/slot_map.hpp>
+#include <bristle/dynamics/body.hpp>
+#include <bristle/math/lane_value.hpp>
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+namespace bristle {
+
+/// [-] Sensors of a tile.
+inline constexpr std::size_t tile_size = 16;
+
+/// One entry for each sensor of a tile.
+template <typename T>
+using Row = std::array<T, tile_size>;
+
+/// Lane bits of a tile: bit i is its sensor i.
+using LaneBits = std::uint16_t;
+
+/// A body as one number, to be compared in lanes.
+[[nodiscard]] inline std::uint64_t root_key(BodyId id) {
+  return std::uint64_t(id.generation) << 32 | id.index;
+}
+
+/// Which of the sixteen items from `first` on equal `value`. Quick where all do.
+template <typename T>
+[[nodiscard]] BRISTLE_LANES LaneBits equal_lanes(const T* first, T value) {
+  T difference = 0;
+  for (std::uint32_t i = 0; i < tile_size; ++i) difference |= first[i] ^ value;
+  if (difference == 0) return 0xffffu;
+  std::uint32_t bits = 0;
+  for (std::uint32_t i = 0; i < tile_size; ++i) bits |= first[i] == value ? 1u << i : 0u;
+  return static_cast<LaneBits>(bits);
+}
+
+/// Three rows of coordinates.
+template <Scalar S>
+struct Row3 {
+  Row<S> x, y, z;
+
+  [[nodiscard]] Vec3<S> operator[](std::size_t i) const { return {x[i], y[i], z[i]}; }
+  void set(std::size_t i, const Vec3<S>& v) {
+    x[i] = v.x();
+    y[i] = v.y();
+    z[i] = v.z();
+  }
+};
+
+/// Sixteen sensors of a patch, and what their bristles remember.
+template <Scalar S>
+struct alignas(64) SensorTile {
+  /// [m] Starts of the rays from A's centre of mass; [1] unit directions and their first tangents
+  /// (`tangent_basis`); [1/m] inverse lengths.
+  Row3<S> start{}, direction{}, tangent{};
+  Row<S> inverse_length{};
+  /// [m] Roots of the bristles on A in A's axes, on B in B's.
+  Row3<S> root_a{}, root_b{};
+  /// Whether they are rooted, and in which bodies (`root_key`).
+  LaneBits is_rooted = 0;
+  Row<std::uint64_t> rooted_in{};
+};
+
+/// The contacts of up to sixteen neighbouring sensors with one body in one step: geometry, the
+/// linear model of their impulses, and the impulses they finally gave. Lanes without contact hold
+/// anything. See `PatchContact` for what the rows mean.
+template <Scalar S>
+struct alignas(64) ContactTile {
+  /// Leaves the rows as they are: every kernel writes the rows that the next ones read.
+  ContactTile() {}  // NOLINT(modernize-use-equals-default): that would clear them.
+
+  /// [-] Number of the tile of sensors.
+  std::uint32_t tile = 0;
+  /// Which lanes have a contact; which of these touch, push, slip, and slip damped.
+  LaneBits is_met = 0;
+  LaneBits is_touching = 0;
+  LaneBits is_pushing = 0;
+  LaneBits is_slipping = 0;
+  LaneBits is_damping_slip = 0;
+
+  Row3<S> point, g, stretch;
+  Row<S> depth, force;
+
+  Row3<S> constant;
+  Row<S> a_normal, a_across;
+
+  Row3<S> impulse;
+  Row<S> normal_impulse;
+
+  /// Of slipping sensors only.
+  Row3<S> along, last_slip;
+  Row<S> a_along;
+};
+
+namespace detail {
+
+/// [-] The bits of a full pack.
+template <Scalar S>
+inline constexpr std::uint32_t full_pack = (1u << lanes<S>)-1u;
+
+/// Lanes [at, at + lanes) of a tile's bits, as bits of a pack.
+template <Scalar S>
+[[nodiscard]] BRISTLE_LANES std::uint32_t pack_bits(LaneBits bits, std::size_t at) {
+  return (static_cast<std::uint32_t>(bits) >> at) & full_pack<S>;
+}
+template <Scalar S>
+[[nodiscard]] BRISTLE_LANES Mask<S> load_mask(LaneBits bits, std::size_t at) {
+  return Mask<S>::from_bits(pack_bits<S>(bits, at));
+}
+/// Puts a pack's bits in their place among those of a tile.
+template <Scalar S>
+BRISTLE_LANES void store_mask(LaneBits& bits, std::size_t at, const Mask<S>& mask) {
+  bits = static_cast<LaneBits>((bits & ~(full_pack<S> << at)) | (bristle::bits(mask) << at));
+}
+
+template <Scalar S>
+[[nodiscard]] BRISTLE_LANES Pack<S> load_pack(const Row<S>& row, std::size_t at) {
+  return Pack<S>::load(row.data() + at);
+}
+template <Scalar S>
+[[nodiscard]] BRISTLE_LANES Pack3<S> load_pack(const Row3<S>& row, std::size_t at) {
+  return Pack3<S>::load(row.x.data() + at, row.y.data() + at, row.z.data() + at);
+}
+template <Scalar S>
+BRISTLE_LANES void store_pack(Row<S>& row, std::size_t at, const Pack<S>& value) {
+  value.store(row.data() + at);
+}
+template <Scalar S>
+BRISTLE_LANES void store_pack(Row3<S>& row, std::size_t at, const Pack3<S>& value) {
+  value.store(row.x.data() + at, row.y.data() + at, row.z.data() + at);
+}
+
+}  // namespace detail
+
+}  // namespace bristle

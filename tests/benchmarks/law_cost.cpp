@@ -1,0 +1,236 @@
+// What the law of the sensors costs without rays and solver, and how far its sums are from those of
+// plain scalars in double.
+//
+// A pad of 30 x 30 mm with n sensors slides over a ball of 50 mm that about half of its rays meet,
+// 0.05 mm and 0.1 degrees a step, there and back over 16 poses; hits are made beforehand. Printed
+// for each scalar and n, in nanoseconds a sensor (all sensors counted):
+//
+//   touch      [%] of the sensors
+//   explicit   the law of an explicit patch: hits to depth, gradient, velocity, bristles, impulses
+//   automatic  the same for a patch that turns out explicit: with the sums for Lambda, in two
+//   passes collect    the first part of an implicit patch: hits to contacts and bristles block the
+//   second: linear models, their 6x6 sum, and the impulses at a motion check      whether a sensor
+//   changed state at that motion read       readings error      of the explicit wrench, and of the
+//   block's, against sums of scalars in double [1]
+//
+// Times are processor time of the thread, medians of 15 runs.
+// Usage: benchmark_law_cost [sensors]
+// SPDX-License-Identifier: BSD-3-Clause
+#include "support/scalar_patch.hpp"
+
+#include <bristle/geometry/analytic_backend.hpp>
+#include <bristle/math/rotation.hpp>
+#include <bristle/sensors/patch_contacts.hpp>
+#include <bristle/sensors/patch_explicit.hpp>
+#include <bristle/sensors/patch_readings.hpp>
+#include <bristle/sensors/placement.hpp>
+#include <bristle/sensors/tuning.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdio>
+#include <cstdlib>
+#include <ctime>
+#include <numbers>
+#include <vector>
+
+using namespace bristle;
+
+namespace {
+
+constexpr double dt = 1e-3;
+constexpr BodyId ball_id{1, 0};
+constexpr std::size_t poses = 16;
+
+double thread_seconds() {
+  timespec now{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
+
+/// [ns] Median time of a call, from runs of about 5 ms each.
+template <typename Call>
+double nanoseconds(Call&& call) {
+  const auto run = [&](int repeats) {
+    const double start = thread_seconds();
+    for (int i = 0; i < repeats; ++i) call();
+    return 1e9 * (thread_seconds() - start);
+  };
+  run(2);
+  const int repeats = std::max(1, static_cast<int>(5e6 / std::max(run(3) / 3, 1.0)));
+  std::array<double, 15> times{};
+  for (double& time : times) time = run(repeats) / repeats;
+  std::nth_element(times.begin(), times.begin() + 7, times.end());
+  return times[7];
+}
+
+/// The pad over the ball, with the hits of each pose.
+template <Scalar S>
+class Slide {
+ public:
+  explicit Slide(std::size_t side, Integration integration) {
+    PatchDef<S> def;
+    def.sensors = sensor_grid<S>({.side_u = {S(0.03), 0, 0},
+                                  .side_v = {0, S(-0.03), 0},
+                                  .count_u = side,
+                                  .count_v = side,
+                                  .depth = S(0.002),
+                                  .range = S(0.005)});
+    def.parameters = tuned_for<S>({.load = S(20), .mass = S(2)}).parameters(def.sensors);
+    def.integration = integration;
+    moving.inverse_mass.setConstant(S(0.5));
+    moving.inverse_inertia = Mat3<S>::Identity() * S(100);
+    patch = make_patch<S>(std::move(def), BodyId{0, 0}, Vec3<S>(Vec3<S>::Zero()));
+    for (std::size_t k = 0; k < poses; ++k) {
+      // There and back, so that no pose is far from the one before.
+      const double at = k < poses / 2 ? double(k) : double(poses - k);
+      const S angle = S(at * 0.1 * std::numbers::pi / 180);
+      Body<S>& ball = balls[k];
+      ball.center_pose = {exp_rotation<S>(Vec3<S>(0, 0, angle)),
+                          Vec3<S>(S(5e-5 * at), 0, S(-0.05165))};
+      const S sense = k < poses / 2 ? S(1) : S(-1);
+      ball.twist = {Vec3<S>(sense * S(0.05), 0, S(0.01)), Vec3<S>(0, 0, sense * S(1.7))};
+      hits[k].reset(patch.size());
+      AnalyticBackend::cast_rays(AnalyticBackend::make<S>(Sphere<S>{S(0.05)}), ball.center_pose,
+                                 patch.rays(S(0)), 0, hits[k]);
+    }
+  }
+
+  void collect() {
+    next = (next + 1) % poses;
+    std::swap(patch.hits, hits[next]);
+    collect_contacts(patch, pad,
+                     [&](std::uint32_t) {
+                       return TouchedBody<S>{&balls[next], ball_id};
+                     },
+                     {.dt = S(dt),
+                      .measures_lambda = patch.def.integration == Integration::automatic,
+                      .only_tag = 0});
+    std::swap(patch.hits, hits[next]);
+  }
+  void measure() { measure_pair(patch, pair(), fixed, moving, S(dt)); }
+  Wrench<S> explicit_sum() { return explicit_impulses(patch, pair(), ball_id, S(dt)); }
+  void read() {
+    fill_readings<S>(patch, Vec3<S>(Vec3<S>::Zero()), S(dt), [](std::uint32_t) { return ball_id; });
+  }
+  Wrench<S> block_sum() {
+    start_linearisation(patch, pair(), S(dt));
+    fill_block(pair(), block);
+    return evaluate_impulses(patch, pair(), motion);
+  }
+  bool check() { return update_linearisation(patch, pair(), motion, S(dt), 1, false); }
+  PatchPair<S>& pair() { return patch.pairs[0]; }
+
+  SensorPatch<S> patch;
+  Body<S> pad;
+  std::array<Body<S>, poses> balls;
+  std::array<RayHits<S>, poses> hits;
+  std::size_t next = 0;
+  SolverBody<S> fixed, moving;
+  SoftBlock<S> block;
+  Vec6<S> motion =
+      (Vec6<S>() << S(-0.05), S(1e-3), S(-0.01), S(0.02), S(-0.03), S(-1.7)).finished();
+};
+
+/// The same in scalars of double: forces and bristles of each sensor by `sensor_wrench`.
+class ScalarSlide {
+ public:
+  explicit ScalarSlide(std::size_t side)
+      : slide_(side, Integration::automatic), memory_(slide_.patch.size()) {}
+
+  /// The impulse on the ball about the pad's centre at the next pose.
+  Wrench<double> explicit_sum() {
+    slide_.collect();
+    const std::size_t k = slide_.next;
+    const SensorPatch<double>& patch = slide_.patch;
+    const Body<double>& ball = slide_.balls[k];
+    Wrench<double> sum;
+    for (std::size_t i = 0; i < patch.size(); ++i) {
+      sum += -sensor_wrench<double>(patch.def.parameters, patch.def.options,
+                                    {patch.start[i], patch.direction[i], patch.length[i]},
+                                    slide_.hits[k].distance[i], slide_.hits[k].normal[i], {},
+                                    {ball.center_pose, ball.twist}, dt, memory_[i]);
+    }
+    return {dt * sum.force, dt * sum.torque};
+  }
+  /// The impulse of the linear models about c at the same pose.
+  Wrench<double> block_sum() {
+    slide_.measure();
+    Wrench<double> sum;
+    for (PatchContact<double>& c : test::scalar_contacts(slide_.patch, slide_.pair())) {
+      test::linearise_start(slide_.patch, slide_.pair(), c, dt);
+      const Vec3<double> v =
+          detail::velocity_at<double>(slide_.motion.head<3>(), slide_.motion.tail<3>(), c.rho);
+      Vec3<double> impulse = detail::model_impulse<double>(c, v);
+      if (c.is_pushing && impulse.dot(c.n) < 0) impulse = tangential<double>(impulse, c.n);
+      sum += Wrench<double>::at(c.rho, impulse);
+    }
+    return sum;
+  }
+
+ private:
+  Slide<double> slide_;
+  std::vector<SensorMemory<double>> memory_;
+};
+
+template <Scalar S>
+double difference(const Wrench<S>& a, const Wrench<double>& b) {
+  const Vec3<double> force = a.force.template cast<double>() - b.force;
+  return force.norm() / b.force.norm();
+}
+
+template <Scalar S>
+void measure(const char* name, std::size_t side) {
+  Slide<S> explicit_slide(side, Integration::explicit_);
+  Slide<S> automatic(side, Integration::automatic);
+  Slide<S> implicit(side, Integration::implicit);
+  ScalarSlide scalar(side);
+  double explicit_error = 0, block_error = 0;
+  for (std::size_t k = 0; k < 2 * poses; ++k) {
+    for (Slide<S>* slide : {&explicit_slide, &automatic, &implicit}) slide->collect();
+    const Wrench<double> expected = scalar.explicit_sum();
+    for (Slide<S>* slide : {&explicit_slide, &automatic}) {
+      explicit_error = std::max(explicit_error, difference<S>(slide->explicit_sum(), expected));
+    }
+    implicit.measure();
+    block_error = std::max(block_error, difference<S>(implicit.block_sum(), scalar.block_sum()));
+  }
+  const double n = static_cast<double>(implicit.patch.size());
+  implicit.read();
+  const auto cost = [n](auto&& call) { return nanoseconds(call) / n; };
+  const double touch = 100 * static_cast<double>(implicit.patch.felt_count()) / n;
+  const double explicit_cost = cost([&] {
+    explicit_slide.collect();
+    (void)explicit_slide.explicit_sum();
+  });
+  const double automatic_cost = cost([&] {
+    automatic.collect();
+    automatic.measure();
+    (void)automatic.explicit_sum();
+  });
+  const double collect = cost([&] { implicit.collect(); });
+  const double block = cost([&] {
+    implicit.measure();
+    (void)implicit.block_sum();
+  });
+  const double check = cost([&] { (void)implicit.check(); });
+  const double read = cost([&] { implicit.read(); });
+  std::printf("%-6s  %5.0f  %5.1f  %8.2f  %9.2f  %7.2f  %5.2f  %5.2f  %4.2f  %8.1e  %8.1e\n", name,
+              n, touch, explicit_cost, automatic_cost, collect, block, check, read, explicit_error,
+              block_error);
+  std::fflush(stdout);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  std::puts(
+      "scalar      n  touch  explicit  automatic  collect  block  check  read  error of the sums");
+  for (const std::size_t side : {10u, 32u, 100u}) {
+    if (argc > 1 && side * side != static_cast<std::size_t>(std::atoi(argv[1]))) continue;
+    measure<float>("float", side);
+    measure<double>("double", side);
+  }
+}

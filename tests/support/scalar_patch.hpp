@@ -1,0 +1,59 @@
+/// @file
+/// A patch evaluated one sensor after the other, in plain scalars: what lanes are measured against.
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <bristle/sensors/linear_model.hpp>
+#include <bristle/sensors/patch.hpp>
+
+#include <vector>
+
+namespace bristle::test {
+
+/// The contact in lane i of a tile as one of scalars, before anything is linearised.
+template <Scalar S>
+PatchContact<S> scalar_contact(const SensorPatch<S>& patch, const PatchPair<S>& pair,
+                               const ContactTile<S>& tile, std::size_t i) {
+  const SensorTile<S>& sensors = patch.tiles[tile.tile];
+  PatchContact<S> c;
+  c.is_touching = (tile.is_touching >> i & 1u) != 0;
+  c.n = sensors.direction[i];
+  c.g = tile.g[i];
+  c.rho = tile.point[i] - pair.center;
+  c.stretch = tile.stretch[i];
+  c.start_velocity = pair.start_motion.at(tile.point[i]);
+  c.depth = tile.depth[i];
+  c.inverse_length = sensors.inverse_length[i];
+  c.force = c.is_touching ? normal_force<S>(patch.parameters(tile.tile * tile_size + i), c.depth,
+                                            c.g.dot(c.start_velocity) * c.inverse_length)
+                          : S(0);
+  return c;
+}
+
+/// All contacts of a pair, in order.
+template <Scalar S>
+std::vector<PatchContact<S>> scalar_contacts(const SensorPatch<S>& patch,
+                                             const PatchPair<S>& pair) {
+  std::vector<PatchContact<S>> contacts;
+  for (std::uint32_t k = pair.first; k < pair.first + pair.count; ++k) {
+    for (std::size_t i = 0; i < tile_size; ++i) {
+      if ((patch.contacts[k].is_met >> i & 1u) == 0) continue;
+      contacts.push_back(scalar_contact(patch, pair, patch.contacts[k], i));
+    }
+  }
+  return contacts;
+}
+
+/// `start_linearisation` of one contact under shared constants.
+template <Scalar S>
+void linearise_start(const SensorPatch<S>& patch, const PatchPair<S>& pair, PatchContact<S>& c,
+                     S dt) {
+  const SensorParameters<S>& p = patch.def.parameters;
+  detail::linearise_normal<S>(p, c, dt);
+  c.is_pushing = c.normal_constant + c.a_normal * c.g.dot(c.start_velocity) > S(0);
+  c.normal_impulse = dt * c.force;
+  detail::linearise<S>(p, patch.def.options, pair, c, c.start_velocity, dt);
+  if (!c.is_pushing) c.a_normal = S(0);
+}
+
+}  // namespace bristle::test

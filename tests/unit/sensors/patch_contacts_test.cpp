@@ -1,0 +1,190 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "support/random_patch.hpp"
+
+#include <bristle/sensors/patch_contacts.hpp>
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <bit>
+
+using namespace bristle;
+
+namespace {
+
+/// [1] Of sums of a few hundred terms that partly cancel.
+template <typename S>
+constexpr S eps = S(50) * Tolerance<S>::round_off();
+
+/// Which sensors have a contact in a pair, and where: tile of contacts and lane.
+template <typename S, typename Visit>
+void for_each_contact(const SensorPatch<S>& patch, const PatchPair<S>& pair, Visit&& visit) {
+  for (std::uint32_t k = pair.first; k < pair.first + pair.count; ++k) {
+    const ContactTile<S>& tile = patch.contacts[k];
+    for (std::size_t i = 0; i < tile_size; ++i) {
+      if ((tile.is_met >> i & 1u) != 0) visit(tile, i, tile.tile * tile_size + i);
+    }
+  }
+}
+
+}  // namespace
+
+TEST_CASE_TEMPLATE("collect_contacts: every hit that does not graze, at its body, as in scalars", S,
+                   float, double) {
+  test::RandomPatch<S> random(11, {});
+  for (int round = 0; round < 20; ++round) {
+    random.next();
+    const SensorPatch<S>& patch = random.patch;
+    std::size_t found = 0;
+    for (const PatchPair<S>& pair : patch.pairs) {
+      const std::size_t body = pair.body_b == test::RandomPatch<S>::id(0).index ? 0 : 1;
+      const Body<S>& a = random.a;
+      const Body<S>& b = random.b[body];
+      Vec3<S> center = Vec3<S>::Zero();
+      std::size_t count = 0;
+      for_each_contact(patch, pair, [&](const ContactTile<S>& tile, std::size_t i, std::size_t k) {
+        ++found;
+        ++count;
+        REQUIRE(k < patch.size());
+        CHECK((patch.hits.tag[k] == 12u) == (body == 1));
+        const Vec3<S> m = patch.hits.normal[k];
+        const Vec3<S> point = patch.start[k] + patch.hits.distance[k] * Vec3<S>(patch.direction[k]);
+        CHECK((tile.point[i] - point).norm() < eps<S>);
+        CHECK((tile.g[i] - depth_gradient<S>(patch.direction[k], m)).norm() < S(100) * eps<S>);
+        const S depth = S(1) - patch.hits.distance[k] / patch.length[k];
+        CHECK(std::abs(tile.depth[i] - depth) < eps<S>);
+        CHECK(((tile.is_touching >> i & 1u) != 0) == (tile.depth[i] > S(0)));
+        center += point;
+        // The motion at the point, from that of both bodies in the world.
+        const Vec3<S> r_W = a.center_pose.rotate(point);
+        const Vec3<S> p_AB = b.center_pose.translation - a.center_pose.translation;
+        const Vec3<S> v = a.twist.at(r_W) - b.twist.at(r_W - p_AB);
+        CHECK((pair.R_WA * pair.start_motion.at(point) - v).norm() < eps<S>);
+      });
+      center /= S(count);
+      CHECK((pair.center - center).norm() < eps<S>);
+      CHECK((pair.arm_a - a.center_pose.rotate(center)).norm() < eps<S>);
+      const Vec3<S> arm_b = pair.arm_a + a.center_pose.translation - b.center_pose.translation;
+      CHECK((pair.arm_b - arm_b).norm() < eps<S>);
+    }
+    std::size_t expected = 0;
+    for (std::size_t k = 0; k < patch.size(); ++k) {
+      expected +=
+          patch.hits.is_hit(k) && patch.hits.normal[k].dot(patch.direction[k]) <= grazing_cosine<S>
+              ? 1u
+              : 0u;
+    }
+    CHECK(found == expected);
+  }
+}
+
+TEST_CASE_TEMPLATE("collect_contacts: bristles are rooted while they touch, and in that body", S,
+                   float, double) {
+  test::RandomPatch<S> random(12, {});
+  for (int round = 0; round < 20; ++round) {
+    random.next();
+    const SensorPatch<S>& patch = random.patch;
+    std::vector<std::uint64_t> rooted_in(patch.tiles.size() * tile_size, 0);
+    for (const PatchPair<S>& pair : patch.pairs) {
+      const std::size_t body = pair.body_b == test::RandomPatch<S>::id(0).index ? 0 : 1;
+      for_each_contact(patch, pair, [&](const ContactTile<S>& tile, std::size_t i, std::size_t k) {
+        if ((tile.is_touching >> i & 1u) == 0) return;
+        rooted_in[k] = root_key(test::RandomPatch<S>::id(body));
+        // Rooted with the stretch that is reported.
+        const Anchor<S> anchor{patch.tiles[tile.tile].root_a[i], patch.tiles[tile.tile].root_b[i]};
+        const Vec3<S> stretch = anchor_stretch(anchor, pair.pose, Vec3<S>(patch.direction[k]));
+        CHECK((stretch - tile.stretch[i]).norm() < eps<S>);
+        CHECK(tile.stretch[i].norm() <= patch.def.parameters.breakaway_distance * (1 + eps<S>));
+      });
+    }
+    for (std::size_t k = 0; k < rooted_in.size(); ++k) {
+      const SensorTile<S>& tile = patch.tiles[k / tile_size];
+      const bool is_rooted = (tile.is_rooted >> k % tile_size & 1u) != 0;
+      CHECK(is_rooted == (rooted_in[k] != 0));
+      if (is_rooted) CHECK(tile.rooted_in[k % tile_size] == rooted_in[k]);
+    }
+  }
+}
+
+TEST_CASE_TEMPLATE("collect_contacts: stiffness is summed about the middle of the patch", S, float,
+                   double) {
+  for (const FrictionScaling scaling :
+       {FrictionScaling::normal_force, FrictionScaling::depth, FrictionScaling::none}) {
+    LawOptions options;
+    options.scaling = scaling;
+    test::RandomPatch<S> random(13, options);
+    random.next();
+    const SensorPatch<S>& patch = random.patch;
+    const SensorParameters<S>& p = patch.def.parameters;
+    const S dt = test::RandomPatch<S>::dt;
+    for (const PatchPair<S>& pair : patch.pairs) {
+      PairStiffness<S> expected;
+      for_each_contact(patch, pair, [&](const ContactTile<S>& tile, std::size_t i, std::size_t k) {
+        const Vec3<S> arm = tile.point[i] - patch.box.center();
+        const S normal =
+            (dt * dt * p.normal_stiffness + 2 * dt * p.normal_damping) / patch.length[k];
+        expected.normal += normal;
+        expected.normal_first += normal * arm;
+        expected.normal_second += normal * arm.squaredNorm();
+        if ((tile.is_touching >> i & 1u) == 0) return;
+        const S rate = tile.g[i].dot(pair.start_motion.at(tile.point[i])) / patch.length[k];
+        const S k_t =
+            bristle_stiffness(p, scaling, normal_force(p, tile.depth[i], rate), tile.depth[i]);
+        const S tangential = dt * dt * k_t + 2 * dt * p.sliding_friction;
+        expected.bristle_sum += k_t;
+        expected.viscous_sum += p.sliding_friction;
+        expected.tangential += tangential;
+        expected.tangential_first += tangential * arm;
+        expected.tangential_second += tangential * arm.squaredNorm();
+      });
+      const PairStiffness<S>& found = pair.stiffness;
+      const auto same = [](S x, S y) { return std::abs(x - y) <= eps<S> * std::abs(y); };
+      CHECK(same(found.bristle_sum, expected.bristle_sum));
+      CHECK(same(found.viscous_sum, expected.viscous_sum));
+      CHECK(same(found.tangential, expected.tangential));
+      CHECK(same(found.normal, expected.normal));
+      CHECK(same(found.tangential_second, expected.tangential_second));
+      CHECK(same(found.normal_second, expected.normal_second));
+      CHECK((found.tangential_first - expected.tangential_first).norm() <=
+            eps<S> * S(0.1) * expected.tangential);
+      CHECK((found.normal_first - expected.normal_first).norm() <=
+            eps<S> * S(0.1) * expected.normal);
+    }
+  }
+}
+
+TEST_CASE(
+    "collect_contacts: sensors that hit nothing let go, and of a patch that was cleared all") {
+  test::RandomPatch<double> random(14, {});
+  random.next();
+  REQUIRE(!random.patch.contacts.empty());
+  random.patch.hits.reset(random.patch.size());
+  collect_contacts(random.patch, random.a, [](std::uint32_t) { return TouchedBody<double>{}; },
+                   {.dt = 1e-3});
+  CHECK(random.patch.pairs.empty());
+  CHECK(random.patch.contacts.empty());
+  for (const SensorTile<double>& tile : random.patch.tiles) CHECK(tile.is_rooted == 0);
+  random.next();
+  clear_patch(random.patch);
+  CHECK(random.patch.contacts.empty());
+  for (const SensorTile<double>& tile : random.patch.tiles) CHECK(tile.is_rooted == 0);
+}
+
+TEST_CASE("collect_contacts: a normal that is no number is no contact") {
+  test::RandomPatch<double> random(15, {});
+  random.next();
+  SensorPatch<double>& patch = random.patch;
+  patch.hits.reset(patch.size());
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  patch.hits.offer(2, {0.001, Vec3<double>(nan, 0, 0)}, 10);
+  patch.hits.offer(3, {0.001, -Vec3<double>(patch.direction[3])}, 10);
+  collect_contacts(patch, random.a,
+                   [&](std::uint32_t) {
+                     return TouchedBody<double>{&random.b[0], test::RandomPatch<double>::id(0)};
+                   },
+                   {.dt = 1e-3});
+  REQUIRE(patch.contacts.size() == 1);
+  CHECK(patch.contacts[0].is_met == 1u << 3);
+  CHECK(patch.tiles[0].is_rooted == 1u << 3);
+  CHECK(patch.pairs[0].center.allFinite());
+}
