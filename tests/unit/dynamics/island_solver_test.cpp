@@ -87,7 +87,7 @@ TEST_CASE("ProximalSolver: without what passes, impulses are those of the next s
     }
     const auto first_sweep = [&](test::ContactIsland<double> warm) {
       SequentialSolver<double> sweeps;
-      sweeps.start(warm.island(), warm.constraints, warm.bodies, false);
+      sweeps.start(warm.island(), warm.constraints, warm.bodies);
       return sweeps.sweep(warm.island(), warm.constraints, warm.bodies, false);
     };
     const double as_they_were = first_sweep(pile);

@@ -24,8 +24,8 @@ ReadingStore<double> numbered(std::size_t n, double offset) {
   return store;
 }
 
-constexpr TactileChannel all[] = {TactileChannel::depth, TactileChannel::normal_force,
-                                  TactileChannel::shear_1, TactileChannel::shear_2};
+constexpr TactileChannel channels[] = {TactileChannel::depth, TactileChannel::normal_force,
+                                       TactileChannel::shear_1, TactileChannel::shear_2};
 
 }  // namespace
 
@@ -33,7 +33,7 @@ TEST_CASE("tactile image: views the reading row by row, without a copy") {
   const ReadingStore<double> store = numbered(12, 0);
   const PatchReading<double> reading = store.view();
   for (std::size_t channel = 0; channel < tactile_channel_count; ++channel) {
-    const TactileImage<double> image = tactile_image(reading, all[channel], 4);
+    const TactileImage<double> image = tactile_image(reading, channels[channel], 4);
     CHECK(image.rows == 3);
     CHECK(image.columns == 4);
     CHECK(image(2, 1) == 100.0 * static_cast<double>(channel) + 9);
