@@ -5310,7 +5310,7 @@ class ProximalSolver {
   bool minimise(Real eps, Real tolerance, int& steps, int most_steps);
   [[nodiscard]] Real mismatch() const;
   void find_gradient(Real eps);
-  void search_line(Real eps);
+  Real search_line(Real eps);
 
   IslandRows<S, Real> rows_;
   EnvelopeMatrix<Real> matrix_;   // Mt.
@@ -5490,8 +5490,9 @@ bool ProximalSolver<S>::minimise(Real eps, Real tolerance, int& steps, int most_
     Real size = Real(0);
     for (const Real x : step_) size = std::max(size, std::abs(x));
     if (!(size < infinity<Real>)) return false;
-    search_line(eps);
-    if (!is_stiff_ && rows_.is_linear(eps)) return true;
+    // Where a whole step switches nothing, the function was the parabola that Newton minimises.
+    const bool is_whole = search_line(eps) == Real(1);
+    if (is_whole && !is_stiff_ && rows_.is_linear(eps)) return true;
     find_gradient(eps);
     // Where steps are small and no longer help, what is left is the rounding of large impulses.
     const Real before = left;
@@ -5522,8 +5523,9 @@ void ProximalSolver<S>::find_gradient(Real eps) {
 
 /// Moves v along the step to the minimum of the convex function on that line: the root of its
 /// derivative, which grows along the line, by the Illinois method.
+/// @return The part of the step that was taken.
 template <Scalar S>
-void ProximalSolver<S>::search_line(Real eps) {
+auto ProximalSolver<S>::search_line(Real eps) -> Real {
   rows_.evaluate_step(step_);
   product_.resize(v_.size());
   matrix_.multiply(step_.data(), product_.data());
@@ -5561,6 +5563,7 @@ void ProximalSolver<S>::search_line(Real eps) {
   }
   for (std::size_t i = 0; i < v_.size(); ++i) v_[i] += s * step_[i];
   rows_.move(s);
+  return s;
 }
 
 }  // namespace bristle
@@ -6506,6 +6509,7 @@ class IslandSolver {
       const SolverBody<S>& body = bodies[island.bodies[n]];
       parts_[n].start = body.start;
       parts_[n].free = body.free;
+      parts_[n].free_motion = body.free_motion;
       parts_[n].change = (S(1) / parts) * (body.free - body.start);
       parts_[n].motion = {};
     }
@@ -6572,6 +6576,7 @@ class IslandSolver {
       SolverBody<S>& body = bodies[island.bodies[n]];
       body.start = parts_[n].start;
       body.free = parts_[n].free;
+      body.free_motion = parts_[n].free_motion;
       body.motion = parts_[n].motion;
     }
     if (!island.soft.empty()) return;
@@ -6741,7 +6746,7 @@ class IslandSolver {
 
   /// The whole step of a body that is solved in parts, and what one part adds to its velocity.
   struct Parts {
-    Twist<S> start, free, change, motion;
+    Twist<S> start, free, free_motion, change, motion;
   };
   std::vector<Parts> parts_;
   std::vector<std::array<S, 3>> totals_;  // Impulses of all parts.
@@ -10012,8 +10017,10 @@ RayHit<S> ray_cast_mesh_from_outside(const Mesh& mesh, const Ray<S>& ray) {
 /// ten times what they save. Elsewhere, for scalars that are not built in, and with BRISTLE_NO_SIMD
 /// it is an array of as many lanes in plain C++.
 ///
-/// How many lanes there are depends on how a file is compiled. Nothing that is stored or handed to
-/// other files may hold a Pack; arrays of scalars do, and are loaded from.
+/// How many lanes there are depends on how a file is compiled, and so do functions over packs, under
+/// the same names: **all files of a program that use the library must be compiled for the same
+/// instruction set** (-march) and agree on BRISTLE_NO_SIMD, as with any templates over vector types.
+/// What is stored holds arrays of scalars and no Pack, so its layout is the same for all.
 // SPDX-License-Identifier: BSD-3-Clause
 
 // === bristle/math/lane_register.hpp
@@ -12990,6 +12997,8 @@ RayBundles<S>::RayBundles(const RayBatch<S>& rays) {
 
 template <Scalar S>
 void RayBundles<S>::build(const RayBatch<S>& rays, Places places) {
+  // Halves come in whatever order the standard library left them; sums of floats have one.
+  std::sort(places.begin(), places.end());
   const std::size_t id = bundles_.size();
   bundles_.emplace_back();
   bundles_[id].first = static_cast<std::uint32_t>(places.data() - order_.data());
@@ -20883,9 +20892,16 @@ class PassivityObserver {
  public:
   /// @param allowance  [J] Energy that may come out beyond what went in: what was stored in the
   ///                   simulation at the start. Finite, >= 0.
-  /// @throws InvalidArgument when it is not.
-  explicit PassivityObserver(S allowance = S(0)) : allowance_(allowance) {
+  /// @param most       [N s/m] The strongest damper that `control` may be: what the device can
+  /// take.
+  ///                   Finite, > 0.
+  /// @param radius     [m] Turns rad/s into m/s where torques are damped. Finite, > 0.
+  /// @throws InvalidArgument naming the argument.
+  explicit PassivityObserver(S allowance = S(0), S most = S(10), S radius = S(0.05))
+      : allowance_(allowance), most_(most), radius_(radius) {
     detail::require_not_negative("PassivityObserver: allowance", allowance);
+    detail::require_positive("PassivityObserver: most", most);
+    detail::require_positive("PassivityObserver: radius", radius);
   }
 
   /// Counts one tick of `dt` [s]. A wrench or motion that is not finite is not counted.
@@ -20894,21 +20910,20 @@ class PassivityObserver {
   }
 
   /// Counts one tick, damped where it would bring the balance below minus the allowance: the wrench
-  /// to send, `on_tool` - alpha times the velocity, with the least alpha that does it. Force and
-  /// torque are damped in the proportion of `radius` [m], which turns rad/s into m/s.
-  ///
-  /// A tool at rest cannot be damped; what it is owed stays in the balance, and is taken when it
-  /// moves.
-  [[nodiscard]] Wrench<S> control(const Wrench<S>& on_tool, const Twist<S>& tool, S dt,
-                                  S radius = S(0.05)) {
+  /// to send, `on_tool` - alpha times the velocity, with the least alpha that does it, `most` at
+  /// most. What a slow tool cannot be made to pay at once stays in the balance. A wrench that is
+  /// not finite is not sent: zero is.
+  [[nodiscard]] Wrench<S> control(const Wrench<S>& on_tool, const Twist<S>& tool, S dt) {
+    if (!on_tool.force.allFinite() || !on_tool.torque.allFinite()) return {};
+    // What the rounding of the balance owes is no debt.
     const S missing = -(energy_ - dt * power(on_tool, tool) + allowance_);
-    const S speed2 = tool.linear.squaredNorm() + radius * radius * tool.angular.squaredNorm();
+    const S speed2 = tool.linear.squaredNorm() + radius_ * radius_ * tool.angular.squaredNorm();
     Wrench<S> sent = on_tool;
-    if (missing > S(0) && speed2 > S(0)) {
-      const S alpha = missing / (dt * speed2);
+    if (missing > Tolerance<S>::equal() * turnover_ && speed2 > S(0)) {
+      const S alpha = std::min(missing / (dt * speed2), most_);
       sent.force -= alpha * tool.linear;
-      sent.torque -= (alpha * radius * radius) * tool.angular;
-      damped_ += missing;
+      sent.torque -= (alpha * radius_ * radius_) * tool.angular;
+      damped_ += alpha * dt * speed2;
     }
     observe(sent, tool, dt);
     return sent;
@@ -20938,7 +20953,7 @@ class PassivityObserver {
     lowest_ = std::min(lowest_, energy_);
   }
 
-  S allowance_;
+  S allowance_, most_, radius_;
   S energy_ = S(0);
   S lowest_ = S(0);
   S damped_ = S(0);
@@ -23298,6 +23313,11 @@ void SensorStage<S, Backend>::find_near(const State& state, const SensorPatch<S>
   state.broad_phase.overlap(box.inflated(own_reach), [&](std::uint32_t tag) {
     const Collider<S, Backend>& c = state.colliders.at(tag);
     if (!sees(state, patch, c)) return true;
+    // What is near must not depend on how large the box in the tree happens to be.
+    if (state.broad_phase.is_coarse(tag) &&
+        !detail::swept_box(state, c).overlaps(box.inflated(own_reach))) {
+      return true;
+    }
     const S extra = approach(state, patch, c);
     const bool is_near =
         c.half_space ? state.reaches(box.inflated(extra), c)

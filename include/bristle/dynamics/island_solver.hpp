@@ -153,6 +153,7 @@ class IslandSolver {
       const SolverBody<S>& body = bodies[island.bodies[n]];
       parts_[n].start = body.start;
       parts_[n].free = body.free;
+      parts_[n].free_motion = body.free_motion;
       parts_[n].change = (S(1) / parts) * (body.free - body.start);
       parts_[n].motion = {};
     }
@@ -219,6 +220,7 @@ class IslandSolver {
       SolverBody<S>& body = bodies[island.bodies[n]];
       body.start = parts_[n].start;
       body.free = parts_[n].free;
+      body.free_motion = parts_[n].free_motion;
       body.motion = parts_[n].motion;
     }
     if (!island.soft.empty()) return;
@@ -388,7 +390,7 @@ class IslandSolver {
 
   /// The whole step of a body that is solved in parts, and what one part adds to its velocity.
   struct Parts {
-    Twist<S> start, free, change, motion;
+    Twist<S> start, free, free_motion, change, motion;
   };
   std::vector<Parts> parts_;
   std::vector<std::array<S, 3>> totals_;  // Impulses of all parts.

@@ -112,7 +112,7 @@ class ProximalSolver {
   bool minimise(Real eps, Real tolerance, int& steps, int most_steps);
   [[nodiscard]] Real mismatch() const;
   void find_gradient(Real eps);
-  void search_line(Real eps);
+  Real search_line(Real eps);
 
   IslandRows<S, Real> rows_;
   EnvelopeMatrix<Real> matrix_;   // Mt.
@@ -292,8 +292,9 @@ bool ProximalSolver<S>::minimise(Real eps, Real tolerance, int& steps, int most_
     Real size = Real(0);
     for (const Real x : step_) size = std::max(size, std::abs(x));
     if (!(size < infinity<Real>)) return false;
-    search_line(eps);
-    if (!is_stiff_ && rows_.is_linear(eps)) return true;
+    // Where a whole step switches nothing, the function was the parabola that Newton minimises.
+    const bool is_whole = search_line(eps) == Real(1);
+    if (is_whole && !is_stiff_ && rows_.is_linear(eps)) return true;
     find_gradient(eps);
     // Where steps are small and no longer help, what is left is the rounding of large impulses.
     const Real before = left;
@@ -324,8 +325,9 @@ void ProximalSolver<S>::find_gradient(Real eps) {
 
 /// Moves v along the step to the minimum of the convex function on that line: the root of its
 /// derivative, which grows along the line, by the Illinois method.
+/// @return The part of the step that was taken.
 template <Scalar S>
-void ProximalSolver<S>::search_line(Real eps) {
+auto ProximalSolver<S>::search_line(Real eps) -> Real {
   rows_.evaluate_step(step_);
   product_.resize(v_.size());
   matrix_.multiply(step_.data(), product_.data());
@@ -363,6 +365,7 @@ void ProximalSolver<S>::search_line(Real eps) {
   }
   for (std::size_t i = 0; i < v_.size(); ++i) v_[i] += s * step_[i];
   rows_.move(s);
+  return s;
 }
 
 }  // namespace bristle

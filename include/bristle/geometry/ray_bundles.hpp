@@ -156,6 +156,8 @@ RayBundles<S>::RayBundles(const RayBatch<S>& rays) {
 
 template <Scalar S>
 void RayBundles<S>::build(const RayBatch<S>& rays, Places places) {
+  // Halves come in whatever order the standard library left them; sums of floats have one.
+  std::sort(places.begin(), places.end());
   const std::size_t id = bundles_.size();
   bundles_.emplace_back();
   bundles_[id].first = static_cast<std::uint32_t>(places.data() - order_.data());

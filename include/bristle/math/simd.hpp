@@ -7,8 +7,10 @@
 /// ten times what they save. Elsewhere, for scalars that are not built in, and with BRISTLE_NO_SIMD
 /// it is an array of as many lanes in plain C++.
 ///
-/// How many lanes there are depends on how a file is compiled. Nothing that is stored or handed to
-/// other files may hold a Pack; arrays of scalars do, and are loaded from.
+/// How many lanes there are depends on how a file is compiled, and so do functions over packs, under
+/// the same names: **all files of a program that use the library must be compiled for the same
+/// instruction set** (-march) and agree on BRISTLE_NO_SIMD, as with any templates over vector types.
+/// What is stored holds arrays of scalars and no Pack, so its layout is the same for all.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 

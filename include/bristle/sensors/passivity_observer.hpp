@@ -27,9 +27,16 @@ class PassivityObserver {
  public:
   /// @param allowance  [J] Energy that may come out beyond what went in: what was stored in the
   ///                   simulation at the start. Finite, >= 0.
-  /// @throws InvalidArgument when it is not.
-  explicit PassivityObserver(S allowance = S(0)) : allowance_(allowance) {
+  /// @param most       [N s/m] The strongest damper that `control` may be: what the device can
+  /// take.
+  ///                   Finite, > 0.
+  /// @param radius     [m] Turns rad/s into m/s where torques are damped. Finite, > 0.
+  /// @throws InvalidArgument naming the argument.
+  explicit PassivityObserver(S allowance = S(0), S most = S(10), S radius = S(0.05))
+      : allowance_(allowance), most_(most), radius_(radius) {
     detail::require_not_negative("PassivityObserver: allowance", allowance);
+    detail::require_positive("PassivityObserver: most", most);
+    detail::require_positive("PassivityObserver: radius", radius);
   }
 
   /// Counts one tick of `dt` [s]. A wrench or motion that is not finite is not counted.
@@ -38,21 +45,20 @@ class PassivityObserver {
   }
 
   /// Counts one tick, damped where it would bring the balance below minus the allowance: the wrench
-  /// to send, `on_tool` - alpha times the velocity, with the least alpha that does it. Force and
-  /// torque are damped in the proportion of `radius` [m], which turns rad/s into m/s.
-  ///
-  /// A tool at rest cannot be damped; what it is owed stays in the balance, and is taken when it
-  /// moves.
-  [[nodiscard]] Wrench<S> control(const Wrench<S>& on_tool, const Twist<S>& tool, S dt,
-                                  S radius = S(0.05)) {
+  /// to send, `on_tool` - alpha times the velocity, with the least alpha that does it, `most` at
+  /// most. What a slow tool cannot be made to pay at once stays in the balance. A wrench that is
+  /// not finite is not sent: zero is.
+  [[nodiscard]] Wrench<S> control(const Wrench<S>& on_tool, const Twist<S>& tool, S dt) {
+    if (!on_tool.force.allFinite() || !on_tool.torque.allFinite()) return {};
+    // What the rounding of the balance owes is no debt.
     const S missing = -(energy_ - dt * power(on_tool, tool) + allowance_);
-    const S speed2 = tool.linear.squaredNorm() + radius * radius * tool.angular.squaredNorm();
+    const S speed2 = tool.linear.squaredNorm() + radius_ * radius_ * tool.angular.squaredNorm();
     Wrench<S> sent = on_tool;
-    if (missing > S(0) && speed2 > S(0)) {
-      const S alpha = missing / (dt * speed2);
+    if (missing > Tolerance<S>::equal() * turnover_ && speed2 > S(0)) {
+      const S alpha = std::min(missing / (dt * speed2), most_);
       sent.force -= alpha * tool.linear;
-      sent.torque -= (alpha * radius * radius) * tool.angular;
-      damped_ += missing;
+      sent.torque -= (alpha * radius_ * radius_) * tool.angular;
+      damped_ += alpha * dt * speed2;
     }
     observe(sent, tool, dt);
     return sent;
@@ -82,7 +88,7 @@ class PassivityObserver {
     lowest_ = std::min(lowest_, energy_);
   }
 
-  S allowance_;
+  S allowance_, most_, radius_;
   S energy_ = S(0);
   S lowest_ = S(0);
   S damped_ = S(0);

@@ -6,6 +6,7 @@
 #include <bristle/sensors/patch_contacts.hpp>
 #include <bristle/sensors/patch_explicit.hpp>
 #include <bristle/sensors/patch_readings.hpp>
+#include <bristle/world/near_shapes.hpp>
 #include <bristle/world/world_state.hpp>
 
 #include <algorithm>
@@ -291,6 +292,11 @@ void SensorStage<S, Backend>::find_near(const State& state, const SensorPatch<S>
   state.broad_phase.overlap(box.inflated(own_reach), [&](std::uint32_t tag) {
     const Collider<S, Backend>& c = state.colliders.at(tag);
     if (!sees(state, patch, c)) return true;
+    // What is near must not depend on how large the box in the tree happens to be.
+    if (state.broad_phase.is_coarse(tag) &&
+        !detail::swept_box(state, c).overlaps(box.inflated(own_reach))) {
+      return true;
+    }
     const S extra = approach(state, patch, c);
     const bool is_near =
         c.half_space ? state.reaches(box.inflated(extra), c)
