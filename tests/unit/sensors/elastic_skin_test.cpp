@@ -31,7 +31,7 @@ TEST_CASE_TEMPLATE("elastic skin: a ball meets Winkler's force", S, float, doubl
     }
   }
   const S expected = S(std::numbers::pi) * skin.normal_stiffness_per_area() * R * d * d;
-  CHECK(force == doctest::Approx(expected).epsilon(1e-3));
+  CHECK(static_cast<double>(force) == doctest::Approx(static_cast<double>(expected)).epsilon(1e-3));
 }
 
 // By hand: nu = 0.25, E = 1 MPa, h = 2 mm: 0.75 / (1.25 * 0.5) E / h = 6e8 Pa/m, G / h = 2e8 Pa/m.
