@@ -8,65 +8,15 @@
 #include <backend/reference_shapes.hpp>
 #include <cmath>
 #include <cstddef>
-#include <cstdlib>
 #include <limits>
-#include <new>
 #include <span>
 #include <string>
+#include <support/counted_new.hpp>
 #include <support/random.hpp>
 #include <vector>
 
 using namespace bristle;
 using bristle::test::Random;
-
-namespace {
-
-/// Allocations of this thread; a global because `operator new` has no other place.
-thread_local std::size_t allocation_count = 0;
-
-void* counted(std::size_t size, std::size_t alignment) {
-  ++allocation_count;
-  // aligned_alloc wants a multiple of the alignment.
-  const std::size_t rounded = (size + alignment - 1) / alignment * alignment;
-  void* memory = std::aligned_alloc(alignment, rounded > 0 ? rounded : alignment);
-  if (memory == nullptr) throw std::bad_alloc();
-  return memory;
-}
-
-}  // namespace
-
-void* operator new(std::size_t size) { return counted(size, alignof(std::max_align_t)); }
-void* operator new[](std::size_t size) { return counted(size, alignof(std::max_align_t)); }
-// std::stable_sort and FCL ask these; the sanitizer's would not go with our `operator delete`.
-void* operator new(std::size_t size, const std::nothrow_t&) noexcept {
-  return counted(size, alignof(std::max_align_t));
-}
-void* operator new[](std::size_t size, const std::nothrow_t&) noexcept {
-  return counted(size, alignof(std::max_align_t));
-}
-void* operator new(std::size_t size, std::align_val_t alignment) {
-  return counted(size, static_cast<std::size_t>(alignment));
-}
-void* operator new[](std::size_t size, std::align_val_t alignment) {
-  return counted(size, static_cast<std::size_t>(alignment));
-}
-// Not inlined: the compiler would see `free` meet memory that came from `operator new`.
-[[gnu::noinline]] void operator delete(void* memory) noexcept { std::free(memory); }
-[[gnu::noinline]] void operator delete[](void* memory) noexcept { std::free(memory); }
-[[gnu::noinline]] void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
-[[gnu::noinline]] void operator delete[](void* memory, std::size_t) noexcept { std::free(memory); }
-[[gnu::noinline]] void operator delete(void* memory, std::align_val_t) noexcept {
-  std::free(memory);
-}
-[[gnu::noinline]] void operator delete[](void* memory, std::align_val_t) noexcept {
-  std::free(memory);
-}
-[[gnu::noinline]] void operator delete(void* memory, std::size_t, std::align_val_t) noexcept {
-  std::free(memory);
-}
-[[gnu::noinline]] void operator delete[](void* memory, std::size_t, std::align_val_t) noexcept {
-  std::free(memory);
-}
 
 namespace {
 
@@ -206,7 +156,7 @@ TEST_CASE_TEMPLATE("FclBackend: neither contacts nor rays allocate once warm", S
       }
       CAPTURE(a.name);
       CAPTURE(b.name);
-      const std::size_t before = allocation_count;
+      const std::size_t before = test::allocations;
       bool is_ok = true;
       for (int i = 0; i < 20; ++i) {
         out.clear();
@@ -214,12 +164,12 @@ TEST_CASE_TEMPLATE("FclBackend: neither contacts nor rays allocate once warm", S
         is_ok = is_ok && FclBackend::collide(a.collidable, b.collidable, X, S(0.01), out) ==
                              ContactStatus::ok;
       }
-      CHECK(allocation_count == before);
+      CHECK(test::allocations == before);
       CHECK(is_ok);
     }
-    const std::size_t before = allocation_count;
+    const std::size_t before = test::allocations;
     FclBackend::cast_rays<S>(a.collidable, random.pose(S(0.2)), rays.batch(), 1, rays.hits);
-    CHECK(allocation_count == before);
+    CHECK(test::allocations == before);
   }
 }
 

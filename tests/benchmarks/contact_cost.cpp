@@ -6,6 +6,8 @@
 // of the deepest gaps. Times are processor time of the thread, medians of 11 runs.
 // Usage: benchmark_contact_cost
 // SPDX-License-Identifier: BSD-3-Clause
+#include "benchmarks/thread_clock.hpp"
+
 #include <bristle/geometry/analytic_backend.hpp>
 #include <bristle/geometry/mesh_shapes.hpp>
 #include <bristle/geometry/quickhull.hpp>
@@ -14,7 +16,6 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
-#include <ctime>
 #include <support/random.hpp>
 #include <vector>
 #if defined(BRISTLE_WITH_FCL)
@@ -26,13 +27,6 @@ using namespace bristle;
 namespace {
 
 using S = double;
-
-/// [s] Processor time of this thread: what others do to the machine counts only through its caches.
-double thread_seconds() {
-  timespec now{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
 
 template <typename Backend>
 S deepest_gap(const typename Backend::template Collidable<S>& a,
@@ -56,12 +50,12 @@ double query_time(const Shape<S>& shape_a, const Shape<S>& shape_b,
   std::array<double, 11> times{};
   for (double& time : times) {
     int queries = 0;
-    const double start = thread_seconds();
-    while (thread_seconds() - start < 3e-3) {
+    const double start = benchmarks::thread_seconds();
+    while (benchmarks::thread_seconds() - start < 3e-3) {
       for (const auto& X : poses) deepest_gap<Backend>(a, b, X, 0.2);
       queries += static_cast<int>(poses.size());
     }
-    time = 1e9 * (thread_seconds() - start) / queries;
+    time = 1e9 * (benchmarks::thread_seconds() - start) / queries;
   }
   std::nth_element(times.begin(), times.begin() + 5, times.end());
   return times[5];

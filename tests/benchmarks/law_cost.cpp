@@ -16,6 +16,7 @@
 // Times are processor time of the thread, medians of 15 runs.
 // Usage: benchmark_law_cost [sensors]
 // SPDX-License-Identifier: BSD-3-Clause
+#include "benchmarks/thread_clock.hpp"
 #include "support/scalar_patch.hpp"
 
 #include <bristle/geometry/analytic_backend.hpp>
@@ -32,7 +33,6 @@
 #include <cstddef>
 #include <cstdio>
 #include <cstdlib>
-#include <ctime>
 #include <numbers>
 #include <vector>
 
@@ -43,28 +43,6 @@ namespace {
 constexpr double dt = 1e-3;
 constexpr BodyId ball_id{1, 0};
 constexpr std::size_t poses = 16;
-
-double thread_seconds() {
-  timespec now{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
-
-/// [ns] Median time of a call, from runs of about 5 ms each.
-template <typename Call>
-double nanoseconds(Call&& call) {
-  const auto run = [&](int repeats) {
-    const double start = thread_seconds();
-    for (int i = 0; i < repeats; ++i) call();
-    return 1e9 * (thread_seconds() - start);
-  };
-  run(2);
-  const int repeats = std::max(1, static_cast<int>(5e6 / std::max(run(3) / 3, 1.0)));
-  std::array<double, 15> times{};
-  for (double& time : times) time = run(repeats) / repeats;
-  std::nth_element(times.begin(), times.begin() + 7, times.end());
-  return times[7];
-}
 
 /// The pad over the ball, with the hits of each pose.
 template <Scalar S>
@@ -199,7 +177,7 @@ void measure(const char* name, std::size_t side) {
   }
   const double n = static_cast<double>(implicit.patch.size());
   implicit.read();
-  const auto cost = [n](auto&& call) { return nanoseconds(call) / n; };
+  const auto cost = [n](auto&& call) { return benchmarks::median_nanoseconds(call) / n; };
   const double touch = 100 * static_cast<double>(implicit.patch.felt_count()) / n;
   const double explicit_cost = cost([&] {
     explicit_slide.collect();

@@ -13,14 +13,14 @@
 // of 11 runs.
 // Usage: benchmark_sensing_cost [CSV file]
 // SPDX-License-Identifier: BSD-3-Clause
+#include "benchmarks/thread_clock.hpp"
+
 #include <bristle/bristle.hpp>
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdio>
-#include <ctime>
 #include <string>
 
 using namespace bristle;
@@ -29,29 +29,6 @@ namespace {
 
 constexpr double mass = 2;
 constexpr double gravity = 9.81;
-
-/// [s] Processor time of this thread: what others do to the machine counts only through its caches.
-double thread_seconds() {
-  timespec now{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
-
-/// [ns] Median time of a call, from runs of about 10 ms each.
-template <typename Call>
-double nanoseconds(Call&& call) {
-  const auto run = [&](int repeats) {
-    const double start = thread_seconds();
-    for (int i = 0; i < repeats; ++i) call();
-    return 1e9 * (thread_seconds() - start);
-  };
-  run(1);
-  const int repeats = std::max(1, static_cast<int>(1e7 / std::max(run(3) / 3, 1.0)));
-  std::array<double, 11> times{};
-  for (double& time : times) time = run(repeats) / repeats;
-  std::nth_element(times.begin(), times.begin() + 5, times.end());
-  return times[5];
-}
 
 template <Scalar S>
 struct NamedShape {
@@ -111,7 +88,7 @@ void measure(Report& report, const char* backend, const char* scalar, const Name
   for (int i = 0; i < 1000; ++i) world.step();
 
   const double n = static_cast<double>(world.patch(patch).size());
-  const double step = nanoseconds([&] { world.step(); }) / n;
+  const double step = benchmarks::median_nanoseconds([&] { world.step(); }) / n;
   const PatchReading<S> felt = world.reading(patch);
   const double weight = mass * gravity;
   // The pad feels the object's weight.
@@ -121,7 +98,7 @@ void measure(Report& report, const char* backend, const char* scalar, const Name
   const RayBatch<S> rays = world.patch(patch).rays(S(0));
   const Transform<S> pose = world.pose(body);
   RayHits<S> hits;
-  const double ray = nanoseconds([&] {
+  const double ray = benchmarks::median_nanoseconds([&] {
                        hits.reset(rays.size());
                        Backend::cast_rays(shape, pose, rays, 0, hits);
                      }) /
@@ -142,7 +119,7 @@ void measure_idle(const char* backend, const char* scalar) {
     const BodyId pad = world.add_body({.motion = Motion::fixed, .position = {S(i), 0, 0}});
     world.add_patch(pad, pad_of<S>(10, Integration::automatic));
   }
-  const double step = nanoseconds([&] { world.step(); });
+  const double step = benchmarks::median_nanoseconds([&] { world.step(); });
   std::printf("%-8s  %-6s  %.1f ns a patch of 100 sensors with nothing near; %.0f rays cast\n",
               backend, scalar, step / patches, static_cast<double>(world.report().rays_cast));
 }

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "benchmarks/work_precision/measure.hpp"
 
+#include "benchmarks/thread_clock.hpp"
 #include "benchmarks/work_precision/allocations.hpp"
-#include "benchmarks/work_precision/thread_clock.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -34,7 +34,7 @@ class Runner {
       : task_(task),
         trial_(trial),
         steps_(std::lround(trial.scene().duration / task.dt)),
-        clock_cost_(clock_cost()) {}
+        clock_cost_(benchmarks::clock_cost()) {}
 
   [[nodiscard]] long steps() const { return steps_; }
 
@@ -81,12 +81,12 @@ class Runner {
   /// [s] Mean time of a step in a run in which nothing else happens.
   double plain_run() {
     const std::unique_ptr<Engine> engine = make();
-    const double start = thread_seconds();
+    const double start = benchmarks::thread_seconds();
     for (long i = 0; i < steps_; ++i) {
       trial_.push(*engine, at(i));
       engine->step();
     }
-    return (thread_seconds() - start) / static_cast<double>(steps_);
+    return (benchmarks::thread_seconds() - start) / static_cast<double>(steps_);
   }
 
  private:
@@ -97,9 +97,9 @@ class Runner {
     return {static_cast<double>(step) * task_.dt, task_.dt, step};
   }
   double timed_step(Engine& engine) const {
-    const double start = thread_seconds();
+    const double start = benchmarks::thread_seconds();
     engine.step();
-    return std::max(thread_seconds() - start - clock_cost_, 0.0);
+    return std::max(benchmarks::thread_seconds() - start - clock_cost_, 0.0);
   }
 
   const Task& task_;

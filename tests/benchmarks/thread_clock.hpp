@@ -4,9 +4,10 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <ctime>
 
-namespace bristle::work_precision {
+namespace bristle::benchmarks {
 
 /// [s] Processor time this thread has used.
 [[nodiscard]] inline double thread_seconds() {
@@ -25,4 +26,20 @@ namespace bristle::work_precision {
   return least;
 }
 
-}  // namespace bristle::work_precision
+/// [ns] Median time of a call in eleven runs of about 10 ms each.
+template <typename Call>
+[[nodiscard]] double median_nanoseconds(Call&& call) {
+  const auto run = [&](int repeats) {
+    const double start = thread_seconds();
+    for (int i = 0; i < repeats; ++i) call();
+    return 1e9 * (thread_seconds() - start);
+  };
+  run(1);
+  const int repeats = std::max(1, static_cast<int>(1e7 / std::max(run(3) / 3, 1.0)));
+  std::array<double, 11> times{};
+  for (double& time : times) time = run(repeats) / repeats;
+  std::nth_element(times.begin(), times.begin() + 5, times.end());
+  return times[5];
+}
+
+}  // namespace bristle::benchmarks
