@@ -3,6 +3,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include "support/tumbling.hpp"
+
 #include <bristle/math/rotation.hpp>
 #include <bristle/world/world.hpp>
 
@@ -196,33 +198,7 @@ inline void run(World<double>& world, double duration) {
   def.angular_velocity = spin;
   const BodyId id = world.add_body(def);
   run(world, 1);
-  struct State {
-    Vec3<double> w;
-    Eigen::Vector4d q;
-  };
-  const auto rate = [&](const State& s) {
-    const Vec3<double> l = moments.cwiseProduct(s.w);
-    const Vec3<double> dw = l.cross(s.w).cwiseQuotient(moments);
-    const Quat<double> turn(0, s.w.x(), s.w.y(), s.w.z());
-    return State{dw, 0.5 * (Quat<double>(s.q) * turn).coeffs()};
-  };
-  const auto ahead = [](const State& s, double h, const State& d) {
-    return State{s.w + h * d.w, s.q + h * d.q};
-  };
-  static const Quat<double> reference = [&] {
-    State s{spin, Quat<double>::Identity().coeffs()};
-    constexpr int steps = 50000;
-    constexpr double h = 1.0 / steps;
-    for (int i = 0; i < steps; ++i) {
-      const State a = rate(s);
-      const State b = rate(ahead(s, h / 2, a));
-      const State c = rate(ahead(s, h / 2, b));
-      const State d = rate(ahead(s, h, c));
-      s.w += h / 6 * (a.w + 2 * b.w + 2 * c.w + d.w);
-      s.q += h / 6 * (a.q + 2 * b.q + 2 * c.q + d.q);
-    }
-    return Quat<double>(s.q).normalized();
-  }();
+  static const Quat<double> reference = test::tumbled_attitude(moments, spin, 1, 50000);
   return log_rotation<double>(world.pose(id).rotation.conjugate() * reference).norm();
 }
 

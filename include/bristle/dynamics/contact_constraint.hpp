@@ -95,6 +95,15 @@ struct ContactResponse {
   /// they are.
   S inverse_determinant = S(0), inverse_largest = S(0), inverse_nn = S(0);
 
+  /// Takes the entries of a symmetric matrix.
+  void set(const Mat3<S>& M) {
+    nn = M(0, 0);
+    n1 = M(0, 1);
+    n2 = M(0, 2);
+    a = M(1, 1);
+    b = M(1, 2);
+    c = M(2, 2);
+  }
   /// Prepares the solution once the entries are filled.
   void prepare() {
     using std::sqrt;

@@ -15,13 +15,7 @@ struct ManifoldMobility {
   ManifoldMobility(const ContactConstraint<S>& c, const SolverBody<S>& a, const SolverBody<S>& b,
                    const Vec3<S>& arm_a, const Vec3<S>& arm_b) {
     const ContactFrame<S> frame(c, a, b);
-    const Mat3<S>& M = frame.inverse_mass;
-    linear.nn = M(0, 0);
-    linear.n1 = M(0, 1);
-    linear.n2 = M(0, 2);
-    linear.a = M(1, 1);
-    linear.b = M(1, 2);
-    linear.c = M(2, 2);
+    linear.set(frame.inverse_mass);
     if (frame.turns_a) add(frame.inverse_inertia_a, product<S>(frame.to_contact, arm_a));
     if (frame.turns_b) add(frame.inverse_inertia_b, product<S>(frame.to_contact, arm_b));
   }

@@ -218,13 +218,7 @@ template <Scalar S>
 [[nodiscard]] ContactResponse<S> contact_response(const ContactConstraint<S>& c,
                                                   const ContactFrame<S>& frame) {
   ContactResponse<S> K;
-  const Mat3<S>& M = frame.inverse_mass;
-  K.nn = M(0, 0);
-  K.n1 = M(0, 1);
-  K.n2 = M(0, 2);
-  K.a = M(1, 1);
-  K.b = M(1, 2);
-  K.c = M(2, 2);
+  K.set(frame.inverse_mass);
   // Along the contact's axes the torques r x e_k of unit impulses at the arm r are
   // (0, z, -y), (-z, 0, x) and (y, -x, 0).
   const auto turn = [&](const Mat3<S>& J, const Vec3<S>& arm) {

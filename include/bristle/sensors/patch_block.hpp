@@ -108,6 +108,15 @@ BRISTLE_LANES void load_geometry(const SensorTile<S>& sensors, const ContactTile
   c.is_touching = load_mask<S>(tile.is_touching, at);
 }
 
+/// Loads what the last pass found them to do.
+template <Scalar S>
+BRISTLE_LANES void load_states(const ContactTile<S>& tile, std::size_t at,
+                               PatchContact<Pack<S>>& c) {
+  c.is_pushing = load_mask<S>(tile.is_pushing, at);
+  c.is_slipping = load_mask<S>(tile.is_slipping, at);
+  c.is_damping_slip = load_mask<S>(tile.is_damping_slip, at);
+}
+
 /// Keeps the linear model of the contacts of a pack and adds it to the sum. `a_normal` is stored as
 /// 0 where nothing pushes, so that the evaluation need not ask.
 template <Scalar S>
@@ -173,9 +182,7 @@ bool update_linearisation(SensorPatch<S>& patch, PatchPair<S>& pair, const Vec6<
         if (detail::pack_bits<S>(tile.is_met, at) == 0) continue;
         PatchContact<T> c;
         detail::load_geometry(sensors, tile, at, center, c);
-        c.is_pushing = detail::load_mask<S>(tile.is_pushing, at);
-        c.is_slipping = detail::load_mask<S>(tile.is_slipping, at);
-        c.is_damping_slip = detail::load_mask<S>(tile.is_damping_slip, at);
+        detail::load_states(tile, at, c);
         if (any(c.is_slipping)) c.last_slip = detail::load_pack(tile.last_slip, at);
         const SensorParameters<T>& p = parameters(tile.tile, at);
         const Pack3<S> v = found.at(c.rho);
@@ -208,9 +215,7 @@ bool update_linearisation(SensorPatch<S>& patch, PatchPair<S>& pair, const Vec6<
         if (detail::pack_bits<S>(tile.is_met, at) == 0) continue;
         PatchContact<T> c;
         detail::load_geometry(sensors, tile, at, center, c);
-        c.is_pushing = detail::load_mask<S>(tile.is_pushing, at);
-        c.is_slipping = detail::load_mask<S>(tile.is_slipping, at);
-        c.is_damping_slip = detail::load_mask<S>(tile.is_damping_slip, at);
+        detail::load_states(tile, at, c);
         const SensorParameters<T>& p = parameters(tile.tile, at);
         const Pack3<S> v = found.at(c.rho);
         c.start_velocity = start.at(c.rho);

@@ -4,6 +4,7 @@
 #pragma once
 
 #include "scenes/rigid/measures.hpp"
+#include "support/tumbling.hpp"
 
 #include <cmath>
 #include <vector>
@@ -108,34 +109,8 @@ class Spin : public Trial {
   /// Attitude after 10 s: Euler's equations by Runge-Kutta of fourth order in steps of 50 us, whose
   /// error is that of the round-off (1e-12).
   [[nodiscard]] Rotation reference_attitude() const {
-    using Vec4 = Eigen::Vector4d;
-    struct State {
-      Vector w;
-      Vec4 q;
-    };
-    const Vector moments = principal_inertia(scene().bodies[0]);
-    const auto rate = [&](const State& s) {
-      const Vector l = moments.cwiseProduct(s.w);
-      const Rotation spin(0, s.w.x(), s.w.y(), s.w.z());
-      return State{Vector(l.cross(s.w)).cwiseQuotient(moments),
-                   0.5 * (Rotation(s.q) * spin).coeffs()};
-    };
-    const auto ahead = [](const State& s, double h, const State& d) {
-      return State{s.w + h * d.w, s.q + h * d.q};
-    };
-    const int steps = 200000;
-    const double h = scene().duration / steps;
-    State s{scene().bodies[0].angular_velocity, Rotation::Identity().coeffs()};
-    for (int i = 0; i < steps; ++i) {
-      const State a = rate(s);
-      const State b = rate(ahead(s, h / 2, a));
-      const State c = rate(ahead(s, h / 2, b));
-      const State d = rate(ahead(s, h, c));
-      s.w += h / 6 * (a.w + 2 * b.w + 2 * c.w + d.w);
-      s.q += h / 6 * (a.q + 2 * b.q + 2 * c.q + d.q);
-      s.q.normalize();
-    }
-    return Rotation(s.q);
+    return test::tumbled_attitude(principal_inertia(scene().bodies[0]),
+                                  scene().bodies[0].angular_velocity, scene().duration, 200000);
   }
 
   double energy_at_start_ = 0;
