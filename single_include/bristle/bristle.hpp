@@ -12225,7 +12225,7 @@ class OverlapSearch {
     for (std::size_t i = 0; i < ExpandingPolytope<S>::max_corners; ++i) {
       const auto face = polytope.nearest();
       const S enough = (is_curved_ ? S(0.98) : S(1)) * (overlap_ - rounding_);
-      if (face.distance >= enough - Tolerance<S>::equal()) return;
+      if (face.distance >= enough - settled_) return;
       offer(face.normal);
       if (!polytope.expand(core_witness(face.normal))) return;
     }

@@ -107,3 +107,30 @@ TEST_CASE_TEMPLATE("apply_impulses: the points of a manifold push as each does a
     CHECK(difference.angular.norm() <= tolerance);
   }
 }
+
+TEST_CASE("apply_soft: neither body gains momentum that the other does not lose") {
+  const double mass_a = 0.5;
+  const double mass_b = 2;
+  const Vec3<double> inertia_a(0.1, 0.2, 0.25);
+  const Vec3<double> inertia_b(0.3, 0.4, 0.5);
+  const auto make = [](double mass, const Vec3<double>& inertia) {
+    return body<double>(Vec3<double>::Constant(1 / mass), inertia.cwiseInverse().asDiagonal());
+  };
+  SolverBody<double> a = make(mass_a, inertia_a);
+  SolverBody<double> b = make(mass_b, inertia_b);
+  SoftBlock<double> block;
+  block.arm_a = {0.3, -0.2, 0.5};
+  block.arm_b = {-0.4, 0.1, 0.7};
+  Vec6<double> p;
+  p << 1, -2, 3, 0.5, 0.25, -0.75;
+  apply_soft<double>(block, p, a, b);
+  CHECK((mass_b * b.twist.linear - p.head<3>()).norm() < 1e-15);
+  CHECK((mass_a * a.twist.linear + p.head<3>()).norm() < 1e-15);
+  // About the point where the block acts: a's centre is at -arm_a from it.
+  const Vec3<double> L_a =
+      inertia_a.cwiseProduct(a.twist.angular) - block.arm_a.cross(mass_a * a.twist.linear);
+  const Vec3<double> L_b =
+      inertia_b.cwiseProduct(b.twist.angular) - block.arm_b.cross(mass_b * b.twist.linear);
+  CHECK((L_b - p.tail<3>()).norm() < 1e-14);
+  CHECK((L_a + p.tail<3>()).norm() < 1e-14);
+}

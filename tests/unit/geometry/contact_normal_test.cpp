@@ -291,7 +291,7 @@ TEST_CASE_TEMPLATE("contact_normal: no direction has less overlap, for every pai
         const bool is_curved = a.is_curved() || b.is_curved();
         const S tolerance =
             size * (S(8) * Tolerance<S>::round_off() + (is_curved ? S(1e-8) : S(0)));
-        const S other_valley = is_curved ? S(0.03) * std::abs(found.gap) : S(0);
+        const S other_valley = is_curved ? S(0.02) * std::abs(found.gap) : S(0);
         CHECK(-found.gap <= sampled + tolerance + other_valley);
       }
       CHECK(near > 5);

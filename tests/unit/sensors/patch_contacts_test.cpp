@@ -188,3 +188,41 @@ TEST_CASE("collect_contacts: a normal that is no number is no contact") {
   CHECK(patch.tiles[0].is_rooted == 1u << 3);
   CHECK(patch.pairs[0].center.allFinite());
 }
+
+TEST_CASE("collect_contacts: a body in the slot of a removed one is another body") {
+  test::RandomPatch<double> random(16, {});
+  SensorPatch<double>& patch = random.patch;
+  const auto meet = [&](BodyId id, double distance) {
+    patch.hits.reset(patch.size());
+    patch.hits.offer(5, {distance * patch.length[5], -Vec3<double>(patch.direction[5])}, 10);
+    collect_contacts(patch, random.a,
+                     [&](std::uint32_t) {
+                       return TouchedBody<double>{&random.b[0], id};
+                     },
+                     {.dt = 1e-3});
+  };
+  const BodyId first = test::RandomPatch<double>::id(0);
+  meet(first, 0.5);
+  // Half of what a bristle can stretch, aside.
+  random.b[0].center_pose.translation +=
+      random.a.center_pose.rotate(0.5e-3 * Vec3<double>(patch.tiles[0].tangent[5]));
+  meet(first, 0.5);
+  CHECK(patch.contacts[0].stretch[5].norm() == doctest::Approx(0.5e-3));
+  meet({first.index, first.generation + 1}, 0.5);
+  CHECK(patch.contacts[0].stretch[5].norm() == 0.0);
+}
+
+TEST_CASE("collect_contacts: a ray that starts inside a body is pressed in all the way") {
+  test::RandomPatch<double> random(17, {});
+  SensorPatch<double>& patch = random.patch;
+  patch.hits.reset(patch.size());
+  patch.hits.offer(5, {0, -Vec3<double>(patch.direction[5])}, 10);
+  collect_contacts(patch, random.a,
+                   [&](std::uint32_t) {
+                     return TouchedBody<double>{&random.b[0], test::RandomPatch<double>::id(0)};
+                   },
+                   {.dt = 1e-3});
+  REQUIRE(patch.contacts.size() == 1);
+  CHECK(patch.contacts[0].is_touching == 1u << 5);
+  CHECK(patch.contacts[0].depth[5] == 1.0);
+}

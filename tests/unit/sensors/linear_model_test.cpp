@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "support/random.hpp"
+
+#include <bristle/sensors/linear_model.hpp>
+
+#include <doctest/doctest.h>
+
+using namespace bristle;
+
+namespace {
+
+/// [1] Of a handful of operations on numbers of one sign.
+template <typename S>
+constexpr S eps = Tolerance<S>::round_off();
+
+/// A contact with a flat face at the given depth, in A's axes.
+template <typename S>
+PatchContact<S> contact(test::Random& random, S depth) {
+  PatchContact<S> c;
+  c.n = random.direction<S>();
+  c.g = depth_gradient<S>(c.n, -c.n);
+  c.depth = depth;
+  c.inverse_length = S(1) / random.uniform(S(0.005), S(0.02));
+  c.is_touching = depth > S(0);
+  return c;
+}
+
+}  // namespace
+
+TEST_CASE_TEMPLATE("linearise_normal: implicit Euler on the depth", S, float, double) {
+  test::Random random(1);
+  for (int i = 0; i < 50; ++i) {
+    const SensorParameters<S> p{random.uniform(S(0.5), S(2)), random.uniform(S(0.01), S(0.1)),
+                                S(3000), S(0.4), S(1e-3)};
+    const S dt = random.uniform(S(1e-4), S(1e-2));
+    const S start = random.uniform(S(-0.2), S(1));
+    PatchContact<S> c = contact<S>(random, start);
+    detail::linearise_normal<S>(p, c, dt);
+    // Fast enough to be pressed in when the step ends, however far the surface is.
+    const S rate = random.uniform(S(0.3), S(0.5)) / dt;
+    const S end = start + dt * rate;
+    const S found = c.normal_constant + c.a_normal * (rate / c.inverse_length);
+    // A sensor that does not touch yet is pressed in from 0, at the mean rate end / dt.
+    const S expected = dt * normal_force(p, end, start > S(0) ? rate : end / dt);
+    CHECK(std::abs(found - expected) <= eps<S> * (expected + dt * p.normal_stiffness));
+  }
+}
+
+TEST_CASE_TEMPLATE("linearise_stuck: implicit Euler where bristles are stiff", S, float, double) {
+  test::Random random(2);
+  PatchPair<S> pair;
+  pair.alpha = S(1);
+  pair.beta = S(0);
+  pair.theta = S(1);
+  for (int i = 0; i < 50; ++i) {
+    const SensorParameters<S> p{S(1), S(0.05), random.uniform(S(1e3), S(1e5)),
+                                random.uniform(S(0.1), S(1)), S(1e-3)};
+    const S dt = random.uniform(S(1e-4), S(1e-2));
+    PatchContact<S> c = contact<S>(random, S(0.5));
+    c.force = random.uniform(S(0.1), S(2));
+    c.stretch = tangential<S>(S(1e-3) * random.direction<S>(), c.n);
+    c.start_velocity = random.in_cube(S(0.3));
+    const Vec3<S> constant = detail::linearise_stuck<S>(p, {}, pair, c, dt);
+    const Vec3<S> v = tangential<S>(random.in_cube(S(0.3)), c.n);
+    const S k_t = p.static_friction * c.force;
+    const Vec3<S> expected = dt * k_t * (c.stretch + dt * v) + dt * p.sliding_friction * v;
+    CHECK((constant + c.a_across * v - expected).norm() <=
+          S(4) * eps<S> * dt * (k_t * (S(1e-3) + dt) + p.sliding_friction));
+    CHECK(c.a_along == c.a_across);
+  }
+}
