@@ -36,6 +36,7 @@
 #include <bristle/dynamics/manifold_sweeps.hpp>
 #include <bristle/dynamics/material.hpp>
 #include <bristle/dynamics/proximal_solver.hpp>
+#include <bristle/dynamics/saved_impulses.hpp>
 #include <bristle/dynamics/sequential_solver.hpp>
 #include <bristle/dynamics/soft_block.hpp>
 #include <bristle/dynamics/solver_types.hpp>

@@ -148,7 +148,7 @@ struct Tolerance {
 };
 
 /// What iterative geometry is computed in for a world in S: double for float, else S itself
-/// (docs/decisions/0010-own-contact-normals.md).
+/// (docs/decisions/0010-one-search-for-contact-normals.md).
 template <Scalar S>
 using Precise = std::conditional_t<std::same_as<S, float>, double, S>;
 
@@ -3901,6 +3901,15 @@ struct Island {
   std::span<const std::uint32_t> soft;
 };
 
+/// Calls use(row) for each row of an island's blocks.
+template <typename AnyConstraints, typename Use>
+void for_each_row(const Island& island, AnyConstraints& constraints, Use&& use) {
+  for (const std::uint32_t i : island.blocks) {
+    const auto& block = constraints.blocks[i];
+    for (std::uint32_t r = 0; r < block.count; ++r) use(constraints.rows[block.first + r]);
+  }
+}
+
 /// How a solve went.
 template <Scalar S>
 struct SolveReport {
@@ -5571,6 +5580,68 @@ auto ProximalSolver<S>::search_line(Real eps) -> Real {
 
 }  // namespace bristle
 
+// === bristle/dynamics/saved_impulses.hpp
+
+/// @file
+/// The impulses of an island, set aside while another solution is tried.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <array>
+#include <cstddef>
+#include <vector>
+
+namespace bristle {
+
+/// Sets all impulses of an island to zero.
+template <Scalar S>
+void clear_impulses(const Island& island, Constraints<S>& constraints) {
+  for (const std::uint32_t i : island.contacts) constraints.contacts[i].impulse = {};
+  for_each_row(island, constraints, [](ConstraintRow<S>& row) { row.impulse = S(0); });
+  for (const std::uint32_t i : island.soft) constraints.soft[i].impulse.setZero();
+}
+
+/// A copy of what a solver found. One object serves many islands, one after the other.
+template <Scalar S>
+class SavedImpulses {
+ public:
+  void save(const Island& island, const Constraints<S>& constraints) {
+    contacts_.clear();
+    rows_.clear();
+    soft_.clear();
+    for (const std::uint32_t i : island.contacts) {
+      contacts_.push_back(constraints.contacts[i].impulse);
+    }
+    for_each_row(island, constraints,
+                 [&](const ConstraintRow<S>& row) { rows_.push_back(row.impulse); });
+    for (const std::uint32_t i : island.soft) {
+      soft_.push_back({constraints.soft[i].impulse, constraints.soft[i].motion});
+    }
+  }
+
+  /// Puts them back into the island they are of.
+  void restore(const Island& island, Constraints<S>& constraints) const {
+    for (std::size_t k = 0; k < contacts_.size(); ++k) {
+      constraints.contacts[island.contacts[k]].impulse = contacts_[k];
+    }
+    std::size_t r = 0;
+    for_each_row(island, constraints, [&](ConstraintRow<S>& row) { row.impulse = rows_[r++]; });
+    for (std::size_t k = 0; k < soft_.size(); ++k) {
+      constraints.soft[island.soft[k]].impulse = soft_[k].impulse;
+      constraints.soft[island.soft[k]].motion = soft_[k].motion;
+    }
+  }
+
+ private:
+  struct Soft {
+    Vec6<S> impulse, motion;
+  };
+  std::vector<std::array<S, 3>> contacts_;
+  std::vector<S> rows_;
+  std::vector<Soft> soft_;
+};
+
+}  // namespace bristle
+
 // === bristle/dynamics/sequential_solver.hpp
 
 /// @file
@@ -6453,6 +6524,46 @@ class IslandSolver {
         if (progress.is_done(report.residual)) break;
       }
     }
+    if (report.residual > context.velocity_tolerance && has_gained_energy(island, bodies)) {
+      sweep_from_nothing(island, constraints, bodies, context, report);
+    }
+  }
+
+  /// Whether the bodies of an island have more kinetic energy than free motion would give them.
+  [[nodiscard]] static bool has_gained_energy(const Island& island,
+                                              std::span<const SolverBody<S>> bodies) {
+    S gain = S(0);
+    for (const std::uint32_t slot : island.bodies) {
+      const SolverBody<S>& body = bodies[slot];
+      const auto twice_energy = [&](const Twist<S>& v) {
+        return body.mass * v.linear.squaredNorm() + v.angular.dot(body.inertia * v.angular);
+      };
+      gain += twice_energy(body.twist) - twice_energy(body.free);
+    }
+    return gain > S(0);
+  }
+
+  /// Sweeps an island that would not converge once more, from no impulses at all, and keeps what
+  /// leaves less to solve. From there the turn of each constraint takes energy out of the island,
+  /// so that it is calmed wherever sweeps end; impulses of an iteration that went astray, or of a
+  /// step before an impact, may have brought in any amount.
+  void sweep_from_nothing(const Island& island, Constraints<S>& constraints,
+                          std::span<SolverBody<S>> bodies, const SolveContext<S>& context,
+                          SolveReport<S>& report) {
+    saved_.save(island, constraints);
+    clear_impulses(island, constraints);
+    sequential_.start(island, constraints, bodies);
+    S residual = infinity<S>;
+    for (int n = 0; n < context.settings.max_sweeps && residual > context.velocity_tolerance; ++n) {
+      residual = sequential_.sweep(island, constraints, bodies, n % 2 != 0);
+      ++report.sweeps;
+    }
+    if (residual < report.residual) {
+      report.residual = residual;
+      return;
+    }
+    saved_.restore(island, constraints);
+    apply_impulses(island, constraints, bodies);
   }
 
   /// A large island: few sweeps, in parts of the step that are short enough for them. Gaps follow
@@ -6586,14 +6697,6 @@ class IslandSolver {
     apply_impulses(island, constraints, bodies);
   }
 
-  template <typename Use>
-  static void for_each_row(const Island& island, Constraints<S>& constraints, Use&& use) {
-    for (const std::uint32_t i : island.blocks) {
-      const ConstraintBlock<S>& block = constraints.blocks[i];
-      for (std::uint32_t r = 0; r < block.count; ++r) use(constraints.rows[block.first + r]);
-    }
-  }
-
   void place(const Island& island, Constraints<S>& constraints, std::span<SolverBody<S>> bodies,
              const SolveContext<S>& context, int most_sweeps, SolveReport<S>& report) {
     for (const std::uint32_t slot : island.bodies) {
@@ -6686,10 +6789,7 @@ class IslandSolver {
   void try_proximal(const Island& island, Constraints<S>& constraints,
                     std::span<SolverBody<S>> bodies, const SolveContext<S>& context, S residual,
                     SolveReport<S>& report) {
-    saved_.clear();
-    for (const std::uint32_t i : island.contacts) {
-      saved_.push_back(constraints.contacts[i].impulse);
-    }
+    saved_.save(island, constraints);
     const auto left = S(proximal_.solve(island, constraints, bodies, context, report));
     if (left < infinity<S>) {
       apply_impulses(island, constraints, bodies);
@@ -6699,9 +6799,7 @@ class IslandSolver {
       ++report.sweeps;
       if (report.residual < residual) return;
     }
-    for (std::size_t k = 0; k < saved_.size(); ++k) {
-      constraints.contacts[island.contacts[k]].impulse = saved_[k];
-    }
+    saved_.restore(island, constraints);
     apply_impulses(island, constraints, bodies);
     report.residual = residual;
   }
@@ -6739,7 +6837,7 @@ class IslandSolver {
   SequentialSolver<S> sequential_;
   ProximalSolver<S> proximal_;
   IslandOrder order_;
-  std::vector<std::array<S, 3>> saved_;
+  SavedImpulses<S> saved_;
 
   /// The whole step of a body that is solved in parts, and what one part adds to its velocity.
   struct Parts {
@@ -18760,7 +18858,8 @@ void fill_block(const PatchPair<S>& pair, SoftBlock<S>& block) {
   block.matrix.template bottomLeftCorner<3, 3>() = top.transpose();
   block.matrix.template bottomRightCorner<3, 3>() =
       rotated<S>(R, pair.matrix.template bottomRightCorner<3, 3>());
-  block.offset << R * pair.offset.template head<3>(), R * pair.offset.template tail<3>();
+  block.offset << product<S>(R, pair.offset.template head<3>()),
+      product<S>(R, pair.offset.template tail<3>());
 }
 
 template <Scalar S>
@@ -23630,13 +23729,7 @@ class SolveStage {
 
   /// Leaves an island to free motion when its solution is not finite, and remembers nothing of it.
   void discard(State& state, const SensorStage<S, Backend>& sensors, const Island& island) const {
-    for (const std::uint32_t i : island.contacts) state.constraints.contacts[i].impulse = {};
-    for (const std::uint32_t i : island.blocks) {
-      const ConstraintBlock<S>& block = state.constraints.blocks[i];
-      for (std::uint32_t r = block.first; r < block.first + block.count; ++r) {
-        state.constraints.rows[r].impulse = S(0);
-      }
-    }
+    clear_impulses(island, state.constraints);
     for (const std::uint32_t soft : island.soft) sensors.discard(state, soft);
     apply_impulses<S>(island, state.constraints, state.solver_bodies);
     for (const std::uint32_t slot : island.bodies) {

@@ -135,9 +135,20 @@ TEST_CASE("random_scenes: joints") {
   check_class("joints", {.compounds = true, .joints = true}, 20001, 150, {.known_failures = 2});
 }
 
-// Four are known: at 30015, 30037, 30078 and 30097 a chain that was driven into the floor sinks
-// below it for a while; its energy stays bounded and it comes back.
+// Two are known: at 30037 and 30078 a chain that was driven into the floor sinks below it for a
+// while; its energy stays bounded and it comes back. Of 500 scenes twelve break a bound.
 TEST_CASE("random_scenes: joints and sensors") {
   check_class("joints and sensors", {.compounds = true, .joints = true, .sensors = true}, 30001,
-              100, {.known_failures = 4});
+              100, {.known_failures = 2});
+}
+
+// Islands of bodies of a gram on levers of a decimetre, struck at hundreds of radians per second,
+// for which no solution was found: they gained energy without bound from what iterations left.
+TEST_CASE("random_scenes: islands that do not converge gain no energy") {
+  for (const std::uint64_t seed : {30121u, 30411u}) {
+    CAPTURE(seed);
+    const Findings f = run_scene(seed, {.compounds = true, .joints = true, .sensors = true});
+    CHECK(f.is_intact());
+    CHECK(f.energy <= 1.1);
+  }
 }

@@ -9,6 +9,7 @@
 
 #include <bristle/dynamics/contact_aim.hpp>
 #include <bristle/dynamics/proximal_solver.hpp>
+#include <bristle/dynamics/saved_impulses.hpp>
 #include <bristle/dynamics/sequential_solver.hpp>
 
 #include <algorithm>
@@ -100,6 +101,46 @@ class IslandSolver {
         if (progress.is_done(report.residual)) break;
       }
     }
+    if (report.residual > context.velocity_tolerance && has_gained_energy(island, bodies)) {
+      sweep_from_nothing(island, constraints, bodies, context, report);
+    }
+  }
+
+  /// Whether the bodies of an island have more kinetic energy than free motion would give them.
+  [[nodiscard]] static bool has_gained_energy(const Island& island,
+                                              std::span<const SolverBody<S>> bodies) {
+    S gain = S(0);
+    for (const std::uint32_t slot : island.bodies) {
+      const SolverBody<S>& body = bodies[slot];
+      const auto twice_energy = [&](const Twist<S>& v) {
+        return body.mass * v.linear.squaredNorm() + v.angular.dot(body.inertia * v.angular);
+      };
+      gain += twice_energy(body.twist) - twice_energy(body.free);
+    }
+    return gain > S(0);
+  }
+
+  /// Sweeps an island that would not converge once more, from no impulses at all, and keeps what
+  /// leaves less to solve. From there the turn of each constraint takes energy out of the island,
+  /// so that it is calmed wherever sweeps end; impulses of an iteration that went astray, or of a
+  /// step before an impact, may have brought in any amount.
+  void sweep_from_nothing(const Island& island, Constraints<S>& constraints,
+                          std::span<SolverBody<S>> bodies, const SolveContext<S>& context,
+                          SolveReport<S>& report) {
+    saved_.save(island, constraints);
+    clear_impulses(island, constraints);
+    sequential_.start(island, constraints, bodies);
+    S residual = infinity<S>;
+    for (int n = 0; n < context.settings.max_sweeps && residual > context.velocity_tolerance; ++n) {
+      residual = sequential_.sweep(island, constraints, bodies, n % 2 != 0);
+      ++report.sweeps;
+    }
+    if (residual < report.residual) {
+      report.residual = residual;
+      return;
+    }
+    saved_.restore(island, constraints);
+    apply_impulses(island, constraints, bodies);
   }
 
   /// A large island: few sweeps, in parts of the step that are short enough for them. Gaps follow
@@ -233,14 +274,6 @@ class IslandSolver {
     apply_impulses(island, constraints, bodies);
   }
 
-  template <typename Use>
-  static void for_each_row(const Island& island, Constraints<S>& constraints, Use&& use) {
-    for (const std::uint32_t i : island.blocks) {
-      const ConstraintBlock<S>& block = constraints.blocks[i];
-      for (std::uint32_t r = 0; r < block.count; ++r) use(constraints.rows[block.first + r]);
-    }
-  }
-
   void place(const Island& island, Constraints<S>& constraints, std::span<SolverBody<S>> bodies,
              const SolveContext<S>& context, int most_sweeps, SolveReport<S>& report) {
     for (const std::uint32_t slot : island.bodies) {
@@ -333,10 +366,7 @@ class IslandSolver {
   void try_proximal(const Island& island, Constraints<S>& constraints,
                     std::span<SolverBody<S>> bodies, const SolveContext<S>& context, S residual,
                     SolveReport<S>& report) {
-    saved_.clear();
-    for (const std::uint32_t i : island.contacts) {
-      saved_.push_back(constraints.contacts[i].impulse);
-    }
+    saved_.save(island, constraints);
     const auto left = S(proximal_.solve(island, constraints, bodies, context, report));
     if (left < infinity<S>) {
       apply_impulses(island, constraints, bodies);
@@ -346,9 +376,7 @@ class IslandSolver {
       ++report.sweeps;
       if (report.residual < residual) return;
     }
-    for (std::size_t k = 0; k < saved_.size(); ++k) {
-      constraints.contacts[island.contacts[k]].impulse = saved_[k];
-    }
+    saved_.restore(island, constraints);
     apply_impulses(island, constraints, bodies);
     report.residual = residual;
   }
@@ -386,7 +414,7 @@ class IslandSolver {
   SequentialSolver<S> sequential_;
   ProximalSolver<S> proximal_;
   IslandOrder order_;
-  std::vector<std::array<S, 3>> saved_;
+  SavedImpulses<S> saved_;
 
   /// The whole step of a body that is solved in parts, and what one part adds to its velocity.
   struct Parts {

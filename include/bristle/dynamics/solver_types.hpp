@@ -127,6 +127,15 @@ struct Island {
   std::span<const std::uint32_t> soft;
 };
 
+/// Calls use(row) for each row of an island's blocks.
+template <typename AnyConstraints, typename Use>
+void for_each_row(const Island& island, AnyConstraints& constraints, Use&& use) {
+  for (const std::uint32_t i : island.blocks) {
+    const auto& block = constraints.blocks[i];
+    for (std::uint32_t r = 0; r < block.count; ++r) use(constraints.rows[block.first + r]);
+  }
+}
+
 /// How a solve went.
 template <Scalar S>
 struct SolveReport {

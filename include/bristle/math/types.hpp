@@ -49,7 +49,7 @@ struct Tolerance {
 };
 
 /// What iterative geometry is computed in for a world in S: double for float, else S itself
-/// (docs/decisions/0010-own-contact-normals.md).
+/// (docs/decisions/0010-one-search-for-contact-normals.md).
 template <Scalar S>
 using Precise = std::conditional_t<std::same_as<S, float>, double, S>;
 

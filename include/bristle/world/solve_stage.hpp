@@ -290,13 +290,7 @@ class SolveStage {
 
   /// Leaves an island to free motion when its solution is not finite, and remembers nothing of it.
   void discard(State& state, const SensorStage<S, Backend>& sensors, const Island& island) const {
-    for (const std::uint32_t i : island.contacts) state.constraints.contacts[i].impulse = {};
-    for (const std::uint32_t i : island.blocks) {
-      const ConstraintBlock<S>& block = state.constraints.blocks[i];
-      for (std::uint32_t r = block.first; r < block.first + block.count; ++r) {
-        state.constraints.rows[r].impulse = S(0);
-      }
-    }
+    clear_impulses(island, state.constraints);
     for (const std::uint32_t soft : island.soft) sensors.discard(state, soft);
     apply_impulses<S>(island, state.constraints, state.solver_bodies);
     for (const std::uint32_t slot : island.bodies) {

@@ -1,0 +1,39 @@
+# What comments and pages refer to exists: every path `docs/...`, `tests/...`, `examples/...` or
+# `include/...` with an extension that a file names, from the root of the tree, and every relative
+# link of a page.
+# Usage: cmake -DROOT=<tree> -P references.cmake
+# SPDX-License-Identifier: BSD-3-Clause
+include("${CMAKE_CURRENT_LIST_DIR}/lines.cmake")
+
+set(reference "(docs|tests|examples|include)/[A-Za-z0-9_./-]+\\.(md|hpp|cpp|cmake|sh|svg|yaml|mutant)")
+set(count 0)
+list_files(files "README.md" "docs/*.md" "include/*.hpp" "tests/*.hpp" "tests/*.cpp"
+           "tests/CMakeLists.txt" "examples/*.hpp" "examples/*.cpp")
+foreach(file IN LISTS files)
+  set(number 0)
+  cmake_path(GET file PARENT_PATH folder)
+  read_lines("${ROOT}/${file}" lines)
+  foreach(line IN LISTS lines)
+    math(EXPR number "${number} + 1")
+    if(file MATCHES "\\.md$")
+      string(REGEX MATCHALL "${CLOSE}\\([A-Za-z0-9_./-]+[).#]" links "${line}")
+      foreach(link IN LISTS links)
+        string(REGEX REPLACE "^.\\(|[)#]$" "" link "${link}")
+        math(EXPR count "${count} + 1")
+        if(NOT EXISTS "${ROOT}/${folder}/${link}")
+          violation("${file}:${number}" "no ${link}")
+        endif()
+      endforeach()
+    endif()
+    # Paths of other trees, and of what a build makes, have something before the folder.
+    string(REGEX MATCHALL "(^|[^A-Za-z0-9_./}-])${reference}" paths "${line}")
+    foreach(path IN LISTS paths)
+      string(REGEX REPLACE "^[^a-z]" "" path "${path}")
+      math(EXPR count "${count} + 1")
+      if(NOT EXISTS "${ROOT}/${path}")
+        violation("${file}:${number}" "no ${path}")
+      endif()
+    endforeach()
+  endforeach()
+endforeach()
+conclude("${count} references")
