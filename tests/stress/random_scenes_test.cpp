@@ -128,9 +128,9 @@ TEST_CASE("random_scenes: sensors") {
   check_class("sensors", {.compounds = true, .sensors = true}, 40001, 150, {});
 }
 
-// One is known: at 20033 a chain is pushed through the floor and comes back. Of 600 scenes six break
-// a bound, two of them by bounces that give a chain up to 1.8 times its energy: what a bounce aims
-// at takes the smooth motion's change of velocity for that of a constant force.
+// One is known: at 20033 a chain is pushed through the floor and comes back. Of 600 scenes six
+// break a bound, two of them by bounces that give a chain up to 1.8 times its energy: what a bounce
+// aims at takes the smooth motion's change of velocity for that of a constant force.
 TEST_CASE("random_scenes: joints") {
   check_class("joints", {.compounds = true, .joints = true}, 20001, 150, {.known_failures = 1});
 }
