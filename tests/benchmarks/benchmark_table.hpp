@@ -1,5 +1,5 @@
 /// @file
-/// Tables of a benchmark: on the screen, as markdown, and as CSV.
+/// Tables of a benchmark: on the screen, and as markdown.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -20,6 +20,13 @@ namespace bristle::benchmarks {
   return text;
 }
 
+/// A number with all digits that matter.
+[[nodiscard]] inline std::string in_full(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.6g", value);
+  return text;
+}
+
 /// Prints each row as soon as it is known.
 class Table {
  public:
@@ -34,23 +41,14 @@ class Table {
   Table& operator=(const Table&) = delete;
   ~Table() { std::puts(""); }
 
-  void add(const std::vector<std::string>& cells) {
-    print(cells);
-    csv_ += line(cells);
-  }
-  /// All rows, the columns' names first.
-  [[nodiscard]] std::string csv() const { return line(columns_) + csv_; }
+  void add(const std::vector<std::string>& cells) { print(cells); }
 
  private:
-  static std::string line(const std::vector<std::string>& cells) {
-    std::string text;
-    for (const std::string& cell : cells) text += (text.empty() ? "" : ",") + cell;
-    return text + '\n';
-  }
   void print(const std::vector<std::string>& cells) const {
     for (std::size_t i = 0; i < cells.size(); ++i) {
       if (is_markdown_) {
-        std::printf("| %s ", cells[i].c_str());
+        std::printf("| %s ",
+                    cells[i].c_str() + std::min(cells[i].find_first_not_of(' '), cells[i].size()));
       } else {
         const int width = std::max(8, static_cast<int>(columns_[i].size()));
         std::printf("%*s  ", width, cells[i].c_str());
@@ -62,7 +60,6 @@ class Table {
 
   bool is_markdown_;
   std::vector<std::string> columns_;
-  std::string csv_;
 };
 
 }  // namespace bristle::benchmarks

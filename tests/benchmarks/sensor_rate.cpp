@@ -2,11 +2,11 @@
 // same rays.
 //
 //   sensors   the pad of pad_workload.hpp, from the pose of the object to the impulse on it
-//             (transform, rays, law): nanoseconds a sensor and sensors a millisecond, explicit and
-//             implicit (one linear model a sensor and its evaluation). `wrong`: rays, in ppm, that
-//             hit where there is nothing, miss, or are off by more than 2 um (float) or 2 pm
-//             (double); `force error`: of the sum, against one ray and one sensor after the other
-//             in double, worse of explicit and implicit [1]
+//             (transform, rays, law): nanoseconds a sensor and thousands of sensors a
+//             millisecond, in float / double, explicit and implicit (one linear model a sensor and
+//             its evaluation). `wrong`: rays, in ppm, that hit where there is nothing, miss, or are
+//             off by more than 2 um (float) or 2 pm (double); `force error`: of the sum, against
+//             one ray and one sensor after the other in double, worse of explicit and implicit [1]
 //   peers     the same rays asked of Bullet (a world's rayTest) and Embree (one by one, and in
 //             coherent packets of sixteen), where they are installed: nanoseconds a ray; `times` is
 //             how often that is what a ray costs here, in float on the analytic backend
@@ -141,37 +141,50 @@ SensorCost cost_of(const Workload& work) {
 }
 
 template <Scalar S, typename Backend>
-void add_sensors(Report& report, Table& table, const char* backend, const Workload& work) {
+SensorCost known_cost_of(Report& report, const Workload& work, const char* backend) {
   const SensorCost cost = cost_of<S, Backend>(work);
-  table.add({work.object.name, std::to_string(work.layout.size()), backend, scalar_name<S>,
-             in_short(cost.ray), in_short(cost.by_force), in_short(cost.by_model),
-             in_short(1e6 / cost.by_force), in_short(1e6 / cost.by_model),
-             in_short(1e6 * cost.wrong), in_short(cost.error)});
   const std::string name = work.name + ' ' + backend + ' ' + scalar_name<S> + ' ';
   report.figures[name + "ray"] = cost.ray;
   report.figures[name + "explicit"] = cost.by_force;
+  report.figures[name + "implicit"] = cost.by_model;
+  report.figures[name + "wrong"] = cost.wrong;
+  report.figures[name + "error"] = cost.error;
   report.figures[name + "block"] = cost.block;
+  return cost;
+}
+
+template <typename Backend>
+void add_sensors(Report& report, Table& table, const char* backend, const Workload& work) {
+  const SensorCost in_float = known_cost_of<float, Backend>(report, work, backend);
+  const SensorCost in_double = known_cost_of<double, Backend>(report, work, backend);
+  const auto both = [&](double SensorCost::*figure, double factor = 1) {
+    return in_short(factor * in_float.*figure) + " / " + in_short(factor * in_double.*figure);
+  };
+  const auto rates = [&](double SensorCost::*figure) {
+    return in_short(1e3 / in_float.*figure) + " / " + in_short(1e3 / in_double.*figure);
+  };
+  table.add({work.object.name, std::to_string(work.layout.size()), backend, both(&SensorCost::ray),
+             both(&SensorCost::by_force), both(&SensorCost::by_model), rates(&SensorCost::by_force),
+             rates(&SensorCost::by_model), both(&SensorCost::wrong, 1e6),
+             both(&SensorCost::error)});
 }
 
 void measure_sensors(Report& report) {
-  Table table(report.options.is_markdown, {"shape", "sensors", "backend", "scalar", "ray [ns]",
-                                           "explicit [ns]", "implicit [ns]", "explicit [1/ms]",
-                                           "implicit [1/ms]", "wrong [ppm]", "force error"});
+  Table table(report.options.is_markdown,
+              {"shape", "sensors", "backend", "     ray [ns]", "explicit [ns]", "implicit [ns]",
+               "explicit [1000/ms]", "implicit [1000/ms]", "wrong [ppm]", "  force error"});
   for (const Object& object : pad_objects()) {
     const Reference reference(object.shape);
     for (const std::size_t n : {100u, 1000u, 10000u, 100000u}) {
       // Whether the cost grows with the number is the question of two shapes.
       if (n == 100000 && object.name != "mesh10k" && object.name != "sphere") continue;
       const Workload work(object, reference, n);
-      add_sensors<float, AnalyticBackend>(report, table, "analytic", work);
-      add_sensors<double, AnalyticBackend>(report, table, "analytic", work);
+      add_sensors<AnalyticBackend>(report, table, "analytic", work);
 #if defined(BRISTLE_WITH_FCL)
-      add_sensors<float, FclBackend>(report, table, "fcl", work);
-      add_sensors<double, FclBackend>(report, table, "fcl", work);
+      add_sensors<FclBackend>(report, table, "fcl", work);
 #endif
     }
   }
-  report.keep(table);
 }
 
 /// A peer's answers [ppm wrong] and cost [ns a ray] against a ray of ours.
@@ -183,6 +196,7 @@ void add_peer(Report& report, Table& table, const char* peer, const Workload& wo
              in_short(work.ray_cost), in_short(ratio),
              in_short(1e6 * double(wrong) / n / checked)});
   report.figures[work.name + ' ' + peer] = ratio;
+  report.figures[work.name + ' ' + peer + " [ns]"] = cost;
 }
 
 #if defined(BRISTLE_WITH_BULLET)
@@ -257,7 +271,6 @@ void measure_peers(Report& report) {
 #endif
     }
   }
-  report.keep(table);
 }
 
 /// [ns] A step of a world.
@@ -305,7 +318,6 @@ void measure_worlds(Report& report) {
   Table table(report.options.is_markdown, {"patch", "sensors", "scalar", "cost [us]", "remark"});
   measure_worlds_of<float>(report, table);
   measure_worlds_of<double>(report, table);
-  report.keep(table);
 }
 
 /// [s] By the wall clock.
@@ -351,6 +363,7 @@ void add_threads(Report& report, Table& table, const std::string& name, const Ma
              in_short(100 * median(part) / median(cut)), in_short(median(one) / best),
              alone.world.state_hash() == shared.world.state_hash() ? "same bits" : "OTHER BITS"});
   report.figures["two threads, " + name] = ratio;
+  report.figures["within tasks, " + name] = median(part) / median(cut);
 }
 
 template <Scalar S>
@@ -373,7 +386,6 @@ void measure_threads(Report& report) {
                                            "times", "within tasks [%]", "at best", "results"});
   measure_threads_of<float>(report, table);
   measure_threads_of<double>(report, table);
-  report.keep(table);
 }
 
 }  // namespace
@@ -398,5 +410,5 @@ int main(int argc, char** argv) {
   if (report.options.wants("worlds")) measure_worlds(report);
   if (report.options.wants("threads")) measure_threads(report);
   Bars(report).print();
-  if (!report.options.csv.empty()) write_file(report.options.csv, report.csv);
+  if (!report.options.csv.empty()) write_file(report.options.csv, report.csv());
 }
