@@ -120,7 +120,7 @@ void check_slices() {
                              test::scaled_mesh<S>(test::bumpy_mesh(60), 1)};
   for (const Shape<S>& shape : shapes) {
     CAPTURE(shape.index());
-    for (const PatchKind kind : {PatchKind::convex, PatchKind::scattered, PatchKind::column}) {
+    for (const PatchKind kind : {PatchKind::pad, PatchKind::convex, PatchKind::scattered}) {
       CHECK(are_slices_alike<S, Backend>(shape, kind));
     }
   }
