@@ -492,6 +492,15 @@ struct Vec3Array {
 template <Scalar S>
 class RayBundles;
 
+/// Some rays of a batch, so that threads can share a query: [first, end) in the order in which the
+/// query goes through them. That is the order of the bundles for meshes and of the batch for other
+/// shapes, so the next shape may only be asked when all slices have asked this one.
+struct RaySlice {
+  /// [-] Both a multiple of the rays in a bundle, or at the end.
+  std::uint32_t first = 0;
+  std::uint32_t end = 0xffffffffu;
+};
+
 /// Many rays in one frame. The spans have one length and outlive the query.
 template <Scalar S>
 struct RayBatch {
@@ -506,6 +515,8 @@ struct RayBatch {
   /// The same rays in bundles (ray_bundles.hpp), where somebody has made them: they change what a
   /// query costs, not what it answers. Null or empty: one ray after the other.
   const RayBundles<S>* bundles = nullptr;
+  /// Which rays are asked: all, unless the backend says that it `asks_slices`.
+  RaySlice slice{};
 
   [[nodiscard]] std::size_t size() const { return length.size(); }
   [[nodiscard]] Ray<S> operator[](std::size_t i) const {
@@ -1986,9 +1997,11 @@ void require_all_finite(std::string_view field, const Matrix& values) {
 // === bristle/core/parallel.hpp
 
 /// @file
-/// The hook through which a host lends its worker threads.
+/// The hook through which a host lends its worker threads, and sums that it may share out.
 // SPDX-License-Identifier: BSD-3-Clause
 
+#include <algorithm>
+#include <array>
 #include <cstddef>
 #include <functional>
 
@@ -2002,6 +2015,62 @@ using ParallelFor =
 /// The default: one after the other on the calling thread.
 inline void serial_for(std::size_t count, const std::function<void(std::size_t)>& task) {
   for (std::size_t i = 0; i < count; ++i) task(i);
+}
+
+/// Whether a hook is known to be `serial_for`: work need not be divided for it.
+[[nodiscard]] bool is_serial(const ParallelFor& parallel_for);
+
+/// Adds up part(first, end, sum) over [0, count) in slices of `size`. Every slice starts from a
+/// `Sum()` of its own and slices are added in their order, so that the rounding is the same
+/// whoever does them, one after the other or at the same time. Allocates nothing.
+/// @param fewest_shared  [-] The hook is called for no fewer slices than this.
+template <typename Sum, typename Part>
+[[nodiscard]] Sum sum_in_slices(std::size_t count, std::size_t size, std::size_t fewest_shared,
+                                const ParallelFor& parallel_for, const Part& part);
+
+// Implementation -----------------------------------------------------------------------------------
+
+inline bool is_serial(const ParallelFor& parallel_for) {
+#if defined(__cpp_rtti)
+  using Plain = void (*)(std::size_t, const std::function<void(std::size_t)>&);
+  const Plain* plain = parallel_for.target<Plain>();
+  return plain != nullptr && *plain == &serial_for;
+#else
+  (void)parallel_for;
+  return false;
+#endif
+}
+
+template <typename Sum, typename Part>
+Sum sum_in_slices(std::size_t count, std::size_t size, std::size_t fewest_shared,
+                  const ParallelFor& parallel_for, const Part& part) {
+  const std::size_t slices = (count + size - 1) / size;
+  const auto add_slice = [&](std::size_t k, Sum& sum) {
+    part(k * size, std::min(count, (k + 1) * size), sum);
+  };
+  Sum total;
+  if (slices <= 1) {
+    add_slice(0, total);
+  } else if (slices < fewest_shared || is_serial(parallel_for)) {
+    for (std::size_t k = 0; k < slices; ++k) {
+      Sum sum;
+      add_slice(k, sum);
+      total += sum;
+    }
+  } else {
+    // As many at a time as there is room for.
+    std::array<Sum, 32> sums;
+    for (std::size_t first = 0; first < slices; first += sums.size()) {
+      const std::size_t some = std::min(sums.size(), slices - first);
+      const auto task = [&](std::size_t k) {
+        sums[k] = Sum();
+        add_slice(first + k, sums[k]);
+      };
+      parallel_for(some, std::cref(task));
+      for (std::size_t k = 0; k < some; ++k) total += sums[k];
+    }
+  }
+  return total;
 }
 
 }  // namespace bristle
@@ -12994,6 +13063,10 @@ class RayBundles {
   /// neighbours, all full but its last.
   static constexpr std::size_t bundle_size = 64;
   static constexpr std::size_t block_size = 16;
+  /// [-] Rays of a slice at most. One takes some ten microseconds, which is more than it costs to
+  /// hand it to another thread and to go down to its bundles once more; and there are eight of them
+  /// in ten thousand rays.
+  static constexpr std::size_t slice_size = 1536;
 
   /// Rays of one place each, in the frame of their undivided bundle: at height z a ray is at
   /// (x + slope_x z, y + slope_y z). Filled up to whole blocks with rays that reach nothing.
@@ -13019,6 +13092,8 @@ class RayBundles {
   /// Root first, each before those it is divided into.
   [[nodiscard]] const std::vector<RayBundle<S>>& bundles() const { return bundles_; }
   [[nodiscard]] const Lines& lines() const { return lines_; }
+  /// All rays in slices of whole bundles: those of one slice lie in one branch.
+  [[nodiscard]] const std::vector<RaySlice>& slices() const { return slices_; }
   /// [-] Which ray of the batch is at a place.
   [[nodiscard]] std::uint32_t ray_at(std::size_t place) const { return order_[place]; }
   /// [-] The same for all places from one on.
@@ -13037,8 +13112,10 @@ class RayBundles {
   void fit(const RayBatch<S>& rays, Places places, RayBundle<S>& bundle) const;
   void split_into_blocks(const RayBatch<S>& rays, Places places) const;
   void store(const RayBatch<S>& rays, const RayBundle<S>& bundle);
+  void cut_slices();
 
   std::vector<RayBundle<S>> bundles_;
+  std::vector<RaySlice> slices_;
   std::vector<std::uint32_t> order_;
   std::vector<Rectangle> rectangles_;
   Lines lines_;
@@ -13091,6 +13168,7 @@ RayBundles<S>::RayBundles(const RayBatch<S>& rays) {
   lines_.stretch.assign(blocks * block_size, S(1));
   lines_.length.assign(blocks * block_size, -infinity<S>);
   build(rays, order_);
+  cut_slices();
 }
 
 template <Scalar S>
@@ -13185,6 +13263,16 @@ void RayBundles<S>::store(const RayBatch<S>& rays, const RayBundle<S>& bundle) {
       rectangle.lower[axis] = std::min({rectangle.lower[axis], a, b});
       rectangle.upper[axis] = std::max({rectangle.upper[axis], a, b});
     }
+  }
+}
+
+/// The highest bundles that are small enough. Each stands before those it is divided into.
+template <Scalar S>
+void RayBundles<S>::cut_slices() {
+  for (const RayBundle<S>& bundle : bundles_) {
+    const std::uint32_t cut = slices_.empty() ? 0 : slices_.back().end;
+    if (bundle.first < cut || (bundle.is_divided() && bundle.count > slice_size)) continue;
+    slices_.push_back({bundle.first, bundle.first + bundle.count});
   }
 }
 
@@ -13469,7 +13557,8 @@ class BundleMeshQuery {
 
   void run() {
     if (rays_.bundles == nullptr || rays_.bundles->is_empty()) {
-      for (std::size_t i = 0; i < rays_.size(); ++i) cast_alone(i);
+      const std::size_t end = std::min<std::size_t>(rays_.slice.end, rays_.size());
+      for (std::size_t i = rays_.slice.first; i < end; ++i) cast_alone(i);
     } else {
       visit(0, nullptr, 0, Side::unknown);
     }
@@ -13512,6 +13601,16 @@ class BundleMeshQuery {
   void cast_alone(std::size_t i, Side side = Side::unknown);
   void cast_one_by_one(std::size_t first, std::size_t end, Side side);
 
+  /// Whether none of a bundle's rays is asked.
+  [[nodiscard]] bool is_left_out(const Bundle& bundle) const {
+    return bundle.first >= rays_.slice.end || bundle.first + bundle.count <= rays_.slice.first;
+  }
+  /// The places of a bundle's rays that are asked. What is known of a bundle is found out from all
+  /// of them, so that the answers do not depend on the slice.
+  [[nodiscard]] RaySlice asked_of(const Bundle& bundle) const {
+    return {std::max(bundle.first, rays_.slice.first),
+            std::min(bundle.first + bundle.count, rays_.slice.end)};
+  }
   [[nodiscard]] BoxInTree<S> box_of(const Bundle& bundle) const;
   [[nodiscard]] bool is_any_triangle_in(const BoxInTree<S>& box, const LeafList<S>& list) const;
   [[nodiscard]] bool gather(const BoxInTree<S>& box, const LeafList<S>& list);
@@ -13561,6 +13660,7 @@ template <Scalar S>
 void BundleMeshQuery<S>::visit(std::size_t id, const LeafList<S>* list, std::size_t depth,
                                Side side) {
   const Bundle& bundle = rays_.bundles->bundles()[id];
+  if (is_left_out(bundle)) return;
   const BoxInTree<S> box = box_of(bundle);
   if (!box.box_C().overlaps(mesh_.root_box())) return;
   // [1] How many triangles there are for a ray, if the surface lies across the box.
@@ -13582,7 +13682,10 @@ void BundleMeshQuery<S>::visit(std::size_t id, const LeafList<S>* list, std::siz
     return decide_empty(bundle, side);
   }
   if (side == Side::unknown && bundle.is_narrow) side = common_side(bundle, box, list);
-  if (is_sparse) return cast_one_by_one(bundle.first, bundle.first + bundle.count, side);
+  if (is_sparse) {
+    const RaySlice asked = asked_of(bundle);
+    return cast_one_by_one(asked.first, asked.end, side);
+  }
   if (!bundle.is_divided()) return cast_undivided(bundle, box, list, side);
   visit(id + 1, list, depth, side);
   visit(bundle.second, list, depth, side);
@@ -13765,9 +13868,8 @@ template <Scalar S>
 void BundleMeshQuery<S>::decide_empty(const Bundle& bundle, Side side) {
   if (side == Side::unknown) side = side_of(rays_.bundles->ray_at(bundle.first));
   if (side == Side::outside) return;
-  for (std::size_t k = bundle.first; k < bundle.first + bundle.count; ++k) {
-    hit_inside(rays_.bundles->ray_at(k));
-  }
+  const RaySlice asked = asked_of(bundle);
+  for (std::size_t k = asked.first; k < asked.end; ++k) hit_inside(rays_.bundles->ray_at(k));
 }
 
 template <Scalar S>
@@ -13807,7 +13909,6 @@ void cast_rays_at_mesh(const RayMesh<S>& mesh, const Transform<S>& X_RC, const R
 // SPDX-License-Identifier: BSD-3-Clause
 
 #include <algorithm>
-#include <bit>
 #include <cstddef>
 #include <cstdint>
 
@@ -13852,6 +13953,15 @@ BRISTLE_LANES Pack3<S> normalized(const Pack3<S>& v) {
   return (S(1) / sqrt(dot(v, v))) * v;
 }
 
+/// Unit vectors from vectors that are that to round-off, without root and division: of the square
+/// 1 + e, which becomes 1 - 3/4 e^2. In full where that would show in a lane that matters.
+template <Scalar S>
+BRISTLE_LANES Pack3<S> renormalized(const Pack3<S>& v, const Mask<S>& matters) {
+  const Pack<S> excess = dot(v, v) - S(1);
+  if (any(matters & !(abs(excess) <= Pack<S>(Tolerance<S>::equal())))) return normalized(v);
+  return (S(1) - S(0.5) * excess) * v;
+}
+
 /// `Chord` in lanes.
 template <Scalar S>
 struct ChordLanes {
@@ -13873,6 +13983,16 @@ BRISTLE_LANES ChordLanes<S> slab_chord(const Pack<S>& origin, const Pack<S>& dir
   // Of a NaN neither takes anything.
   return {max(select(is_down, to_high, to_low), Pack<S>(-infinity<S>)),
           min(select(is_down, to_low, to_high), Pack<S>(infinity<S>))};
+}
+
+/// The slab of a box about the axis of one coordinate. Mostly all of the rays keep between two of
+/// the pairs of planes, which then bound nothing, and need not be divided by.
+template <Scalar S>
+BRISTLE_LANES ChordLanes<S> box_chord(const Pack<S>& origin, const Pack<S>& direction,
+                                      const Pack<S>& length, S half) {
+  const Pack<S> end = origin + length * direction;
+  if (all((abs(origin) < Pack<S>(half)) & (abs(end) < Pack<S>(half)))) return {};
+  return slab_chord(origin, direction, -half, half);
 }
 
 /// `Roots` in lanes, in order.
@@ -13929,17 +14049,19 @@ BRISTLE_LANES RayHitLanes<S> ray_cast(const Sphere<S>& sphere, const RayLanes<S>
   const Pack3<S> foot = ray.origin + closest * ray.direction;
   const Pack<S> half2 = radius2 - dot(foot, foot);
   const Pack<S> half = sqrt(max(half2, zero));
-  return hit_lanes(ray, dot(ray.origin, ray.origin) <= radius2, (closest >= zero) & (half2 >= zero),
-                   closest - half, normalized(foot - half * ray.direction));
+  const Pack3<S> point = foot - half * ray.direction;
+  const Mask<S> may_hit = (closest >= zero) & (half2 >= zero);
+  return hit_lanes(ray, dot(ray.origin, ray.origin) <= radius2, may_hit, closest - half,
+                   renormalized((S(1) / sphere.radius) * point, may_hit));
 }
 
 template <Scalar S>
 BRISTLE_LANES RayHitLanes<S> ray_cast(const Box<S>& box, const RayLanes<S>& ray) {
   const Pack<S> zero(S(0));
   const Vec3<S>& half = box.half_extents;
-  const ChordLanes<S> x = slab_chord(ray.origin.x, ray.direction.x, -half.x(), half.x());
-  const ChordLanes<S> y = slab_chord(ray.origin.y, ray.direction.y, -half.y(), half.y());
-  const ChordLanes<S> z = slab_chord(ray.origin.z, ray.direction.z, -half.z(), half.z());
+  const ChordLanes<S> x = box_chord(ray.origin.x, ray.direction.x, ray.length, half.x());
+  const ChordLanes<S> y = box_chord(ray.origin.y, ray.direction.y, ray.length, half.y());
+  const ChordLanes<S> z = box_chord(ray.origin.z, ray.direction.z, ray.length, half.z());
   const Mask<S> y_later = y.enter > x.enter;
   const Pack<S> enter_xy = max(y.enter, x.enter);
   const Mask<S> z_later = z.enter > enter_xy;
@@ -13956,6 +14078,31 @@ BRISTLE_LANES RayHitLanes<S> ray_cast(const Box<S>& box, const RayLanes<S>& ray)
   return hit_lanes(ray, is_inside, chord.is_ahead(), chord.enter, normal);
 }
 
+/// Where rays enter a cylinder without ends about the z axis: the nearer end of `tube_chord`.
+template <Scalar S>
+struct TubeEntry {
+  Pack<S> distance;
+  /// Whether the line meets it, and whether that is in front of the start: it is no nearer than the
+  /// axis, of which the start is on this side.
+  Mask<S> is_met, is_ahead;
+
+  BRISTLE_LANES TubeEntry(const Pack3<S>& origin, const Pack3<S>& direction, S radius) {
+    const Pack<S> zero(S(0));
+    const Pack<S> radius2(radius * radius);
+    const Pack<S> a = direction.x * direction.x + direction.y * direction.y;
+    const Pack<S> b = -(origin.x * direction.x + origin.y * direction.y);
+    const Pack<S> c = origin.x * origin.x + origin.y * origin.y - radius2;
+    const Pack<S> cross = origin.x * direction.y - origin.y * direction.x;
+    const Pack<S> discriminant = a * radius2 - cross * cross;
+    const Pack<S> q = b + sqrt(max(discriminant, zero));
+    const Mask<S> is_sloping = a > zero;
+    distance = select(q > zero, c / q, zero);
+    const Mask<S> is_along = !is_sloping;
+    is_met = (is_sloping & (discriminant >= zero)) | (is_along & (c <= zero));
+    is_ahead = is_met & is_sloping & (b >= zero);
+  }
+};
+
 template <Scalar S>
 BRISTLE_LANES RayHitLanes<S> ray_cast(const Capsule<S>& capsule, const RayLanes<S>& ray) {
   const Pack<S> zero(S(0));
@@ -13964,23 +14111,25 @@ BRISTLE_LANES RayHitLanes<S> ray_cast(const Capsule<S>& capsule, const RayLanes<
   const Pack3<S>& o = ray.origin;
   const Pack3<S> from_axis{o.x, o.y, o.z - max(-half, min(o.z, half))};
   const ApproachLanes<S> near(ray, capsule.half_length + capsule.radius);
-  const ChordLanes<S> tube = tube_chord(near.origin, ray.direction, capsule.radius);
+  const TubeEntry<S> tube(near.origin, ray.direction, capsule.radius);
   const Mask<S> is_beyond_end =
       (abs(near.origin.z) > half) &
       (near.origin.x * near.origin.x + near.origin.y * near.origin.y <= radius2);
-  const Pack3<S> point = near.origin + tube.enter * ray.direction;
+  const Pack3<S> point = near.origin + tube.distance * ray.direction;
   const Pack<S> z = select(is_beyond_end, near.origin.z, point.z);
-  const Mask<S> may_hit =
-      near.is_near & (tube.enter <= tube.leave) & (is_beyond_end | tube.is_ahead());
+  const Mask<S> may_hit = near.is_near & tube.is_met & (is_beyond_end | tube.is_ahead);
   const Mask<S> is_side = (abs(z) <= half) & !is_beyond_end;
   const Mask<S> is_inside = dot(from_axis, from_axis) <= radius2;
+  const Pack<S> inverse_radius(S(1) / capsule.radius);
   const RayHitLanes<S> side =
-      hit_lanes(ray, is_inside, may_hit & is_side, near.skipped + tube.enter,
-                normalized(Pack3<S>{point.x, point.y, zero}));
+      hit_lanes(ray, is_inside, may_hit & is_side, near.skipped + tube.distance,
+                renormalized(Pack3<S>{inverse_radius * point.x, inverse_radius * point.y, zero},
+                             may_hit & is_side));
+  const Mask<S> takes_end = may_hit & !is_side & !is_inside;
+  if (none(takes_end)) return side;
   const Pack3<S> from_end{o.x, o.y, o.z - select(z < zero, -half, half)};
   const RayHitLanes<S> end =
       ray_cast(Sphere<S>{capsule.radius}, RayLanes<S>{from_end, ray.direction, ray.length});
-  const Mask<S> takes_end = may_hit & !is_side & !is_inside;
   return {select(takes_end, end.distance, side.distance),
           select(takes_end, end.normal, side.normal)};
 }
@@ -14105,8 +14254,8 @@ void cast_rays_in_lanes(const ConvexShape& shape, const Transform<S>& X_RC, cons
   const Mat3<S> R_RC = X_RC.rotation_matrix();
   const Mat3<S> R_CR = R_RC.transpose();
   const Pack3<S> p_RC = Pack3<S>::all(X_RC.translation);
-  const std::size_t n = rays.size();
-  const auto cast = [&](std::size_t i, const auto& load, const auto& store) {
+  const std::size_t n = std::min<std::size_t>(rays.slice.end, rays.size());
+  const auto cast = [&](std::size_t i, std::uint32_t count, const auto& load, const auto& store) {
     const Pack<S> best = load(hits.distance.data() + i);
     const Pack3<S> origin{load(rays.origin_x.data() + i), load(rays.origin_y.data() + i),
                           load(rays.origin_z.data() + i)};
@@ -14126,20 +14275,21 @@ void cast_rays_in_lanes(const ConvexShape& shape, const Transform<S>& X_RC, cons
     keep(hits.normal.x.data(), normal.x);
     keep(hits.normal.y.data(), normal.y);
     keep(hits.normal.z.data(), normal.z);
-    for (std::uint32_t left = bits(is_nearer) & first_bits(n - i); left != 0; left &= left - 1) {
-      hits.tag[i + static_cast<std::size_t>(std::countr_zero(left))] = tag;
-    }
+    const std::uint32_t met = bits(is_nearer);
+    std::uint32_t* const tags = hits.tag.data() + i;
+    for (std::uint32_t k = 0; k < count; ++k) tags[k] = (met >> k & 1u) != 0 ? tag : tags[k];
   };
-  std::size_t i = 0;
+  std::size_t i = rays.slice.first;
   for (; i + lanes<S> <= n; i += lanes<S>) {
     cast(
-        i, [](const S* p) { return Pack<S>::load(p); },
+        i, lanes<S>, [](const S* p) { return Pack<S>::load(p); },
         [](S* p, const Pack<S>& value) { value.store(p); });
   }
-  if (i == n) return;
+  if (i >= n) return;
   // Filled up with rays that have been hit already.
   cast(
-      i, [&](const S* p) { return Pack<S>::load_first(p, n - i, S(0)); },
+      i, static_cast<std::uint32_t>(n - i),
+      [&](const S* p) { return Pack<S>::load_first(p, n - i, S(0)); },
       [&](S* p, const Pack<S>& value) { value.store_first(p, n - i); });
 }
 
@@ -14526,7 +14676,9 @@ namespace bristle {
 ///   starts inside is hit at distance 0 with the normal -direction. Triangles are met from both
 ///   sides. Arithmetic is done in the shape's frame and knows no absolute length.
 ///
-/// All functions are safe to call from several threads at once.
+/// All functions are safe to call from several threads at once. A backend that has a
+/// `static constexpr bool asks_slices = true` casts only the rays of `RayBatch::slice`, and the
+/// same ray to the same bits in any slice: then threads share the rays of one large patch.
 template <typename B, typename S>
 concept ShapeBackend = Scalar<S> && std::copyable<typename B::template Collidable<S>> &&
     requires(const Shape<S>& shape, const typename B::template Collidable<S>& c,
@@ -14541,6 +14693,12 @@ concept ShapeBackend = Scalar<S> && std::copyable<typename B::template Collidabl
   noexcept->std::same_as<ContactStatus>;
   { B::cast_rays(c, X, rays, tag, hits) }
   noexcept;
+};
+
+/// Whether `cast_rays` of a backend casts only the rays of `RayBatch::slice`.
+template <typename B>
+inline constexpr bool asks_slices = requires {
+  requires B::asks_slices;
 };
 
 }  // namespace bristle
@@ -15684,6 +15842,8 @@ class AnalyticShape {
 struct AnalyticBackend {
   template <Scalar S>
   using Collidable = std::shared_ptr<const AnalyticShape<S>>;
+
+  static constexpr bool asks_slices = true;
 
   template <Scalar S>
   [[nodiscard]] static Collidable<S> make(const Shape<S>& shape);
@@ -16851,10 +17011,12 @@ template <Scalar S>
   return {sum_of_lanes(a.x), sum_of_lanes(a.y), sum_of_lanes(a.z)};
 }
 
-/// The remainder of a / b, of the sign of a, exactly. Lane by lane: nothing vectorised is exact.
+/// The remainder of a / b, of the sign of a, exactly. Where no lane has more than one b in a that is
+/// a difference, which is exact there (Sterbenz); else lane by lane.
 template <Scalar S>
 [[nodiscard]] BRISTLE_LANES Pack<S> fmod(const Pack<S>& a, const Pack<S>& b) {
   using std::fmod;
+  if (all((a >= Pack<S>(S(0))) & (a < b + b))) return select(a < b, a, a - b);
   S rest[lanes<S>];
   for (std::size_t i = 0; i < lanes<S>; ++i) rest[i] = fmod(a[i], b[i]);
   return Pack<S>::load(rest);
@@ -17104,8 +17266,10 @@ template <Value T>
   const Truth<T> is_kept = is_anchored & is_within;
   did_slip = is_anchored & !is_within;
   if (all(is_kept)) return stretch;
+  // What is rooted nowhere may be stretched by anything, and must not cost the others their ease.
+  const Vector3<T> held = select(is_anchored, stretch, zero_vector<T>());
   const Vector3<T> left =
-      select(is_anchored, after_reset<T>(stretch, sigma, reset), zero_vector<T>());
+      select(is_anchored, after_reset<T>(held, sigma, reset), zero_vector<T>());
   const Anchor<T> moved = rooted<T>(pair, r_A, left);
   anchor = {select(is_kept, anchor.q_A, moved.q_A), select(is_kept, anchor.q_B, moved.q_B)};
   return left;
@@ -17272,6 +17436,13 @@ namespace bristle {
 /// [-] Sensors of a tile.
 inline constexpr std::size_t tile_size = 16;
 
+/// [-] Tiles of a slice: sums over a patch are sums of slices' sums (`sum_in_slices`). A sweep over
+/// 512 sensors takes about a microsecond, beside which starting and adding up a slice is little.
+inline constexpr std::size_t slice_tiles = 32;
+/// [-] Slices from which on threads share a sweep: less would be done before the first has heard
+/// of it.
+inline constexpr std::size_t fewest_shared_slices = 8;
+
 /// One entry for each sensor of a tile.
 template <typename T>
 using Row = std::array<T, tile_size>;
@@ -17351,6 +17522,12 @@ struct alignas(64) ContactTile {
   /// Of slipping sensors only.
   Row3<S> along, last_slip;
   Row<S> a_along;
+
+  /// Becomes that of sensor tile `number`, without a contact.
+  void begin(std::uint32_t number) {
+    tile = number;
+    is_met = is_touching = is_pushing = is_slipping = is_damping_slip = 0;
+  }
 };
 
 namespace detail {
@@ -17751,6 +17928,9 @@ struct SensorPatch {
   RayHits<S> hits{};
   std::vector<LaneBits> hit_bits;
   std::vector<TouchedShape> touched;
+  /// Of the pair at hand: which lanes of a tile hit its body, and the first contact of each slice.
+  std::vector<LaneBits> pair_bits;
+  std::vector<std::uint32_t> slice_contacts;
   std::vector<ContactTile<S>> contacts;
   std::vector<PatchPair<S>> pairs;
   std::vector<PairImpulse<S>> last_impulses;
@@ -17819,6 +17999,8 @@ template <Scalar S>
   }
   patch.hits.reset(tile_count * tile_size);
   patch.hit_bits.resize(tile_count);
+  patch.pair_bits.resize(tile_count);
+  patch.slice_contacts.resize((tile_count + slice_tiles - 1) / slice_tiles);
   patch.contacts.reserve(tile_count);
   patch.felt.resize(tile_count);
   patch.felt_before.resize(tile_count);
@@ -17919,9 +18101,10 @@ void clear_patch(SensorPatch<S>& patch);
 ///
 /// @param A        The patch's own body.
 /// @param find     Callable: TouchedBody<S> find(tag), the body that owns the shape with that tag.
+/// @param parallel_for  Shares the sensors of a large patch; the contacts are the same bits.
 template <Scalar S, typename FindBody>
 void collect_contacts(SensorPatch<S>& patch, const Body<S>& A, FindBody&& find,
-                      const CollectDef<S>& def);
+                      const CollectDef<S>& def, const ParallelFor& parallel_for = serial_for);
 
 // Implementation -----------------------------------------------------------------------------------
 
@@ -18001,10 +18184,27 @@ template <Scalar S>
   return static_cast<LaneBits>(hit & of_pair);
 }
 
+/// Finds the tiles of a pair and makes room for their contacts from contact `first` on.
+/// @return One behind the last of them.
+template <Scalar S>
+std::uint32_t place_contacts(SensorPatch<S>& patch, std::uint32_t pair, std::uint32_t first) {
+  std::uint32_t next = first;
+  for (std::size_t number = 0; number < patch.tiles.size(); ++number) {
+    if (number % slice_tiles == 0) patch.slice_contacts[number / slice_tiles] = next;
+    patch.pair_bits[number] = hit_lanes(patch, number, pair);
+    next += patch.pair_bits[number] != 0 ? 1u : 0u;
+  }
+  // What is there already is kept as it is, and so costs nothing.
+  if (patch.contacts.size() < next) patch.contacts.resize(next);
+  return next;
+}
+
 /// What is summed over the contacts of a pair while they are made. Lane by lane.
 template <Scalar S>
 struct ContactSums {
   using T = Pack<S>;
+  /// [-] Contacts.
+  std::uint32_t count = 0;
   Pack3<S> point = zero_vector<T>();
   T bristle = S(0), viscous = S(0);
   T tangential = S(0), tangential_second = S(0);
@@ -18014,6 +18214,33 @@ struct ContactSums {
   /// Of explicit impulses, about A's centre of mass.
   Pack3<S> impulse = zero_vector<T>();
   Pack3<S> impulse_moment = zero_vector<T>();
+
+  ContactSums& operator+=(const ContactSums& more) {
+    count += more.count;
+    point += more.point;
+    bristle += more.bristle;
+    viscous += more.viscous;
+    tangential += more.tangential;
+    tangential_second += more.tangential_second;
+    tangential_first += more.tangential_first;
+    normal += more.normal;
+    normal_second += more.normal_second;
+    normal_first += more.normal_first;
+    impulse += more.impulse;
+    impulse_moment += more.impulse_moment;
+    return *this;
+  }
+
+  /// [N s, N m s] Sum of the impulses that were given, on B about the arm `center`, A's axes.
+  [[nodiscard]] Wrench<S> given(const Vec3<S>& center) const {
+    return Wrench<S>{sum_of_lanes(impulse), sum_of_lanes(impulse_moment)}.shifted(center);
+  }
+  [[nodiscard]] PairStiffness<S> stiffness() const {
+    return {sum_of_lanes(bristle),           sum_of_lanes(viscous),
+            sum_of_lanes(tangential),        sum_of_lanes(normal),
+            sum_of_lanes(tangential_first),  sum_of_lanes(normal_first),
+            sum_of_lanes(tangential_second), sum_of_lanes(normal_second)};
+  }
 };
 
 /// The impulses of a pack of contacts at the start of a step into its tile, and to the sums.
@@ -18032,15 +18259,17 @@ BRISTLE_LANES void give_impulses(ContactTile<S>& tile, std::size_t at,
   moment_sum += cross(point, impulse);
 }
 
-/// Makes contacts of hits: those of one patch with one body.
+/// Makes contacts of hits: those of some tiles of one patch with one body.
 template <Scalar S, typename Parameters>
 class ContactMaker {
  public:
   using T = Pack<S>;
 
+  /// @param first  [-] Place of the first contact.
   ContactMaker(SensorPatch<S>& patch, const PatchPair<S>& pair, BodyId id_b,
-               const Parameters& parameters, const CollectDef<S>& def)
+               const Parameters& parameters, const CollectDef<S>& def, std::uint32_t first)
       : patch_(patch),
+        next_(patch.contacts.data() + first),
         parameters_(parameters),
         options_(patch.def.options),
         pose_(pair.pose),
@@ -18060,8 +18289,8 @@ class ContactMaker {
   /// Those of the lanes `hit` of a tile that meet the body at more than a grazing angle.
   BRISTLE_LANES void add_tile(std::size_t number, LaneBits hit) {
     SensorTile<S>& tile = patch_.tiles[number];
-    ContactTile<S>& out = patch_.contacts.emplace_back();
-    out.tile = static_cast<std::uint32_t>(number);
+    ContactTile<S>& out = *next_++;
+    out.begin(static_cast<std::uint32_t>(number));
     const LaneBits anchored =
         tile.is_rooted == 0
             ? LaneBits(0)
@@ -18080,24 +18309,10 @@ class ContactMaker {
       }
       tile.is_rooted = static_cast<LaneBits>((tile.is_rooted & ~hit) | out.is_touching);
     }
-    count_ += static_cast<std::uint32_t>(std::popcount(out.is_met));
-    if (out.is_met == 0) patch_.contacts.pop_back();
+    sums_.count += static_cast<std::uint32_t>(std::popcount(out.is_met));
   }
 
-  [[nodiscard]] std::uint32_t count() const { return count_; }
-  /// [m] Sum of the points of touch.
-  [[nodiscard]] Vec3<S> point_sum() const { return sum_of_lanes(sums_.point); }
-  /// [N s, N m s] Sum of the impulses that were given, on B about the arm `center`, A's axes.
-  [[nodiscard]] Wrench<S> given(const Vec3<S>& center) const {
-    return Wrench<S>{sum_of_lanes(sums_.impulse), sum_of_lanes(sums_.impulse_moment)}.shifted(
-        center);
-  }
-  [[nodiscard]] PairStiffness<S> stiffness() const {
-    return {sum_of_lanes(sums_.bristle),           sum_of_lanes(sums_.viscous),
-            sum_of_lanes(sums_.tangential),        sum_of_lanes(sums_.normal),
-            sum_of_lanes(sums_.tangential_first),  sum_of_lanes(sums_.normal_first),
-            sum_of_lanes(sums_.tangential_second), sum_of_lanes(sums_.normal_second)};
-  }
+  [[nodiscard]] const ContactSums<S>& sums() const { return sums_; }
 
  private:
   BRISTLE_LANES void add_pack(SensorTile<S>& tile, ContactTile<S>& out, std::size_t at,
@@ -18194,6 +18409,7 @@ class ContactMaker {
   }
 
   SensorPatch<S>& patch_;
+  ContactTile<S>* next_;
   const Parameters parameters_;
   const LawOptions options_;
   const PairPose<S> pose_;
@@ -18203,13 +18419,14 @@ class ContactMaker {
   const bool measures_lambda_;
   const bool gives_;
   ContactSums<S> sums_{};
-  std::uint32_t count_ = 0;
 };
 
-/// Makes the contacts of pair `index` and measures them.
+/// Makes the contacts of pair `index`, from contact `first` on, and measures them.
+/// @return One behind the last contact.
 template <Scalar S>
-void meet_body(SensorPatch<S>& patch, std::uint32_t index, const Body<S>& A,
-               const TouchedBody<S>& B, const CollectDef<S>& def) {
+std::uint32_t meet_body(SensorPatch<S>& patch, std::uint32_t index, const Body<S>& A,
+                        const TouchedBody<S>& B, const CollectDef<S>& def, std::uint32_t first,
+                        const ParallelFor& parallel_for) {
   PatchPair<S>& pair = patch.pairs[index];
   pair.R_WA = A.center_pose.rotation_matrix();
   pair.pose = pair_pose(A.center_pose, B.body->center_pose);
@@ -18217,40 +18434,49 @@ void meet_body(SensorPatch<S>& patch, std::uint32_t index, const Body<S>& A,
   const Mat3<S> R_AW = pair.R_WA.transpose();
   pair.start_motion = {product<S>(R_AW, A.twist.linear - B.body->twist.at(-p_AB_W)),
                        product<S>(R_AW, A.twist.angular - B.body->twist.angular)};
-  pair.first = static_cast<std::uint32_t>(patch.contacts.size());
+  const std::uint32_t end = place_contacts(patch, index, first);
   with_parameters<S>(patch.def, [&](const auto& parameters) {
     using Maker = ContactMaker<S, std::remove_cvref_t<decltype(parameters)>>;
-    Maker maker(patch, pair, B.id, parameters, def);
-    for (std::size_t number = 0; number < patch.tiles.size(); ++number) {
-      const LaneBits hit = hit_lanes(patch, number, index);
-      if (hit != 0) maker.add_tile(number, hit);
-    }
-    pair.stiffness = maker.stiffness();
+    const auto meet = [&](std::size_t from, std::size_t to, ContactSums<S>& sums) {
+      Maker maker(patch, pair, B.id, parameters, def, patch.slice_contacts[from / slice_tiles]);
+      for (std::size_t number = from; number < to; ++number) {
+        const LaneBits hit = patch.pair_bits[number];
+        if (hit != 0) maker.add_tile(number, hit);
+      }
+      sums = maker.sums();
+    };
+    const auto sums = sum_in_slices<ContactSums<S>>(patch.tiles.size(), slice_tiles,
+                                                    fewest_shared_slices, parallel_for, meet);
+    pair.stiffness = sums.stiffness();
     // Moments are taken about the middle of the contacts, where they are smallest.
-    pair.center = maker.point_sum() / S(std::max(maker.count(), 1u));
+    pair.center = sum_of_lanes(sums.point) / S(std::max(sums.count, 1u));
     pair.is_given = Maker::is_explicit(patch.def);
-    pair.given = maker.given(pair.center);
+    pair.given = sums.given(pair.center);
+    // A body that is met at grazing angles only is not met.
+    pair.first = first;
+    pair.count = sums.count > 0 ? end - first : 0;
   });
-  pair.count = static_cast<std::uint32_t>(patch.contacts.size()) - pair.first;
   pair.arm_a = product(pair.R_WA, pair.center);
   pair.arm_b = pair.arm_a - p_AB_W;
+  return end;
 }
 
 }  // namespace detail
 
 template <Scalar S, typename FindBody>
 void collect_contacts(SensorPatch<S>& patch, const Body<S>& A, FindBody&& find,
-                      const CollectDef<S>& def) {
-  patch.contacts.clear();
+                      const CollectDef<S>& def, const ParallelFor& parallel_for) {
   patch.pairs.clear();
   detail::find_touched(patch, find, def.only_tag);
+  std::uint32_t contacts = 0;
   for (std::uint32_t index = 0; index < patch.pairs.size(); ++index) {
     for (const TouchedShape& shape : patch.touched) {
       if (shape.pair != index) continue;
-      detail::meet_body(patch, index, A, find(shape.tag), def);
+      contacts = detail::meet_body(patch, index, A, find(shape.tag), def, contacts, parallel_for);
       break;
     }
   }
+  patch.contacts.resize(contacts);
 }
 
 }  // namespace bristle
@@ -18331,7 +18557,8 @@ template <Scalar S>
 /// all of them see the same relative motion of two rigid bodies, their sum is one 6x6 matrix and
 /// one 6-vector, whatever their number. Sensors that change state within the step (touch, let go,
 /// slip) are linearised anew around the last solution, a few passes at most. docs/sensors.md
-/// derives every line; the equations are numbered there.
+/// derives every line; the equations are numbered there. Sweeps over the contacts of a large patch
+/// are shared by the threads of `parallel_for`, with the same bits for any number of them.
 // SPDX-License-Identifier: BSD-3-Clause
 
 // === bristle/sensors/linear_model.hpp
@@ -18538,6 +18765,27 @@ struct ModelSum {
     angular += cross(c.rho, c.constant);
   }
 
+  ModelSum& operator+=(const ModelSum& more) {
+    xx += more.xx;
+    xy += more.xy;
+    xz += more.xz;
+    yy += more.yy;
+    yz += more.yz;
+    zz += more.zz;
+    top_x += more.top_x;
+    top_y += more.top_y;
+    top_z += more.top_z;
+    low_xx += more.low_xx;
+    low_xy += more.low_xy;
+    low_xz += more.low_xz;
+    low_yy += more.low_yy;
+    low_yz += more.low_yz;
+    low_zz += more.low_zz;
+    linear += more.linear;
+    angular += more.angular;
+    return *this;
+  }
+
   /// The sum over all lanes.
   void get(Mat6<S>& matrix, Vec6<S>& offset) const {
     Mat3<S> K, low;
@@ -18579,6 +18827,14 @@ struct PassChange {
   bool has_slip = false;
   T force_sum = ScalarOf<T>(0);
   T force_change = ScalarOf<T>(0);
+
+  PassChange& operator+=(const PassChange& more) {
+    did_switch = did_switch || more.did_switch;
+    has_slip = has_slip || more.has_slip;
+    force_sum += more.force_sum;
+    force_change += more.force_change;
+    return *this;
+  }
 };
 
 /// Whether the normal part of a contact acts at the velocity v that was found, and with what force.
@@ -18635,7 +18891,8 @@ void set_scheme(PatchPair<S>& pair, S bristle_sum, S viscous_sum, S w, S dt);
 /// Linearises all contacts of a pair for the first pass, around the motion at the start of the
 /// step, and sums their models.
 template <Scalar S>
-void start_linearisation(SensorPatch<S>& patch, PatchPair<S>& pair, S dt);
+void start_linearisation(SensorPatch<S>& patch, PatchPair<S>& pair, S dt,
+                         const ParallelFor& parallel_for = serial_for);
 
 /// Moves the linearisation to the motion that was found, after `evaluate_impulses` there.
 /// @param motion        u at the end of the step, as the solver found it.
@@ -18644,7 +18901,8 @@ void start_linearisation(SensorPatch<S>& patch, PatchPair<S>& pair, S dt);
 /// @return Whether anything changed that matters: another solve is needed.
 template <Scalar S>
 bool update_linearisation(SensorPatch<S>& patch, PatchPair<S>& pair, const Vec6<S>& motion, S dt,
-                          int pass, bool is_last_pass);
+                          int pass, bool is_last_pass,
+                          const ParallelFor& parallel_for = serial_for);
 
 /// Puts the sum of the linear models of a pair's contacts into its soft block.
 template <Scalar S>
@@ -18657,7 +18915,8 @@ void clear_impulses(SensorPatch<S>& patch, const PatchPair<S>& pair);
 /// Evaluates the impulse of every contact at the motion that was found.
 /// @return [N s, N m s] Their sum on B about c.
 template <Scalar S>
-Wrench<S> evaluate_impulses(SensorPatch<S>& patch, const PatchPair<S>& pair, const Vec6<S>& motion);
+Wrench<S> evaluate_impulses(SensorPatch<S>& patch, const PatchPair<S>& pair, const Vec6<S>& motion,
+                            const ParallelFor& parallel_for = serial_for);
 
 // Implementation -----------------------------------------------------------------------------------
 
@@ -18678,6 +18937,17 @@ template <Scalar S>
   return std::span(patch.contacts).subspan(pair.first, pair.count);
 }
 
+/// Adds up part(tiles, sum) over a pair's contact tiles, in slices that threads may share.
+template <typename Sum, Scalar S, typename Part>
+[[nodiscard]] Sum sum_of_contacts(SensorPatch<S>& patch, const PatchPair<S>& pair,
+                                  const ParallelFor& parallel_for, const Part& part) {
+  const std::span<ContactTile<S>> all = contacts_of(patch, pair);
+  return sum_in_slices<Sum>(all.size(), slice_tiles, fewest_shared_slices, parallel_for,
+                            [&](std::size_t first, std::size_t end, Sum& sum) {
+                              part(all.subspan(first, end - first), sum);
+                            });
+}
+
 /// A motion of A relative to B, in A's axes, for all lanes.
 template <Scalar S>
 struct LaneMotion {
@@ -18695,12 +18965,23 @@ struct LaneMotion {
   }
 };
 
-/// A wrench in the world's axes from one in A's, in lanes.
+/// A wrench in lanes, in A's axes.
 template <Scalar S>
-[[nodiscard]] Wrench<S> world_wrench(const PatchPair<S>& pair, const Pack3<S>& force,
-                                     const Pack3<S>& torque) {
-  return {product<S>(pair.R_WA, sum_of_lanes(force)), product<S>(pair.R_WA, sum_of_lanes(torque))};
-}
+struct LaneWrench {
+  Pack3<S> force = zero_vector<Pack<S>>();
+  Pack3<S> torque = zero_vector<Pack<S>>();
+
+  LaneWrench& operator+=(const LaneWrench& more) {
+    force += more.force;
+    torque += more.torque;
+    return *this;
+  }
+  /// Its sum in the world's axes.
+  [[nodiscard]] Wrench<S> in_world(const PatchPair<S>& pair) const {
+    return {product<S>(pair.R_WA, sum_of_lanes(force)),
+            product<S>(pair.R_WA, sum_of_lanes(torque))};
+  }
+};
 
 /// Loads what is known of the contacts of a pack before anything is linearised.
 template <Scalar S>
@@ -18738,113 +19019,228 @@ BRISTLE_LANES void store_model(ContactTile<S>& tile, std::size_t at, PatchContac
   sum.add(c);
 }
 
+/// First models of some contacts, around the motion at the start of the step.
+template <Scalar S, typename Parameters>
+void linearise_at_start(SensorPatch<S>& patch, const PatchPair<S>& pair,
+                        std::span<ContactTile<S>> tiles, const Parameters& parameters, S dt,
+                        ModelSum<Pack<S>>& total) {
+  using T = Pack<S>;
+  const LawOptions options = patch.def.options;
+  const PatchPair<S> scheme = pair;
+  const LaneMotion<S> start(pair.start_motion.at(pair.center), pair.start_motion.angular);
+  const Pack3<S> center = Pack3<S>::all(pair.center);
+  ModelSum<T> sum;
+  for (ContactTile<S>& tile : tiles) {
+    const SensorTile<S>& sensors = patch.tiles[tile.tile];
+    tile.is_slipping = 0;
+    for (std::size_t at = 0; at < tile_size; at += lanes<S>) {
+      if (pack_bits<S>(tile.is_met, at) == 0) continue;
+      PatchContact<T> c;
+      load_geometry(sensors, tile, at, center, c);
+      const SensorParameters<T>& p = parameters(tile.tile, at);
+      c.start_velocity = start.at(c.rho);
+      linearise_normal<T>(p, c, dt);
+      c.is_pushing = load_mask<S>(tile.is_met, at) &
+                     (c.normal_constant + c.a_normal * dot(c.g, c.start_velocity) > T(S(0)));
+      c.normal_impulse = T(dt) * c.force;
+      // Nothing slips yet: the mask is empty, which the compiler sees.
+      c.is_slipping = c.is_damping_slip = Mask<S>::from_bits(0);
+      linearise<T>(p, options, scheme, c, c.start_velocity, dt);
+      store_model(tile, at, c, sum);
+    }
+  }
+  total = sum;
+}
+
+/// What a pass knows when it moves the linearisation.
+template <Scalar S>
+struct PassDef {
+  /// [m/s, rad/s] u at the end of the step, as the solver found it.
+  Vec6<S> motion = Vec6<S>::Zero();
+  /// [s] The step.
+  S dt = S(0);
+  /// [-] Number of the solve that found it, from 1.
+  int pass = 0;
+  /// [-] Whether there is one more solve only.
+  bool is_last = false;
+};
+
+/// Finds out what some contacts do at the motion that was found.
+template <Scalar S, typename Parameters>
+void find_changes(SensorPatch<S>& patch, const PatchPair<S>& pair, std::span<ContactTile<S>> tiles,
+                  const Parameters& parameters, const PassDef<S>& def, PassChange<Pack<S>>& total) {
+  using T = Pack<S>;
+  const LawOptions options = patch.def.options;
+  const S dt = def.dt;
+  const LaneMotion<S> found(pair, def.motion);
+  const Pack3<S> center = Pack3<S>::all(pair.center);
+  PassChange<T> change;
+  for (ContactTile<S>& tile : tiles) {
+    const SensorTile<S>& sensors = patch.tiles[tile.tile];
+    for (std::size_t at = 0; at < tile_size; at += lanes<S>) {
+      if (pack_bits<S>(tile.is_met, at) == 0) continue;
+      PatchContact<T> c;
+      load_geometry(sensors, tile, at, center, c);
+      load_states(tile, at, c);
+      if (any(c.is_slipping)) c.last_slip = load_pack(tile.last_slip, at);
+      const SensorParameters<T>& p = parameters(tile.tile, at);
+      const Pack3<S> v = found.at(c.rho);
+      linearise_normal<T>(p, c, dt);
+      update_normal<T>(c, load_mask<S>(tile.is_met, at), v, dt, change);
+      update_slip<T>(c, tangential<T>(v, c.n), p.breakaway_distance, options.reset, dt, def.pass,
+                     def.is_last, change);
+      store_pack(tile.force, at, c.force);
+      store_mask(tile.is_pushing, at, c.is_pushing);
+      if (any(c.is_slipping)) store_pack(tile.last_slip, at, c.last_slip);
+      store_mask(tile.is_slipping, at, c.is_slipping);
+      store_mask(tile.is_damping_slip, at, c.is_damping_slip);
+    }
+  }
+  total = change;
+}
+
+/// Models around another motion, and by how much they change the friction there.
+template <Value T>
+struct MovedModels {
+  ModelSum<T> models;
+  T friction_sum = ScalarOf<T>(0);
+  T friction_change = ScalarOf<T>(0);
+
+  MovedModels& operator+=(const MovedModels& more) {
+    models += more.models;
+    friction_sum += more.friction_sum;
+    friction_change += more.friction_change;
+    return *this;
+  }
+};
+
+/// Models of some contacts around the motion that was found.
+/// @param lagged  [s] The step, or 0 for normal forces that have not settled.
+template <Scalar S, typename Parameters>
+void linearise_at_motion(SensorPatch<S>& patch, const PatchPair<S>& pair,
+                         std::span<ContactTile<S>> tiles, const Parameters& parameters,
+                         const PassDef<S>& def, S lagged, MovedModels<Pack<S>>& total) {
+  using T = Pack<S>;
+  const LawOptions options = patch.def.options;
+  const S dt = def.dt;
+  const LaneMotion<S> found(pair, def.motion);
+  const PatchPair<S> scheme = pair;
+  const LaneMotion<S> start(pair.start_motion.at(pair.center), pair.start_motion.angular);
+  const Pack3<S> center = Pack3<S>::all(pair.center);
+  MovedModels<T> sum;
+  for (ContactTile<S>& tile : tiles) {
+    const SensorTile<S>& sensors = patch.tiles[tile.tile];
+    for (std::size_t at = 0; at < tile_size; at += lanes<S>) {
+      if (pack_bits<S>(tile.is_met, at) == 0) continue;
+      PatchContact<T> c;
+      load_geometry(sensors, tile, at, center, c);
+      load_states(tile, at, c);
+      const SensorParameters<T>& p = parameters(tile.tile, at);
+      const Pack3<S> v = found.at(c.rho);
+      c.start_velocity = start.at(c.rho);
+      c.normal_impulse = T(lagged) * c.force;
+      linearise_normal<T>(p, c, dt);
+      linearise<T>(p, options, scheme, c, tangential<T>(v, c.n), dt);
+      store_model(tile, at, c, sum.models);
+      if (any(c.is_slipping)) {
+        store_pack(tile.along, at, c.along);
+        store_pack(tile.a_along, at, c.a_along);
+      }
+      const Mask<S> is_met = load_mask<S>(tile.is_met, at);
+      const Pack3<S> before = tangential<T>(load_pack(tile.impulse, at), c.n);
+      const Pack3<S> after = tangential<T>(model_impulse<T>(c, v), c.n);
+      const Pack3<S> difference = after - before;
+      sum.friction_change += select(is_met, sqrt(dot(difference, difference)), T(S(0)));
+      sum.friction_sum += select(is_met, sqrt(dot(before, before)), T(S(0)));
+    }
+  }
+  total = sum;
+}
+
+/// Impulses of some contacts at the motion that was found.
+template <Scalar S>
+void evaluate(SensorPatch<S>& patch, const PatchPair<S>& pair, std::span<ContactTile<S>> tiles,
+              const Vec6<S>& motion, LaneWrench<S>& total) {
+  using T = Pack<S>;
+  const LaneMotion<S> found(pair, motion);
+  const Pack3<S> center = Pack3<S>::all(pair.center);
+  LaneWrench<S> sum;
+  for (ContactTile<S>& tile : tiles) {
+    const SensorTile<S>& sensors = patch.tiles[tile.tile];
+    for (std::size_t at = 0; at < tile_size; at += lanes<S>) {
+      if (pack_bits<S>(tile.is_met, at) == 0) continue;
+      PatchContact<T> c;
+      c.n = load_pack(sensors.direction, at);
+      c.g = load_pack(tile.g, at);
+      c.rho = load_pack(tile.point, at) - center;
+      c.constant = load_pack(tile.constant, at);
+      c.a_normal = load_pack(tile.a_normal, at);
+      c.a_across = load_pack(tile.a_across, at);
+      c.is_slipping = load_mask<S>(tile.is_slipping, at);
+      if (any(c.is_slipping)) {
+        c.along = load_pack(tile.along, at);
+        c.a_along = load_pack(tile.a_along, at);
+      }
+      Pack3<S> impulse = model_impulse<T>(c, found.at(c.rho));
+      T normal = select(load_mask<S>(tile.is_pushing, at), dot(impulse, c.n), T(S(0)));
+      const Mask<S> pulls = normal < T(S(0));
+      if (any(pulls)) {
+        // The passes ran out before these sensors were seen to part: they must not pull.
+        impulse = select(pulls, tangential<T>(impulse, c.n), impulse);
+        normal = select(pulls, T(S(0)), normal);
+      }
+      store_pack(tile.impulse, at, impulse);
+      store_pack(tile.normal_impulse, at, normal);
+      sum.force += impulse;
+      sum.torque += cross(c.rho, impulse);
+    }
+  }
+  total = sum;
+}
+
 }  // namespace detail
 
 template <Scalar S>
-void start_linearisation(SensorPatch<S>& patch, PatchPair<S>& pair, S dt) {
-  using T = Pack<S>;
+void start_linearisation(SensorPatch<S>& patch, PatchPair<S>& pair, S dt,
+                         const ParallelFor& parallel_for) {
+  using Sum = detail::ModelSum<Pack<S>>;
   detail::with_parameters<S>(patch.def, [&](const auto& parameters) {
-    const LawOptions options = patch.def.options;
-    const PatchPair<S> scheme = pair;
-    const detail::LaneMotion<S> start(pair.start_motion.at(pair.center), pair.start_motion.angular);
-    const Pack3<S> center = Pack3<S>::all(pair.center);
-    detail::ModelSum<T> sum;
-    for (ContactTile<S>& tile : detail::contacts_of(patch, pair)) {
-      const SensorTile<S>& sensors = patch.tiles[tile.tile];
-      tile.is_slipping = 0;
-      for (std::size_t at = 0; at < tile_size; at += lanes<S>) {
-        if (detail::pack_bits<S>(tile.is_met, at) == 0) continue;
-        PatchContact<T> c;
-        detail::load_geometry(sensors, tile, at, center, c);
-        const SensorParameters<T>& p = parameters(tile.tile, at);
-        c.start_velocity = start.at(c.rho);
-        detail::linearise_normal<T>(p, c, dt);
-        c.is_pushing = detail::load_mask<S>(tile.is_met, at) &
-                       (c.normal_constant + c.a_normal * dot(c.g, c.start_velocity) > T(S(0)));
-        c.normal_impulse = T(dt) * c.force;
-        // Nothing slips yet: the mask is empty, which the compiler sees.
-        c.is_slipping = c.is_damping_slip = Mask<S>::from_bits(0);
-        detail::linearise<T>(p, options, scheme, c, c.start_velocity, dt);
-        detail::store_model(tile, at, c, sum);
-      }
-    }
+    const Sum sum = detail::sum_of_contacts<Sum>(
+        patch, pair, parallel_for, [&](std::span<ContactTile<S>> tiles, Sum& part) {
+          detail::linearise_at_start<S>(patch, pair, tiles, parameters, dt, part);
+        });
     sum.get(pair.matrix, pair.offset);
   });
 }
 
 template <Scalar S>
 bool update_linearisation(SensorPatch<S>& patch, PatchPair<S>& pair, const Vec6<S>& motion, S dt,
-                          int pass, bool is_last_pass) {
+                          int pass, bool is_last_pass, const ParallelFor& parallel_for) {
   // Changes count when they reach a thousandth of what the patch carries: friction follows the
   // normal force of the pass before.
-  using T = Pack<S>;
   const S negligible = S(1e-3);
-  const LawOptions options = patch.def.options;
-  const detail::LaneMotion<S> found(pair, motion);
-  const Pack3<S> center = Pack3<S>::all(pair.center);
+  const detail::PassDef<S> def{motion, dt, pass, is_last_pass};
+  using Change = detail::PassChange<Pack<S>>;
+  using Moved = detail::MovedModels<Pack<S>>;
   return detail::with_parameters<S>(patch.def, [&](const auto& parameters) {
-    detail::PassChange<T> change;
-    for (ContactTile<S>& tile : detail::contacts_of(patch, pair)) {
-      const SensorTile<S>& sensors = patch.tiles[tile.tile];
-      for (std::size_t at = 0; at < tile_size; at += lanes<S>) {
-        if (detail::pack_bits<S>(tile.is_met, at) == 0) continue;
-        PatchContact<T> c;
-        detail::load_geometry(sensors, tile, at, center, c);
-        detail::load_states(tile, at, c);
-        if (any(c.is_slipping)) c.last_slip = detail::load_pack(tile.last_slip, at);
-        const SensorParameters<T>& p = parameters(tile.tile, at);
-        const Pack3<S> v = found.at(c.rho);
-        detail::linearise_normal<T>(p, c, dt);
-        detail::update_normal<T>(c, detail::load_mask<S>(tile.is_met, at), v, dt, change);
-        detail::update_slip<T>(c, tangential<T>(v, c.n), p.breakaway_distance, options.reset, dt,
-                               pass, is_last_pass, change);
-        detail::store_pack(tile.force, at, c.force);
-        detail::store_mask(tile.is_pushing, at, c.is_pushing);
-        if (any(c.is_slipping)) detail::store_pack(tile.last_slip, at, c.last_slip);
-        detail::store_mask(tile.is_slipping, at, c.is_slipping);
-        detail::store_mask(tile.is_damping_slip, at, c.is_damping_slip);
-      }
-    }
+    const Change change = detail::sum_of_contacts<Change>(
+        patch, pair, parallel_for, [&](std::span<ContactTile<S>> tiles, Change& part) {
+          detail::find_changes<S>(patch, pair, tiles, parameters, def, part);
+        });
     const bool has_changed = change.did_switch || sum_of_lanes(change.force_change) >
                                                       negligible * sum_of_lanes(change.force_sum);
     if (!has_changed && !change.has_slip) return false;
 
-    const PatchPair<S> scheme = pair;
-    const detail::LaneMotion<S> start(pair.start_motion.at(pair.center), pair.start_motion.angular);
     // Normal forces that have not settled by the last pass point along the gradient, which cannot
     // give energy, and not along the ray with an impulse that was wrong the pass before.
-    const T lagged = is_last_pass && has_changed ? S(0) : dt;
-    detail::ModelSum<T> sum;
-    T friction_sum = S(0);
-    T friction_change = S(0);
-    for (ContactTile<S>& tile : detail::contacts_of(patch, pair)) {
-      const SensorTile<S>& sensors = patch.tiles[tile.tile];
-      for (std::size_t at = 0; at < tile_size; at += lanes<S>) {
-        if (detail::pack_bits<S>(tile.is_met, at) == 0) continue;
-        PatchContact<T> c;
-        detail::load_geometry(sensors, tile, at, center, c);
-        detail::load_states(tile, at, c);
-        const SensorParameters<T>& p = parameters(tile.tile, at);
-        const Pack3<S> v = found.at(c.rho);
-        c.start_velocity = start.at(c.rho);
-        c.normal_impulse = lagged * c.force;
-        detail::linearise_normal<T>(p, c, dt);
-        detail::linearise<T>(p, options, scheme, c, tangential<T>(v, c.n), dt);
-        detail::store_model(tile, at, c, sum);
-        if (any(c.is_slipping)) {
-          detail::store_pack(tile.along, at, c.along);
-          detail::store_pack(tile.a_along, at, c.a_along);
-        }
-        const Mask<S> is_met = detail::load_mask<S>(tile.is_met, at);
-        const Pack3<S> before = tangential<T>(detail::load_pack(tile.impulse, at), c.n);
-        const Pack3<S> after = tangential<T>(detail::model_impulse<T>(c, v), c.n);
-        const Pack3<S> difference = after - before;
-        friction_change += select(is_met, sqrt(dot(difference, difference)), T(S(0)));
-        friction_sum += select(is_met, sqrt(dot(before, before)), T(S(0)));
-      }
-    }
-    sum.get(pair.matrix, pair.offset);
-    return has_changed || sum_of_lanes(friction_change) > negligible * sum_of_lanes(friction_sum);
+    const S lagged = is_last_pass && has_changed ? S(0) : dt;
+    const Moved moved = detail::sum_of_contacts<Moved>(
+        patch, pair, parallel_for, [&](std::span<ContactTile<S>> tiles, Moved& part) {
+          detail::linearise_at_motion<S>(patch, pair, tiles, parameters, def, lagged, part);
+        });
+    moved.models.get(pair.matrix, pair.offset);
+    return has_changed ||
+           sum_of_lanes(moved.friction_change) > negligible * sum_of_lanes(moved.friction_sum);
   });
 }
 
@@ -18871,44 +19267,14 @@ void clear_impulses(SensorPatch<S>& patch, const PatchPair<S>& pair) {
 }
 
 template <Scalar S>
-Wrench<S> evaluate_impulses(SensorPatch<S>& patch, const PatchPair<S>& pair,
-                            const Vec6<S>& motion) {
-  using T = Pack<S>;
-  const detail::LaneMotion<S> found(pair, motion);
-  const Pack3<S> center = Pack3<S>::all(pair.center);
-  Pack3<S> force = zero_vector<T>();
-  Pack3<S> torque = zero_vector<T>();
-  for (ContactTile<S>& tile : detail::contacts_of(patch, pair)) {
-    const SensorTile<S>& sensors = patch.tiles[tile.tile];
-    for (std::size_t at = 0; at < tile_size; at += lanes<S>) {
-      if (detail::pack_bits<S>(tile.is_met, at) == 0) continue;
-      PatchContact<T> c;
-      c.n = detail::load_pack(sensors.direction, at);
-      c.g = detail::load_pack(tile.g, at);
-      c.rho = detail::load_pack(tile.point, at) - center;
-      c.constant = detail::load_pack(tile.constant, at);
-      c.a_normal = detail::load_pack(tile.a_normal, at);
-      c.a_across = detail::load_pack(tile.a_across, at);
-      c.is_slipping = detail::load_mask<S>(tile.is_slipping, at);
-      if (any(c.is_slipping)) {
-        c.along = detail::load_pack(tile.along, at);
-        c.a_along = detail::load_pack(tile.a_along, at);
-      }
-      Pack3<S> impulse = detail::model_impulse<T>(c, found.at(c.rho));
-      T normal = select(detail::load_mask<S>(tile.is_pushing, at), dot(impulse, c.n), T(S(0)));
-      const Mask<S> pulls = normal < T(S(0));
-      if (any(pulls)) {
-        // The passes ran out before these sensors were seen to part: they must not pull.
-        impulse = select(pulls, tangential<T>(impulse, c.n), impulse);
-        normal = select(pulls, T(S(0)), normal);
-      }
-      detail::store_pack(tile.impulse, at, impulse);
-      detail::store_pack(tile.normal_impulse, at, normal);
-      force += impulse;
-      torque += cross(c.rho, impulse);
-    }
-  }
-  return detail::world_wrench(pair, force, torque);
+Wrench<S> evaluate_impulses(SensorPatch<S>& patch, const PatchPair<S>& pair, const Vec6<S>& motion,
+                            const ParallelFor& parallel_for) {
+  using Sum = detail::LaneWrench<S>;
+  return detail::sum_of_contacts<Sum>(patch, pair, parallel_for,
+                                      [&](std::span<ContactTile<S>> tiles, Sum& part) {
+                                        detail::evaluate<S>(patch, pair, tiles, motion, part);
+                                      })
+      .in_world(pair);
 }
 
 }  // namespace bristle
@@ -18929,9 +19295,11 @@ void measure_pair(const SensorPatch<S>& patch, PatchPair<S>& pair, const SolverB
 
 /// Evaluates every contact of a pair at the start of the step, under the law of the patch; or says
 /// what was given when they were made.
+/// @param parallel_for  Shares the contacts of a large patch; the impulses are the same bits.
 /// @return [N s, N m s] The sum of the impulses on B about c.
 template <Scalar S>
-Wrench<S> explicit_impulses(SensorPatch<S>& patch, const PatchPair<S>& pair, BodyId id_b, S dt);
+Wrench<S> explicit_impulses(SensorPatch<S>& patch, const PatchPair<S>& pair, BodyId id_b, S dt,
+                            const ParallelFor& parallel_for = serial_for);
 
 // Implementation -----------------------------------------------------------------------------------
 
@@ -18993,42 +19361,54 @@ Wrench<S> ambf_impulses(SensorPatch<S>& patch, const PatchPair<S>& pair, BodyId 
   return {pair.R_WA * sum.force, pair.R_WA * sum.torque};
 }
 
-/// `explicit_impulses` under the paper's law, in lanes.
-template <Scalar S>
-Wrench<S> paper_impulses(SensorPatch<S>& patch, const PatchPair<S>& pair, S dt) {
-  using T = Pack<S>;
+/// Impulses of some contacts at the start of the step, under the paper's law.
+template <Scalar S, typename Parameters>
+void give_at_start(SensorPatch<S>& patch, const PatchPair<S>& pair, std::span<ContactTile<S>> tiles,
+                   const Parameters& parameters, S dt, LaneWrench<S>& total) {
   const LawOptions options = patch.def.options;
   const LaneMotion<S> start(pair.start_motion.linear, pair.start_motion.angular);
   const Pack3<S> center = Pack3<S>::all(pair.center);
-  return with_parameters<S>(patch.def, [&](const auto& parameters) {
-    Pack3<S> force_sum = zero_vector<T>();
-    Pack3<S> torque_sum = zero_vector<T>();
-    for (ContactTile<S>& tile : contacts_of(patch, pair)) {
-      const SensorTile<S>& sensors = patch.tiles[tile.tile];
-      for (std::size_t at = 0; at < tile_size; at += lanes<S>) {
-        if (pack_bits<S>(tile.is_met, at) == 0) continue;
-        const Pack3<S> point = load_pack(tile.point, at);
-        const SensorContact<T> contact{
-            load_pack(tile.depth, at), load_pack(sensors.inverse_length, at),
-            load_pack(sensors.direction, at), load_pack(tile.g, at), start.at(point)};
-        give_impulses<S>(tile, at, parameters(tile.tile, at), options, contact,
-                         load_pack(tile.stretch, at), point - center,
-                         load_mask<S>(tile.is_touching, at), dt, force_sum, torque_sum);
-      }
+  LaneWrench<S> sum;
+  for (ContactTile<S>& tile : tiles) {
+    const SensorTile<S>& sensors = patch.tiles[tile.tile];
+    for (std::size_t at = 0; at < tile_size; at += lanes<S>) {
+      if (pack_bits<S>(tile.is_met, at) == 0) continue;
+      const Pack3<S> point = load_pack(tile.point, at);
+      const SensorContact<Pack<S>> contact{
+          load_pack(tile.depth, at), load_pack(sensors.inverse_length, at),
+          load_pack(sensors.direction, at), load_pack(tile.g, at), start.at(point)};
+      give_impulses<S>(tile, at, parameters(tile.tile, at), options, contact,
+                       load_pack(tile.stretch, at), point - center,
+                       load_mask<S>(tile.is_touching, at), dt, sum.force, sum.torque);
     }
-    return world_wrench(pair, force_sum, torque_sum);
+  }
+  total = sum;
+}
+
+/// `explicit_impulses` under the paper's law.
+template <Scalar S>
+Wrench<S> paper_impulses(SensorPatch<S>& patch, const PatchPair<S>& pair, S dt,
+                         const ParallelFor& parallel_for) {
+  using Sum = LaneWrench<S>;
+  return with_parameters<S>(patch.def, [&](const auto& parameters) {
+    return sum_of_contacts<Sum>(patch, pair, parallel_for,
+                                [&](std::span<ContactTile<S>> tiles, Sum& part) {
+                                  give_at_start<S>(patch, pair, tiles, parameters, dt, part);
+                                })
+        .in_world(pair);
   });
 }
 
 }  // namespace detail
 
 template <Scalar S>
-Wrench<S> explicit_impulses(SensorPatch<S>& patch, const PatchPair<S>& pair, BodyId id_b, S dt) {
+Wrench<S> explicit_impulses(SensorPatch<S>& patch, const PatchPair<S>& pair, BodyId id_b, S dt,
+                            const ParallelFor& parallel_for) {
   if (pair.is_given) {
     return {product(pair.R_WA, pair.given.force), product(pair.R_WA, pair.given.torque)};
   }
   return patch.def.options.law == Law::ambf ? detail::ambf_impulses(patch, pair, id_b, dt)
-                                            : detail::paper_impulses(patch, pair, dt);
+                                            : detail::paper_impulses(patch, pair, dt, parallel_for);
 }
 
 }  // namespace bristle
@@ -19044,8 +19424,10 @@ namespace bristle {
 /// Turns the impulses of all contacts into readings.
 /// @param origin   [m] A's centre of mass in the world.
 /// @param find_id  Callable: BodyId find_id(slot).
+/// @param parallel_for  Shares the contacts of a large patch; the readings are the same bits.
 template <Scalar S, typename FindId>
-void fill_readings(SensorPatch<S>& patch, const Vec3<S>& origin, S dt, FindId&& find_id);
+void fill_readings(SensorPatch<S>& patch, const Vec3<S>& origin, S dt, FindId&& find_id,
+                   const ParallelFor& parallel_for = serial_for);
 
 // Implementation -----------------------------------------------------------------------------------
 
@@ -19067,13 +19449,24 @@ BRISTLE_LANES void clear_pack(ReadingStore<S>& out, std::size_t i) {
   nothing.store(out.shear_2.data() + i);
 }
 
-/// Readings of the contacts of one tile on the body `id`, with the wrench of the force on A added
-/// to (force, torque) and its part across the rays to `shear`, all in A's axes.
+/// Forces on A of contacts, in its axes: their wrench, and their part across the rays.
+template <Scalar S>
+struct ReadingSum {
+  LaneWrench<S> all{};
+  Pack3<S> shear = zero_vector<Pack<S>>();
+
+  ReadingSum& operator+=(const ReadingSum& more) {
+    all += more.all;
+    shear += more.shear;
+    return *this;
+  }
+};
+
+/// Readings of the contacts of one tile on the body `id`, with their forces added to `sum`.
 template <Scalar S>
 BRISTLE_LANES void read_tile(SensorPatch<S>& patch, const PatchPair<S>& pair,
                              const ContactTile<S>& tile, const Vec3<S>& origin, S per_step,
-                             BodyId id, Pack3<S>& force_sum, Pack3<S>& torque_sum,
-                             Pack3<S>& shear_sum) {
+                             BodyId id, ReadingSum<S>& sum) {
   using T = Pack<S>;
   const SensorTile<S>& sensors = patch.tiles[tile.tile];
   ReadingStore<S>& out = patch.readings;
@@ -19097,9 +19490,9 @@ BRISTLE_LANES void read_tile(SensorPatch<S>& patch, const PatchPair<S>& pair,
     const Mask<S> is_felt = is_touching | (load_mask<S>(tile.is_met, at) & (normal > T(S(0))));
     felt |= bits(is_felt) << at;
     const Pack3<S> felt_force = select(is_felt, force, zero_vector<T>());
-    force_sum += felt_force;
-    torque_sum += cross(point, felt_force);
-    shear_sum += select(is_felt, shear, zero_vector<T>());
+    sum.all.force += felt_force;
+    sum.all.torque += cross(point, felt_force);
+    sum.shear += select(is_felt, shear, zero_vector<T>());
     const T depth = select(is_touching, load_pack(tile.depth, at), T(S(0)));
     put(out.depth.data() + i, is_felt, depth, is_shared);
     put(out.normal_force.data() + i, is_felt, normal, is_shared);
@@ -19127,7 +19520,8 @@ BRISTLE_LANES void read_tile(SensorPatch<S>& patch, const PatchPair<S>& pair,
 }  // namespace detail
 
 template <Scalar S, typename FindId>
-void fill_readings(SensorPatch<S>& patch, const Vec3<S>& origin, S dt, FindId&& find_id) {
+void fill_readings(SensorPatch<S>& patch, const Vec3<S>& origin, S dt, FindId&& find_id,
+                   const ParallelFor& parallel_for) {
   ReadingStore<S>& out = patch.readings;
   patch.has_felt = !patch.pairs.empty();
   std::swap(patch.felt, patch.felt_before);
@@ -19136,14 +19530,17 @@ void fill_readings(SensorPatch<S>& patch, const Vec3<S>& origin, S dt, FindId&& 
   out.shear_W.setZero();
   for (const PatchPair<S>& pair : patch.pairs) {
     const BodyId id = find_id(pair.body_b);
-    Pack3<S> force = zero_vector<Pack<S>>();
-    Pack3<S> torque = force;
-    Pack3<S> shear = force;
-    for (const ContactTile<S>& tile : detail::contacts_of(patch, pair)) {
-      detail::read_tile(patch, pair, tile, origin, S(1) / dt, id, force, torque, shear);
-    }
-    out.wrench += detail::world_wrench(pair, force, torque);
-    out.shear_W += product<S>(pair.R_WA, sum_of_lanes(shear));
+    using Sum = detail::ReadingSum<S>;
+    const Sum sum = detail::sum_of_contacts<Sum>(
+        patch, pair, parallel_for, [&](std::span<ContactTile<S>> tiles, Sum& part) {
+          Sum own;
+          for (const ContactTile<S>& tile : tiles) {
+            detail::read_tile(patch, pair, tile, origin, S(1) / dt, id, own);
+          }
+          part = own;
+        });
+    out.wrench += sum.all.in_world(pair);
+    out.shear_W += product<S>(pair.R_WA, sum_of_lanes(sum.shear));
   }
   for (std::size_t i = 0; i < patch.felt.size(); ++i) {
     if (patch.felt[i] == 0 && patch.felt_before[i] != 0) out.clear_tile(i);
@@ -23160,8 +23557,11 @@ class SensorStage {
       if (state.patches.is_live(i)) live_.push_back(i);
     }
     scratch_.resize(std::max(scratch_.size(), live_.size()));
+    const bool shares = asks_slices<Backend> && !is_serial(state.def.parallel_for);
     // Patches write to themselves and to their own scratch only.
-    const auto task = [this, &state](std::size_t k) { sense_patch(state, live_[k], scratch_[k]); };
+    const auto task = [this, &state, shares](std::size_t k) {
+      sense_patch(state, live_[k], scratch_[k], shares);
+    };
     // A sensor costs some ten nanoseconds and waking a thread microseconds.
     constexpr std::size_t fewest_shared_sensors = 256;
     std::size_t sensors = 0;
@@ -23176,6 +23576,7 @@ class SensorStage {
     } else {
       for (std::size_t k = 0; k < live_.size(); ++k) task(k);
     }
+    if (shares) sense_shared(state);
     state.report.patches = live_.size();
     std::size_t awake = 0;
     for (std::size_t k = 0; k < live_.size(); ++k) {
@@ -23233,7 +23634,8 @@ class SensorStage {
   void evaluate(State& state, std::uint32_t soft) const {
     SensorPatch<S>& patch = state.patches.at(owners_[soft].patch);
     SoftBlock<S>& block = state.constraints.soft[soft];
-    const Wrench<S> sum = evaluate_impulses(patch, patch.pairs[owners_[soft].pair], block.motion);
+    const Wrench<S> sum = evaluate_impulses(patch, patch.pairs[owners_[soft].pair], block.motion,
+                                            state.def.parallel_for);
     block.impulse << sum.force, sum.torque;
   }
 
@@ -23249,7 +23651,7 @@ class SensorStage {
     SensorPatch<S>& patch = state.patches.at(owners_[soft].patch);
     return update_linearisation(patch, patch.pairs[owners_[soft].pair],
                                 state.constraints.soft[soft].motion, state.def.time_step, pass,
-                                is_last_pass);
+                                is_last_pass, state.def.parallel_for);
   }
 
   /// Turns all impulses into readings.
@@ -23263,9 +23665,9 @@ class SensorStage {
         patch.last_impulses.push_back(
             {state.bodies.handle(pair.body_b), state.constraints.soft[pair.soft].impulse});
       }
-      fill_readings<S>(patch, state.bodies.at(patch.body.index).center_pose.translation,
-                       state.def.time_step,
-                       [&](std::uint32_t slot) { return state.bodies.handle(slot); });
+      fill_readings<S>(
+          patch, state.bodies.at(patch.body.index).center_pose.translation, state.def.time_step,
+          [&](std::uint32_t slot) { return state.bodies.handle(slot); }, state.def.parallel_for);
       state.report.sensors_touching += patch.felt_count();
     }
   }
@@ -23275,7 +23677,18 @@ class SensorStage {
     std::vector<std::uint32_t> candidates;
     std::uint64_t rays_cast = 0;
     bool is_dormant = false;
+    /// Whether threads share its rays.
+    bool is_shared = false;
   };
+
+  /// Some rays of the patch live_[owner].
+  struct SharedRays {
+    std::size_t owner = 0;
+    RaySlice slice{};
+  };
+
+  /// [-] Sensors of a patch whose rays are worth sharing: two slices.
+  static constexpr std::size_t fewest_shared_rays = RayBundles<S>::slice_size + 1;
 
   template <typename Visit>
   void for_each_pair(State& state, Visit&& visit) const {
@@ -23324,10 +23737,10 @@ class SensorStage {
     return is_asleep;
   }
 
-  void sense_patch(State& state, std::uint32_t index, Scratch& scratch) const {
+  void sense_patch(State& state, std::uint32_t index, Scratch& scratch, bool shares) const {
     SensorPatch<S>& patch = state.patches.at(index);
-    const Body<S>& A = state.bodies.at(patch.body.index);
     scratch.rays_cast = 0;
+    scratch.is_shared = false;
     find_near(state, patch, scratch.candidates);
     scratch.is_dormant = is_dormant(state, patch, scratch.candidates);
     if (scratch.is_dormant) return;
@@ -23336,21 +23749,58 @@ class SensorStage {
       return;
     }
     patch.hits.reset(patch.size());
-    for (const std::uint32_t tag : scratch.candidates) {
-      const Collider<S, Backend>& c = state.colliders.at(tag);
-      Backend::cast_rays(c.shape, state.pose_from(A, c), patch.rays(approach(state, patch, c)), tag,
-                         patch.hits);
-      scratch.rays_cast += patch.size();
+    scratch.rays_cast = patch.size() * scratch.candidates.size();
+    scratch.is_shared =
+        shares && patch.size() >= fewest_shared_rays && !patch.bundles.slices().empty();
+    if (scratch.is_shared) return;
+    for (const std::uint32_t tag : scratch.candidates) cast_rays(state, patch, tag, {});
+    make_contacts(state, patch, scratch);
+  }
+
+  void cast_rays(State& state, SensorPatch<S>& patch, std::uint32_t tag, RaySlice slice) const {
+    const Collider<S, Backend>& c = state.colliders.at(tag);
+    RayBatch<S> rays = patch.rays(approach(state, patch, c));
+    rays.slice = slice;
+    Backend::cast_rays(c.shape, state.pose_from(state.bodies.at(patch.body.index), c), rays, tag,
+                       patch.hits);
+  }
+
+  void make_contacts(State& state, SensorPatch<S>& patch, const Scratch& scratch) const {
+    collect_contacts(
+        patch, state.bodies.at(patch.body.index),
+        [&](std::uint32_t tag) {
+          const Collider<S, Backend>& c = state.colliders.at(tag);
+          return TouchedBody<S>{&state.body_of(c), c.body};
+        },
+        {.dt = state.def.time_step,
+         .measures_lambda = measures_lambda_,
+         .only_tag =
+             scratch.candidates.size() == 1 ? scratch.candidates.front() : CollectDef<S>::any_tag},
+        state.def.parallel_for);
+  }
+
+  /// Casts the rays of large patches, slice by slice, at one shape of each after the other, and
+  /// makes their contacts.
+  void sense_shared(State& state) {
+    for (std::size_t round = 0;; ++round) {
+      shared_.clear();
+      for (std::size_t k = 0; k < live_.size(); ++k) {
+        if (!scratch_[k].is_shared || round >= scratch_[k].candidates.size()) continue;
+        for (const RaySlice& slice : state.patches.at(live_[k]).bundles.slices()) {
+          shared_.push_back({k, slice});
+        }
+      }
+      if (shared_.empty()) break;
+      const auto task = [this, &state, round](std::size_t i) {
+        const SharedRays& rays = shared_[i];
+        cast_rays(state, state.patches.at(live_[rays.owner]),
+                  scratch_[rays.owner].candidates[round], rays.slice);
+      };
+      state.def.parallel_for(shared_.size(), std::cref(task));
     }
-    collect_contacts(patch, A,
-                     [&](std::uint32_t tag) {
-                       const Collider<S, Backend>& c = state.colliders.at(tag);
-                       return TouchedBody<S>{&state.body_of(c), c.body};
-                     },
-                     {.dt = state.def.time_step,
-                      .measures_lambda = measures_lambda_,
-                      .only_tag = scratch.candidates.size() == 1 ? scratch.candidates.front()
-                                                                 : CollectDef<S>::any_tag});
+    for (std::size_t k = 0; k < live_.size(); ++k) {
+      if (scratch_[k].is_shared) make_contacts(state, state.patches.at(live_[k]), scratch_[k]);
+    }
   }
 
   [[nodiscard]] bool wants_implicit(const State& state, const SensorPatch<S>& patch,
@@ -23367,8 +23817,8 @@ class SensorStage {
 
   void apply_explicit(State& state, SensorPatch<S>& patch, const PatchPair<S>& pair) const {
     ++state.report.explicit_pairs;
-    const Wrench<S> sum =
-        explicit_impulses(patch, pair, state.bodies.handle(pair.body_b), state.def.time_step);
+    const Wrench<S> sum = explicit_impulses(patch, pair, state.bodies.handle(pair.body_b),
+                                            state.def.time_step, state.def.parallel_for);
     SolverBody<S>& a = state.solver_bodies[patch.body.index];
     SolverBody<S>& b = state.solver_bodies[pair.body_b];
     const auto push = [](SolverBody<S>& body, const Vec3<S>& arm, const Wrench<S>& w) {
@@ -23383,7 +23833,7 @@ class SensorStage {
   void add_soft_block(State& state, SensorPatch<S>& patch, PatchPair<S>& pair, SoftOwner owner) {
     ++state.report.implicit_pairs;
     pair.soft = static_cast<std::uint32_t>(state.constraints.soft.size());
-    start_linearisation(patch, pair, state.def.time_step);
+    start_linearisation(patch, pair, state.def.time_step, state.def.parallel_for);
     SoftBlock<S> block;
     block.body_a = patch.body.index;
     block.body_b = pair.body_b;
@@ -23398,6 +23848,7 @@ class SensorStage {
 
   std::vector<std::uint32_t> live_;
   std::vector<Scratch> scratch_;
+  std::vector<SharedRays> shared_;
   std::vector<S> lambda_;
   bool measures_lambda_ = false;
   std::vector<SoftOwner> owners_;
@@ -25828,6 +26279,8 @@ struct FclBackend {
   template <Scalar S>
   class Collidable;
 
+  static constexpr bool asks_slices = true;
+
   /// @throws InvalidArgument as `validate` and `to_fcl` do.
   template <Scalar S>
   [[nodiscard]] static Collidable<S> make(const Shape<S>& shape);
@@ -26349,8 +26802,8 @@ class RealTimePacer {
 /// Worker threads for `WorldDef::parallel_for`.
 ///
 /// Who does not want threads neither compiles nor links any: no other header includes this one, and
-/// `bristle.hpp` does so only where `BRISTLE_WITH_THREADS` is defined. Programs that include it link
-/// the system's threads (CMake: `Threads::Threads`).
+/// `bristle.hpp` does so only where `BRISTLE_WITH_THREADS` is defined. Programs that include it
+/// link the system's threads (CMake: `Threads::Threads`).
 // SPDX-License-Identifier: BSD-3-Clause
 
 #include <algorithm>
@@ -26368,6 +26821,10 @@ namespace bristle {
 /// `WorldDef::parallel_for = pool.hook()`; the pool must outlive the worlds that have its hook, and
 /// their copies. Any number of them may use it: who finds it busy, from another thread or from
 /// within a task, does its loop alone. Tasks must not throw. A loop does not allocate.
+///
+/// A step has several loops, of ten microseconds some of them, and to be woken takes a thread that
+/// long. So after a loop threads look out for the next one for a while before they sleep, and let
+/// others have the processor meanwhile.
 class ThreadPool {
  public:
   /// @param workers  [-] Threads that work on a loop, the calling one included; 0 and 1: only that
@@ -26407,11 +26864,12 @@ class ThreadPool {
     }
     has_loop_.notify_all();
     work();
+    look_out([this] { return working_.load(std::memory_order_relaxed) == 0; });
     {
       // Workers that have not woken by now are not waited for: nothing is left for them.
       std::unique_lock lock(mutex_);
       is_open_ = false;
-      is_done_.wait(lock, [this] { return working_ == 0; });
+      is_done_.wait(lock, [this] { return working_.load(std::memory_order_relaxed) == 0; });
     }
     is_busy_.clear(std::memory_order_release);
   }
@@ -26424,6 +26882,15 @@ class ThreadPool {
   }
 
  private:
+  /// [-] How often a thread looks before it sleeps: some fifty microseconds.
+  static constexpr int most_looks = 100;
+
+  /// Waits a while for what others are about to do. What they did is seen under the lock only.
+  template <typename Condition>
+  static void look_out(const Condition& is_there) {
+    for (int i = 0; i < most_looks && !is_there(); ++i) std::this_thread::yield();
+  }
+
   void work() {
     for (;;) {
       const std::size_t begin = next_.fetch_add(grain_, std::memory_order_relaxed);
@@ -26445,6 +26912,9 @@ class ThreadPool {
       work();
       lock.lock();
       if (--working_ == 0) is_done_.notify_one();
+      lock.unlock();
+      look_out([&] { return loop_.load(std::memory_order_relaxed) != seen; });
+      lock.lock();
     }
   }
 
@@ -26459,8 +26929,9 @@ class ThreadPool {
 
   std::mutex mutex_;
   std::condition_variable has_loop_, is_done_;
-  std::size_t loop_ = 0;
-  std::size_t working_ = 0;
+  // Written under the lock; looked at without it too.
+  std::atomic<std::size_t> loop_{0};
+  std::atomic<std::size_t> working_{0};
   bool is_open_ = false;
   bool is_ending_ = false;
 };

@@ -76,6 +76,56 @@ bool are_primitives_alike() {
   return are_alike;
 }
 
+/// Whether the slices of a patch, asked by themselves and from the last to the first, give the bits
+/// that all its rays give together; for some poses of a shape.
+template <Scalar S, typename Backend>
+bool are_slices_alike(const Shape<S>& shape, PatchKind kind) {
+  test::Random random(3);
+  constexpr std::size_t n = 5000;
+  const auto patch = test::make_rays<S>(kind, n, 1, random);
+  const RayBundles<S> bundles(patch.batch(nullptr));
+  const auto collidable = Backend::template make<S>(shape);
+  test::Wanderer wanderer(1, 11,
+                          {Vec3<double>(0.03, 0, 0), Vec3<double>(0, 0.05, 0),
+                           Vec3<double>(0.04, 0, 0.015), Vec3<double>(0, 0, -0.05)});
+  bool are_alike = true;
+  std::size_t hits = 0;
+  for (int step = 0; step < 30; ++step, wanderer.step()) {
+    const Transform<S> X = wanderer.pose().template cast<S>();
+    RayBatch<S> rays = patch.batch(&bundles, S(1e-4));
+    RayHits<S> whole;
+    RayHits<S> sliced;
+    whole.reset(n);
+    sliced.reset(n);
+    Backend::cast_rays(collidable, X, rays, 3, whole);
+    for (std::size_t k = bundles.slices().size(); k-- > 0;) {
+      rays.slice = bundles.slices()[k];
+      Backend::cast_rays(collidable, X, rays, 3, sliced);
+    }
+    are_alike = are_alike && whole.distance == sliced.distance && whole.tag == sliced.tag &&
+                whole.normal.x == sliced.normal.x && whole.normal.y == sliced.normal.y &&
+                whole.normal.z == sliced.normal.z;
+    for (std::size_t i = 0; i < n; ++i) hits += whole.is_hit(i) ? 1u : 0u;
+  }
+  CHECK(hits > 0);
+  return are_alike;
+}
+
+template <Scalar S, typename Backend>
+void check_slices() {
+  static_assert(asks_slices<Backend>);
+  const Shape<S> shapes[] = {Sphere<S>{S(0.03)}, Box<S>{{S(0.02), S(0.03), S(0.04)}},
+                             test::scaled_mesh<S>(test::bumpy_mesh(16), 1),
+                             test::scaled_mesh<S>(test::torus_mesh(30, 16), 1),
+                             test::scaled_mesh<S>(test::bumpy_mesh(60), 1)};
+  for (const Shape<S>& shape : shapes) {
+    CAPTURE(shape.index());
+    for (const PatchKind kind : {PatchKind::pad, PatchKind::convex, PatchKind::scattered}) {
+      CHECK(are_slices_alike<S, Backend>(shape, kind));
+    }
+  }
+}
+
 }  // namespace
 
 TEST_CASE_TEMPLATE("bundles: answer as each ray alone does, over meshes of three sizes", S, float,
@@ -90,5 +140,25 @@ TEST_CASE_TEMPLATE("bundles: change nothing about primitives", S, float, double)
   CHECK(are_primitives_alike<S, AnalyticBackend>());
 #if defined(BRISTLE_WITH_FCL)
   CHECK(are_primitives_alike<S, FclBackend>());
+#endif
+}
+
+TEST_CASE_TEMPLATE("bundles: slices give the bits of the whole", S, float, double) {
+  test::Random random(3);
+  for (const std::size_t n : {1u, 64u, 1536u, 1537u, 5000u, 10000u}) {
+    const RayBundles<S> bundles(test::make_rays<S>(PatchKind::pad, n, 1, random).batch(nullptr));
+    std::uint32_t end = 0;
+    for (const RaySlice& slice : bundles.slices()) {
+      CHECK(slice.first == end);
+      CHECK(slice.first % RayBundles<S>::bundle_size == 0);
+      end = slice.end;
+      CHECK((slice.first < end && end <= slice.first + RayBundles<S>::slice_size));
+    }
+    CHECK(end == n);
+    CHECK(bundles.slices().size() >= n / RayBundles<S>::slice_size);
+  }
+  check_slices<S, AnalyticBackend>();
+#if defined(BRISTLE_WITH_FCL)
+  check_slices<S, FclBackend>();
 #endif
 }

@@ -136,16 +136,7 @@ class ScalarSlide {
   /// The impulse of the linear models about c at the same pose.
   Wrench<double> block_sum() {
     slide_.measure();
-    Wrench<double> sum;
-    for (PatchContact<double>& c : test::scalar_contacts(slide_.patch, slide_.pair())) {
-      test::linearise_start(slide_.patch, slide_.pair(), c, dt);
-      const Vec3<double> v =
-          detail::velocity_at<double>(slide_.motion.head<3>(), slide_.motion.tail<3>(), c.rho);
-      Vec3<double> impulse = detail::model_impulse<double>(c, v);
-      if (c.is_pushing && impulse.dot(c.n) < 0) impulse = tangential<double>(impulse, c.n);
-      sum += Wrench<double>::at(c.rho, impulse);
-    }
-    return sum;
+    return test::scalar_block_impulse(slide_.patch, slide_.pair(), slide_.motion, dt);
   }
 
  private:

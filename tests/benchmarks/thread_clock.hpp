@@ -5,7 +5,10 @@
 
 #include <algorithm>
 #include <array>
+#include <cstddef>
 #include <ctime>
+#include <type_traits>
+#include <vector>
 
 namespace bristle::benchmarks {
 
@@ -40,6 +43,39 @@ template <typename Call>
   for (double& time : times) time = run(repeats) / repeats;
   std::nth_element(times.begin(), times.begin() + 5, times.end());
   return times[5];
+}
+
+/// [ns] Time of a step of a motion that is run seven times: the mean over the motion of each step's
+/// median. Steps that are short beside the clock are timed in groups of neighbours.
+/// @param prepare  Callable prepare(k), done before step k and not counted: then no steps are
+///                 grouped. Or `nullptr`.
+template <typename Prepare, typename Step>
+[[nodiscard]] double median_step_nanoseconds(int steps, const Prepare& prepare, const Step& step) {
+  constexpr bool is_prepared = !std::is_same_v<Prepare, std::nullptr_t>;
+  const auto seconds_of = [&](int first, int end) {
+    if constexpr (is_prepared) prepare(first);
+    const double start = thread_seconds();
+    for (int k = first; k < end; ++k) step(k);
+    return thread_seconds() - start;
+  };
+  int group = 1;
+  if constexpr (!is_prepared) {
+    const double all = seconds_of(0, steps);
+    group = std::clamp(static_cast<int>(50e-6 * steps / all), 1, steps);
+  }
+  std::vector<std::array<double, 7>> times(static_cast<std::size_t>((steps + group - 1) / group));
+  for (std::size_t run = 0; run < 7; ++run) {
+    for (int first = 0; first < steps; first += group) {
+      times[static_cast<std::size_t>(first / group)][run] =
+          seconds_of(first, std::min(steps, first + group));
+    }
+  }
+  double sum = -clock_cost() * static_cast<double>(times.size());
+  for (std::array<double, 7>& of_group : times) {
+    std::nth_element(of_group.begin(), of_group.begin() + 3, of_group.end());
+    sum += of_group[3];
+  }
+  return 1e9 * sum / steps;
 }
 
 }  // namespace bristle::benchmarks

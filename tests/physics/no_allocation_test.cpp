@@ -6,6 +6,7 @@
 #include "scenes/medley.hpp"
 #include "scenes/pile.hpp"
 #include "scenes/plate.hpp"
+#include "scenes/skin.hpp"
 #include "scenes/stack.hpp"
 #include "support/counted_new.hpp"
 
@@ -94,6 +95,16 @@ TEST_CASE("no_allocation: a pile on a pool of threads") {
   auto pile = make_pile<double>(def);
   // Warm once the pile has settled; until then it finds larger islands and more contacts.
   CHECK(allocations_of(pile.world, 700, 300) == 0);
+}
+
+TEST_CASE("no_allocation: slices of a large patch on a pool of threads") {
+  ThreadPool pool(3);
+  WorldDef<double> def;
+  def.parallel_for = pool.hook();
+  for (const Integration integration : {Integration::explicit_, Integration::implicit}) {
+    auto skin = make_skin<double>(def, integration);
+    CHECK(allocations_of(skin.world, 100, 100) == 0);
+  }
 }
 
 TEST_CASE("no_allocation: falling asleep, sleeping and waking") {

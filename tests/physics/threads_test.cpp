@@ -2,6 +2,7 @@
 /// A pool of threads changes how long a step takes, and nothing else.
 // SPDX-License-Identifier: BSD-3-Clause
 #include "scenes/pile.hpp"
+#include "scenes/skin.hpp"
 
 #include <bristle/core/thread_pool.hpp>
 
@@ -65,4 +66,46 @@ TEST_CASE("threads: a large world uses the hook for pairs and patches, a small o
   }
   CHECK(loops > 10 + 60);
   CHECK(large.world.state_hash() == serial.world.state_hash());
+}
+
+TEST_CASE_TEMPLATE("threads: slices of one patch of 10,000 sensors give the same bits", S, float,
+                   double) {
+  constexpr int steps = 60;
+  for (const Integration integration : {Integration::explicit_, Integration::implicit}) {
+    CAPTURE(static_cast<int>(integration));
+    std::vector<std::uint64_t> expected;
+    auto serial = make_skin<S>({}, integration);
+    std::uint64_t most_touching = 0;
+    for (int i = 0; i < steps; ++i) {
+      serial.world.step();
+      expected.push_back(serial.world.state_hash());
+      most_touching = std::max(most_touching, serial.world.report().sensors_touching);
+    }
+    // Both bodies are felt, by some slices each.
+    REQUIRE(most_touching > 2500);
+    REQUIRE(serial.world.report().rays_cast == 20000);
+    const auto hashes_with = [&](const ParallelFor& hook) {
+      WorldDef<S> def;
+      def.parallel_for = hook;
+      auto skin = make_skin<S>(def, integration);
+      std::vector<std::uint64_t> hashes;
+      for (int i = 0; i < steps; ++i) {
+        skin.world.step();
+        hashes.push_back(skin.world.state_hash());
+      }
+      CHECK(skin.world.report().rays_cast == serial.world.report().rays_cast);
+      return hashes;
+    };
+    for (const unsigned workers : {1u, 2u, 3u, 5u, 8u}) {
+      ThreadPool pool(workers);
+      CHECK(hashes_with(pool.hook()) == expected);
+    }
+    // In any order, too, and really in slices: of rays, and of each sweep over the contacts.
+    std::size_t loops = 0;
+    CHECK(hashes_with([&](std::size_t count, const std::function<void(std::size_t)>& task) {
+            ++loops;
+            for (std::size_t i = count; i-- > 0;) task(i);
+          }) == expected);
+    CHECK(loops > 2 * steps);
+  }
 }

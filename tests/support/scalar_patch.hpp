@@ -56,4 +56,21 @@ void linearise_start(const SensorPatch<S>& patch, const PatchPair<S>& pair, Patc
   if (!c.is_pushing) c.a_normal = S(0);
 }
 
+/// [N s, N m s] `start_linearisation` and `evaluate_impulses` of a pair: what its contacts give
+/// about c at the motion u, in A's axes.
+template <Scalar S>
+Wrench<S> scalar_block_impulse(const SensorPatch<S>& patch, const PatchPair<S>& pair,
+                               const Vec6<S>& motion, S dt) {
+  Wrench<S> sum;
+  for (PatchContact<S>& c : scalar_contacts(patch, pair)) {
+    linearise_start(patch, pair, c, dt);
+    const Vec3<S> v =
+        detail::velocity_at<S>(motion.template head<3>(), motion.template tail<3>(), c.rho);
+    Vec3<S> impulse = detail::model_impulse<S>(c, v);
+    if (c.is_pushing && impulse.dot(c.n) < S(0)) impulse = tangential<S>(impulse, c.n);
+    sum += Wrench<S>::at(c.rho, impulse);
+  }
+  return sum;
+}
+
 }  // namespace bristle::test

@@ -1,8 +1,10 @@
 /// @file
-/// The hook through which a host lends its worker threads.
+/// The hook through which a host lends its worker threads, and sums that it may share out.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <algorithm>
+#include <array>
 #include <cstddef>
 #include <functional>
 
@@ -16,6 +18,62 @@ using ParallelFor =
 /// The default: one after the other on the calling thread.
 inline void serial_for(std::size_t count, const std::function<void(std::size_t)>& task) {
   for (std::size_t i = 0; i < count; ++i) task(i);
+}
+
+/// Whether a hook is known to be `serial_for`: work need not be divided for it.
+[[nodiscard]] bool is_serial(const ParallelFor& parallel_for);
+
+/// Adds up part(first, end, sum) over [0, count) in slices of `size`. Every slice starts from a
+/// `Sum()` of its own and slices are added in their order, so that the rounding is the same
+/// whoever does them, one after the other or at the same time. Allocates nothing.
+/// @param fewest_shared  [-] The hook is called for no fewer slices than this.
+template <typename Sum, typename Part>
+[[nodiscard]] Sum sum_in_slices(std::size_t count, std::size_t size, std::size_t fewest_shared,
+                                const ParallelFor& parallel_for, const Part& part);
+
+// Implementation -----------------------------------------------------------------------------------
+
+inline bool is_serial(const ParallelFor& parallel_for) {
+#if defined(__cpp_rtti)
+  using Plain = void (*)(std::size_t, const std::function<void(std::size_t)>&);
+  const Plain* plain = parallel_for.target<Plain>();
+  return plain != nullptr && *plain == &serial_for;
+#else
+  (void)parallel_for;
+  return false;
+#endif
+}
+
+template <typename Sum, typename Part>
+Sum sum_in_slices(std::size_t count, std::size_t size, std::size_t fewest_shared,
+                  const ParallelFor& parallel_for, const Part& part) {
+  const std::size_t slices = (count + size - 1) / size;
+  const auto add_slice = [&](std::size_t k, Sum& sum) {
+    part(k * size, std::min(count, (k + 1) * size), sum);
+  };
+  Sum total;
+  if (slices <= 1) {
+    add_slice(0, total);
+  } else if (slices < fewest_shared || is_serial(parallel_for)) {
+    for (std::size_t k = 0; k < slices; ++k) {
+      Sum sum;
+      add_slice(k, sum);
+      total += sum;
+    }
+  } else {
+    // As many at a time as there is room for.
+    std::array<Sum, 32> sums;
+    for (std::size_t first = 0; first < slices; first += sums.size()) {
+      const std::size_t some = std::min(sums.size(), slices - first);
+      const auto task = [&](std::size_t k) {
+        sums[k] = Sum();
+        add_slice(first + k, sums[k]);
+      };
+      parallel_for(some, std::cref(task));
+      for (std::size_t k = 0; k < some; ++k) total += sums[k];
+    }
+  }
+  return total;
 }
 
 }  // namespace bristle

@@ -2,8 +2,8 @@
 /// Worker threads for `WorldDef::parallel_for`.
 ///
 /// Who does not want threads neither compiles nor links any: no other header includes this one, and
-/// `bristle.hpp` does so only where `BRISTLE_WITH_THREADS` is defined. Programs that include it link
-/// the system's threads (CMake: `Threads::Threads`).
+/// `bristle.hpp` does so only where `BRISTLE_WITH_THREADS` is defined. Programs that include it
+/// link the system's threads (CMake: `Threads::Threads`).
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -24,6 +24,10 @@ namespace bristle {
 /// `WorldDef::parallel_for = pool.hook()`; the pool must outlive the worlds that have its hook, and
 /// their copies. Any number of them may use it: who finds it busy, from another thread or from
 /// within a task, does its loop alone. Tasks must not throw. A loop does not allocate.
+///
+/// A step has several loops, of ten microseconds some of them, and to be woken takes a thread that
+/// long. So after a loop threads look out for the next one for a while before they sleep, and let
+/// others have the processor meanwhile.
 class ThreadPool {
  public:
   /// @param workers  [-] Threads that work on a loop, the calling one included; 0 and 1: only that
@@ -63,11 +67,12 @@ class ThreadPool {
     }
     has_loop_.notify_all();
     work();
+    look_out([this] { return working_.load(std::memory_order_relaxed) == 0; });
     {
       // Workers that have not woken by now are not waited for: nothing is left for them.
       std::unique_lock lock(mutex_);
       is_open_ = false;
-      is_done_.wait(lock, [this] { return working_ == 0; });
+      is_done_.wait(lock, [this] { return working_.load(std::memory_order_relaxed) == 0; });
     }
     is_busy_.clear(std::memory_order_release);
   }
@@ -80,6 +85,15 @@ class ThreadPool {
   }
 
  private:
+  /// [-] How often a thread looks before it sleeps: some fifty microseconds.
+  static constexpr int most_looks = 100;
+
+  /// Waits a while for what others are about to do. What they did is seen under the lock only.
+  template <typename Condition>
+  static void look_out(const Condition& is_there) {
+    for (int i = 0; i < most_looks && !is_there(); ++i) std::this_thread::yield();
+  }
+
   void work() {
     for (;;) {
       const std::size_t begin = next_.fetch_add(grain_, std::memory_order_relaxed);
@@ -101,6 +115,9 @@ class ThreadPool {
       work();
       lock.lock();
       if (--working_ == 0) is_done_.notify_one();
+      lock.unlock();
+      look_out([&] { return loop_.load(std::memory_order_relaxed) != seen; });
+      lock.lock();
     }
   }
 
@@ -115,8 +132,9 @@ class ThreadPool {
 
   std::mutex mutex_;
   std::condition_variable has_loop_, is_done_;
-  std::size_t loop_ = 0;
-  std::size_t working_ = 0;
+  // Written under the lock; looked at without it too.
+  std::atomic<std::size_t> loop_{0};
+  std::atomic<std::size_t> working_{0};
   bool is_open_ = false;
   bool is_ending_ = false;
 };

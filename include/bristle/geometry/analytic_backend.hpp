@@ -66,6 +66,8 @@ struct AnalyticBackend {
   template <Scalar S>
   using Collidable = std::shared_ptr<const AnalyticShape<S>>;
 
+  static constexpr bool asks_slices = true;
+
   template <Scalar S>
   [[nodiscard]] static Collidable<S> make(const Shape<S>& shape);
 

@@ -50,7 +50,8 @@ class BundleMeshQuery {
 
   void run() {
     if (rays_.bundles == nullptr || rays_.bundles->is_empty()) {
-      for (std::size_t i = 0; i < rays_.size(); ++i) cast_alone(i);
+      const std::size_t end = std::min<std::size_t>(rays_.slice.end, rays_.size());
+      for (std::size_t i = rays_.slice.first; i < end; ++i) cast_alone(i);
     } else {
       visit(0, nullptr, 0, Side::unknown);
     }
@@ -93,6 +94,16 @@ class BundleMeshQuery {
   void cast_alone(std::size_t i, Side side = Side::unknown);
   void cast_one_by_one(std::size_t first, std::size_t end, Side side);
 
+  /// Whether none of a bundle's rays is asked.
+  [[nodiscard]] bool is_left_out(const Bundle& bundle) const {
+    return bundle.first >= rays_.slice.end || bundle.first + bundle.count <= rays_.slice.first;
+  }
+  /// The places of a bundle's rays that are asked. What is known of a bundle is found out from all
+  /// of them, so that the answers do not depend on the slice.
+  [[nodiscard]] RaySlice asked_of(const Bundle& bundle) const {
+    return {std::max(bundle.first, rays_.slice.first),
+            std::min(bundle.first + bundle.count, rays_.slice.end)};
+  }
   [[nodiscard]] BoxInTree<S> box_of(const Bundle& bundle) const;
   [[nodiscard]] bool is_any_triangle_in(const BoxInTree<S>& box, const LeafList<S>& list) const;
   [[nodiscard]] bool gather(const BoxInTree<S>& box, const LeafList<S>& list);
@@ -142,6 +153,7 @@ template <Scalar S>
 void BundleMeshQuery<S>::visit(std::size_t id, const LeafList<S>* list, std::size_t depth,
                                Side side) {
   const Bundle& bundle = rays_.bundles->bundles()[id];
+  if (is_left_out(bundle)) return;
   const BoxInTree<S> box = box_of(bundle);
   if (!box.box_C().overlaps(mesh_.root_box())) return;
   // [1] How many triangles there are for a ray, if the surface lies across the box.
@@ -163,7 +175,10 @@ void BundleMeshQuery<S>::visit(std::size_t id, const LeafList<S>* list, std::siz
     return decide_empty(bundle, side);
   }
   if (side == Side::unknown && bundle.is_narrow) side = common_side(bundle, box, list);
-  if (is_sparse) return cast_one_by_one(bundle.first, bundle.first + bundle.count, side);
+  if (is_sparse) {
+    const RaySlice asked = asked_of(bundle);
+    return cast_one_by_one(asked.first, asked.end, side);
+  }
   if (!bundle.is_divided()) return cast_undivided(bundle, box, list, side);
   visit(id + 1, list, depth, side);
   visit(bundle.second, list, depth, side);
@@ -346,9 +361,8 @@ template <Scalar S>
 void BundleMeshQuery<S>::decide_empty(const Bundle& bundle, Side side) {
   if (side == Side::unknown) side = side_of(rays_.bundles->ray_at(bundle.first));
   if (side == Side::outside) return;
-  for (std::size_t k = bundle.first; k < bundle.first + bundle.count; ++k) {
-    hit_inside(rays_.bundles->ray_at(k));
-  }
+  const RaySlice asked = asked_of(bundle);
+  for (std::size_t k = asked.first; k < asked.end; ++k) hit_inside(rays_.bundles->ray_at(k));
 }
 
 template <Scalar S>

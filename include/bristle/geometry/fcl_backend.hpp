@@ -39,6 +39,8 @@ struct FclBackend {
   template <Scalar S>
   class Collidable;
 
+  static constexpr bool asks_slices = true;
+
   /// @throws InvalidArgument as `validate` and `to_fcl` do.
   template <Scalar S>
   [[nodiscard]] static Collidable<S> make(const Shape<S>& shape);

@@ -58,6 +58,15 @@ struct Vec3Array {
 template <Scalar S>
 class RayBundles;
 
+/// Some rays of a batch, so that threads can share a query: [first, end) in the order in which the
+/// query goes through them. That is the order of the bundles for meshes and of the batch for other
+/// shapes, so the next shape may only be asked when all slices have asked this one.
+struct RaySlice {
+  /// [-] Both a multiple of the rays in a bundle, or at the end.
+  std::uint32_t first = 0;
+  std::uint32_t end = 0xffffffffu;
+};
+
 /// Many rays in one frame. The spans have one length and outlive the query.
 template <Scalar S>
 struct RayBatch {
@@ -72,6 +81,8 @@ struct RayBatch {
   /// The same rays in bundles (ray_bundles.hpp), where somebody has made them: they change what a
   /// query costs, not what it answers. Null or empty: one ray after the other.
   const RayBundles<S>* bundles = nullptr;
+  /// Which rays are asked: all, unless the backend says that it `asks_slices`.
+  RaySlice slice{};
 
   [[nodiscard]] std::size_t size() const { return length.size(); }
   [[nodiscard]] Ray<S> operator[](std::size_t i) const {

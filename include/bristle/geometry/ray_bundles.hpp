@@ -55,6 +55,10 @@ class RayBundles {
   /// neighbours, all full but its last.
   static constexpr std::size_t bundle_size = 64;
   static constexpr std::size_t block_size = 16;
+  /// [-] Rays of a slice at most. One takes some ten microseconds, which is more than it costs to
+  /// hand it to another thread and to go down to its bundles once more; and there are eight of them
+  /// in ten thousand rays.
+  static constexpr std::size_t slice_size = 1536;
 
   /// Rays of one place each, in the frame of their undivided bundle: at height z a ray is at
   /// (x + slope_x z, y + slope_y z). Filled up to whole blocks with rays that reach nothing.
@@ -80,6 +84,8 @@ class RayBundles {
   /// Root first, each before those it is divided into.
   [[nodiscard]] const std::vector<RayBundle<S>>& bundles() const { return bundles_; }
   [[nodiscard]] const Lines& lines() const { return lines_; }
+  /// All rays in slices of whole bundles: those of one slice lie in one branch.
+  [[nodiscard]] const std::vector<RaySlice>& slices() const { return slices_; }
   /// [-] Which ray of the batch is at a place.
   [[nodiscard]] std::uint32_t ray_at(std::size_t place) const { return order_[place]; }
   /// [-] The same for all places from one on.
@@ -98,8 +104,10 @@ class RayBundles {
   void fit(const RayBatch<S>& rays, Places places, RayBundle<S>& bundle) const;
   void split_into_blocks(const RayBatch<S>& rays, Places places) const;
   void store(const RayBatch<S>& rays, const RayBundle<S>& bundle);
+  void cut_slices();
 
   std::vector<RayBundle<S>> bundles_;
+  std::vector<RaySlice> slices_;
   std::vector<std::uint32_t> order_;
   std::vector<Rectangle> rectangles_;
   Lines lines_;
@@ -152,6 +160,7 @@ RayBundles<S>::RayBundles(const RayBatch<S>& rays) {
   lines_.stretch.assign(blocks * block_size, S(1));
   lines_.length.assign(blocks * block_size, -infinity<S>);
   build(rays, order_);
+  cut_slices();
 }
 
 template <Scalar S>
@@ -246,6 +255,16 @@ void RayBundles<S>::store(const RayBatch<S>& rays, const RayBundle<S>& bundle) {
       rectangle.lower[axis] = std::min({rectangle.lower[axis], a, b});
       rectangle.upper[axis] = std::max({rectangle.upper[axis], a, b});
     }
+  }
+}
+
+/// The highest bundles that are small enough. Each stands before those it is divided into.
+template <Scalar S>
+void RayBundles<S>::cut_slices() {
+  for (const RayBundle<S>& bundle : bundles_) {
+    const std::uint32_t cut = slices_.empty() ? 0 : slices_.back().end;
+    if (bundle.first < cut || (bundle.is_divided() && bundle.count > slice_size)) continue;
+    slices_.push_back({bundle.first, bundle.first + bundle.count});
   }
 }
 

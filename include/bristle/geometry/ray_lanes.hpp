@@ -10,7 +10,6 @@
 #include <bristle/math/transform.hpp>
 
 #include <algorithm>
-#include <bit>
 #include <cstddef>
 #include <cstdint>
 
@@ -55,6 +54,15 @@ BRISTLE_LANES Pack3<S> normalized(const Pack3<S>& v) {
   return (S(1) / sqrt(dot(v, v))) * v;
 }
 
+/// Unit vectors from vectors that are that to round-off, without root and division: of the square
+/// 1 + e, which becomes 1 - 3/4 e^2. In full where that would show in a lane that matters.
+template <Scalar S>
+BRISTLE_LANES Pack3<S> renormalized(const Pack3<S>& v, const Mask<S>& matters) {
+  const Pack<S> excess = dot(v, v) - S(1);
+  if (any(matters & !(abs(excess) <= Pack<S>(Tolerance<S>::equal())))) return normalized(v);
+  return (S(1) - S(0.5) * excess) * v;
+}
+
 /// `Chord` in lanes.
 template <Scalar S>
 struct ChordLanes {
@@ -76,6 +84,16 @@ BRISTLE_LANES ChordLanes<S> slab_chord(const Pack<S>& origin, const Pack<S>& dir
   // Of a NaN neither takes anything.
   return {max(select(is_down, to_high, to_low), Pack<S>(-infinity<S>)),
           min(select(is_down, to_low, to_high), Pack<S>(infinity<S>))};
+}
+
+/// The slab of a box about the axis of one coordinate. Mostly all of the rays keep between two of
+/// the pairs of planes, which then bound nothing, and need not be divided by.
+template <Scalar S>
+BRISTLE_LANES ChordLanes<S> box_chord(const Pack<S>& origin, const Pack<S>& direction,
+                                      const Pack<S>& length, S half) {
+  const Pack<S> end = origin + length * direction;
+  if (all((abs(origin) < Pack<S>(half)) & (abs(end) < Pack<S>(half)))) return {};
+  return slab_chord(origin, direction, -half, half);
 }
 
 /// `Roots` in lanes, in order.
@@ -132,17 +150,19 @@ BRISTLE_LANES RayHitLanes<S> ray_cast(const Sphere<S>& sphere, const RayLanes<S>
   const Pack3<S> foot = ray.origin + closest * ray.direction;
   const Pack<S> half2 = radius2 - dot(foot, foot);
   const Pack<S> half = sqrt(max(half2, zero));
-  return hit_lanes(ray, dot(ray.origin, ray.origin) <= radius2, (closest >= zero) & (half2 >= zero),
-                   closest - half, normalized(foot - half * ray.direction));
+  const Pack3<S> point = foot - half * ray.direction;
+  const Mask<S> may_hit = (closest >= zero) & (half2 >= zero);
+  return hit_lanes(ray, dot(ray.origin, ray.origin) <= radius2, may_hit, closest - half,
+                   renormalized((S(1) / sphere.radius) * point, may_hit));
 }
 
 template <Scalar S>
 BRISTLE_LANES RayHitLanes<S> ray_cast(const Box<S>& box, const RayLanes<S>& ray) {
   const Pack<S> zero(S(0));
   const Vec3<S>& half = box.half_extents;
-  const ChordLanes<S> x = slab_chord(ray.origin.x, ray.direction.x, -half.x(), half.x());
-  const ChordLanes<S> y = slab_chord(ray.origin.y, ray.direction.y, -half.y(), half.y());
-  const ChordLanes<S> z = slab_chord(ray.origin.z, ray.direction.z, -half.z(), half.z());
+  const ChordLanes<S> x = box_chord(ray.origin.x, ray.direction.x, ray.length, half.x());
+  const ChordLanes<S> y = box_chord(ray.origin.y, ray.direction.y, ray.length, half.y());
+  const ChordLanes<S> z = box_chord(ray.origin.z, ray.direction.z, ray.length, half.z());
   const Mask<S> y_later = y.enter > x.enter;
   const Pack<S> enter_xy = max(y.enter, x.enter);
   const Mask<S> z_later = z.enter > enter_xy;
@@ -159,6 +179,31 @@ BRISTLE_LANES RayHitLanes<S> ray_cast(const Box<S>& box, const RayLanes<S>& ray)
   return hit_lanes(ray, is_inside, chord.is_ahead(), chord.enter, normal);
 }
 
+/// Where rays enter a cylinder without ends about the z axis: the nearer end of `tube_chord`.
+template <Scalar S>
+struct TubeEntry {
+  Pack<S> distance;
+  /// Whether the line meets it, and whether that is in front of the start: it is no nearer than the
+  /// axis, of which the start is on this side.
+  Mask<S> is_met, is_ahead;
+
+  BRISTLE_LANES TubeEntry(const Pack3<S>& origin, const Pack3<S>& direction, S radius) {
+    const Pack<S> zero(S(0));
+    const Pack<S> radius2(radius * radius);
+    const Pack<S> a = direction.x * direction.x + direction.y * direction.y;
+    const Pack<S> b = -(origin.x * direction.x + origin.y * direction.y);
+    const Pack<S> c = origin.x * origin.x + origin.y * origin.y - radius2;
+    const Pack<S> cross = origin.x * direction.y - origin.y * direction.x;
+    const Pack<S> discriminant = a * radius2 - cross * cross;
+    const Pack<S> q = b + sqrt(max(discriminant, zero));
+    const Mask<S> is_sloping = a > zero;
+    distance = select(q > zero, c / q, zero);
+    const Mask<S> is_along = !is_sloping;
+    is_met = (is_sloping & (discriminant >= zero)) | (is_along & (c <= zero));
+    is_ahead = is_met & is_sloping & (b >= zero);
+  }
+};
+
 template <Scalar S>
 BRISTLE_LANES RayHitLanes<S> ray_cast(const Capsule<S>& capsule, const RayLanes<S>& ray) {
   const Pack<S> zero(S(0));
@@ -167,23 +212,25 @@ BRISTLE_LANES RayHitLanes<S> ray_cast(const Capsule<S>& capsule, const RayLanes<
   const Pack3<S>& o = ray.origin;
   const Pack3<S> from_axis{o.x, o.y, o.z - max(-half, min(o.z, half))};
   const ApproachLanes<S> near(ray, capsule.half_length + capsule.radius);
-  const ChordLanes<S> tube = tube_chord(near.origin, ray.direction, capsule.radius);
+  const TubeEntry<S> tube(near.origin, ray.direction, capsule.radius);
   const Mask<S> is_beyond_end =
       (abs(near.origin.z) > half) &
       (near.origin.x * near.origin.x + near.origin.y * near.origin.y <= radius2);
-  const Pack3<S> point = near.origin + tube.enter * ray.direction;
+  const Pack3<S> point = near.origin + tube.distance * ray.direction;
   const Pack<S> z = select(is_beyond_end, near.origin.z, point.z);
-  const Mask<S> may_hit =
-      near.is_near & (tube.enter <= tube.leave) & (is_beyond_end | tube.is_ahead());
+  const Mask<S> may_hit = near.is_near & tube.is_met & (is_beyond_end | tube.is_ahead);
   const Mask<S> is_side = (abs(z) <= half) & !is_beyond_end;
   const Mask<S> is_inside = dot(from_axis, from_axis) <= radius2;
+  const Pack<S> inverse_radius(S(1) / capsule.radius);
   const RayHitLanes<S> side =
-      hit_lanes(ray, is_inside, may_hit & is_side, near.skipped + tube.enter,
-                normalized(Pack3<S>{point.x, point.y, zero}));
+      hit_lanes(ray, is_inside, may_hit & is_side, near.skipped + tube.distance,
+                renormalized(Pack3<S>{inverse_radius * point.x, inverse_radius * point.y, zero},
+                             may_hit & is_side));
+  const Mask<S> takes_end = may_hit & !is_side & !is_inside;
+  if (none(takes_end)) return side;
   const Pack3<S> from_end{o.x, o.y, o.z - select(z < zero, -half, half)};
   const RayHitLanes<S> end =
       ray_cast(Sphere<S>{capsule.radius}, RayLanes<S>{from_end, ray.direction, ray.length});
-  const Mask<S> takes_end = may_hit & !is_side & !is_inside;
   return {select(takes_end, end.distance, side.distance),
           select(takes_end, end.normal, side.normal)};
 }
@@ -308,8 +355,8 @@ void cast_rays_in_lanes(const ConvexShape& shape, const Transform<S>& X_RC, cons
   const Mat3<S> R_RC = X_RC.rotation_matrix();
   const Mat3<S> R_CR = R_RC.transpose();
   const Pack3<S> p_RC = Pack3<S>::all(X_RC.translation);
-  const std::size_t n = rays.size();
-  const auto cast = [&](std::size_t i, const auto& load, const auto& store) {
+  const std::size_t n = std::min<std::size_t>(rays.slice.end, rays.size());
+  const auto cast = [&](std::size_t i, std::uint32_t count, const auto& load, const auto& store) {
     const Pack<S> best = load(hits.distance.data() + i);
     const Pack3<S> origin{load(rays.origin_x.data() + i), load(rays.origin_y.data() + i),
                           load(rays.origin_z.data() + i)};
@@ -329,20 +376,21 @@ void cast_rays_in_lanes(const ConvexShape& shape, const Transform<S>& X_RC, cons
     keep(hits.normal.x.data(), normal.x);
     keep(hits.normal.y.data(), normal.y);
     keep(hits.normal.z.data(), normal.z);
-    for (std::uint32_t left = bits(is_nearer) & first_bits(n - i); left != 0; left &= left - 1) {
-      hits.tag[i + static_cast<std::size_t>(std::countr_zero(left))] = tag;
-    }
+    const std::uint32_t met = bits(is_nearer);
+    std::uint32_t* const tags = hits.tag.data() + i;
+    for (std::uint32_t k = 0; k < count; ++k) tags[k] = (met >> k & 1u) != 0 ? tag : tags[k];
   };
-  std::size_t i = 0;
+  std::size_t i = rays.slice.first;
   for (; i + lanes<S> <= n; i += lanes<S>) {
     cast(
-        i, [](const S* p) { return Pack<S>::load(p); },
+        i, lanes<S>, [](const S* p) { return Pack<S>::load(p); },
         [](S* p, const Pack<S>& value) { value.store(p); });
   }
-  if (i == n) return;
+  if (i >= n) return;
   // Filled up with rays that have been hit already.
   cast(
-      i, [&](const S* p) { return Pack<S>::load_first(p, n - i, S(0)); },
+      i, static_cast<std::uint32_t>(n - i),
+      [&](const S* p) { return Pack<S>::load_first(p, n - i, S(0)); },
       [&](S* p, const Pack<S>& value) { value.store_first(p, n - i); });
 }
 

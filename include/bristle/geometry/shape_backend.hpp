@@ -34,7 +34,9 @@ namespace bristle {
 ///   starts inside is hit at distance 0 with the normal -direction. Triangles are met from both
 ///   sides. Arithmetic is done in the shape's frame and knows no absolute length.
 ///
-/// All functions are safe to call from several threads at once.
+/// All functions are safe to call from several threads at once. A backend that has a
+/// `static constexpr bool asks_slices = true` casts only the rays of `RayBatch::slice`, and the
+/// same ray to the same bits in any slice: then threads share the rays of one large patch.
 template <typename B, typename S>
 concept ShapeBackend = Scalar<S> && std::copyable<typename B::template Collidable<S>> &&
     requires(const Shape<S>& shape, const typename B::template Collidable<S>& c,
@@ -49,6 +51,12 @@ concept ShapeBackend = Scalar<S> && std::copyable<typename B::template Collidabl
   noexcept->std::same_as<ContactStatus>;
   { B::cast_rays(c, X, rays, tag, hits) }
   noexcept;
+};
+
+/// Whether `cast_rays` of a backend casts only the rays of `RayBatch::slice`.
+template <typename B>
+inline constexpr bool asks_slices = requires {
+  requires B::asks_slices;
 };
 
 }  // namespace bristle

@@ -107,10 +107,12 @@ template <Scalar S>
   return {sum_of_lanes(a.x), sum_of_lanes(a.y), sum_of_lanes(a.z)};
 }
 
-/// The remainder of a / b, of the sign of a, exactly. Lane by lane: nothing vectorised is exact.
+/// The remainder of a / b, of the sign of a, exactly. Where no lane has more than one b in a that is
+/// a difference, which is exact there (Sterbenz); else lane by lane.
 template <Scalar S>
 [[nodiscard]] BRISTLE_LANES Pack<S> fmod(const Pack<S>& a, const Pack<S>& b) {
   using std::fmod;
+  if (all((a >= Pack<S>(S(0))) & (a < b + b))) return select(a < b, a, a - b);
   S rest[lanes<S>];
   for (std::size_t i = 0; i < lanes<S>; ++i) rest[i] = fmod(a[i], b[i]);
   return Pack<S>::load(rest);

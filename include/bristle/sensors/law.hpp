@@ -159,8 +159,10 @@ template <Value T>
   const Truth<T> is_kept = is_anchored & is_within;
   did_slip = is_anchored & !is_within;
   if (all(is_kept)) return stretch;
+  // What is rooted nowhere may be stretched by anything, and must not cost the others their ease.
+  const Vector3<T> held = select(is_anchored, stretch, zero_vector<T>());
   const Vector3<T> left =
-      select(is_anchored, after_reset<T>(stretch, sigma, reset), zero_vector<T>());
+      select(is_anchored, after_reset<T>(held, sigma, reset), zero_vector<T>());
   const Anchor<T> moved = rooted<T>(pair, r_A, left);
   anchor = {select(is_kept, anchor.q_A, moved.q_A), select(is_kept, anchor.q_B, moved.q_B)};
   return left;

@@ -203,6 +203,27 @@ struct ModelSum {
     angular += cross(c.rho, c.constant);
   }
 
+  ModelSum& operator+=(const ModelSum& more) {
+    xx += more.xx;
+    xy += more.xy;
+    xz += more.xz;
+    yy += more.yy;
+    yz += more.yz;
+    zz += more.zz;
+    top_x += more.top_x;
+    top_y += more.top_y;
+    top_z += more.top_z;
+    low_xx += more.low_xx;
+    low_xy += more.low_xy;
+    low_xz += more.low_xz;
+    low_yy += more.low_yy;
+    low_yz += more.low_yz;
+    low_zz += more.low_zz;
+    linear += more.linear;
+    angular += more.angular;
+    return *this;
+  }
+
   /// The sum over all lanes.
   void get(Mat6<S>& matrix, Vec6<S>& offset) const {
     Mat3<S> K, low;
@@ -244,6 +265,14 @@ struct PassChange {
   bool has_slip = false;
   T force_sum = ScalarOf<T>(0);
   T force_change = ScalarOf<T>(0);
+
+  PassChange& operator+=(const PassChange& more) {
+    did_switch = did_switch || more.did_switch;
+    has_slip = has_slip || more.has_slip;
+    force_sum += more.force_sum;
+    force_change += more.force_change;
+    return *this;
+  }
 };
 
 /// Whether the normal part of a contact acts at the velocity v that was found, and with what force.

@@ -165,6 +165,9 @@ struct SensorPatch {
   RayHits<S> hits{};
   std::vector<LaneBits> hit_bits;
   std::vector<TouchedShape> touched;
+  /// Of the pair at hand: which lanes of a tile hit its body, and the first contact of each slice.
+  std::vector<LaneBits> pair_bits;
+  std::vector<std::uint32_t> slice_contacts;
   std::vector<ContactTile<S>> contacts;
   std::vector<PatchPair<S>> pairs;
   std::vector<PairImpulse<S>> last_impulses;
@@ -233,6 +236,8 @@ template <Scalar S>
   }
   patch.hits.reset(tile_count * tile_size);
   patch.hit_bits.resize(tile_count);
+  patch.pair_bits.resize(tile_count);
+  patch.slice_contacts.resize((tile_count + slice_tiles - 1) / slice_tiles);
   patch.contacts.reserve(tile_count);
   patch.felt.resize(tile_count);
   patch.felt_before.resize(tile_count);

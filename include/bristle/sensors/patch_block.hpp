@@ -5,10 +5,12 @@
 /// all of them see the same relative motion of two rigid bodies, their sum is one 6x6 matrix and
 /// one 6-vector, whatever their number. Sensors that change state within the step (touch, let go,
 /// slip) are linearised anew around the last solution, a few passes at most. docs/sensors.md
-/// derives every line; the equations are numbered there.
+/// derives every line; the equations are numbered there. Sweeps over the contacts of a large patch
+/// are shared by the threads of `parallel_for`, with the same bits for any number of them.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <bristle/core/parallel.hpp>
 #include <bristle/dynamics/soft_block.hpp>
 #include <bristle/sensors/lane_parameters.hpp>
 #include <bristle/sensors/linear_model.hpp>
@@ -27,7 +29,8 @@ void set_scheme(PatchPair<S>& pair, S bristle_sum, S viscous_sum, S w, S dt);
 /// Linearises all contacts of a pair for the first pass, around the motion at the start of the
 /// step, and sums their models.
 template <Scalar S>
-void start_linearisation(SensorPatch<S>& patch, PatchPair<S>& pair, S dt);
+void start_linearisation(SensorPatch<S>& patch, PatchPair<S>& pair, S dt,
+                         const ParallelFor& parallel_for = serial_for);
 
 /// Moves the linearisation to the motion that was found, after `evaluate_impulses` there.
 /// @param motion        u at the end of the step, as the solver found it.
@@ -36,7 +39,8 @@ void start_linearisation(SensorPatch<S>& patch, PatchPair<S>& pair, S dt);
 /// @return Whether anything changed that matters: another solve is needed.
 template <Scalar S>
 bool update_linearisation(SensorPatch<S>& patch, PatchPair<S>& pair, const Vec6<S>& motion, S dt,
-                          int pass, bool is_last_pass);
+                          int pass, bool is_last_pass,
+                          const ParallelFor& parallel_for = serial_for);
 
 /// Puts the sum of the linear models of a pair's contacts into its soft block.
 template <Scalar S>
@@ -49,7 +53,8 @@ void clear_impulses(SensorPatch<S>& patch, const PatchPair<S>& pair);
 /// Evaluates the impulse of every contact at the motion that was found.
 /// @return [N s, N m s] Their sum on B about c.
 template <Scalar S>
-Wrench<S> evaluate_impulses(SensorPatch<S>& patch, const PatchPair<S>& pair, const Vec6<S>& motion);
+Wrench<S> evaluate_impulses(SensorPatch<S>& patch, const PatchPair<S>& pair, const Vec6<S>& motion,
+                            const ParallelFor& parallel_for = serial_for);
 
 // Implementation -----------------------------------------------------------------------------------
 
@@ -70,6 +75,17 @@ template <Scalar S>
   return std::span(patch.contacts).subspan(pair.first, pair.count);
 }
 
+/// Adds up part(tiles, sum) over a pair's contact tiles, in slices that threads may share.
+template <typename Sum, Scalar S, typename Part>
+[[nodiscard]] Sum sum_of_contacts(SensorPatch<S>& patch, const PatchPair<S>& pair,
+                                  const ParallelFor& parallel_for, const Part& part) {
+  const std::span<ContactTile<S>> all = contacts_of(patch, pair);
+  return sum_in_slices<Sum>(all.size(), slice_tiles, fewest_shared_slices, parallel_for,
+                            [&](std::size_t first, std::size_t end, Sum& sum) {
+                              part(all.subspan(first, end - first), sum);
+                            });
+}
+
 /// A motion of A relative to B, in A's axes, for all lanes.
 template <Scalar S>
 struct LaneMotion {
@@ -87,12 +103,23 @@ struct LaneMotion {
   }
 };
 
-/// A wrench in the world's axes from one in A's, in lanes.
+/// A wrench in lanes, in A's axes.
 template <Scalar S>
-[[nodiscard]] Wrench<S> world_wrench(const PatchPair<S>& pair, const Pack3<S>& force,
-                                     const Pack3<S>& torque) {
-  return {product<S>(pair.R_WA, sum_of_lanes(force)), product<S>(pair.R_WA, sum_of_lanes(torque))};
-}
+struct LaneWrench {
+  Pack3<S> force = zero_vector<Pack<S>>();
+  Pack3<S> torque = zero_vector<Pack<S>>();
+
+  LaneWrench& operator+=(const LaneWrench& more) {
+    force += more.force;
+    torque += more.torque;
+    return *this;
+  }
+  /// Its sum in the world's axes.
+  [[nodiscard]] Wrench<S> in_world(const PatchPair<S>& pair) const {
+    return {product<S>(pair.R_WA, sum_of_lanes(force)),
+            product<S>(pair.R_WA, sum_of_lanes(torque))};
+  }
+};
 
 /// Loads what is known of the contacts of a pack before anything is linearised.
 template <Scalar S>
@@ -130,113 +157,228 @@ BRISTLE_LANES void store_model(ContactTile<S>& tile, std::size_t at, PatchContac
   sum.add(c);
 }
 
+/// First models of some contacts, around the motion at the start of the step.
+template <Scalar S, typename Parameters>
+void linearise_at_start(SensorPatch<S>& patch, const PatchPair<S>& pair,
+                        std::span<ContactTile<S>> tiles, const Parameters& parameters, S dt,
+                        ModelSum<Pack<S>>& total) {
+  using T = Pack<S>;
+  const LawOptions options = patch.def.options;
+  const PatchPair<S> scheme = pair;
+  const LaneMotion<S> start(pair.start_motion.at(pair.center), pair.start_motion.angular);
+  const Pack3<S> center = Pack3<S>::all(pair.center);
+  ModelSum<T> sum;
+  for (ContactTile<S>& tile : tiles) {
+    const SensorTile<S>& sensors = patch.tiles[tile.tile];
+    tile.is_slipping = 0;
+    for (std::size_t at = 0; at < tile_size; at += lanes<S>) {
+      if (pack_bits<S>(tile.is_met, at) == 0) continue;
+      PatchContact<T> c;
+      load_geometry(sensors, tile, at, center, c);
+      const SensorParameters<T>& p = parameters(tile.tile, at);
+      c.start_velocity = start.at(c.rho);
+      linearise_normal<T>(p, c, dt);
+      c.is_pushing = load_mask<S>(tile.is_met, at) &
+                     (c.normal_constant + c.a_normal * dot(c.g, c.start_velocity) > T(S(0)));
+      c.normal_impulse = T(dt) * c.force;
+      // Nothing slips yet: the mask is empty, which the compiler sees.
+      c.is_slipping = c.is_damping_slip = Mask<S>::from_bits(0);
+      linearise<T>(p, options, scheme, c, c.start_velocity, dt);
+      store_model(tile, at, c, sum);
+    }
+  }
+  total = sum;
+}
+
+/// What a pass knows when it moves the linearisation.
+template <Scalar S>
+struct PassDef {
+  /// [m/s, rad/s] u at the end of the step, as the solver found it.
+  Vec6<S> motion = Vec6<S>::Zero();
+  /// [s] The step.
+  S dt = S(0);
+  /// [-] Number of the solve that found it, from 1.
+  int pass = 0;
+  /// [-] Whether there is one more solve only.
+  bool is_last = false;
+};
+
+/// Finds out what some contacts do at the motion that was found.
+template <Scalar S, typename Parameters>
+void find_changes(SensorPatch<S>& patch, const PatchPair<S>& pair, std::span<ContactTile<S>> tiles,
+                  const Parameters& parameters, const PassDef<S>& def, PassChange<Pack<S>>& total) {
+  using T = Pack<S>;
+  const LawOptions options = patch.def.options;
+  const S dt = def.dt;
+  const LaneMotion<S> found(pair, def.motion);
+  const Pack3<S> center = Pack3<S>::all(pair.center);
+  PassChange<T> change;
+  for (ContactTile<S>& tile : tiles) {
+    const SensorTile<S>& sensors = patch.tiles[tile.tile];
+    for (std::size_t at = 0; at < tile_size; at += lanes<S>) {
+      if (pack_bits<S>(tile.is_met, at) == 0) continue;
+      PatchContact<T> c;
+      load_geometry(sensors, tile, at, center, c);
+      load_states(tile, at, c);
+      if (any(c.is_slipping)) c.last_slip = load_pack(tile.last_slip, at);
+      const SensorParameters<T>& p = parameters(tile.tile, at);
+      const Pack3<S> v = found.at(c.rho);
+      linearise_normal<T>(p, c, dt);
+      update_normal<T>(c, load_mask<S>(tile.is_met, at), v, dt, change);
+      update_slip<T>(c, tangential<T>(v, c.n), p.breakaway_distance, options.reset, dt, def.pass,
+                     def.is_last, change);
+      store_pack(tile.force, at, c.force);
+      store_mask(tile.is_pushing, at, c.is_pushing);
+      if (any(c.is_slipping)) store_pack(tile.last_slip, at, c.last_slip);
+      store_mask(tile.is_slipping, at, c.is_slipping);
+      store_mask(tile.is_damping_slip, at, c.is_damping_slip);
+    }
+  }
+  total = change;
+}
+
+/// Models around another motion, and by how much they change the friction there.
+template <Value T>
+struct MovedModels {
+  ModelSum<T> models;
+  T friction_sum = ScalarOf<T>(0);
+  T friction_change = ScalarOf<T>(0);
+
+  MovedModels& operator+=(const MovedModels& more) {
+    models += more.models;
+    friction_sum += more.friction_sum;
+    friction_change += more.friction_change;
+    return *this;
+  }
+};
+
+/// Models of some contacts around the motion that was found.
+/// @param lagged  [s] The step, or 0 for normal forces that have not settled.
+template <Scalar S, typename Parameters>
+void linearise_at_motion(SensorPatch<S>& patch, const PatchPair<S>& pair,
+                         std::span<ContactTile<S>> tiles, const Parameters& parameters,
+                         const PassDef<S>& def, S lagged, MovedModels<Pack<S>>& total) {
+  using T = Pack<S>;
+  const LawOptions options = patch.def.options;
+  const S dt = def.dt;
+  const LaneMotion<S> found(pair, def.motion);
+  const PatchPair<S> scheme = pair;
+  const LaneMotion<S> start(pair.start_motion.at(pair.center), pair.start_motion.angular);
+  const Pack3<S> center = Pack3<S>::all(pair.center);
+  MovedModels<T> sum;
+  for (ContactTile<S>& tile : tiles) {
+    const SensorTile<S>& sensors = patch.tiles[tile.tile];
+    for (std::size_t at = 0; at < tile_size; at += lanes<S>) {
+      if (pack_bits<S>(tile.is_met, at) == 0) continue;
+      PatchContact<T> c;
+      load_geometry(sensors, tile, at, center, c);
+      load_states(tile, at, c);
+      const SensorParameters<T>& p = parameters(tile.tile, at);
+      const Pack3<S> v = found.at(c.rho);
+      c.start_velocity = start.at(c.rho);
+      c.normal_impulse = T(lagged) * c.force;
+      linearise_normal<T>(p, c, dt);
+      linearise<T>(p, options, scheme, c, tangential<T>(v, c.n), dt);
+      store_model(tile, at, c, sum.models);
+      if (any(c.is_slipping)) {
+        store_pack(tile.along, at, c.along);
+        store_pack(tile.a_along, at, c.a_along);
+      }
+      const Mask<S> is_met = load_mask<S>(tile.is_met, at);
+      const Pack3<S> before = tangential<T>(load_pack(tile.impulse, at), c.n);
+      const Pack3<S> after = tangential<T>(model_impulse<T>(c, v), c.n);
+      const Pack3<S> difference = after - before;
+      sum.friction_change += select(is_met, sqrt(dot(difference, difference)), T(S(0)));
+      sum.friction_sum += select(is_met, sqrt(dot(before, before)), T(S(0)));
+    }
+  }
+  total = sum;
+}
+
+/// Impulses of some contacts at the motion that was found.
+template <Scalar S>
+void evaluate(SensorPatch<S>& patch, const PatchPair<S>& pair, std::span<ContactTile<S>> tiles,
+              const Vec6<S>& motion, LaneWrench<S>& total) {
+  using T = Pack<S>;
+  const LaneMotion<S> found(pair, motion);
+  const Pack3<S> center = Pack3<S>::all(pair.center);
+  LaneWrench<S> sum;
+  for (ContactTile<S>& tile : tiles) {
+    const SensorTile<S>& sensors = patch.tiles[tile.tile];
+    for (std::size_t at = 0; at < tile_size; at += lanes<S>) {
+      if (pack_bits<S>(tile.is_met, at) == 0) continue;
+      PatchContact<T> c;
+      c.n = load_pack(sensors.direction, at);
+      c.g = load_pack(tile.g, at);
+      c.rho = load_pack(tile.point, at) - center;
+      c.constant = load_pack(tile.constant, at);
+      c.a_normal = load_pack(tile.a_normal, at);
+      c.a_across = load_pack(tile.a_across, at);
+      c.is_slipping = load_mask<S>(tile.is_slipping, at);
+      if (any(c.is_slipping)) {
+        c.along = load_pack(tile.along, at);
+        c.a_along = load_pack(tile.a_along, at);
+      }
+      Pack3<S> impulse = model_impulse<T>(c, found.at(c.rho));
+      T normal = select(load_mask<S>(tile.is_pushing, at), dot(impulse, c.n), T(S(0)));
+      const Mask<S> pulls = normal < T(S(0));
+      if (any(pulls)) {
+        // The passes ran out before these sensors were seen to part: they must not pull.
+        impulse = select(pulls, tangential<T>(impulse, c.n), impulse);
+        normal = select(pulls, T(S(0)), normal);
+      }
+      store_pack(tile.impulse, at, impulse);
+      store_pack(tile.normal_impulse, at, normal);
+      sum.force += impulse;
+      sum.torque += cross(c.rho, impulse);
+    }
+  }
+  total = sum;
+}
+
 }  // namespace detail
 
 template <Scalar S>
-void start_linearisation(SensorPatch<S>& patch, PatchPair<S>& pair, S dt) {
-  using T = Pack<S>;
+void start_linearisation(SensorPatch<S>& patch, PatchPair<S>& pair, S dt,
+                         const ParallelFor& parallel_for) {
+  using Sum = detail::ModelSum<Pack<S>>;
   detail::with_parameters<S>(patch.def, [&](const auto& parameters) {
-    const LawOptions options = patch.def.options;
-    const PatchPair<S> scheme = pair;
-    const detail::LaneMotion<S> start(pair.start_motion.at(pair.center), pair.start_motion.angular);
-    const Pack3<S> center = Pack3<S>::all(pair.center);
-    detail::ModelSum<T> sum;
-    for (ContactTile<S>& tile : detail::contacts_of(patch, pair)) {
-      const SensorTile<S>& sensors = patch.tiles[tile.tile];
-      tile.is_slipping = 0;
-      for (std::size_t at = 0; at < tile_size; at += lanes<S>) {
-        if (detail::pack_bits<S>(tile.is_met, at) == 0) continue;
-        PatchContact<T> c;
-        detail::load_geometry(sensors, tile, at, center, c);
-        const SensorParameters<T>& p = parameters(tile.tile, at);
-        c.start_velocity = start.at(c.rho);
-        detail::linearise_normal<T>(p, c, dt);
-        c.is_pushing = detail::load_mask<S>(tile.is_met, at) &
-                       (c.normal_constant + c.a_normal * dot(c.g, c.start_velocity) > T(S(0)));
-        c.normal_impulse = T(dt) * c.force;
-        // Nothing slips yet: the mask is empty, which the compiler sees.
-        c.is_slipping = c.is_damping_slip = Mask<S>::from_bits(0);
-        detail::linearise<T>(p, options, scheme, c, c.start_velocity, dt);
-        detail::store_model(tile, at, c, sum);
-      }
-    }
+    const Sum sum = detail::sum_of_contacts<Sum>(
+        patch, pair, parallel_for, [&](std::span<ContactTile<S>> tiles, Sum& part) {
+          detail::linearise_at_start<S>(patch, pair, tiles, parameters, dt, part);
+        });
     sum.get(pair.matrix, pair.offset);
   });
 }
 
 template <Scalar S>
 bool update_linearisation(SensorPatch<S>& patch, PatchPair<S>& pair, const Vec6<S>& motion, S dt,
-                          int pass, bool is_last_pass) {
+                          int pass, bool is_last_pass, const ParallelFor& parallel_for) {
   // Changes count when they reach a thousandth of what the patch carries: friction follows the
   // normal force of the pass before.
-  using T = Pack<S>;
   const S negligible = S(1e-3);
-  const LawOptions options = patch.def.options;
-  const detail::LaneMotion<S> found(pair, motion);
-  const Pack3<S> center = Pack3<S>::all(pair.center);
+  const detail::PassDef<S> def{motion, dt, pass, is_last_pass};
+  using Change = detail::PassChange<Pack<S>>;
+  using Moved = detail::MovedModels<Pack<S>>;
   return detail::with_parameters<S>(patch.def, [&](const auto& parameters) {
-    detail::PassChange<T> change;
-    for (ContactTile<S>& tile : detail::contacts_of(patch, pair)) {
-      const SensorTile<S>& sensors = patch.tiles[tile.tile];
-      for (std::size_t at = 0; at < tile_size; at += lanes<S>) {
-        if (detail::pack_bits<S>(tile.is_met, at) == 0) continue;
-        PatchContact<T> c;
-        detail::load_geometry(sensors, tile, at, center, c);
-        detail::load_states(tile, at, c);
-        if (any(c.is_slipping)) c.last_slip = detail::load_pack(tile.last_slip, at);
-        const SensorParameters<T>& p = parameters(tile.tile, at);
-        const Pack3<S> v = found.at(c.rho);
-        detail::linearise_normal<T>(p, c, dt);
-        detail::update_normal<T>(c, detail::load_mask<S>(tile.is_met, at), v, dt, change);
-        detail::update_slip<T>(c, tangential<T>(v, c.n), p.breakaway_distance, options.reset, dt,
-                               pass, is_last_pass, change);
-        detail::store_pack(tile.force, at, c.force);
-        detail::store_mask(tile.is_pushing, at, c.is_pushing);
-        if (any(c.is_slipping)) detail::store_pack(tile.last_slip, at, c.last_slip);
-        detail::store_mask(tile.is_slipping, at, c.is_slipping);
-        detail::store_mask(tile.is_damping_slip, at, c.is_damping_slip);
-      }
-    }
+    const Change change = detail::sum_of_contacts<Change>(
+        patch, pair, parallel_for, [&](std::span<ContactTile<S>> tiles, Change& part) {
+          detail::find_changes<S>(patch, pair, tiles, parameters, def, part);
+        });
     const bool has_changed = change.did_switch || sum_of_lanes(change.force_change) >
                                                       negligible * sum_of_lanes(change.force_sum);
     if (!has_changed && !change.has_slip) return false;
 
-    const PatchPair<S> scheme = pair;
-    const detail::LaneMotion<S> start(pair.start_motion.at(pair.center), pair.start_motion.angular);
     // Normal forces that have not settled by the last pass point along the gradient, which cannot
     // give energy, and not along the ray with an impulse that was wrong the pass before.
-    const T lagged = is_last_pass && has_changed ? S(0) : dt;
-    detail::ModelSum<T> sum;
-    T friction_sum = S(0);
-    T friction_change = S(0);
-    for (ContactTile<S>& tile : detail::contacts_of(patch, pair)) {
-      const SensorTile<S>& sensors = patch.tiles[tile.tile];
-      for (std::size_t at = 0; at < tile_size; at += lanes<S>) {
-        if (detail::pack_bits<S>(tile.is_met, at) == 0) continue;
-        PatchContact<T> c;
-        detail::load_geometry(sensors, tile, at, center, c);
-        detail::load_states(tile, at, c);
-        const SensorParameters<T>& p = parameters(tile.tile, at);
-        const Pack3<S> v = found.at(c.rho);
-        c.start_velocity = start.at(c.rho);
-        c.normal_impulse = lagged * c.force;
-        detail::linearise_normal<T>(p, c, dt);
-        detail::linearise<T>(p, options, scheme, c, tangential<T>(v, c.n), dt);
-        detail::store_model(tile, at, c, sum);
-        if (any(c.is_slipping)) {
-          detail::store_pack(tile.along, at, c.along);
-          detail::store_pack(tile.a_along, at, c.a_along);
-        }
-        const Mask<S> is_met = detail::load_mask<S>(tile.is_met, at);
-        const Pack3<S> before = tangential<T>(detail::load_pack(tile.impulse, at), c.n);
-        const Pack3<S> after = tangential<T>(detail::model_impulse<T>(c, v), c.n);
-        const Pack3<S> difference = after - before;
-        friction_change += select(is_met, sqrt(dot(difference, difference)), T(S(0)));
-        friction_sum += select(is_met, sqrt(dot(before, before)), T(S(0)));
-      }
-    }
-    sum.get(pair.matrix, pair.offset);
-    return has_changed || sum_of_lanes(friction_change) > negligible * sum_of_lanes(friction_sum);
+    const S lagged = is_last_pass && has_changed ? S(0) : dt;
+    const Moved moved = detail::sum_of_contacts<Moved>(
+        patch, pair, parallel_for, [&](std::span<ContactTile<S>> tiles, Moved& part) {
+          detail::linearise_at_motion<S>(patch, pair, tiles, parameters, def, lagged, part);
+        });
+    moved.models.get(pair.matrix, pair.offset);
+    return has_changed ||
+           sum_of_lanes(moved.friction_change) > negligible * sum_of_lanes(moved.friction_sum);
   });
 }
 
@@ -263,44 +405,14 @@ void clear_impulses(SensorPatch<S>& patch, const PatchPair<S>& pair) {
 }
 
 template <Scalar S>
-Wrench<S> evaluate_impulses(SensorPatch<S>& patch, const PatchPair<S>& pair,
-                            const Vec6<S>& motion) {
-  using T = Pack<S>;
-  const detail::LaneMotion<S> found(pair, motion);
-  const Pack3<S> center = Pack3<S>::all(pair.center);
-  Pack3<S> force = zero_vector<T>();
-  Pack3<S> torque = zero_vector<T>();
-  for (ContactTile<S>& tile : detail::contacts_of(patch, pair)) {
-    const SensorTile<S>& sensors = patch.tiles[tile.tile];
-    for (std::size_t at = 0; at < tile_size; at += lanes<S>) {
-      if (detail::pack_bits<S>(tile.is_met, at) == 0) continue;
-      PatchContact<T> c;
-      c.n = detail::load_pack(sensors.direction, at);
-      c.g = detail::load_pack(tile.g, at);
-      c.rho = detail::load_pack(tile.point, at) - center;
-      c.constant = detail::load_pack(tile.constant, at);
-      c.a_normal = detail::load_pack(tile.a_normal, at);
-      c.a_across = detail::load_pack(tile.a_across, at);
-      c.is_slipping = detail::load_mask<S>(tile.is_slipping, at);
-      if (any(c.is_slipping)) {
-        c.along = detail::load_pack(tile.along, at);
-        c.a_along = detail::load_pack(tile.a_along, at);
-      }
-      Pack3<S> impulse = detail::model_impulse<T>(c, found.at(c.rho));
-      T normal = select(detail::load_mask<S>(tile.is_pushing, at), dot(impulse, c.n), T(S(0)));
-      const Mask<S> pulls = normal < T(S(0));
-      if (any(pulls)) {
-        // The passes ran out before these sensors were seen to part: they must not pull.
-        impulse = select(pulls, tangential<T>(impulse, c.n), impulse);
-        normal = select(pulls, T(S(0)), normal);
-      }
-      detail::store_pack(tile.impulse, at, impulse);
-      detail::store_pack(tile.normal_impulse, at, normal);
-      force += impulse;
-      torque += cross(c.rho, impulse);
-    }
-  }
-  return detail::world_wrench(pair, force, torque);
+Wrench<S> evaluate_impulses(SensorPatch<S>& patch, const PatchPair<S>& pair, const Vec6<S>& motion,
+                            const ParallelFor& parallel_for) {
+  using Sum = detail::LaneWrench<S>;
+  return detail::sum_of_contacts<Sum>(patch, pair, parallel_for,
+                                      [&](std::span<ContactTile<S>> tiles, Sum& part) {
+                                        detail::evaluate<S>(patch, pair, tiles, motion, part);
+                                      })
+      .in_world(pair);
 }
 
 }  // namespace bristle

@@ -3,6 +3,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <bristle/core/parallel.hpp>
 #include <bristle/sensors/lane_parameters.hpp>
 #include <bristle/sensors/patch.hpp>
 
@@ -38,9 +39,10 @@ void clear_patch(SensorPatch<S>& patch);
 ///
 /// @param A        The patch's own body.
 /// @param find     Callable: TouchedBody<S> find(tag), the body that owns the shape with that tag.
+/// @param parallel_for  Shares the sensors of a large patch; the contacts are the same bits.
 template <Scalar S, typename FindBody>
 void collect_contacts(SensorPatch<S>& patch, const Body<S>& A, FindBody&& find,
-                      const CollectDef<S>& def);
+                      const CollectDef<S>& def, const ParallelFor& parallel_for = serial_for);
 
 // Implementation -----------------------------------------------------------------------------------
 
@@ -120,10 +122,27 @@ template <Scalar S>
   return static_cast<LaneBits>(hit & of_pair);
 }
 
+/// Finds the tiles of a pair and makes room for their contacts from contact `first` on.
+/// @return One behind the last of them.
+template <Scalar S>
+std::uint32_t place_contacts(SensorPatch<S>& patch, std::uint32_t pair, std::uint32_t first) {
+  std::uint32_t next = first;
+  for (std::size_t number = 0; number < patch.tiles.size(); ++number) {
+    if (number % slice_tiles == 0) patch.slice_contacts[number / slice_tiles] = next;
+    patch.pair_bits[number] = hit_lanes(patch, number, pair);
+    next += patch.pair_bits[number] != 0 ? 1u : 0u;
+  }
+  // What is there already is kept as it is, and so costs nothing.
+  if (patch.contacts.size() < next) patch.contacts.resize(next);
+  return next;
+}
+
 /// What is summed over the contacts of a pair while they are made. Lane by lane.
 template <Scalar S>
 struct ContactSums {
   using T = Pack<S>;
+  /// [-] Contacts.
+  std::uint32_t count = 0;
   Pack3<S> point = zero_vector<T>();
   T bristle = S(0), viscous = S(0);
   T tangential = S(0), tangential_second = S(0);
@@ -133,6 +152,33 @@ struct ContactSums {
   /// Of explicit impulses, about A's centre of mass.
   Pack3<S> impulse = zero_vector<T>();
   Pack3<S> impulse_moment = zero_vector<T>();
+
+  ContactSums& operator+=(const ContactSums& more) {
+    count += more.count;
+    point += more.point;
+    bristle += more.bristle;
+    viscous += more.viscous;
+    tangential += more.tangential;
+    tangential_second += more.tangential_second;
+    tangential_first += more.tangential_first;
+    normal += more.normal;
+    normal_second += more.normal_second;
+    normal_first += more.normal_first;
+    impulse += more.impulse;
+    impulse_moment += more.impulse_moment;
+    return *this;
+  }
+
+  /// [N s, N m s] Sum of the impulses that were given, on B about the arm `center`, A's axes.
+  [[nodiscard]] Wrench<S> given(const Vec3<S>& center) const {
+    return Wrench<S>{sum_of_lanes(impulse), sum_of_lanes(impulse_moment)}.shifted(center);
+  }
+  [[nodiscard]] PairStiffness<S> stiffness() const {
+    return {sum_of_lanes(bristle),           sum_of_lanes(viscous),
+            sum_of_lanes(tangential),        sum_of_lanes(normal),
+            sum_of_lanes(tangential_first),  sum_of_lanes(normal_first),
+            sum_of_lanes(tangential_second), sum_of_lanes(normal_second)};
+  }
 };
 
 /// The impulses of a pack of contacts at the start of a step into its tile, and to the sums.
@@ -151,15 +197,17 @@ BRISTLE_LANES void give_impulses(ContactTile<S>& tile, std::size_t at,
   moment_sum += cross(point, impulse);
 }
 
-/// Makes contacts of hits: those of one patch with one body.
+/// Makes contacts of hits: those of some tiles of one patch with one body.
 template <Scalar S, typename Parameters>
 class ContactMaker {
  public:
   using T = Pack<S>;
 
+  /// @param first  [-] Place of the first contact.
   ContactMaker(SensorPatch<S>& patch, const PatchPair<S>& pair, BodyId id_b,
-               const Parameters& parameters, const CollectDef<S>& def)
+               const Parameters& parameters, const CollectDef<S>& def, std::uint32_t first)
       : patch_(patch),
+        next_(patch.contacts.data() + first),
         parameters_(parameters),
         options_(patch.def.options),
         pose_(pair.pose),
@@ -179,8 +227,8 @@ class ContactMaker {
   /// Those of the lanes `hit` of a tile that meet the body at more than a grazing angle.
   BRISTLE_LANES void add_tile(std::size_t number, LaneBits hit) {
     SensorTile<S>& tile = patch_.tiles[number];
-    ContactTile<S>& out = patch_.contacts.emplace_back();
-    out.tile = static_cast<std::uint32_t>(number);
+    ContactTile<S>& out = *next_++;
+    out.begin(static_cast<std::uint32_t>(number));
     const LaneBits anchored =
         tile.is_rooted == 0
             ? LaneBits(0)
@@ -199,24 +247,10 @@ class ContactMaker {
       }
       tile.is_rooted = static_cast<LaneBits>((tile.is_rooted & ~hit) | out.is_touching);
     }
-    count_ += static_cast<std::uint32_t>(std::popcount(out.is_met));
-    if (out.is_met == 0) patch_.contacts.pop_back();
+    sums_.count += static_cast<std::uint32_t>(std::popcount(out.is_met));
   }
 
-  [[nodiscard]] std::uint32_t count() const { return count_; }
-  /// [m] Sum of the points of touch.
-  [[nodiscard]] Vec3<S> point_sum() const { return sum_of_lanes(sums_.point); }
-  /// [N s, N m s] Sum of the impulses that were given, on B about the arm `center`, A's axes.
-  [[nodiscard]] Wrench<S> given(const Vec3<S>& center) const {
-    return Wrench<S>{sum_of_lanes(sums_.impulse), sum_of_lanes(sums_.impulse_moment)}.shifted(
-        center);
-  }
-  [[nodiscard]] PairStiffness<S> stiffness() const {
-    return {sum_of_lanes(sums_.bristle),           sum_of_lanes(sums_.viscous),
-            sum_of_lanes(sums_.tangential),        sum_of_lanes(sums_.normal),
-            sum_of_lanes(sums_.tangential_first),  sum_of_lanes(sums_.normal_first),
-            sum_of_lanes(sums_.tangential_second), sum_of_lanes(sums_.normal_second)};
-  }
+  [[nodiscard]] const ContactSums<S>& sums() const { return sums_; }
 
  private:
   BRISTLE_LANES void add_pack(SensorTile<S>& tile, ContactTile<S>& out, std::size_t at,
@@ -313,6 +347,7 @@ class ContactMaker {
   }
 
   SensorPatch<S>& patch_;
+  ContactTile<S>* next_;
   const Parameters parameters_;
   const LawOptions options_;
   const PairPose<S> pose_;
@@ -322,13 +357,14 @@ class ContactMaker {
   const bool measures_lambda_;
   const bool gives_;
   ContactSums<S> sums_{};
-  std::uint32_t count_ = 0;
 };
 
-/// Makes the contacts of pair `index` and measures them.
+/// Makes the contacts of pair `index`, from contact `first` on, and measures them.
+/// @return One behind the last contact.
 template <Scalar S>
-void meet_body(SensorPatch<S>& patch, std::uint32_t index, const Body<S>& A,
-               const TouchedBody<S>& B, const CollectDef<S>& def) {
+std::uint32_t meet_body(SensorPatch<S>& patch, std::uint32_t index, const Body<S>& A,
+                        const TouchedBody<S>& B, const CollectDef<S>& def, std::uint32_t first,
+                        const ParallelFor& parallel_for) {
   PatchPair<S>& pair = patch.pairs[index];
   pair.R_WA = A.center_pose.rotation_matrix();
   pair.pose = pair_pose(A.center_pose, B.body->center_pose);
@@ -336,40 +372,49 @@ void meet_body(SensorPatch<S>& patch, std::uint32_t index, const Body<S>& A,
   const Mat3<S> R_AW = pair.R_WA.transpose();
   pair.start_motion = {product<S>(R_AW, A.twist.linear - B.body->twist.at(-p_AB_W)),
                        product<S>(R_AW, A.twist.angular - B.body->twist.angular)};
-  pair.first = static_cast<std::uint32_t>(patch.contacts.size());
+  const std::uint32_t end = place_contacts(patch, index, first);
   with_parameters<S>(patch.def, [&](const auto& parameters) {
     using Maker = ContactMaker<S, std::remove_cvref_t<decltype(parameters)>>;
-    Maker maker(patch, pair, B.id, parameters, def);
-    for (std::size_t number = 0; number < patch.tiles.size(); ++number) {
-      const LaneBits hit = hit_lanes(patch, number, index);
-      if (hit != 0) maker.add_tile(number, hit);
-    }
-    pair.stiffness = maker.stiffness();
+    const auto meet = [&](std::size_t from, std::size_t to, ContactSums<S>& sums) {
+      Maker maker(patch, pair, B.id, parameters, def, patch.slice_contacts[from / slice_tiles]);
+      for (std::size_t number = from; number < to; ++number) {
+        const LaneBits hit = patch.pair_bits[number];
+        if (hit != 0) maker.add_tile(number, hit);
+      }
+      sums = maker.sums();
+    };
+    const auto sums = sum_in_slices<ContactSums<S>>(patch.tiles.size(), slice_tiles,
+                                                    fewest_shared_slices, parallel_for, meet);
+    pair.stiffness = sums.stiffness();
     // Moments are taken about the middle of the contacts, where they are smallest.
-    pair.center = maker.point_sum() / S(std::max(maker.count(), 1u));
+    pair.center = sum_of_lanes(sums.point) / S(std::max(sums.count, 1u));
     pair.is_given = Maker::is_explicit(patch.def);
-    pair.given = maker.given(pair.center);
+    pair.given = sums.given(pair.center);
+    // A body that is met at grazing angles only is not met.
+    pair.first = first;
+    pair.count = sums.count > 0 ? end - first : 0;
   });
-  pair.count = static_cast<std::uint32_t>(patch.contacts.size()) - pair.first;
   pair.arm_a = product(pair.R_WA, pair.center);
   pair.arm_b = pair.arm_a - p_AB_W;
+  return end;
 }
 
 }  // namespace detail
 
 template <Scalar S, typename FindBody>
 void collect_contacts(SensorPatch<S>& patch, const Body<S>& A, FindBody&& find,
-                      const CollectDef<S>& def) {
-  patch.contacts.clear();
+                      const CollectDef<S>& def, const ParallelFor& parallel_for) {
   patch.pairs.clear();
   detail::find_touched(patch, find, def.only_tag);
+  std::uint32_t contacts = 0;
   for (std::uint32_t index = 0; index < patch.pairs.size(); ++index) {
     for (const TouchedShape& shape : patch.touched) {
       if (shape.pair != index) continue;
-      detail::meet_body(patch, index, A, find(shape.tag), def);
+      contacts = detail::meet_body(patch, index, A, find(shape.tag), def, contacts, parallel_for);
       break;
     }
   }
+  patch.contacts.resize(contacts);
 }
 
 }  // namespace bristle

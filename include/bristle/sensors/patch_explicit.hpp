@@ -25,9 +25,11 @@ void measure_pair(const SensorPatch<S>& patch, PatchPair<S>& pair, const SolverB
 
 /// Evaluates every contact of a pair at the start of the step, under the law of the patch; or says
 /// what was given when they were made.
+/// @param parallel_for  Shares the contacts of a large patch; the impulses are the same bits.
 /// @return [N s, N m s] The sum of the impulses on B about c.
 template <Scalar S>
-Wrench<S> explicit_impulses(SensorPatch<S>& patch, const PatchPair<S>& pair, BodyId id_b, S dt);
+Wrench<S> explicit_impulses(SensorPatch<S>& patch, const PatchPair<S>& pair, BodyId id_b, S dt,
+                            const ParallelFor& parallel_for = serial_for);
 
 // Implementation -----------------------------------------------------------------------------------
 
@@ -89,42 +91,54 @@ Wrench<S> ambf_impulses(SensorPatch<S>& patch, const PatchPair<S>& pair, BodyId 
   return {pair.R_WA * sum.force, pair.R_WA * sum.torque};
 }
 
-/// `explicit_impulses` under the paper's law, in lanes.
-template <Scalar S>
-Wrench<S> paper_impulses(SensorPatch<S>& patch, const PatchPair<S>& pair, S dt) {
-  using T = Pack<S>;
+/// Impulses of some contacts at the start of the step, under the paper's law.
+template <Scalar S, typename Parameters>
+void give_at_start(SensorPatch<S>& patch, const PatchPair<S>& pair, std::span<ContactTile<S>> tiles,
+                   const Parameters& parameters, S dt, LaneWrench<S>& total) {
   const LawOptions options = patch.def.options;
   const LaneMotion<S> start(pair.start_motion.linear, pair.start_motion.angular);
   const Pack3<S> center = Pack3<S>::all(pair.center);
-  return with_parameters<S>(patch.def, [&](const auto& parameters) {
-    Pack3<S> force_sum = zero_vector<T>();
-    Pack3<S> torque_sum = zero_vector<T>();
-    for (ContactTile<S>& tile : contacts_of(patch, pair)) {
-      const SensorTile<S>& sensors = patch.tiles[tile.tile];
-      for (std::size_t at = 0; at < tile_size; at += lanes<S>) {
-        if (pack_bits<S>(tile.is_met, at) == 0) continue;
-        const Pack3<S> point = load_pack(tile.point, at);
-        const SensorContact<T> contact{
-            load_pack(tile.depth, at), load_pack(sensors.inverse_length, at),
-            load_pack(sensors.direction, at), load_pack(tile.g, at), start.at(point)};
-        give_impulses<S>(tile, at, parameters(tile.tile, at), options, contact,
-                         load_pack(tile.stretch, at), point - center,
-                         load_mask<S>(tile.is_touching, at), dt, force_sum, torque_sum);
-      }
+  LaneWrench<S> sum;
+  for (ContactTile<S>& tile : tiles) {
+    const SensorTile<S>& sensors = patch.tiles[tile.tile];
+    for (std::size_t at = 0; at < tile_size; at += lanes<S>) {
+      if (pack_bits<S>(tile.is_met, at) == 0) continue;
+      const Pack3<S> point = load_pack(tile.point, at);
+      const SensorContact<Pack<S>> contact{
+          load_pack(tile.depth, at), load_pack(sensors.inverse_length, at),
+          load_pack(sensors.direction, at), load_pack(tile.g, at), start.at(point)};
+      give_impulses<S>(tile, at, parameters(tile.tile, at), options, contact,
+                       load_pack(tile.stretch, at), point - center,
+                       load_mask<S>(tile.is_touching, at), dt, sum.force, sum.torque);
     }
-    return world_wrench(pair, force_sum, torque_sum);
+  }
+  total = sum;
+}
+
+/// `explicit_impulses` under the paper's law.
+template <Scalar S>
+Wrench<S> paper_impulses(SensorPatch<S>& patch, const PatchPair<S>& pair, S dt,
+                         const ParallelFor& parallel_for) {
+  using Sum = LaneWrench<S>;
+  return with_parameters<S>(patch.def, [&](const auto& parameters) {
+    return sum_of_contacts<Sum>(patch, pair, parallel_for,
+                                [&](std::span<ContactTile<S>> tiles, Sum& part) {
+                                  give_at_start<S>(patch, pair, tiles, parameters, dt, part);
+                                })
+        .in_world(pair);
   });
 }
 
 }  // namespace detail
 
 template <Scalar S>
-Wrench<S> explicit_impulses(SensorPatch<S>& patch, const PatchPair<S>& pair, BodyId id_b, S dt) {
+Wrench<S> explicit_impulses(SensorPatch<S>& patch, const PatchPair<S>& pair, BodyId id_b, S dt,
+                            const ParallelFor& parallel_for) {
   if (pair.is_given) {
     return {product(pair.R_WA, pair.given.force), product(pair.R_WA, pair.given.torque)};
   }
   return patch.def.options.law == Law::ambf ? detail::ambf_impulses(patch, pair, id_b, dt)
-                                            : detail::paper_impulses(patch, pair, dt);
+                                            : detail::paper_impulses(patch, pair, dt, parallel_for);
 }
 
 }  // namespace bristle

@@ -11,8 +11,10 @@ namespace bristle {
 /// Turns the impulses of all contacts into readings.
 /// @param origin   [m] A's centre of mass in the world.
 /// @param find_id  Callable: BodyId find_id(slot).
+/// @param parallel_for  Shares the contacts of a large patch; the readings are the same bits.
 template <Scalar S, typename FindId>
-void fill_readings(SensorPatch<S>& patch, const Vec3<S>& origin, S dt, FindId&& find_id);
+void fill_readings(SensorPatch<S>& patch, const Vec3<S>& origin, S dt, FindId&& find_id,
+                   const ParallelFor& parallel_for = serial_for);
 
 // Implementation -----------------------------------------------------------------------------------
 
@@ -34,13 +36,24 @@ BRISTLE_LANES void clear_pack(ReadingStore<S>& out, std::size_t i) {
   nothing.store(out.shear_2.data() + i);
 }
 
-/// Readings of the contacts of one tile on the body `id`, with the wrench of the force on A added
-/// to (force, torque) and its part across the rays to `shear`, all in A's axes.
+/// Forces on A of contacts, in its axes: their wrench, and their part across the rays.
+template <Scalar S>
+struct ReadingSum {
+  LaneWrench<S> all{};
+  Pack3<S> shear = zero_vector<Pack<S>>();
+
+  ReadingSum& operator+=(const ReadingSum& more) {
+    all += more.all;
+    shear += more.shear;
+    return *this;
+  }
+};
+
+/// Readings of the contacts of one tile on the body `id`, with their forces added to `sum`.
 template <Scalar S>
 BRISTLE_LANES void read_tile(SensorPatch<S>& patch, const PatchPair<S>& pair,
                              const ContactTile<S>& tile, const Vec3<S>& origin, S per_step,
-                             BodyId id, Pack3<S>& force_sum, Pack3<S>& torque_sum,
-                             Pack3<S>& shear_sum) {
+                             BodyId id, ReadingSum<S>& sum) {
   using T = Pack<S>;
   const SensorTile<S>& sensors = patch.tiles[tile.tile];
   ReadingStore<S>& out = patch.readings;
@@ -64,9 +77,9 @@ BRISTLE_LANES void read_tile(SensorPatch<S>& patch, const PatchPair<S>& pair,
     const Mask<S> is_felt = is_touching | (load_mask<S>(tile.is_met, at) & (normal > T(S(0))));
     felt |= bits(is_felt) << at;
     const Pack3<S> felt_force = select(is_felt, force, zero_vector<T>());
-    force_sum += felt_force;
-    torque_sum += cross(point, felt_force);
-    shear_sum += select(is_felt, shear, zero_vector<T>());
+    sum.all.force += felt_force;
+    sum.all.torque += cross(point, felt_force);
+    sum.shear += select(is_felt, shear, zero_vector<T>());
     const T depth = select(is_touching, load_pack(tile.depth, at), T(S(0)));
     put(out.depth.data() + i, is_felt, depth, is_shared);
     put(out.normal_force.data() + i, is_felt, normal, is_shared);
@@ -94,7 +107,8 @@ BRISTLE_LANES void read_tile(SensorPatch<S>& patch, const PatchPair<S>& pair,
 }  // namespace detail
 
 template <Scalar S, typename FindId>
-void fill_readings(SensorPatch<S>& patch, const Vec3<S>& origin, S dt, FindId&& find_id) {
+void fill_readings(SensorPatch<S>& patch, const Vec3<S>& origin, S dt, FindId&& find_id,
+                   const ParallelFor& parallel_for) {
   ReadingStore<S>& out = patch.readings;
   patch.has_felt = !patch.pairs.empty();
   std::swap(patch.felt, patch.felt_before);
@@ -103,14 +117,17 @@ void fill_readings(SensorPatch<S>& patch, const Vec3<S>& origin, S dt, FindId&& 
   out.shear_W.setZero();
   for (const PatchPair<S>& pair : patch.pairs) {
     const BodyId id = find_id(pair.body_b);
-    Pack3<S> force = zero_vector<Pack<S>>();
-    Pack3<S> torque = force;
-    Pack3<S> shear = force;
-    for (const ContactTile<S>& tile : detail::contacts_of(patch, pair)) {
-      detail::read_tile(patch, pair, tile, origin, S(1) / dt, id, force, torque, shear);
-    }
-    out.wrench += detail::world_wrench(pair, force, torque);
-    out.shear_W += product<S>(pair.R_WA, sum_of_lanes(shear));
+    using Sum = detail::ReadingSum<S>;
+    const Sum sum = detail::sum_of_contacts<Sum>(
+        patch, pair, parallel_for, [&](std::span<ContactTile<S>> tiles, Sum& part) {
+          Sum own;
+          for (const ContactTile<S>& tile : tiles) {
+            detail::read_tile(patch, pair, tile, origin, S(1) / dt, id, own);
+          }
+          part = own;
+        });
+    out.wrench += sum.all.in_world(pair);
+    out.shear_W += product<S>(pair.R_WA, sum_of_lanes(sum.shear));
   }
   for (std::size_t i = 0; i < patch.felt.size(); ++i) {
     if (patch.felt[i] == 0 && patch.felt_before[i] != 0) out.clear_tile(i);

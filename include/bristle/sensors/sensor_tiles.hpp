@@ -23,6 +23,13 @@ namespace bristle {
 /// [-] Sensors of a tile.
 inline constexpr std::size_t tile_size = 16;
 
+/// [-] Tiles of a slice: sums over a patch are sums of slices' sums (`sum_in_slices`). A sweep over
+/// 512 sensors takes about a microsecond, beside which starting and adding up a slice is little.
+inline constexpr std::size_t slice_tiles = 32;
+/// [-] Slices from which on threads share a sweep: less would be done before the first has heard
+/// of it.
+inline constexpr std::size_t fewest_shared_slices = 8;
+
 /// One entry for each sensor of a tile.
 template <typename T>
 using Row = std::array<T, tile_size>;
@@ -102,6 +109,12 @@ struct alignas(64) ContactTile {
   /// Of slipping sensors only.
   Row3<S> along, last_slip;
   Row<S> a_along;
+
+  /// Becomes that of sensor tile `number`, without a contact.
+  void begin(std::uint32_t number) {
+    tile = number;
+    is_met = is_touching = is_pushing = is_slipping = is_damping_slip = 0;
+  }
 };
 
 namespace detail {

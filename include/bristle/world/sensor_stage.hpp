@@ -35,8 +35,11 @@ class SensorStage {
       if (state.patches.is_live(i)) live_.push_back(i);
     }
     scratch_.resize(std::max(scratch_.size(), live_.size()));
+    const bool shares = asks_slices<Backend> && !is_serial(state.def.parallel_for);
     // Patches write to themselves and to their own scratch only.
-    const auto task = [this, &state](std::size_t k) { sense_patch(state, live_[k], scratch_[k]); };
+    const auto task = [this, &state, shares](std::size_t k) {
+      sense_patch(state, live_[k], scratch_[k], shares);
+    };
     // A sensor costs some ten nanoseconds and waking a thread microseconds.
     constexpr std::size_t fewest_shared_sensors = 256;
     std::size_t sensors = 0;
@@ -51,6 +54,7 @@ class SensorStage {
     } else {
       for (std::size_t k = 0; k < live_.size(); ++k) task(k);
     }
+    if (shares) sense_shared(state);
     state.report.patches = live_.size();
     std::size_t awake = 0;
     for (std::size_t k = 0; k < live_.size(); ++k) {
@@ -108,7 +112,8 @@ class SensorStage {
   void evaluate(State& state, std::uint32_t soft) const {
     SensorPatch<S>& patch = state.patches.at(owners_[soft].patch);
     SoftBlock<S>& block = state.constraints.soft[soft];
-    const Wrench<S> sum = evaluate_impulses(patch, patch.pairs[owners_[soft].pair], block.motion);
+    const Wrench<S> sum = evaluate_impulses(patch, patch.pairs[owners_[soft].pair], block.motion,
+                                            state.def.parallel_for);
     block.impulse << sum.force, sum.torque;
   }
 
@@ -124,7 +129,7 @@ class SensorStage {
     SensorPatch<S>& patch = state.patches.at(owners_[soft].patch);
     return update_linearisation(patch, patch.pairs[owners_[soft].pair],
                                 state.constraints.soft[soft].motion, state.def.time_step, pass,
-                                is_last_pass);
+                                is_last_pass, state.def.parallel_for);
   }
 
   /// Turns all impulses into readings.
@@ -138,9 +143,9 @@ class SensorStage {
         patch.last_impulses.push_back(
             {state.bodies.handle(pair.body_b), state.constraints.soft[pair.soft].impulse});
       }
-      fill_readings<S>(patch, state.bodies.at(patch.body.index).center_pose.translation,
-                       state.def.time_step,
-                       [&](std::uint32_t slot) { return state.bodies.handle(slot); });
+      fill_readings<S>(
+          patch, state.bodies.at(patch.body.index).center_pose.translation, state.def.time_step,
+          [&](std::uint32_t slot) { return state.bodies.handle(slot); }, state.def.parallel_for);
       state.report.sensors_touching += patch.felt_count();
     }
   }
@@ -150,7 +155,18 @@ class SensorStage {
     std::vector<std::uint32_t> candidates;
     std::uint64_t rays_cast = 0;
     bool is_dormant = false;
+    /// Whether threads share its rays.
+    bool is_shared = false;
   };
+
+  /// Some rays of the patch live_[owner].
+  struct SharedRays {
+    std::size_t owner = 0;
+    RaySlice slice{};
+  };
+
+  /// [-] Sensors of a patch whose rays are worth sharing: two slices.
+  static constexpr std::size_t fewest_shared_rays = RayBundles<S>::slice_size + 1;
 
   template <typename Visit>
   void for_each_pair(State& state, Visit&& visit) const {
@@ -199,10 +215,10 @@ class SensorStage {
     return is_asleep;
   }
 
-  void sense_patch(State& state, std::uint32_t index, Scratch& scratch) const {
+  void sense_patch(State& state, std::uint32_t index, Scratch& scratch, bool shares) const {
     SensorPatch<S>& patch = state.patches.at(index);
-    const Body<S>& A = state.bodies.at(patch.body.index);
     scratch.rays_cast = 0;
+    scratch.is_shared = false;
     find_near(state, patch, scratch.candidates);
     scratch.is_dormant = is_dormant(state, patch, scratch.candidates);
     if (scratch.is_dormant) return;
@@ -211,21 +227,58 @@ class SensorStage {
       return;
     }
     patch.hits.reset(patch.size());
-    for (const std::uint32_t tag : scratch.candidates) {
-      const Collider<S, Backend>& c = state.colliders.at(tag);
-      Backend::cast_rays(c.shape, state.pose_from(A, c), patch.rays(approach(state, patch, c)), tag,
-                         patch.hits);
-      scratch.rays_cast += patch.size();
+    scratch.rays_cast = patch.size() * scratch.candidates.size();
+    scratch.is_shared =
+        shares && patch.size() >= fewest_shared_rays && !patch.bundles.slices().empty();
+    if (scratch.is_shared) return;
+    for (const std::uint32_t tag : scratch.candidates) cast_rays(state, patch, tag, {});
+    make_contacts(state, patch, scratch);
+  }
+
+  void cast_rays(State& state, SensorPatch<S>& patch, std::uint32_t tag, RaySlice slice) const {
+    const Collider<S, Backend>& c = state.colliders.at(tag);
+    RayBatch<S> rays = patch.rays(approach(state, patch, c));
+    rays.slice = slice;
+    Backend::cast_rays(c.shape, state.pose_from(state.bodies.at(patch.body.index), c), rays, tag,
+                       patch.hits);
+  }
+
+  void make_contacts(State& state, SensorPatch<S>& patch, const Scratch& scratch) const {
+    collect_contacts(
+        patch, state.bodies.at(patch.body.index),
+        [&](std::uint32_t tag) {
+          const Collider<S, Backend>& c = state.colliders.at(tag);
+          return TouchedBody<S>{&state.body_of(c), c.body};
+        },
+        {.dt = state.def.time_step,
+         .measures_lambda = measures_lambda_,
+         .only_tag =
+             scratch.candidates.size() == 1 ? scratch.candidates.front() : CollectDef<S>::any_tag},
+        state.def.parallel_for);
+  }
+
+  /// Casts the rays of large patches, slice by slice, at one shape of each after the other, and
+  /// makes their contacts.
+  void sense_shared(State& state) {
+    for (std::size_t round = 0;; ++round) {
+      shared_.clear();
+      for (std::size_t k = 0; k < live_.size(); ++k) {
+        if (!scratch_[k].is_shared || round >= scratch_[k].candidates.size()) continue;
+        for (const RaySlice& slice : state.patches.at(live_[k]).bundles.slices()) {
+          shared_.push_back({k, slice});
+        }
+      }
+      if (shared_.empty()) break;
+      const auto task = [this, &state, round](std::size_t i) {
+        const SharedRays& rays = shared_[i];
+        cast_rays(state, state.patches.at(live_[rays.owner]),
+                  scratch_[rays.owner].candidates[round], rays.slice);
+      };
+      state.def.parallel_for(shared_.size(), std::cref(task));
     }
-    collect_contacts(patch, A,
-                     [&](std::uint32_t tag) {
-                       const Collider<S, Backend>& c = state.colliders.at(tag);
-                       return TouchedBody<S>{&state.body_of(c), c.body};
-                     },
-                     {.dt = state.def.time_step,
-                      .measures_lambda = measures_lambda_,
-                      .only_tag = scratch.candidates.size() == 1 ? scratch.candidates.front()
-                                                                 : CollectDef<S>::any_tag});
+    for (std::size_t k = 0; k < live_.size(); ++k) {
+      if (scratch_[k].is_shared) make_contacts(state, state.patches.at(live_[k]), scratch_[k]);
+    }
   }
 
   [[nodiscard]] bool wants_implicit(const State& state, const SensorPatch<S>& patch,
@@ -242,8 +295,8 @@ class SensorStage {
 
   void apply_explicit(State& state, SensorPatch<S>& patch, const PatchPair<S>& pair) const {
     ++state.report.explicit_pairs;
-    const Wrench<S> sum =
-        explicit_impulses(patch, pair, state.bodies.handle(pair.body_b), state.def.time_step);
+    const Wrench<S> sum = explicit_impulses(patch, pair, state.bodies.handle(pair.body_b),
+                                            state.def.time_step, state.def.parallel_for);
     SolverBody<S>& a = state.solver_bodies[patch.body.index];
     SolverBody<S>& b = state.solver_bodies[pair.body_b];
     const auto push = [](SolverBody<S>& body, const Vec3<S>& arm, const Wrench<S>& w) {
@@ -258,7 +311,7 @@ class SensorStage {
   void add_soft_block(State& state, SensorPatch<S>& patch, PatchPair<S>& pair, SoftOwner owner) {
     ++state.report.implicit_pairs;
     pair.soft = static_cast<std::uint32_t>(state.constraints.soft.size());
-    start_linearisation(patch, pair, state.def.time_step);
+    start_linearisation(patch, pair, state.def.time_step, state.def.parallel_for);
     SoftBlock<S> block;
     block.body_a = patch.body.index;
     block.body_b = pair.body_b;
@@ -273,6 +326,7 @@ class SensorStage {
 
   std::vector<std::uint32_t> live_;
   std::vector<Scratch> scratch_;
+  std::vector<SharedRays> shared_;
   std::vector<S> lambda_;
   bool measures_lambda_ = false;
   std::vector<SoftOwner> owners_;

@@ -89,6 +89,17 @@ TEST_CASE_TEMPLATE("Value: sums over lanes, remainders, and single scalars", S, 
   CHECK(sum_of_lanes(sum) == sum);
   const Pack<S> rest = fmod(pack, Pack<S>(S(1.25)));
   for (std::size_t i = 0; i < lanes<S>; ++i) CHECK(rest[i] == std::fmod(values[i], S(1.25)));
+  // Where a difference is the remainder, up to just below twice the divisor, and beyond it.
+  for (const S largest : {S(2.4), S(2.5), S(7)}) {
+    for (std::size_t i = 0; i < lanes<S>; ++i) {
+      values[i] = i % 3 == 0 ? S(1.25) : S(0.1) + S(0.07) * S(i);
+    }
+    values[lanes<S> - 1] = largest;
+    const Pack<S> wrapped = fmod(Pack<S>::load(values), Pack<S>(S(1.25)));
+    for (std::size_t i = 0; i < lanes<S>; ++i) {
+      CHECK(wrapped[i] == std::fmod(values[i], S(1.25)));
+    }
+  }
   CHECK(select(true, S(1), S(2)) == S(1));
   CHECK(select(false, Vec3<S>(1, 2, 3), zero_vector<S>()) == Vec3<S>::Zero());
   CHECK(spread<Pack<S>>(Vec3<S>(1, 2, 3))[0] == Vec3<S>(1, 2, 3));

@@ -196,7 +196,9 @@ TEST_CASE_TEMPLATE("implicit patch: lanes give what sensors one by one give, pas
   int slips = 0, damped = 0, settled = 0;
   for (const SlipReset reset : {SlipReset::release, SlipReset::drag}) {
     for (const NormalDirection normal : {NormalDirection::ray, NormalDirection::gradient}) {
-      test::RandomPatch<S> random(7, options_of(normal, reset));
+      const bool is_large = normal == NormalDirection::gradient;
+      using Patch = test::RandomPatch<S>;
+      Patch random(7, options_of(normal, reset), is_large ? Patch::many : Patch::few);
       for (int round = 0; round < 40; ++round) {
         PatchPair<S>& pair = first_pair(random);
         SensorPatch<S>& patch = random.patch;

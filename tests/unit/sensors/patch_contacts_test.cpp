@@ -31,8 +31,10 @@ void for_each_contact(const SensorPatch<S>& patch, const PatchPair<S>& pair, Vis
 
 TEST_CASE_TEMPLATE("collect_contacts: every hit that does not graze, at its body, as in scalars", S,
                    float, double) {
-  test::RandomPatch<S> random(11, {});
-  for (int round = 0; round < 20; ++round) {
+  test::RandomPatch<S> few(11, {});
+  test::RandomPatch<S> many(11, {}, test::RandomPatch<S>::many);
+  for (int round = 0; round < 24; ++round) {
+    test::RandomPatch<S>& random = round < 20 ? few : many;
     random.next();
     const SensorPatch<S>& patch = random.patch;
     std::size_t found = 0;

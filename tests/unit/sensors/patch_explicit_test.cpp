@@ -115,7 +115,9 @@ TEST_CASE_TEMPLATE("explicit_impulses: lanes give what sensors one by one give",
           options.reset = reset;
           options.scaling = scaling;
           options.normal = normal;
-          test::RandomPatch<S> random(++seed, options);
+          const bool is_large = scaling == FrictionScaling::normal_force;
+          using Patch = test::RandomPatch<S>;
+          Patch random(++seed, options, is_large ? Patch::many : Patch::few);
           random.patch.def.integration = integration;
           compare(random);
         }
