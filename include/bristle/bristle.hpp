@@ -20,6 +20,7 @@
 #include <bristle/dynamics/constraint.hpp>
 #include <bristle/dynamics/contact_aim.hpp>
 #include <bristle/dynamics/contact_constraint.hpp>
+#include <bristle/dynamics/derivative_watch.hpp>
 #include <bristle/dynamics/integrator.hpp>
 #include <bristle/dynamics/island_order.hpp>
 #include <bristle/dynamics/island_row.hpp>
@@ -95,6 +96,7 @@
 #include <bristle/math/block_envelope.hpp>
 #include <bristle/math/cholesky.hpp>
 #include <bristle/math/dormand_prince.hpp>
+#include <bristle/math/dual.hpp>
 #include <bristle/math/envelope_cholesky.hpp>
 #include <bristle/math/lane_register.hpp>
 #include <bristle/math/lane_value.hpp>

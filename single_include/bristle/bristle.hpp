@@ -107,15 +107,27 @@
 
 #include <cmath>
 #include <concepts>
+#include <cstddef>
 #include <limits>
 #include <type_traits>
 
 namespace bristle {
 
-/// Opens the library to scalars other than the built-in ones (a dual number, say): specialise it to
-/// true for a type that has std::numeric_limits, arithmetic, and sqrt, abs, isfinite found by ADL.
+/// Opens the library to scalars other than the built-in ones (dual.hpp has one): specialise it to
+/// true for a type that has std::numeric_limits, arithmetic, `value_of`, and the functions of
+/// <cmath> found by ADL.
 template <typename S>
 inline constexpr bool is_scalar = std::floating_point<S>;
+
+/// [-] How many derivatives a scalar carries with its value.
+template <typename S>
+inline constexpr std::size_t derivatives_of = 0;
+
+/// The number that a scalar stands for, for decisions that no derivative may change.
+template <std::floating_point S>
+[[nodiscard]] constexpr S value_of(S x) {
+  return x;
+}
 
 /// What a simulation may be computed in: float, double, or a type that `is_scalar` names.
 template <typename S>
@@ -1753,6 +1765,7 @@ struct CollisionFilter {
 /// One number for many values: equal bits, equal number.
 // SPDX-License-Identifier: BSD-3-Clause
 
+#include <array>
 #include <bit>
 #include <cstddef>
 #include <cstdint>
@@ -1762,9 +1775,14 @@ struct CollisionFilter {
 
 namespace bristle {
 
-/// What is a number, a truth value or an enumerator: values without padding or addresses.
+/// Whether values of a type are their bytes: without padding or addresses. Specialise it for
+/// numbers that are not built in.
 template <typename T>
-concept PlainValue = std::is_arithmetic_v<T> || std::is_enum_v<T>;
+inline constexpr bool is_plain_value = std::is_arithmetic_v<T> || std::is_enum_v<T>;
+
+/// What is a number, a truth value or an enumerator.
+template <typename T>
+concept PlainValue = is_plain_value<std::remove_cv_t<T>>;
 
 namespace detail {
 
@@ -1787,24 +1805,33 @@ struct UnsignedOfSize<8> {
   using Type = std::uint64_t;
 };
 
-/// The bits of a value as the low bits of a word.
+/// The bits of a value as the low bits of words, as many as it needs.
 template <PlainValue T>
-[[nodiscard]] constexpr std::uint64_t bits_of(const T& value) {
-  return std::bit_cast<typename UnsignedOfSize<sizeof(T)>::Type>(value);
+[[nodiscard]] constexpr auto bits_of(const T& value) {
+  if constexpr (sizeof(T) <= sizeof(std::uint64_t)) {
+    return std::array{
+        std::uint64_t{std::bit_cast<typename UnsignedOfSize<sizeof(T)>::Type>(value)}};
+  } else {
+    static_assert(sizeof(T) % sizeof(std::uint64_t) == 0);
+    return std::bit_cast<std::array<std::uint64_t, sizeof(T) / sizeof(std::uint64_t)>>(value);
+  }
 }
 
 }  // namespace detail
 
-/// Mixes values by their bits, in order. Each value is one word w: h <- (h xor w) k, h <- h xor
-/// h >> 32, with the odd k = floor(2^64 / golden ratio). For a given w that is a bijection of h,
-/// and for a given h one of w: two sequences of one length that differ in one value never have the
-/// same number, and others have it with a chance of 2^-64. No protection against those who want it.
+/// Mixes values by their bits, in order. Each value is one word w or several: h <- (h xor w) k, h
+/// <- h xor h >> 32, with the odd k = floor(2^64 / golden ratio). For a given w that is a bijection
+/// of h, and for a given h one of w: two sequences of one length that differ in one value never
+/// have the same number, and others have it with a chance of 2^-64. No protection against those who
+/// want it.
 class BitHash {
  public:
   template <PlainValue T>
   void add(const T& value) {
-    value_ = (value_ ^ detail::bits_of(value)) * 0x9e3779b97f4a7c15u;
-    value_ ^= value_ >> 32;
+    for (const std::uint64_t word : detail::bits_of(value)) {
+      value_ = (value_ ^ word) * 0x9e3779b97f4a7c15u;
+      value_ ^= value_ >> 32;
+    }
   }
   [[nodiscard]] std::uint64_t value() const { return value_; }
 
@@ -4319,7 +4346,7 @@ void aim_contact(ContactConstraint<S>& c, const NormalSpeeds<S>& speeds, bool fo
       return;
     }
   }
-  if (closes || (c.gap <= context.position_tolerance && c.restitution == S(0))) {
+  if (closes || (c.gap <= context.position_tolerance && value_of(c.restitution) == 0)) {
     c.target = S(0);
     return;
   }
@@ -4329,6 +4356,84 @@ void aim_contact(ContactConstraint<S>& c, const NormalSpeeds<S>& speeds, bool fo
   // give energy to whatever pushes them.
   c.target = min(free, c.restitution > S(0) ? S(-2) * c.gap / dt - start : -c.gap / dt);
 }
+
+}  // namespace bristle
+
+// === bristle/dynamics/derivative_watch.hpp
+
+/// @file
+/// Tells when the derivatives in an iteration have settled.
+///
+/// Iterations end when values have converged. Derivatives come to rest by the same iteration but
+/// later: Newton's method has them one step behind the values, and where values start converged
+/// (from the impulses of the last step, say) nothing may have moved derivatives at all.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <vector>
+
+namespace bristle {
+
+/// Watches the derivatives of the velocities that an iteration finds. For scalars without
+/// derivatives there is nothing to watch, and nothing is compiled of it.
+template <Scalar S>
+class DerivativeWatch {
+ public:
+  /// Begins with a new iteration.
+  void start() { last_.clear(); }
+
+  /// Whether no derivative of any velocity has changed since the last call by more than `tolerance`
+  /// [1], relative to the largest one by the same variable, of a velocity or of what an impulse
+  /// gives. False in the first call.
+  ///
+  /// @param show  Is called with this watch, to show it all `velocity` and `impulse`, each time in
+  ///              the same order.
+  template <typename Show>
+  [[nodiscard]] bool have_settled(S tolerance, Show&& show) {
+    if constexpr (derivatives_of<S> == 0) {
+      return true;
+    } else {
+      is_first_ = last_.empty();
+      at_ = 0;
+      change_ = size_ = {};
+      show(*this);
+      if (is_first_) return false;
+      for (std::size_t k = 0; k < change_.size(); ++k) {
+        if (change_[k] > value_of(tolerance) * size_[k]) return false;
+      }
+      return true;
+    }
+  }
+
+  /// [m/s, rad/s]
+  void velocity(const S& v) {
+    if (is_first_) last_.emplace_back();
+    Partials& last = last_[at_++];
+    for (std::size_t k = 0; k < last.size(); ++k) {
+      change_[k] = std::max(change_[k], std::abs(v.partial(k) - last[k]));
+      size_[k] = std::max(size_[k], std::abs(v.partial(k)));
+      last[k] = v.partial(k);
+    }
+  }
+  /// [N s, N m s] With what it makes of a velocity: impulses that hold each other leave derivatives
+  /// of velocities that are round-off.
+  void impulse(const S& x, const S& response) {
+    for (std::size_t k = 0; k < size_.size(); ++k) {
+      size_[k] = std::max(size_[k], std::abs(value_of(response) * x.partial(k)));
+    }
+  }
+
+ private:
+  using Partials = std::array<double, derivatives_of<S>>;
+
+  std::vector<Partials> last_;
+  Partials change_{}, size_{};
+  std::size_t at_ = 0;
+  bool is_first_ = true;
+};
 
 }  // namespace bristle
 
@@ -4686,7 +4791,8 @@ namespace detail {
 /// Moves a point into a disk, radially.
 template <typename Real>
 void shrink(Real radius, Real& x, Real& y) {
-  const Real length = std::hypot(x, y);
+  using std::hypot;
+  const Real length = hypot(x, y);
   if (length <= radius) return;
   x *= radius / length;
   y *= radius / length;
@@ -4695,7 +4801,8 @@ void shrink(Real radius, Real& x, Real& y) {
 /// Moves (n, x, y) to the nearest point of a friction cone.
 template <typename Real>
 void project_on_cone(Real friction, Real& n, Real& x, Real& y) {
-  const Real t = std::hypot(x, y);
+  using std::hypot;
+  const Real t = hypot(x, y);
   if (t <= friction * n) return;
   if (friction * t <= -n) {
     n = x = y = Real(0);
@@ -4996,9 +5103,10 @@ class IslandRows {
 
   /// Takes the opening speed that the cones add to sliding contacts, mu |v_t|, out of them again.
   void set_shifts() {
+    using std::hypot;
     for (std::size_t i = 0; i < rows_.size(); ++i) {
       if (rows_[i].kind != Kind::cone) continue;
-      rows_[i].shift = rows_[i].friction * std::hypot(rows_[i + 1].velocity, rows_[i + 2].velocity);
+      rows_[i].shift = rows_[i].friction * hypot(rows_[i + 1].velocity, rows_[i + 2].velocity);
     }
   }
 
@@ -5033,6 +5141,8 @@ class IslandRows {
   }
   /// Largest distance of a row from its rule, as the velocity that its own response makes of it.
   [[nodiscard]] Real residual() const {
+    using std::abs;
+    using std::hypot;
     Real largest = Real(0);
     for (std::size_t i = 0; i < rows_.size(); ++i) {
       const Row& row = rows_[i];
@@ -5040,18 +5150,24 @@ class IslandRows {
       if (!(K > Real(0)) || row.kind == Kind::tangent) continue;
       const Real proposed = row.lambda - row.velocity / K;
       if (row.kind != Kind::cone) {
-        largest = std::max(largest, K * std::abs(row.lambda - row.clamped(proposed)));
+        largest = std::max(largest, K * abs(row.lambda - row.clamped(proposed)));
         continue;
       }
-      largest = std::max(largest, K * std::abs(row.lambda - std::max(Real(0), proposed)));
+      largest = std::max(largest, K * abs(row.lambda - std::max(Real(0), proposed)));
       const Row& first = rows_[i + 1];
       const Row& second = rows_[i + 2];
       Real x = first.lambda - first.velocity / K;
       Real y = second.lambda - second.velocity / K;
       detail::shrink(row.friction * row.lambda, x, y);
-      largest = std::max(largest, K * std::hypot(first.lambda - x, second.lambda - y));
+      largest = std::max(largest, K * hypot(first.lambda - x, second.lambda - y));
     }
     return largest;
+  }
+
+  /// Calls use(multiplier, response) for all rows.
+  template <typename Use>
+  void for_each_load(Use&& use) const {
+    for (const Row& row : rows_) use(row.lambda, row.response);
   }
 
   /// r := Mt v - J^T lambda.
@@ -5117,14 +5233,14 @@ class IslandRows {
   using Side = RowSide;
 
   [[nodiscard]] Side side_of(std::size_t i, Real eps) const {
+    using std::hypot;
     const Row& row = rows_[i];
     if (row.kind == Kind::free) return Side::inside;
     const Real x = row.proposed(eps, Real(0));
     if (row.kind != Kind::cone) {
       return x > row.lower && x < row.upper ? Side::inside : Side::at_bound;
     }
-    const Real t =
-        std::hypot(rows_[i + 1].proposed(eps, Real(0)), rows_[i + 2].proposed(eps, Real(0)));
+    const Real t = hypot(rows_[i + 1].proposed(eps, Real(0)), rows_[i + 2].proposed(eps, Real(0)));
     if (t <= row.friction * x) return Side::inside;
     return row.friction * t <= -x ? Side::at_bound : Side::sliding;
   }
@@ -5209,6 +5325,7 @@ class IslandRows {
 
 template <Scalar S, typename Real>
 void IslandRows<S, Real>::add_hessian(Real eps, EnvelopeMatrix<Real>& h) {
+  using std::hypot;
   for (std::size_t i = 0; i < rows_.size(); ++i) {
     Row& row = rows_[i];
     if (!(row.response > Real(0)) || row.kind == Kind::tangent) continue;
@@ -5231,7 +5348,7 @@ void IslandRows<S, Real>::add_hessian(Real eps, EnvelopeMatrix<Real>& h) {
     Real n = row.proposed(eps, Real(0));
     Real x = first.proposed(eps, Real(0));
     Real y = second.proposed(eps, Real(0));
-    const Real t = std::hypot(x, y);
+    const Real t = hypot(x, y);
     const Real mu = row.friction;
     const Real on_edge = (n + mu * t) / (Real(1) + mu * mu);
     const Real cosine = t > Real(0) ? x / t : Real(1);
@@ -5390,6 +5507,7 @@ class ProximalSolver {
   Real iterate(Real tolerance, const SolverDef<S>& settings, SolveReport<S>& report);
   bool minimise(Real eps, Real tolerance, int& steps, int most_steps);
   [[nodiscard]] Real mismatch() const;
+  [[nodiscard]] bool have_derivatives_settled(const SolverDef<S>& settings);
   void find_gradient(Real eps);
   Real search_line(Real eps);
 
@@ -5400,6 +5518,7 @@ class ProximalSolver {
   bool is_stiff_ = false;         // Whether one step of Newton's leaves more than round-off.
   std::vector<Real> rhs_;         // r.
   std::vector<Real> masses_;      // Diagonal of M.
+  DerivativeWatch<Real> watch_;
   std::vector<Real> v_, settled_, gradient_, step_, product_;
 };
 
@@ -5528,6 +5647,7 @@ auto ProximalSolver<S>::iterate(Real tolerance, const SolverDef<S>& settings,
   Real left = infinity<Real>;
   Real inner = Real(0);
   int steps = 0;
+  watch_.start();
   rows_.evaluate(v_);
   for (int outer = 0; steps < settings.max_newton_steps; ++outer) {
     if (outer > 0) rows_.set_shifts();
@@ -5542,7 +5662,7 @@ auto ProximalSolver<S>::iterate(Real tolerance, const SolverDef<S>& settings,
     rows_.accept(eps);
     const Real before = left;
     left = rows_.residual();
-    if (left <= tolerance) break;
+    if (left <= tolerance && have_derivatives_settled(settings)) break;
     // Slip that keeps turning leaves a residual that no longer falls.
     if (outer >= 10 && left > Real(0.9) * before) break;
     eps = std::max(smallest, eps / Real(10));
@@ -5552,12 +5672,21 @@ auto ProximalSolver<S>::iterate(Real tolerance, const SolverDef<S>& settings,
   return left;
 }
 
+template <Scalar S>
+bool ProximalSolver<S>::have_derivatives_settled(const SolverDef<S>& settings) {
+  return watch_.have_settled(Real(settings.tolerance), [&](auto& watch) {
+    for (const Real& x : v_) watch.velocity(x);
+    rows_.for_each_load([&](const Real& x, const Real& response) { watch.impulse(x, response); });
+  });
+}
+
 /// The inner loop: Newton with line search, until the impulses that belong to the velocities move
 /// the bodies by these velocities. Steps that are small are not enough: stiffnesses of 1e6 make
 /// much of what is left, and velocities are made of the impulses in the end.
 /// @return Whether that was reached.
 template <Scalar S>
 bool ProximalSolver<S>::minimise(Real eps, Real tolerance, int& steps, int most_steps) {
+  using std::abs;
   find_gradient(eps);
   Real left = infinity<Real>;
   while (steps < most_steps) {
@@ -5569,7 +5698,7 @@ bool ProximalSolver<S>::minimise(Real eps, Real tolerance, int& steps, int most_
     for (std::size_t i = 0; i < step_.size(); ++i) step_[i] = -gradient_[i];
     hessian_.solve(step_.data());
     Real size = Real(0);
-    for (const Real x : step_) size = std::max(size, std::abs(x));
+    for (const Real x : step_) size = std::max(size, abs(x));
     if (!(size < infinity<Real>)) return false;
     // Where a whole step switches nothing, the function was the parabola that Newton minimises.
     const bool is_whole = search_line(eps) == Real(1);
@@ -5586,9 +5715,10 @@ bool ProximalSolver<S>::minimise(Real eps, Real tolerance, int& steps, int most_
 /// [m/s, rad/s] By how much the velocities differ from what the impulses make of them.
 template <Scalar S>
 auto ProximalSolver<S>::mismatch() const -> Real {
+  using std::abs;
   Real largest = Real(0);
   for (std::size_t i = 0; i < gradient_.size(); ++i) {
-    largest = std::max(largest, std::abs(gradient_[i]) / masses_[i]);
+    largest = std::max(largest, abs(gradient_[i]) / masses_[i]);
   }
   return largest;
 }
@@ -5607,6 +5737,7 @@ void ProximalSolver<S>::find_gradient(Real eps) {
 /// @return The part of the step that was taken.
 template <Scalar S>
 auto ProximalSolver<S>::search_line(Real eps) -> Real {
+  using std::abs;
   rows_.evaluate_step(step_);
   product_.resize(v_.size());
   matrix_.multiply(step_.data(), product_.data());
@@ -5621,14 +5752,14 @@ auto ProximalSolver<S>::search_line(Real eps) -> Real {
   Real at_low = derivative(low);
   Real high = Real(1);
   Real at_high = derivative(high);
-  const Real small = Real(0.01) * std::abs(at_low);
+  const Real small = Real(0.01) * abs(at_low);
   Real s = high;
   if (at_high > small && at_low < Real(0)) {
     int side = 0;
     for (int i = 0; i < 20; ++i) {
       s = (low * at_high - high * at_low) / (at_high - at_low);
       const Real at_s = derivative(s);
-      if (std::abs(at_s) <= small) break;
+      if (abs(at_s) <= small) break;
       if (at_s > Real(0)) {
         high = s;
         at_high = at_s;
@@ -6582,11 +6713,15 @@ class IslandSolver {
     // come up again in the next step.
     Convergence progress(context.velocity_tolerance, S(0.3) * context.velocity_tolerance);
     bool may_factor = island.soft.empty();
+    watch_.start();
     for (int n = 0; n < context.settings.max_sweeps; ++n) {
       const S residual = sequential_.sweep(island, constraints, bodies, n % 2 != 0);
       ++report.sweeps;
       report.residual = residual;
-      if (progress.is_done(residual)) break;
+      if (progress.is_done(residual) &&
+          have_settled(island, constraints, bodies, context, velocity_of)) {
+        break;
+      }
       if (may_factor && progress.is_slow()) {
         may_factor = false;
         try_proximal(island, constraints, bodies, context, residual, report);
@@ -6787,11 +6922,15 @@ class IslandSolver {
     }
     const S tolerance = context.position_tolerance / context.dt;
     Convergence progress(tolerance, tolerance);
+    watch_.start();
     for (int n = 0; n < most_sweeps; ++n) {
       const S residual =
           sequential_.sweep_positions(island, constraints, bodies, context.dt, n % 2 != 0);
       ++report.position_sweeps;
-      if (progress.is_done(residual)) break;
+      if (progress.is_done(residual) &&
+          have_settled(island, constraints, bodies, context, motion_of)) {
+        break;
+      }
       if (!is_large(context) && progress.is_slow()) {
         proximal_.place(island, constraints, bodies, context, report);
         break;
@@ -6843,6 +6982,26 @@ class IslandSolver {
     int count_ = 0;
   };
 
+  /// Whether the derivatives of the bodies' velocities have settled, or of their displacements.
+  template <typename Select>
+  [[nodiscard]] bool have_settled(const Island& island, const Constraints<S>& constraints,
+                                  std::span<SolverBody<S>> bodies, const SolveContext<S>& context,
+                                  const Select& select) {
+    return watch_.have_settled(context.settings.tolerance, [&](auto& watch) {
+      for (const std::uint32_t slot : island.bodies) {
+        const Twist<S>& twist = select(bodies[slot]);
+        for (const S& x : twist.linear) watch.velocity(x);
+        for (const S& x : twist.angular) watch.velocity(x);
+      }
+      for (const std::uint32_t i : island.contacts) {
+        const ContactConstraint<S>& c = constraints.contacts[i];
+        const S response =
+            bodies[c.body_a].inverse_mass.maxCoeff() + bodies[c.body_b].inverse_mass.maxCoeff();
+        for (const S& x : c.impulse) watch.impulse(x, response);
+      }
+    });
+  }
+
   /// Sweeps put all load on the first points they come to. Where that would decide what sensors
   /// and contacts report, or whether a grip slips, the load is spread by factorisation.
   [[nodiscard]] static bool wants_even_load(const Island& island,
@@ -6879,6 +7038,8 @@ class IslandSolver {
                                         std::span<const SolverBody<S>> bodies,
                                         const SolveContext<S>& context) const {
     using std::abs;
+    // What is closed well enough may have derivatives that are not.
+    if constexpr (derivatives_of<S> != 0) return true;
     const S dt = context.dt;
     const S tolerance = context.position_tolerance;
     for (const std::uint32_t i : island.contacts) {
@@ -6907,6 +7068,7 @@ class IslandSolver {
   ProximalSolver<S> proximal_;
   IslandOrder order_;
   SavedImpulses<S> saved_;
+  DerivativeWatch<S> watch_;
 
   /// The whole step of a body that is solved in parts, and what one part adds to its velocity.
   struct Parts {
@@ -8171,7 +8333,7 @@ void JointSystem<S>::fill_free_rows() {
     for (std::size_t r = row; r < row + rows; ++r) {
       Mat3<S>& block = matrix_.at(r, r);
       S scale = block.trace() / S(3);
-      if (scale == S(0)) scale = S(1);
+      if (value_of(scale) == 0) scale = S(1);
       if (r == row) block += (scale * at_[i].slide) * at_[i].slide.transpose();
       block.diagonal().array() += share * scale;
     }
@@ -8336,7 +8498,8 @@ bool JointProjection<S>::close_gaps(JointSystem<S>& system) {
       wanted_[i] = Twist<S>{} - left;
     }
     gap = sqrt(gap2);
-    if (gap <= closed) return true;
+    // One pass closes gaps, and another what they have for derivatives.
+    if (gap <= closed && (pass > 0 || derivatives_of<S> == 0)) return true;
     // The matrix is of a place nearby, good for gaps that are small.
     if (pass > 0 && gap > S(1e-3) * size && !system.factor()) return false;
     system.solve(wanted_);
@@ -8518,7 +8681,9 @@ bool DormandPrince<S>::advance(std::span<S> y, std::size_t state, S duration, Sy
     }
     // The error of a substep grows with the fifth power of its length. Aimed a little below what is
     // allowed, and never changed by more than five times on the word of one estimate.
-    const S factor = ratio > S(0) ? S(0.9) * pow(ratio, S(-0.2)) : S(5);
+    // Where a substep ends is no matter of the state, so that derivatives are not of it either.
+    const S error = S(value_of(ratio));
+    const S factor = error > S(0) ? S(0.9) * pow(error, S(-0.2)) : S(5);
     h *= std::clamp(factor, S(0.2), is_accepted ? S(5) : S(0.9));
     // The rest is cut into equal parts, so that no sliver is left for the last one.
     const S rest = duration - t;
@@ -9924,7 +10089,7 @@ class TriangleTest {
     const S w = determinant(pb.x(), pb.y(), pa.x(), pa.y());
     if ((u < S(0) || v < S(0) || w < S(0)) && (u > S(0) || v > S(0) || w > S(0))) return {};
     const S sum = u + v + w;
-    if (!(sum != S(0))) return {};
+    if (!(value_of(sum) != 0)) return {};
     const S distance = (u * pa.z() + v * pb.z() + w * pc.z()) / sum;
     return {distance, uncertainty(pa, pb, pc, sum), sum > S(0)};
   }
@@ -10285,7 +10450,7 @@ struct LaneArray {
     return each([&](int i) { return a.v[i] <= b.v[i]; });
   }
   friend auto operator==(const LaneArray& a, const LaneArray& b) {
-    return each([&](int i) { return a.v[i] == b.v[i]; });
+    return each([&](int i) { return value_of(a.v[i]) == value_of(b.v[i]); });
   }
   friend auto operator&(const LaneArray& a, const LaneArray& b) {
     return each([&](int i) { return bool(a.v[i] & b.v[i]); });
@@ -14387,12 +14552,12 @@ struct Roots {
 
   Roots(S a, S b, S c, S root) {
     const S q = b < S(0) ? b - root : b + root;
-    if (a != S(0)) {
+    if (value_of(a) != 0) {
       first = q / a;
     } else {
       first = b < S(0) ? infinity<S> : -infinity<S>;
     }
-    second = q != S(0) ? c / q : S(0);
+    second = value_of(q) != 0 ? c / q : S(0);
   }
 };
 
@@ -21284,6 +21449,267 @@ inline std::string Trace::csv(int digits) const {
 
 }  // namespace bristle
 
+// === bristle/math/dual.hpp
+
+/// @file
+/// Numbers that carry their derivatives: what is computed in them is differentiated on the way
+/// (forward mode; Griewank and Walther 2008, "Evaluating Derivatives", chapter 3).
+///
+/// `Dual<double, n>` is a `Scalar`: everything here that is a template over one, the world
+/// included, gives with each number its derivatives by the n that were marked as variables.
+/// docs/gradients.md tells what can be asked so, and what derivatives mean where surfaces meet,
+/// part and slip.
+///
+/// Rules that hold for all of it:
+///
+/// - **Values are those of S**: operations on them are the same. Only sums that run in registers
+/// for
+///   S (of Eigen's products, over lanes) may add in another order.
+/// - **<, <=, > and >= compare values**, so a program takes the same branches as without
+///   derivatives. **== and != compare derivatives too**: what leaves work out because a number is
+///   exactly zero must not leave out its derivatives. Where the number alone decides, code asks
+///   `value_of`.
+/// - **Derivatives are finite**, as long as they do not overflow. Where a function has none,
+/// because
+///   its slope is infinite or its value no number, they count as 0: of sqrt and hypot at 0 (so the
+///   length of a vector of no length stands still), of abs at 0, of a quotient by 0. Of max, min
+///   and clamp they are those of the argument that is returned.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <array>
+#include <cmath>
+#include <concepts>
+#include <cstddef>
+#include <limits>
+#include <type_traits>
+
+namespace bristle {
+
+/// A value and its derivatives by n variables. A plain value itself, of n + 1 numbers.
+template <std::floating_point S, std::size_t n>
+class Dual {
+ public:
+  using Partials = std::array<S, n>;
+
+  /// Not set to anything, as an S would be.
+  Dual() = default;
+  /// A constant.
+  template <typename T>
+  requires std::is_arithmetic_v<T>
+  constexpr Dual(T value)  // NOLINT: a number in a formula of duals is a constant
+      : value_(static_cast<S>(value)), partials_{} {}
+  constexpr Dual(S value, const Partials& partials) : value_(value), partials_(partials) {}
+
+  /// Variable number i < n at a value: its derivative by itself is 1.
+  [[nodiscard]] static constexpr Dual variable(S value, std::size_t i = 0) {
+    Dual x(value);
+    x.partials_[i] = S(1);
+    return x;
+  }
+
+  [[nodiscard]] constexpr S value() const { return value_; }
+  /// Derivative by variable i.
+  [[nodiscard]] constexpr S partial(std::size_t i = 0) const { return partials_[i]; }
+  [[nodiscard]] constexpr const Partials& partials() const { return partials_; }
+
+  /// The value; derivatives are left behind.
+  template <typename T>
+  requires std::is_arithmetic_v<T>
+  [[nodiscard]] constexpr explicit operator T() const { return static_cast<T>(value_); }
+
+  /// What a function of this is, by its value and its slope there.
+  [[nodiscard]] constexpr Dual mapped(S value, S slope) const {
+    Dual y(value);
+    if (!is_number(value) || !is_number(slope)) return y;
+    for (std::size_t i = 0; i < n; ++i) y.partials_[i] = slope * partials_[i];
+    return y;
+  }
+
+  [[nodiscard]] friend constexpr Dual operator+(const Dual& a, const Dual& b) {
+    Dual sum(a.value_ + b.value_);
+    for (std::size_t i = 0; i < n; ++i) sum.partials_[i] = a.partials_[i] + b.partials_[i];
+    return sum;
+  }
+  [[nodiscard]] friend constexpr Dual operator-(const Dual& a, const Dual& b) {
+    Dual difference(a.value_ - b.value_);
+    for (std::size_t i = 0; i < n; ++i) difference.partials_[i] = a.partials_[i] - b.partials_[i];
+    return difference;
+  }
+  [[nodiscard]] friend constexpr Dual operator*(const Dual& a, const Dual& b) {
+    // Where the product is a number both slopes are.
+    const S product = a.value_ * b.value_;
+    return joined(product, product, a, b.value_, b, a.value_);
+  }
+  [[nodiscard]] friend constexpr Dual operator/(const Dual& a, const Dual& b) {
+    const S ratio = a.value_ / b.value_;
+    const S inverse = S(1) / b.value_;
+    return joined(ratio, ratio * inverse, a, inverse, b, -ratio * inverse);
+  }
+  [[nodiscard]] friend constexpr Dual operator+(const Dual& a) { return a; }
+  [[nodiscard]] friend constexpr Dual operator-(const Dual& a) {
+    Dual negative(-a.value_);
+    for (std::size_t i = 0; i < n; ++i) negative.partials_[i] = -a.partials_[i];
+    return negative;
+  }
+  constexpr Dual& operator+=(const Dual& b) { return *this = *this + b; }
+  constexpr Dual& operator-=(const Dual& b) { return *this = *this - b; }
+  constexpr Dual& operator*=(const Dual& b) { return *this = *this * b; }
+  constexpr Dual& operator/=(const Dual& b) { return *this = *this / b; }
+
+  [[nodiscard]] friend constexpr bool operator==(const Dual& a, const Dual& b) = default;
+  [[nodiscard]] friend constexpr bool operator<(const Dual& a, const Dual& b) {
+    return a.value_ < b.value_;
+  }
+  [[nodiscard]] friend constexpr bool operator<=(const Dual& a, const Dual& b) {
+    return a.value_ <= b.value_;
+  }
+  [[nodiscard]] friend constexpr bool operator>(const Dual& a, const Dual& b) {
+    return a.value_ > b.value_;
+  }
+  [[nodiscard]] friend constexpr bool operator>=(const Dual& a, const Dual& b) {
+    return a.value_ >= b.value_;
+  }
+
+  // Functions as in <cmath>, found by the argument's type.
+  [[nodiscard]] friend Dual sqrt(const Dual& a) {
+    const S root = std::sqrt(a.value_);
+    return a.mapped(root, S(0.5) / root);
+  }
+  [[nodiscard]] friend Dual hypot(const Dual& a, const Dual& b) {
+    const S length = std::hypot(a.value_, b.value_);
+    return joined(length, S(1) / length, a, a.value_ / length, b, b.value_ / length);
+  }
+  [[nodiscard]] friend Dual abs(const Dual& a) {
+    return a.mapped(std::abs(a.value_), sign_of(a.value_));
+  }
+  [[nodiscard]] friend Dual copysign(const Dual& a, const Dual& b) {
+    const S value = std::copysign(a.value_, b.value_);
+    return a.mapped(value, sign_of(a.value_) * sign_of(value));
+  }
+  [[nodiscard]] friend Dual sin(const Dual& a) {
+    return a.mapped(std::sin(a.value_), std::cos(a.value_));
+  }
+  [[nodiscard]] friend Dual cos(const Dual& a) {
+    return a.mapped(std::cos(a.value_), -std::sin(a.value_));
+  }
+  [[nodiscard]] friend Dual acos(const Dual& a) {
+    return a.mapped(std::acos(a.value_), S(-1) / std::sqrt(S(1) - a.value_ * a.value_));
+  }
+  [[nodiscard]] friend Dual atan2(const Dual& y, const Dual& x) {
+    const S length2 = y.value_ * y.value_ + x.value_ * x.value_;
+    return joined(std::atan2(y.value_, x.value_), S(1) / length2, y, x.value_ / length2, x,
+                  -y.value_ / length2);
+  }
+  [[nodiscard]] friend Dual exp(const Dual& a) {
+    const S value = std::exp(a.value_);
+    return a.mapped(value, value);
+  }
+  [[nodiscard]] friend Dual log(const Dual& a) {
+    return a.mapped(std::log(a.value_), S(1) / a.value_);
+  }
+  [[nodiscard]] friend Dual pow(const Dual& a, const Dual& exponent) {
+    const S b = exponent.value_;
+    const S value = std::pow(a.value_, b);
+    // A constant exponent is no matter for the logarithm, which a power of a negative number lacks.
+    const S by_exponent = exponent.partials_ == Partials{} ? S(0) : value * std::log(a.value_);
+    const S by_base = b * std::pow(a.value_, b - S(1));
+    return joined(value, by_base + by_exponent, a, by_base, exponent, by_exponent);
+  }
+  /// a - q b with the whole number q = trunc(a / b), which does not change for small changes.
+  [[nodiscard]] friend Dual fmod(const Dual& a, const Dual& b) {
+    const S rest = std::fmod(a.value_, b.value_);
+    const S whole = std::round((a.value_ - rest) / b.value_);
+    return joined(rest, whole, a, S(1), b, -whole);
+  }
+  [[nodiscard]] friend Dual floor(const Dual& a) { return Dual(std::floor(a.value_)); }
+  [[nodiscard]] friend Dual ceil(const Dual& a) { return Dual(std::ceil(a.value_)); }
+
+  /// Of the value.
+  [[nodiscard]] friend bool isfinite(const Dual& a) { return std::isfinite(a.value_); }
+  [[nodiscard]] friend bool isnan(const Dual& a) { return std::isnan(a.value_); }
+  [[nodiscard]] friend bool isinf(const Dual& a) { return std::isinf(a.value_); }
+
+ private:
+  /// What a function of two is, by its value and its slopes.
+  /// @param judge  Is a number only where value and slopes are.
+  [[nodiscard]] static constexpr Dual joined(S value, S judge, const Dual& a, S by_a, const Dual& b,
+                                             S by_b) {
+    Dual y(value);
+    if (!is_number(judge)) return y;
+    for (std::size_t i = 0; i < n; ++i) {
+      y.partials_[i] = by_a * a.partials_[i] + by_b * b.partials_[i];
+    }
+    return y;
+  }
+
+  [[nodiscard]] static constexpr bool is_number(S x) { return x - x == S(0); }
+  [[nodiscard]] static constexpr S sign_of(S x) {
+    return x > S(0) ? S(1) : x < S(0) ? S(-1) : S(0);
+  }
+
+  S value_;
+  Partials partials_;
+};
+
+/// In single precision derivatives would have no digits left where solvers divide by 1e-6.
+template <std::size_t n>
+inline constexpr bool is_scalar<Dual<double, n>> = true;
+
+template <std::floating_point S, std::size_t n>
+inline constexpr std::size_t derivatives_of<Dual<S, n>> = n;
+
+template <std::floating_point S, std::size_t n>
+[[nodiscard]] constexpr S value_of(const Dual<S, n>& x) {
+  return x.value();
+}
+
+/// Snapshots and hashes take it as its n + 1 numbers.
+template <std::floating_point S, std::size_t n>
+inline constexpr bool is_plain_value<Dual<S, n>> = sizeof(Dual<S, n>) == (n + 1) * sizeof(S);
+
+}  // namespace bristle
+
+/// Those of S, as constants.
+template <std::floating_point S, std::size_t n>
+class std::numeric_limits<bristle::Dual<S, n>> : public std::numeric_limits<S> {
+  using Dual = bristle::Dual<S, n>;
+  using Base = std::numeric_limits<S>;
+
+ public:
+  static constexpr Dual min() noexcept { return Base::min(); }
+  static constexpr Dual max() noexcept { return Base::max(); }
+  static constexpr Dual lowest() noexcept { return Base::lowest(); }
+  static constexpr Dual epsilon() noexcept { return Base::epsilon(); }
+  static constexpr Dual round_error() noexcept { return Base::round_error(); }
+  static constexpr Dual infinity() noexcept { return Base::infinity(); }
+  static constexpr Dual quiet_NaN() noexcept { return Base::quiet_NaN(); }
+  static constexpr Dual signaling_NaN() noexcept { return Base::signaling_NaN(); }
+  static constexpr Dual denorm_min() noexcept { return Base::denorm_min(); }
+};
+
+/// What Eigen has to know of a scalar.
+template <std::floating_point S, std::size_t n>
+struct Eigen::NumTraits<bristle::Dual<S, n>> : Eigen::GenericNumTraits<bristle::Dual<S, n>> {
+  using Real = bristle::Dual<S, n>;
+  using NonInteger = Real;
+  using Literal = Real;
+  using Nested = Real;
+
+  enum {
+    IsInteger = 0,
+    IsSigned = 1,
+    IsComplex = 0,
+    RequireInitialization = 0,
+    ReadCost = (n + 1) * Eigen::NumTraits<S>::ReadCost,
+    AddCost = (n + 1) * Eigen::NumTraits<S>::AddCost,
+    MulCost = (2 * n + 1) * Eigen::NumTraits<S>::MulCost
+  };
+
+  static constexpr Real epsilon() { return Eigen::NumTraits<S>::epsilon(); }
+  static constexpr Real dummy_precision() { return Eigen::NumTraits<S>::dummy_precision(); }
+  static constexpr int digits10() { return Eigen::NumTraits<S>::digits10(); }
+};
+
 // === bristle/sensors/elastic_skin.hpp
 
 /// @file
@@ -24121,7 +24547,7 @@ class SolveStage {
     state.report.sweeps += static_cast<std::uint64_t>(report.sweeps);
     state.report.factorisations += static_cast<std::uint64_t>(report.factorisations);
     state.report.residual = std::max(state.report.residual, report.residual);
-    state.report.capped_islands += report.residual > context.velocity_tolerance ? 1 : 0;
+    state.report.capped_islands += report.residual > context.velocity_tolerance ? 1u : 0u;
   }
 
   /// Gives an island that nothing else holds back the angular momentum that its constraints took.
@@ -24978,7 +25404,7 @@ namespace bristle {
 /// calls give the same bits, run to run and for any `WorldDef::parallel_for`. One thread at a time
 /// may use a world; const calls may run concurrently.
 ///
-/// @tparam S        Scalar: float or double.
+/// @tparam S        Scalar: float, double, or `Dual<double, n>` (docs/gradients.md).
 /// @tparam Backend  What computes geometry; see `ShapeBackend`.
 template <Scalar S, typename Backend = AnalyticBackend>
 requires ShapeBackend<Backend, S>

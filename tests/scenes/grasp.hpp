@@ -120,7 +120,7 @@ template <Scalar S, typename Backend = AnalyticBackend>
       slide.body_a = frame;
       slide.body_b = scene.fingers[k];
       // The joint's x axis points inwards.
-      const S turn = k == 0 ? S(0) : std::numbers::pi_v<S>;
+      const S turn = k == 0 ? S(0) : S(std::numbers::pi);
       slide.X_AJ.rotation = slide.X_BJ.rotation = exp_rotation<S>(turn * Vec3<S>::UnitZ());
       slide.drive = {DriveMode::velocity, S(10), def.grip, infinity<S>};
       scene.drives[k] = scene.world.add_joint(slide);

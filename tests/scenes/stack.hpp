@@ -51,6 +51,7 @@ struct StackScene {
 /// Builds the scene. On sensors, each cube has 16 below it, stiff enough for what they carry.
 template <Scalar S, typename Backend = AnalyticBackend>
 [[nodiscard]] StackScene<S, Backend> make_stack(const StackDef<S>& def) {
+  using std::sqrt;
   constexpr int per_side = 4;
   const S half = S(0.1);
   const S ray = S(0.01);
@@ -95,7 +96,7 @@ template <Scalar S, typename Backend = AnalyticBackend>
     const S n = S(per_side * per_side);
     const S stiffness = carried * gravity / (n * def.press);
     // Critical damping for the mass carried.
-    const S damping = S(2) * std::sqrt(stiffness * carried * ray / n);
+    const S damping = S(2) * sqrt(stiffness * carried * ray / n);
     patch.parameters = {stiffness, damping, S(5000), S(0.1), S(1e-3)};
     patch.integration = def.integration;
     scene.patches.push_back(scene.world.add_patch(scene.cubes.back(), patch));

@@ -3,6 +3,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <array>
 #include <bit>
 #include <cstddef>
 #include <cstdint>
@@ -12,9 +13,14 @@
 
 namespace bristle {
 
-/// What is a number, a truth value or an enumerator: values without padding or addresses.
+/// Whether values of a type are their bytes: without padding or addresses. Specialise it for
+/// numbers that are not built in.
 template <typename T>
-concept PlainValue = std::is_arithmetic_v<T> || std::is_enum_v<T>;
+inline constexpr bool is_plain_value = std::is_arithmetic_v<T> || std::is_enum_v<T>;
+
+/// What is a number, a truth value or an enumerator.
+template <typename T>
+concept PlainValue = is_plain_value<std::remove_cv_t<T>>;
 
 namespace detail {
 
@@ -37,24 +43,33 @@ struct UnsignedOfSize<8> {
   using Type = std::uint64_t;
 };
 
-/// The bits of a value as the low bits of a word.
+/// The bits of a value as the low bits of words, as many as it needs.
 template <PlainValue T>
-[[nodiscard]] constexpr std::uint64_t bits_of(const T& value) {
-  return std::bit_cast<typename UnsignedOfSize<sizeof(T)>::Type>(value);
+[[nodiscard]] constexpr auto bits_of(const T& value) {
+  if constexpr (sizeof(T) <= sizeof(std::uint64_t)) {
+    return std::array{
+        std::uint64_t{std::bit_cast<typename UnsignedOfSize<sizeof(T)>::Type>(value)}};
+  } else {
+    static_assert(sizeof(T) % sizeof(std::uint64_t) == 0);
+    return std::bit_cast<std::array<std::uint64_t, sizeof(T) / sizeof(std::uint64_t)>>(value);
+  }
 }
 
 }  // namespace detail
 
-/// Mixes values by their bits, in order. Each value is one word w: h <- (h xor w) k, h <- h xor
-/// h >> 32, with the odd k = floor(2^64 / golden ratio). For a given w that is a bijection of h,
-/// and for a given h one of w: two sequences of one length that differ in one value never have the
-/// same number, and others have it with a chance of 2^-64. No protection against those who want it.
+/// Mixes values by their bits, in order. Each value is one word w or several: h <- (h xor w) k, h
+/// <- h xor h >> 32, with the odd k = floor(2^64 / golden ratio). For a given w that is a bijection
+/// of h, and for a given h one of w: two sequences of one length that differ in one value never
+/// have the same number, and others have it with a chance of 2^-64. No protection against those who
+/// want it.
 class BitHash {
  public:
   template <PlainValue T>
   void add(const T& value) {
-    value_ = (value_ ^ detail::bits_of(value)) * 0x9e3779b97f4a7c15u;
-    value_ ^= value_ >> 32;
+    for (const std::uint64_t word : detail::bits_of(value)) {
+      value_ = (value_ ^ word) * 0x9e3779b97f4a7c15u;
+      value_ ^= value_ >> 32;
+    }
   }
   [[nodiscard]] std::uint64_t value() const { return value_; }
 

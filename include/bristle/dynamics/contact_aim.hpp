@@ -145,7 +145,7 @@ void aim_contact(ContactConstraint<S>& c, const NormalSpeeds<S>& speeds, bool fo
       return;
     }
   }
-  if (closes || (c.gap <= context.position_tolerance && c.restitution == S(0))) {
+  if (closes || (c.gap <= context.position_tolerance && value_of(c.restitution) == 0)) {
     c.target = S(0);
     return;
   }

@@ -84,7 +84,8 @@ namespace detail {
 /// Moves a point into a disk, radially.
 template <typename Real>
 void shrink(Real radius, Real& x, Real& y) {
-  const Real length = std::hypot(x, y);
+  using std::hypot;
+  const Real length = hypot(x, y);
   if (length <= radius) return;
   x *= radius / length;
   y *= radius / length;
@@ -93,7 +94,8 @@ void shrink(Real radius, Real& x, Real& y) {
 /// Moves (n, x, y) to the nearest point of a friction cone.
 template <typename Real>
 void project_on_cone(Real friction, Real& n, Real& x, Real& y) {
-  const Real t = std::hypot(x, y);
+  using std::hypot;
+  const Real t = hypot(x, y);
   if (t <= friction * n) return;
   if (friction * t <= -n) {
     n = x = y = Real(0);

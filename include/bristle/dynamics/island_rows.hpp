@@ -180,9 +180,10 @@ class IslandRows {
 
   /// Takes the opening speed that the cones add to sliding contacts, mu |v_t|, out of them again.
   void set_shifts() {
+    using std::hypot;
     for (std::size_t i = 0; i < rows_.size(); ++i) {
       if (rows_[i].kind != Kind::cone) continue;
-      rows_[i].shift = rows_[i].friction * std::hypot(rows_[i + 1].velocity, rows_[i + 2].velocity);
+      rows_[i].shift = rows_[i].friction * hypot(rows_[i + 1].velocity, rows_[i + 2].velocity);
     }
   }
 
@@ -217,6 +218,8 @@ class IslandRows {
   }
   /// Largest distance of a row from its rule, as the velocity that its own response makes of it.
   [[nodiscard]] Real residual() const {
+    using std::abs;
+    using std::hypot;
     Real largest = Real(0);
     for (std::size_t i = 0; i < rows_.size(); ++i) {
       const Row& row = rows_[i];
@@ -224,18 +227,24 @@ class IslandRows {
       if (!(K > Real(0)) || row.kind == Kind::tangent) continue;
       const Real proposed = row.lambda - row.velocity / K;
       if (row.kind != Kind::cone) {
-        largest = std::max(largest, K * std::abs(row.lambda - row.clamped(proposed)));
+        largest = std::max(largest, K * abs(row.lambda - row.clamped(proposed)));
         continue;
       }
-      largest = std::max(largest, K * std::abs(row.lambda - std::max(Real(0), proposed)));
+      largest = std::max(largest, K * abs(row.lambda - std::max(Real(0), proposed)));
       const Row& first = rows_[i + 1];
       const Row& second = rows_[i + 2];
       Real x = first.lambda - first.velocity / K;
       Real y = second.lambda - second.velocity / K;
       detail::shrink(row.friction * row.lambda, x, y);
-      largest = std::max(largest, K * std::hypot(first.lambda - x, second.lambda - y));
+      largest = std::max(largest, K * hypot(first.lambda - x, second.lambda - y));
     }
     return largest;
+  }
+
+  /// Calls use(multiplier, response) for all rows.
+  template <typename Use>
+  void for_each_load(Use&& use) const {
+    for (const Row& row : rows_) use(row.lambda, row.response);
   }
 
   /// r := Mt v - J^T lambda.
@@ -301,14 +310,14 @@ class IslandRows {
   using Side = RowSide;
 
   [[nodiscard]] Side side_of(std::size_t i, Real eps) const {
+    using std::hypot;
     const Row& row = rows_[i];
     if (row.kind == Kind::free) return Side::inside;
     const Real x = row.proposed(eps, Real(0));
     if (row.kind != Kind::cone) {
       return x > row.lower && x < row.upper ? Side::inside : Side::at_bound;
     }
-    const Real t =
-        std::hypot(rows_[i + 1].proposed(eps, Real(0)), rows_[i + 2].proposed(eps, Real(0)));
+    const Real t = hypot(rows_[i + 1].proposed(eps, Real(0)), rows_[i + 2].proposed(eps, Real(0)));
     if (t <= row.friction * x) return Side::inside;
     return row.friction * t <= -x ? Side::at_bound : Side::sliding;
   }
@@ -393,6 +402,7 @@ class IslandRows {
 
 template <Scalar S, typename Real>
 void IslandRows<S, Real>::add_hessian(Real eps, EnvelopeMatrix<Real>& h) {
+  using std::hypot;
   for (std::size_t i = 0; i < rows_.size(); ++i) {
     Row& row = rows_[i];
     if (!(row.response > Real(0)) || row.kind == Kind::tangent) continue;
@@ -415,7 +425,7 @@ void IslandRows<S, Real>::add_hessian(Real eps, EnvelopeMatrix<Real>& h) {
     Real n = row.proposed(eps, Real(0));
     Real x = first.proposed(eps, Real(0));
     Real y = second.proposed(eps, Real(0));
-    const Real t = std::hypot(x, y);
+    const Real t = hypot(x, y);
     const Real mu = row.friction;
     const Real on_edge = (n + mu * t) / (Real(1) + mu * mu);
     const Real cosine = t > Real(0) ? x / t : Real(1);

@@ -8,6 +8,7 @@
 #pragma once
 
 #include <bristle/dynamics/contact_aim.hpp>
+#include <bristle/dynamics/derivative_watch.hpp>
 #include <bristle/dynamics/proximal_solver.hpp>
 #include <bristle/dynamics/saved_impulses.hpp>
 #include <bristle/dynamics/sequential_solver.hpp>
@@ -90,11 +91,15 @@ class IslandSolver {
     // come up again in the next step.
     Convergence progress(context.velocity_tolerance, S(0.3) * context.velocity_tolerance);
     bool may_factor = island.soft.empty();
+    watch_.start();
     for (int n = 0; n < context.settings.max_sweeps; ++n) {
       const S residual = sequential_.sweep(island, constraints, bodies, n % 2 != 0);
       ++report.sweeps;
       report.residual = residual;
-      if (progress.is_done(residual)) break;
+      if (progress.is_done(residual) &&
+          have_settled(island, constraints, bodies, context, velocity_of)) {
+        break;
+      }
       if (may_factor && progress.is_slow()) {
         may_factor = false;
         try_proximal(island, constraints, bodies, context, residual, report);
@@ -295,11 +300,15 @@ class IslandSolver {
     }
     const S tolerance = context.position_tolerance / context.dt;
     Convergence progress(tolerance, tolerance);
+    watch_.start();
     for (int n = 0; n < most_sweeps; ++n) {
       const S residual =
           sequential_.sweep_positions(island, constraints, bodies, context.dt, n % 2 != 0);
       ++report.position_sweeps;
-      if (progress.is_done(residual)) break;
+      if (progress.is_done(residual) &&
+          have_settled(island, constraints, bodies, context, motion_of)) {
+        break;
+      }
       if (!is_large(context) && progress.is_slow()) {
         proximal_.place(island, constraints, bodies, context, report);
         break;
@@ -351,6 +360,26 @@ class IslandSolver {
     int count_ = 0;
   };
 
+  /// Whether the derivatives of the bodies' velocities have settled, or of their displacements.
+  template <typename Select>
+  [[nodiscard]] bool have_settled(const Island& island, const Constraints<S>& constraints,
+                                  std::span<SolverBody<S>> bodies, const SolveContext<S>& context,
+                                  const Select& select) {
+    return watch_.have_settled(context.settings.tolerance, [&](auto& watch) {
+      for (const std::uint32_t slot : island.bodies) {
+        const Twist<S>& twist = select(bodies[slot]);
+        for (const S& x : twist.linear) watch.velocity(x);
+        for (const S& x : twist.angular) watch.velocity(x);
+      }
+      for (const std::uint32_t i : island.contacts) {
+        const ContactConstraint<S>& c = constraints.contacts[i];
+        const S response =
+            bodies[c.body_a].inverse_mass.maxCoeff() + bodies[c.body_b].inverse_mass.maxCoeff();
+        for (const S& x : c.impulse) watch.impulse(x, response);
+      }
+    });
+  }
+
   /// Sweeps put all load on the first points they come to. Where that would decide what sensors
   /// and contacts report, or whether a grip slips, the load is spread by factorisation.
   [[nodiscard]] static bool wants_even_load(const Island& island,
@@ -387,6 +416,8 @@ class IslandSolver {
                                         std::span<const SolverBody<S>> bodies,
                                         const SolveContext<S>& context) const {
     using std::abs;
+    // What is closed well enough may have derivatives that are not.
+    if constexpr (derivatives_of<S> != 0) return true;
     const S dt = context.dt;
     const S tolerance = context.position_tolerance;
     for (const std::uint32_t i : island.contacts) {
@@ -415,6 +446,7 @@ class IslandSolver {
   ProximalSolver<S> proximal_;
   IslandOrder order_;
   SavedImpulses<S> saved_;
+  DerivativeWatch<S> watch_;
 
   /// The whole step of a body that is solved in parts, and what one part adds to its velocity.
   struct Parts {

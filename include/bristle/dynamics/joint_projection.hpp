@@ -96,7 +96,8 @@ bool JointProjection<S>::close_gaps(JointSystem<S>& system) {
       wanted_[i] = Twist<S>{} - left;
     }
     gap = sqrt(gap2);
-    if (gap <= closed) return true;
+    // One pass closes gaps, and another what they have for derivatives.
+    if (gap <= closed && (pass > 0 || derivatives_of<S> == 0)) return true;
     // The matrix is of a place nearby, good for gaps that are small.
     if (pass > 0 && gap > S(1e-3) * size && !system.factor()) return false;
     system.solve(wanted_);

@@ -298,7 +298,7 @@ void JointSystem<S>::fill_free_rows() {
     for (std::size_t r = row; r < row + rows; ++r) {
       Mat3<S>& block = matrix_.at(r, r);
       S scale = block.trace() / S(3);
-      if (scale == S(0)) scale = S(1);
+      if (value_of(scale) == 0) scale = S(1);
       if (r == row) block += (scale * at_[i].slide) * at_[i].slide.transpose();
       block.diagonal().array() += share * scale;
     }

@@ -18,6 +18,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <bristle/dynamics/derivative_watch.hpp>
 #include <bristle/dynamics/island_rows.hpp>
 #include <bristle/dynamics/solver_types.hpp>
 
@@ -111,6 +112,7 @@ class ProximalSolver {
   Real iterate(Real tolerance, const SolverDef<S>& settings, SolveReport<S>& report);
   bool minimise(Real eps, Real tolerance, int& steps, int most_steps);
   [[nodiscard]] Real mismatch() const;
+  [[nodiscard]] bool have_derivatives_settled(const SolverDef<S>& settings);
   void find_gradient(Real eps);
   Real search_line(Real eps);
 
@@ -121,6 +123,7 @@ class ProximalSolver {
   bool is_stiff_ = false;         // Whether one step of Newton's leaves more than round-off.
   std::vector<Real> rhs_;         // r.
   std::vector<Real> masses_;      // Diagonal of M.
+  DerivativeWatch<Real> watch_;
   std::vector<Real> v_, settled_, gradient_, step_, product_;
 };
 
@@ -249,6 +252,7 @@ auto ProximalSolver<S>::iterate(Real tolerance, const SolverDef<S>& settings,
   Real left = infinity<Real>;
   Real inner = Real(0);
   int steps = 0;
+  watch_.start();
   rows_.evaluate(v_);
   for (int outer = 0; steps < settings.max_newton_steps; ++outer) {
     if (outer > 0) rows_.set_shifts();
@@ -263,7 +267,7 @@ auto ProximalSolver<S>::iterate(Real tolerance, const SolverDef<S>& settings,
     rows_.accept(eps);
     const Real before = left;
     left = rows_.residual();
-    if (left <= tolerance) break;
+    if (left <= tolerance && have_derivatives_settled(settings)) break;
     // Slip that keeps turning leaves a residual that no longer falls.
     if (outer >= 10 && left > Real(0.9) * before) break;
     eps = std::max(smallest, eps / Real(10));
@@ -273,12 +277,21 @@ auto ProximalSolver<S>::iterate(Real tolerance, const SolverDef<S>& settings,
   return left;
 }
 
+template <Scalar S>
+bool ProximalSolver<S>::have_derivatives_settled(const SolverDef<S>& settings) {
+  return watch_.have_settled(Real(settings.tolerance), [&](auto& watch) {
+    for (const Real& x : v_) watch.velocity(x);
+    rows_.for_each_load([&](const Real& x, const Real& response) { watch.impulse(x, response); });
+  });
+}
+
 /// The inner loop: Newton with line search, until the impulses that belong to the velocities move
 /// the bodies by these velocities. Steps that are small are not enough: stiffnesses of 1e6 make
 /// much of what is left, and velocities are made of the impulses in the end.
 /// @return Whether that was reached.
 template <Scalar S>
 bool ProximalSolver<S>::minimise(Real eps, Real tolerance, int& steps, int most_steps) {
+  using std::abs;
   find_gradient(eps);
   Real left = infinity<Real>;
   while (steps < most_steps) {
@@ -290,7 +303,7 @@ bool ProximalSolver<S>::minimise(Real eps, Real tolerance, int& steps, int most_
     for (std::size_t i = 0; i < step_.size(); ++i) step_[i] = -gradient_[i];
     hessian_.solve(step_.data());
     Real size = Real(0);
-    for (const Real x : step_) size = std::max(size, std::abs(x));
+    for (const Real x : step_) size = std::max(size, abs(x));
     if (!(size < infinity<Real>)) return false;
     // Where a whole step switches nothing, the function was the parabola that Newton minimises.
     const bool is_whole = search_line(eps) == Real(1);
@@ -307,9 +320,10 @@ bool ProximalSolver<S>::minimise(Real eps, Real tolerance, int& steps, int most_
 /// [m/s, rad/s] By how much the velocities differ from what the impulses make of them.
 template <Scalar S>
 auto ProximalSolver<S>::mismatch() const -> Real {
+  using std::abs;
   Real largest = Real(0);
   for (std::size_t i = 0; i < gradient_.size(); ++i) {
-    largest = std::max(largest, std::abs(gradient_[i]) / masses_[i]);
+    largest = std::max(largest, abs(gradient_[i]) / masses_[i]);
   }
   return largest;
 }
@@ -328,6 +342,7 @@ void ProximalSolver<S>::find_gradient(Real eps) {
 /// @return The part of the step that was taken.
 template <Scalar S>
 auto ProximalSolver<S>::search_line(Real eps) -> Real {
+  using std::abs;
   rows_.evaluate_step(step_);
   product_.resize(v_.size());
   matrix_.multiply(step_.data(), product_.data());
@@ -342,14 +357,14 @@ auto ProximalSolver<S>::search_line(Real eps) -> Real {
   Real at_low = derivative(low);
   Real high = Real(1);
   Real at_high = derivative(high);
-  const Real small = Real(0.01) * std::abs(at_low);
+  const Real small = Real(0.01) * abs(at_low);
   Real s = high;
   if (at_high > small && at_low < Real(0)) {
     int side = 0;
     for (int i = 0; i < 20; ++i) {
       s = (low * at_high - high * at_low) / (at_high - at_low);
       const Real at_s = derivative(s);
-      if (std::abs(at_s) <= small) break;
+      if (abs(at_s) <= small) break;
       if (at_s > Real(0)) {
         high = s;
         at_high = at_s;

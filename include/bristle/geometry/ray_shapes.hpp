@@ -92,12 +92,12 @@ struct Roots {
 
   Roots(S a, S b, S c, S root) {
     const S q = b < S(0) ? b - root : b + root;
-    if (a != S(0)) {
+    if (value_of(a) != 0) {
       first = q / a;
     } else {
       first = b < S(0) ? infinity<S> : -infinity<S>;
     }
-    second = q != S(0) ? c / q : S(0);
+    second = value_of(q) != 0 ? c / q : S(0);
   }
 };
 

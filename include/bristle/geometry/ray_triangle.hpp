@@ -57,7 +57,7 @@ class TriangleTest {
     const S w = determinant(pb.x(), pb.y(), pa.x(), pa.y());
     if ((u < S(0) || v < S(0) || w < S(0)) && (u > S(0) || v > S(0) || w > S(0))) return {};
     const S sum = u + v + w;
-    if (!(sum != S(0))) return {};
+    if (!(value_of(sum) != 0)) return {};
     const S distance = (u * pa.z() + v * pb.z() + w * pc.z()) / sum;
     return {distance, uncertainty(pa, pb, pc, sum), sum > S(0)};
   }

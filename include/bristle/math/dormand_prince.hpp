@@ -126,7 +126,9 @@ bool DormandPrince<S>::advance(std::span<S> y, std::size_t state, S duration, Sy
     }
     // The error of a substep grows with the fifth power of its length. Aimed a little below what is
     // allowed, and never changed by more than five times on the word of one estimate.
-    const S factor = ratio > S(0) ? S(0.9) * pow(ratio, S(-0.2)) : S(5);
+    // Where a substep ends is no matter of the state, so that derivatives are not of it either.
+    const S error = S(value_of(ratio));
+    const S factor = error > S(0) ? S(0.9) * pow(error, S(-0.2)) : S(5);
     h *= std::clamp(factor, S(0.2), is_accepted ? S(5) : S(0.9));
     // The rest is cut into equal parts, so that no sliver is left for the last one.
     const S rest = duration - t;

@@ -97,7 +97,7 @@ struct LaneArray {
     return each([&](int i) { return a.v[i] <= b.v[i]; });
   }
   friend auto operator==(const LaneArray& a, const LaneArray& b) {
-    return each([&](int i) { return a.v[i] == b.v[i]; });
+    return each([&](int i) { return value_of(a.v[i]) == value_of(b.v[i]); });
   }
   friend auto operator&(const LaneArray& a, const LaneArray& b) {
     return each([&](int i) { return bool(a.v[i] & b.v[i]); });

@@ -8,15 +8,27 @@
 
 #include <cmath>
 #include <concepts>
+#include <cstddef>
 #include <limits>
 #include <type_traits>
 
 namespace bristle {
 
-/// Opens the library to scalars other than the built-in ones (a dual number, say): specialise it to
-/// true for a type that has std::numeric_limits, arithmetic, and sqrt, abs, isfinite found by ADL.
+/// Opens the library to scalars other than the built-in ones (dual.hpp has one): specialise it to
+/// true for a type that has std::numeric_limits, arithmetic, `value_of`, and the functions of
+/// <cmath> found by ADL.
 template <typename S>
 inline constexpr bool is_scalar = std::floating_point<S>;
+
+/// [-] How many derivatives a scalar carries with its value.
+template <typename S>
+inline constexpr std::size_t derivatives_of = 0;
+
+/// The number that a scalar stands for, for decisions that no derivative may change.
+template <std::floating_point S>
+[[nodiscard]] constexpr S value_of(S x) {
+  return x;
+}
 
 /// What a simulation may be computed in: float, double, or a type that `is_scalar` names.
 template <typename S>

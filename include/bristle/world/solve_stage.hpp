@@ -231,7 +231,7 @@ class SolveStage {
     state.report.sweeps += static_cast<std::uint64_t>(report.sweeps);
     state.report.factorisations += static_cast<std::uint64_t>(report.factorisations);
     state.report.residual = std::max(state.report.residual, report.residual);
-    state.report.capped_islands += report.residual > context.velocity_tolerance ? 1 : 0;
+    state.report.capped_islands += report.residual > context.velocity_tolerance ? 1u : 0u;
   }
 
   /// Gives an island that nothing else holds back the angular momentum that its constraints took.

@@ -34,7 +34,7 @@ namespace bristle {
 /// calls give the same bits, run to run and for any `WorldDef::parallel_for`. One thread at a time
 /// may use a world; const calls may run concurrently.
 ///
-/// @tparam S        Scalar: float or double.
+/// @tparam S        Scalar: float, double, or `Dual<double, n>` (docs/gradients.md).
 /// @tparam Backend  What computes geometry; see `ShapeBackend`.
 template <Scalar S, typename Backend = AnalyticBackend>
 requires ShapeBackend<Backend, S>
