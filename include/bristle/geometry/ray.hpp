@@ -58,6 +58,9 @@ struct Vec3Array {
 template <Scalar S>
 class RayBundles;
 
+/// [-] Rays of a run: neighbours in a batch, of which all or none are asked.
+inline constexpr std::size_t ray_run_size = 16;
+
 /// Many rays in one frame. The spans have one length and outlive the query.
 template <Scalar S>
 struct RayBatch {
@@ -72,6 +75,9 @@ struct RayBatch {
   /// The same rays in bundles (ray_bundles.hpp), where somebody has made them: they change what a
   /// query costs, not what it answers. Null or empty: one ray after the other.
   const RayBundles<S>* bundles = nullptr;
+  /// [-] Numbers of the runs that may meet anything, ascending; of others, hits may be left out.
+  /// Null: all runs.
+  const std::vector<std::uint32_t>* near_runs = nullptr;
 
   [[nodiscard]] std::size_t size() const { return length.size(); }
   [[nodiscard]] Ray<S> operator[](std::size_t i) const {

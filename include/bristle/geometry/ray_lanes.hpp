@@ -333,17 +333,23 @@ void cast_rays_in_lanes(const ConvexShape& shape, const Transform<S>& X_RC, cons
       hits.tag[i + static_cast<std::size_t>(std::countr_zero(left))] = tag;
     }
   };
-  std::size_t i = 0;
-  for (; i + lanes<S> <= n; i += lanes<S>) {
+  const auto cast_from = [&](std::size_t i, std::size_t end) {
+    for (; i + lanes<S> <= end; i += lanes<S>) {
+      cast(
+          i, [](const S* p) { return Pack<S>::load(p); },
+          [](S* p, const Pack<S>& value) { value.store(p); });
+    }
+    if (i >= end) return;
+    // Filled up with rays that have been hit already.
     cast(
-        i, [](const S* p) { return Pack<S>::load(p); },
-        [](S* p, const Pack<S>& value) { value.store(p); });
+        i, [&](const S* p) { return Pack<S>::load_first(p, end - i, S(0)); },
+        [&](S* p, const Pack<S>& value) { value.store_first(p, end - i); });
+  };
+  if (rays.near_runs == nullptr) return cast_from(0, n);
+  for (const std::uint32_t run : *rays.near_runs) {
+    const std::size_t first = run * ray_run_size;
+    cast_from(first, std::min(n, first + ray_run_size));
   }
-  if (i == n) return;
-  // Filled up with rays that have been hit already.
-  cast(
-      i, [&](const S* p) { return Pack<S>::load_first(p, n - i, S(0)); },
-      [&](S* p, const Pack<S>& value) { value.store_first(p, n - i); });
 }
 
 }  // namespace bristle

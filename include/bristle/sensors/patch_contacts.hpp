@@ -55,6 +55,7 @@ void clear_patch(SensorPatch<S>& patch) {
   patch.contacts.clear();
   patch.pairs.clear();
   patch.last_impulses.clear();
+  patch.kept.clear();
   patch.readings.wrench = {};
   patch.readings.shear_W.setZero();
 }
@@ -78,7 +79,7 @@ void find_touched(SensorPatch<S>& patch, FindBody&& find, std::uint32_t only_tag
   patch.hits.distance.resize(padded, infinity<S>);
   patch.hits.normal.resize(padded);
   patch.hits.tag.resize(padded);
-  for (std::size_t number = 0; number < patch.tiles.size(); ++number) {
+  for (const std::uint32_t number : patch.near) {
     const std::size_t first = number * tile_size;
     std::uint32_t hit = 0;
     for (std::size_t at = 0; at < tile_size; at += lanes<S>) {
@@ -340,7 +341,7 @@ void meet_body(SensorPatch<S>& patch, std::uint32_t index, const Body<S>& A,
   with_parameters<S>(patch.def, [&](const auto& parameters) {
     using Maker = ContactMaker<S, std::remove_cvref_t<decltype(parameters)>>;
     Maker maker(patch, pair, B.id, parameters, def);
-    for (std::size_t number = 0; number < patch.tiles.size(); ++number) {
+    for (const std::uint32_t number : patch.near) {
       const LaneBits hit = hit_lanes(patch, number, index);
       if (hit != 0) maker.add_tile(number, hit);
     }
@@ -360,9 +361,15 @@ void meet_body(SensorPatch<S>& patch, std::uint32_t index, const Body<S>& A,
 template <Scalar S, typename FindBody>
 void collect_contacts(SensorPatch<S>& patch, const Body<S>& A, FindBody&& find,
                       const CollectDef<S>& def) {
-  patch.contacts.clear();
+  // What touched in the last step and is not even near any more lets go, too.
+  for (const ContactTile<S>& c : patch.contacts) patch.hit_bits[c.tile] = 0;
   patch.pairs.clear();
   detail::find_touched(patch, find, def.only_tag);
+  for (const ContactTile<S>& c : patch.contacts) {
+    LaneBits& is_rooted = patch.tiles[c.tile].is_rooted;
+    is_rooted = static_cast<LaneBits>(is_rooted & patch.hit_bits[c.tile]);
+  }
+  patch.contacts.clear();
   for (std::uint32_t index = 0; index < patch.pairs.size(); ++index) {
     for (const TouchedShape& shape : patch.touched) {
       if (shape.pair != index) continue;

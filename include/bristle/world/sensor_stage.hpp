@@ -7,6 +7,7 @@
 #include <bristle/sensors/patch_explicit.hpp>
 #include <bristle/sensors/patch_readings.hpp>
 #include <bristle/world/near_shapes.hpp>
+#include <bristle/world/patch_rays.hpp>
 #include <bristle/world/world_state.hpp>
 
 #include <algorithm>
@@ -32,7 +33,7 @@ class SensorStage {
   void sense(State& state) {
     live_.clear();
     for (std::uint32_t i = 0; i < state.patches.slot_count(); ++i) {
-      if (state.patches.is_live(i)) live_.push_back(i);
+      if (state.is_sensing(i)) live_.push_back(i);
     }
     scratch_.resize(std::max(scratch_.size(), live_.size()));
     // Patches write to themselves and to their own scratch only.
@@ -51,13 +52,14 @@ class SensorStage {
     } else {
       for (std::size_t k = 0; k < live_.size(); ++k) task(k);
     }
-    state.report.patches = live_.size();
+    state.report.patches = state.patches.size();
     std::size_t awake = 0;
     for (std::size_t k = 0; k < live_.size(); ++k) {
       const bool is_skipped = scratch_[k].candidates.empty() || scratch_[k].is_dormant;
       state.report.patches_near += is_skipped ? 0u : 1u;
       state.report.rays_cast += scratch_[k].rays_cast;
-      state.report.sensors_skipped += is_skipped ? state.patches.at(live_[k]).size() : 0;
+      const SensorPatch<S>& patch = state.patches.at(live_[k]);
+      state.report.sensors_skipped += patch.size() - (is_skipped ? 0 : patch.near_count());
       // From here on there are only those that were sensed with.
       if (scratch_[k].is_dormant) continue;
       std::swap(scratch_[awake], scratch_[k]);
@@ -148,6 +150,7 @@ class SensorStage {
  private:
   struct Scratch {
     std::vector<std::uint32_t> candidates;
+    std::vector<ShapeInReach<S, Backend>> shapes;
     std::uint64_t rays_cast = 0;
     bool is_dormant = false;
   };
@@ -162,14 +165,6 @@ class SensorStage {
     }
   }
 
-  [[nodiscard]] bool sees(const State& state, const SensorPatch<S>& patch,
-                          const Collider<S, Backend>& c) const {
-    if (c.body == patch.body) return false;
-    if ((patch.def.sees & state.body_of(c).filter.category) == 0) return false;
-    return std::find(patch.def.excluded.begin(), patch.def.excluded.end(), c.body) ==
-           patch.def.excluded.end();
-  }
-
   /// [m] By how much the distance of a body to any ray of a patch can shrink within the step.
   [[nodiscard]] S approach(const State& state, const SensorPatch<S>& patch,
                            const Collider<S, Backend>& c) const {
@@ -179,11 +174,8 @@ class SensorStage {
     const Twist<S>& a = state.solver_bodies[patch.body.index].free;
     const Twist<S>& b = state.solver_bodies[c.body.index].free;
     const Transform<S>& X_WA = state.bodies.at(patch.body.index).center_pose;
-    const Vec3<S> center = X_WA.rotate(patch.box.center());
-    const Vec3<S> p_ab = state.body_of(c).center_pose.translation - X_WA.translation;
-    const Vec3<S> v = a.at(center) - b.at(center - p_ab);
     return state.def.time_step *
-           (v.norm() + (a.angular - b.angular).norm() * patch.box.half_extents().norm());
+           detail::closing_speed(patch.box, X_WA, a, state.body_of(c).center_pose.translation, b);
   }
 
   /// Whether a patch keeps what it feels, since somebody sleeps in its reach and nobody moves.
@@ -210,13 +202,15 @@ class SensorStage {
       clear_patch(patch);
       return;
     }
-    patch.hits.reset(patch.size());
+    scratch.shapes.clear();
     for (const std::uint32_t tag : scratch.candidates) {
       const Collider<S, Backend>& c = state.colliders.at(tag);
-      Backend::cast_rays(c.shape, state.pose_from(A, c), patch.rays(approach(state, patch, c)), tag,
-                         patch.hits);
-      scratch.rays_cast += patch.size();
+      scratch.shapes.push_back(shape_in_reach(
+          patch, state.colliders.handle(tag), c,
+          relative_pose(A.center_pose, state.body_of(c).center_pose), approach(state, patch, c)));
     }
+    const bool is_due = (state.steps + index) % patch.def.cast_every == 0;
+    scratch.rays_cast = find_hits<S, Backend>(patch, scratch.shapes, is_due);
     collect_contacts(patch, A,
                      [&](std::uint32_t tag) {
                        const Collider<S, Backend>& c = state.colliders.at(tag);
@@ -291,7 +285,7 @@ void SensorStage<S, Backend>::find_near(const State& state, const SensorPatch<S>
   const Aabb<S> box = transformed(patch.box, A.center_pose);
   state.broad_phase.overlap(box.inflated(own_reach), [&](std::uint32_t tag) {
     const Collider<S, Backend>& c = state.colliders.at(tag);
-    if (!sees(state, patch, c)) return true;
+    if (!detail::sees(state, patch, c)) return true;
     // What is near must not depend on how large the box in the tree happens to be.
     if (state.broad_phase.is_coarse(tag) &&
         !detail::swept_box(state, c).overlaps(box.inflated(own_reach))) {
