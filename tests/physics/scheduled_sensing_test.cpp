@@ -278,3 +278,31 @@ TEST_CASE("scheduled_sensing: of a large skin only what is near is sensed") {
     CHECK(reading.touching() >= touching);
   }
 }
+
+// Tiles that are not looked at must not remember: a ball that was dragged there, taken away and put
+// back meets bristles without stretch.
+TEST_CASE("scheduled_sensing: far tiles of a large skin have let go") {
+  World<double> world({.gravity = {0, 0, 0}, .time_step = 1e-3});
+  const PatchId patch = world.add_patch(world.add_body({.motion = Motion::fixed}), skin());
+  const BodyId ball = world.add_body({.motion = Motion::kinematic,
+                                      .shape = Sphere<double>{.radius = 0.01},
+                                      .position = {0.02, 0.02, 0.018}});
+  world.step();
+  CHECK(world.reading(patch).total_shear() == 0);
+  world.set_velocity(ball, {{0.1, 0, 0}, {0, 0, 0}});
+  for (int i = 0; i < 6; ++i) world.step();
+  // mu_S F_N e_T after 5 steps of 0.1 mm.
+  const double normal = world.reading(patch).total_normal();
+  CHECK(world.reading(patch).total_shear() ==
+        doctest::Approx(1000 * normal * 5e-4 + 0.1 * 0.1 * double(world.reading(patch).touching()))
+            .epsilon(0.05));
+  const Transform<double> there = world.pose(ball);
+  world.set_velocity(ball, {});
+  world.set_pose(ball, {Quat<double>::Identity(), {-0.03, -0.03, 0.018}});
+  world.step();
+  REQUIRE(world.reading(patch).touching() > 20);
+  world.set_pose(ball, there);
+  world.step();
+  REQUIRE(world.reading(patch).touching() > 20);
+  CHECK(world.reading(patch).total_shear() == 0);
+}
