@@ -1,7 +1,7 @@
 /// @file
 /// The whole library. It needs Eigen and the standard library, nothing else; the FCL backend joins
-/// in where the CMake target `bristle::fcl` is linked, worker threads where `BRISTLE_WITH_THREADS` is
-/// defined.
+/// in where the CMake target `bristle::fcl` is linked, worker threads where `BRISTLE_WITH_THREADS`
+/// is defined.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -110,6 +110,7 @@
 #include <bristle/math/types.hpp>
 #include <bristle/sensors/ambf_law.hpp>
 #include <bristle/sensors/elastic_skin.hpp>
+#include <bristle/sensors/kept_hits.hpp>
 #include <bristle/sensors/lane_parameters.hpp>
 #include <bristle/sensors/law.hpp>
 #include <bristle/sensors/linear_model.hpp>
@@ -129,11 +130,16 @@
 #include <bristle/sensors/stability.hpp>
 #include <bristle/sensors/tactile_image.hpp>
 #include <bristle/sensors/taxel_flaws.hpp>
+#include <bristle/sensors/tile_boxes.hpp>
 #include <bristle/sensors/tuning.hpp>
 #include <bristle/world/contact_events.hpp>
 #include <bristle/world/contact_stage.hpp>
+#include <bristle/world/haptic_body.hpp>
+#include <bristle/world/haptic_loop.hpp>
+#include <bristle/world/held_mobility.hpp>
 #include <bristle/world/mechanism_stage.hpp>
 #include <bristle/world/near_shapes.hpp>
+#include <bristle/world/patch_rays.hpp>
 #include <bristle/world/proximity.hpp>
 #include <bristle/world/ray_query.hpp>
 #include <bristle/world/report.hpp>

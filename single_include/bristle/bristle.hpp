@@ -37,8 +37,8 @@
 
 /// @file
 /// The whole library. It needs Eigen and the standard library, nothing else; the FCL backend joins
-/// in where the CMake target `bristle::fcl` is linked, worker threads where `BRISTLE_WITH_THREADS` is
-/// defined.
+/// in where the CMake target `bristle::fcl` is linked, worker threads where `BRISTLE_WITH_THREADS`
+/// is defined.
 // SPDX-License-Identifier: BSD-3-Clause
 
 // === bristle/collision/broadphase.hpp
@@ -513,6 +513,9 @@ struct RaySlice {
   std::uint32_t end = 0xffffffffu;
 };
 
+/// [-] Rays of a run: neighbours in a batch, of which all or none are asked.
+inline constexpr std::size_t ray_run_size = 16;
+
 /// Many rays in one frame. The spans have one length and outlive the query.
 template <Scalar S>
 struct RayBatch {
@@ -529,6 +532,9 @@ struct RayBatch {
   const RayBundles<S>* bundles = nullptr;
   /// Which rays are asked: all, unless the backend says that it `asks_slices`.
   RaySlice slice{};
+  /// [-] Numbers of the runs that may meet anything, ascending; of others, hits may be left out.
+  /// Null: all runs.
+  const std::vector<std::uint32_t>* near_runs = nullptr;
 
   [[nodiscard]] std::size_t size() const { return length.size(); }
   [[nodiscard]] Ray<S> operator[](std::size_t i) const {
@@ -14444,18 +14450,26 @@ void cast_rays_in_lanes(const ConvexShape& shape, const Transform<S>& X_RC, cons
     std::uint32_t* const tags = hits.tag.data() + i;
     for (std::uint32_t k = 0; k < count; ++k) tags[k] = (met >> k & 1u) != 0 ? tag : tags[k];
   };
-  std::size_t i = rays.slice.first;
-  for (; i + lanes<S> <= n; i += lanes<S>) {
+  const auto cast_from = [&](std::size_t i, std::size_t end) {
+    for (; i + lanes<S> <= end; i += lanes<S>) {
+      cast(
+          i, lanes<S>, [](const S* p) { return Pack<S>::load(p); },
+          [](S* p, const Pack<S>& value) { value.store(p); });
+    }
+    if (i >= end) return;
+    // Filled up with rays that have been hit already.
     cast(
-        i, lanes<S>, [](const S* p) { return Pack<S>::load(p); },
-        [](S* p, const Pack<S>& value) { value.store(p); });
+        i, static_cast<std::uint32_t>(end - i),
+        [&](const S* p) { return Pack<S>::load_first(p, end - i, S(0)); },
+        [&](S* p, const Pack<S>& value) { value.store_first(p, end - i); });
+  };
+  if (rays.near_runs == nullptr) return cast_from(rays.slice.first, n);
+  auto run = std::lower_bound(rays.near_runs->begin(), rays.near_runs->end(),
+                              rays.slice.first / ray_run_size);
+  for (; run != rays.near_runs->end() && *run * ray_run_size < n; ++run) {
+    const std::size_t first = *run * ray_run_size;
+    cast_from(first, std::min(n, first + ray_run_size));
   }
-  if (i >= n) return;
-  // Filled up with rays that have been hit already.
-  cast(
-      i, static_cast<std::uint32_t>(n - i),
-      [&](const S* p) { return Pack<S>::load_first(p, n - i, S(0)); },
-      [&](S* p, const Pack<S>& value) { value.store_first(p, n - i); });
 }
 
 }  // namespace bristle
@@ -17055,6 +17069,16 @@ int solve_in_passes(int max_passes, Solve&& solve, Relinearise&& relinearise) {
 /// A patch: many resistive sensors on one body, as structures of arrays, with what they remember.
 // SPDX-License-Identifier: BSD-3-Clause
 
+// === bristle/sensors/kept_hits.hpp
+
+/// @file
+/// Hits of rays that are kept for a while: what was met moves on as a plane on its body.
+///
+/// Between two castings a surface is taken for its tangent plane where the ray met it, which is
+/// exact for flat faces and leaves d^2 / 2R of a surface of radius R after a slide by d. How far
+/// bodies may move before rays are cast anew is bounded (`KeptShape::covers`).
+// SPDX-License-Identifier: BSD-3-Clause
+
 // === bristle/sensors/law.hpp
 
 /// @file
@@ -17573,12 +17597,6 @@ template <Scalar S>
 
 }  // namespace bristle
 
-// === bristle/sensors/reading.hpp
-
-/// @file
-/// What the sensors of a patch felt in the last step.
-// SPDX-License-Identifier: BSD-3-Clause
-
 // === bristle/sensors/sensor_tiles.hpp
 
 /// @file
@@ -17736,6 +17754,158 @@ BRISTLE_LANES void store_pack(Row3<S>& row, std::size_t at, const Pack3<S>& valu
 }  // namespace detail
 
 }  // namespace bristle
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace bristle {
+
+/// The planes that the sensors of a tile met.
+template <Scalar S>
+struct KeptTile {
+  /// [-] Number of the tile, and which of its sensors met anything.
+  std::uint32_t tile = 0;
+  LaneBits is_hit = 0;
+  /// [m], [1] Point and outward normal, from the centre of mass of the body met, in its axes.
+  Row3<S> point{}, normal{};
+  /// [-] Tags of the shapes.
+  Row<std::uint32_t> tag{};
+};
+
+/// A shape that was in reach when the rays were cast.
+template <Scalar S>
+struct KeptShape {
+  std::uint32_t tag = 0;
+  std::uint32_t generation = 0;
+  /// Where its body B was.
+  PairPose<S> pose{};
+  /// [m] How much longer rays were cast: by how much it may come closer until they miss it.
+  S reserve = S(0);
+
+  /// Whether its planes still say what rays would meet, to first order.
+  /// @param now       Where its body is.
+  /// @param approach  [m] By how much it can come closer within the step.
+  /// @param reach     [m] Farthest point of the rays from A's centre of mass.
+  [[nodiscard]] bool covers(const PairPose<S>& now, S approach, S reach) const {
+    // What of B was at r is at T r + p' - T p now, with T = R' R^T.
+    const Mat3<S> turn = now.R_AB * pose.R_AB.transpose();
+    const S moved =
+        (now.p_AB - turn * pose.p_AB).norm() + (turn - Mat3<S>::Identity()).norm() * reach;
+    return moved + approach <= reserve;
+  }
+};
+
+/// What the rays of a patch met when they were cast last. Empty: they have to be cast.
+template <Scalar S>
+struct KeptHits {
+  std::vector<KeptShape<S>> shapes;
+  std::vector<KeptTile<S>> tiles;
+
+  void clear() {
+    shapes.clear();
+    tiles.clear();
+  }
+
+  /// Keeps the hits of the near tiles.
+  /// @param pose_of  Callable: PairPose<S> pose_of(tag), of the body of a shape.
+  template <typename Patch, typename PoseOf>
+  void keep(const Patch& patch, PoseOf&& pose_of) {
+    tiles.clear();
+    const RayHits<S>& hits = patch.hits;
+    for (const std::uint32_t number : patch.near) {
+      const std::size_t first = number * tile_size;
+      KeptTile<S>* kept = nullptr;
+      for (std::size_t lane = 0; lane < tile_size; ++lane) {
+        const std::size_t i = first + lane;
+        if (!hits.is_hit(i)) continue;
+        if (kept == nullptr) kept = &tiles.emplace_back();
+        kept->tile = number;
+        kept->is_hit = static_cast<LaneBits>(kept->is_hit | 1u << lane);
+        kept->tag[lane] = hits.tag[i];
+        const PairPose<S> pose = pose_of(hits.tag[i]);
+        const Vec3<S> point_A = patch.start[i] + hits.distance[i] * patch.direction[i];
+        const Mat3<S> R_BA = pose.R_AB.transpose();
+        kept->point.set(lane, product<S>(R_BA, Vec3<S>(point_A - pose.p_AB)));
+        kept->normal.set(lane, product<S>(R_BA, hits.normal[i]));
+      }
+    }
+  }
+
+  /// Makes `patch.hits` and `patch.near` what the rays would meet if all were planes.
+  /// @param reach_of  Callable: S reach_of(tag, PairPose<S>& pose), sets where the body of a shape
+  ///                  is now, and returns by how much [m] rays count as longer than they are.
+  template <typename Patch, typename ReachOf>
+  void advance(Patch& patch, ReachOf&& reach_of) const;
+};
+
+// Implementation -----------------------------------------------------------------------------------
+
+namespace detail {
+
+/// Puts the distances of the planes of a pack into `hits`, where they are within reach.
+template <Scalar S>
+BRISTLE_LANES void advance_pack(const SensorTile<S>& sensors, const KeptTile<S>& kept,
+                                std::size_t at, const Mask<S>& is_of_shape, const PairPose<S>& pose,
+                                S extra_length, RayHits<S>& hits) {
+  using T = Pack<S>;
+  const std::size_t first = kept.tile * tile_size + at;
+  const Pack3<S> n = load_pack(sensors.direction, at);
+  const Pack3<S> m = product(pose.R_AB, load_pack(kept.normal, at));
+  const Pack3<S> point = product(pose.R_AB, load_pack(kept.point, at)) + Pack3<S>::all(pose.p_AB);
+  const T cosine = dot(m, n);
+  const Mask<S> is_ahead = is_of_shape & (cosine < T(S(0)));
+  const T height = dot(m, point - load_pack(sensors.start, at));
+  const T distance = max(height / select(is_ahead, cosine, T(S(-1))), T(S(0)));
+  // Lengths are known by their inverses: d <= L + e  <=>  (d - e) / L <= 1.
+  const T over = (distance - T(extra_length)) * load_pack(sensors.inverse_length, at);
+  const Mask<S> is_met = is_ahead & (over <= T(S(1)));
+  const auto put = [&](S* row, const T& value) {
+    select(is_met, value, T::load(row + first)).store(row + first);
+  };
+  put(hits.distance.data(), distance);
+  put(hits.normal.x.data(), m.x);
+  put(hits.normal.y.data(), m.y);
+  put(hits.normal.z.data(), m.z);
+}
+
+}  // namespace detail
+
+template <Scalar S>
+template <typename Patch, typename ReachOf>
+void KeptHits<S>::advance(Patch& patch, ReachOf&& reach_of) const {
+  RayHits<S>& hits = patch.hits;
+  patch.near.clear();
+  for (const KeptTile<S>& kept : tiles) {
+    patch.near.push_back(kept.tile);
+    const auto first = static_cast<std::ptrdiff_t>(kept.tile * tile_size);
+    std::fill_n(hits.distance.begin() + first, tile_size, infinity<S>);
+    std::copy(kept.tag.begin(), kept.tag.end(), hits.tag.begin() + first);
+  }
+  for (const KeptShape<S>& shape : shapes) {
+    PairPose<S> pose;
+    const S extra_length = reach_of(shape.tag, pose);
+    for (const KeptTile<S>& kept : tiles) {
+      const auto of_shape =
+          static_cast<LaneBits>(kept.is_hit & equal_lanes(kept.tag.data(), shape.tag));
+      for (std::size_t at = 0; at < tile_size && of_shape != 0; at += lanes<S>) {
+        if (detail::pack_bits<S>(of_shape, at) == 0) continue;
+        detail::advance_pack(patch.tiles[kept.tile], kept, at, detail::load_mask<S>(of_shape, at),
+                             pose, extra_length, hits);
+      }
+    }
+  }
+}
+
+}  // namespace bristle
+
+// === bristle/sensors/reading.hpp
+
+/// @file
+/// What the sensors of a patch felt in the last step.
+// SPDX-License-Identifier: BSD-3-Clause
 
 #include <algorithm>
 #include <cstddef>
@@ -17943,8 +18113,65 @@ void SensorLayout<S>::validate() const {
 
 }  // namespace bristle
 
+// === bristle/sensors/tile_boxes.hpp
+
+/// @file
+/// Boxes around the rays of a patch, tile by tile: which of its sensors a small body can be near.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace bristle {
+
+/// One box for each tile and one for each group of tiles, in A's axes from A's centre of mass.
+///
+/// Tiles are sensors that follow each other in their layout: the better neighbours stand beside
+/// each other there, the fewer sensors are looked at.
+template <Scalar S>
+class TileBoxes {
+ public:
+  /// [-] Tiles of a group.
+  static constexpr std::size_t group_size = 16;
+
+  TileBoxes() = default;
+  explicit TileBoxes(const RayBatch<S>& rays) {
+    boxes_.resize((rays.size() + tile_size - 1) / tile_size);
+    groups_.resize((boxes_.size() + group_size - 1) / group_size);
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+      const Ray<S> ray = rays[i];
+      boxes_[i / tile_size].include(ray.origin);
+      boxes_[i / tile_size].include(Vec3<S>(ray.origin + ray.length * ray.direction));
+    }
+    for (std::size_t i = 0; i < boxes_.size(); ++i) groups_[i / group_size].include(boxes_[i]);
+  }
+
+  /// Makes `tiles` the numbers of those for whose boxes `is_near(box)` is true, ascending. It must
+  /// be true of a box around a box of which it is true.
+  template <typename IsNear>
+  void find(IsNear&& is_near, std::vector<std::uint32_t>& tiles) const {
+    tiles.clear();
+    for (std::size_t group = 0; group < groups_.size(); ++group) {
+      if (!is_near(groups_[group])) continue;
+      const std::size_t end = std::min(boxes_.size(), (group + 1) * group_size);
+      for (std::size_t i = group * group_size; i < end; ++i) {
+        if (is_near(boxes_[i])) tiles.push_back(static_cast<std::uint32_t>(i));
+      }
+    }
+  }
+
+ private:
+  std::vector<Aabb<S>> boxes_, groups_;
+};
+
+}  // namespace bristle
+
+#include <algorithm>
 #include <bit>
 #include <cstdint>
+#include <numeric>
 #include <string>
 #include <vector>
 
@@ -17974,6 +18201,11 @@ struct PatchDef {
   std::uint32_t sees = 0xffffffffu;
   /// [-] Bodies the sensors never see, besides their own.
   std::vector<BodyId> excluded{};
+  /// [-] Rays are cast in every so many-th step, >= 1; in the steps between, and in all of them the
+  /// law is evaluated, the surfaces met move on as planes (docs/sensors.md, section 8). Patches
+  /// take turns by the order in which they were added. Rays are cast sooner when another shape
+  /// comes into reach, or bodies have moved by a quarter of the shortest ray.
+  std::uint32_t cast_every = 1;
 };
 
 /// One sensor that meets a body in this step: geometry, the linear model of its impulse, and the
@@ -18088,12 +18320,22 @@ struct SensorPatch {
 
   /// The same sensors for the kernels, and their bristles; [0, size()) in order, then nothing.
   std::vector<SensorTile<S>> tiles;
+  TileBoxes<S> tile_boxes{};
+  /// [m] Farthest point of the rays from A's centre of mass, and the length of the shortest.
+  S reach = S(0);
+  S shortest = S(0);
+  /// Whether it senses at all.
+  bool is_active = true;
 
-  /// This step's hits, in rays, and contacts and pairs.
+  /// This step's hits, in rays, valid in the tiles that can be near anything: their numbers,
+  /// ascending. All of them until somebody knows better. And contacts and pairs.
   RayHits<S> hits{};
+  std::vector<std::uint32_t> near;
+  KeptHits<S> kept{};
   std::vector<LaneBits> hit_bits;
   std::vector<TouchedShape> touched;
-  /// Of the pair at hand: which lanes of a tile hit its body, and the first contact of each slice.
+  /// Of the pair at hand: which lanes of a near tile hit its body, and the first contact of each
+  /// slice of near tiles.
   std::vector<LaneBits> pair_bits;
   std::vector<std::uint32_t> slice_contacts;
   std::vector<ContactTile<S>> contacts;
@@ -18111,6 +18353,26 @@ struct SensorPatch {
   [[nodiscard]] RayBatch<S> rays(S extra_length) const {
     return {start.x,     start.y, start.z,      direction.x, direction.y,
             direction.z, length,  extra_length, &bundles};
+  }
+  /// The same rays, of which only those of the near tiles need to be answered.
+  [[nodiscard]] RayBatch<S> near_rays(S extra_length) const {
+    RayBatch<S> batch = rays(extra_length);
+    batch.near_runs = &near;
+    return batch;
+  }
+  /// [-] Sensors of the near tiles.
+  [[nodiscard]] std::size_t near_count() const {
+    const std::size_t all = near.size() * tile_size;
+    // Only the last tile may be filled up.
+    const bool has_last = !near.empty() && near.back() + 1 == tiles.size();
+    return has_last ? all - (tiles.size() * tile_size - size()) : all;
+  }
+  /// Forgets the hits of the near tiles.
+  void reset_near_hits() {
+    for (const std::uint32_t tile : near) {
+      const auto first = static_cast<std::ptrdiff_t>(tile * tile_size);
+      std::fill_n(hits.distance.begin() + first, tile_size, infinity<S>);
+    }
   }
   /// [-] Sensors whose readings are not zero.
   [[nodiscard]] std::size_t felt_count() const {
@@ -18134,6 +18396,7 @@ template <Scalar S>
                   "PatchDef::per_sensor.size()", static_cast<S>(def.per_sensor.size()),
                   "must be 0 or the number of sensors");
   detail::require_not_negative("PatchDef::explicit_below", def.explicit_below);
+  detail::require(def.cast_every > 0, "PatchDef::cast_every", def.cast_every, "must be > 0");
   detail::require(def.options.law == Law::paper || def.integration != Integration::implicit,
                   "PatchDef::integration", S(1), "must not be implicit with the AMBF law");
 
@@ -18145,8 +18408,12 @@ template <Scalar S>
   for (std::size_t i = 0; i < n; ++i) {
     patch.start.set(i, patch.start[i] - center_B);
     patch.box.include(patch.start[i]);
-    patch.box.include(patch.start[i] + patch.length[i] * patch.direction[i]);
+    const Vec3<S> end = patch.start[i] + patch.length[i] * patch.direction[i];
+    patch.box.include(end);
+    patch.reach = std::max({patch.reach, patch.start[i].norm(), end.norm()});
   }
+  patch.shortest = *std::min_element(patch.length.begin(), patch.length.end());
+  patch.tile_boxes = TileBoxes<S>(patch.rays(S(0)));
   patch.bundles = RayBundles<S>(patch.rays(S(0)));
   const std::size_t tile_count = (n + tile_size - 1) / tile_size;
   patch.tiles.resize(tile_count);
@@ -18166,6 +18433,8 @@ template <Scalar S>
   patch.hit_bits.resize(tile_count);
   patch.pair_bits.resize(tile_count);
   patch.slice_contacts.resize((tile_count + slice_tiles - 1) / slice_tiles);
+  patch.near.resize(tile_count);
+  std::iota(patch.near.begin(), patch.near.end(), 0u);
   patch.contacts.reserve(tile_count);
   patch.felt.resize(tile_count);
   patch.felt_before.resize(tile_count);
@@ -18284,6 +18553,7 @@ void clear_patch(SensorPatch<S>& patch) {
   patch.contacts.clear();
   patch.pairs.clear();
   patch.last_impulses.clear();
+  patch.kept.clear();
   patch.readings.wrench = {};
   patch.readings.shear_W.setZero();
 }
@@ -18307,7 +18577,7 @@ void find_touched(SensorPatch<S>& patch, FindBody&& find, std::uint32_t only_tag
   patch.hits.distance.resize(padded, infinity<S>);
   patch.hits.normal.resize(padded);
   patch.hits.tag.resize(padded);
-  for (std::size_t number = 0; number < patch.tiles.size(); ++number) {
+  for (const std::uint32_t number : patch.near) {
     const std::size_t first = number * tile_size;
     std::uint32_t hit = 0;
     for (std::size_t at = 0; at < tile_size; at += lanes<S>) {
@@ -18349,15 +18619,16 @@ template <Scalar S>
   return static_cast<LaneBits>(hit & of_pair);
 }
 
-/// Finds the tiles of a pair and makes room for their contacts from contact `first` on.
+/// Finds which of the near tiles are a pair's and makes room for their contacts from contact
+/// `first` on.
 /// @return One behind the last of them.
 template <Scalar S>
 std::uint32_t place_contacts(SensorPatch<S>& patch, std::uint32_t pair, std::uint32_t first) {
   std::uint32_t next = first;
-  for (std::size_t number = 0; number < patch.tiles.size(); ++number) {
-    if (number % slice_tiles == 0) patch.slice_contacts[number / slice_tiles] = next;
-    patch.pair_bits[number] = hit_lanes(patch, number, pair);
-    next += patch.pair_bits[number] != 0 ? 1u : 0u;
+  for (std::size_t k = 0; k < patch.near.size(); ++k) {
+    if (k % slice_tiles == 0) patch.slice_contacts[k / slice_tiles] = next;
+    patch.pair_bits[k] = hit_lanes(patch, patch.near[k], pair);
+    next += patch.pair_bits[k] != 0 ? 1u : 0u;
   }
   // What is there already is kept as it is, and so costs nothing.
   if (patch.contacts.size() < next) patch.contacts.resize(next);
@@ -18604,13 +18875,12 @@ std::uint32_t meet_body(SensorPatch<S>& patch, std::uint32_t index, const Body<S
     using Maker = ContactMaker<S, std::remove_cvref_t<decltype(parameters)>>;
     const auto meet = [&](std::size_t from, std::size_t to, ContactSums<S>& sums) {
       Maker maker(patch, pair, B.id, parameters, def, patch.slice_contacts[from / slice_tiles]);
-      for (std::size_t number = from; number < to; ++number) {
-        const LaneBits hit = patch.pair_bits[number];
-        if (hit != 0) maker.add_tile(number, hit);
+      for (std::size_t k = from; k < to; ++k) {
+        if (patch.pair_bits[k] != 0) maker.add_tile(patch.near[k], patch.pair_bits[k]);
       }
       sums = maker.sums();
     };
-    const auto sums = sum_in_slices<ContactSums<S>>(patch.tiles.size(), slice_tiles,
+    const auto sums = sum_in_slices<ContactSums<S>>(patch.near.size(), slice_tiles,
                                                     fewest_shared_slices, parallel_for, meet);
     pair.stiffness = sums.stiffness();
     // Moments are taken about the middle of the contacts, where they are smallest.
@@ -18631,8 +18901,14 @@ std::uint32_t meet_body(SensorPatch<S>& patch, std::uint32_t index, const Body<S
 template <Scalar S, typename FindBody>
 void collect_contacts(SensorPatch<S>& patch, const Body<S>& A, FindBody&& find,
                       const CollectDef<S>& def, const ParallelFor& parallel_for) {
+  // What touched in the last step and is not even near any more lets go, too.
+  for (const ContactTile<S>& c : patch.contacts) patch.hit_bits[c.tile] = 0;
   patch.pairs.clear();
   detail::find_touched(patch, find, def.only_tag);
+  for (const ContactTile<S>& c : patch.contacts) {
+    LaneBits& is_rooted = patch.tiles[c.tile].is_rooted;
+    is_rooted = static_cast<LaneBits>(is_rooted & patch.hit_bits[c.tile]);
+  }
   std::uint32_t contacts = 0;
   for (std::uint32_t index = 0; index < patch.pairs.size(); ++index) {
     for (const TouchedShape& shape : patch.touched) {
@@ -19763,7 +20039,8 @@ template <Scalar S>
 class HostPatch {
  public:
   /// @param body  The host's number of the patch's body.
-  /// @param def   `excluded` and `sees` are not used: the host's rays decide what is met.
+  /// @param def   `excluded`, `sees` and `cast_every` are not used: the host's rays decide what is
+  ///              met, in every step.
   /// @throws InvalidArgument naming the field.
   HostPatch(std::uint32_t body, PatchDef<S> def)
       : patch_(make_patch(std::move(def), BodyId{body, 0}, Vec3<S>(Vec3<S>::Zero()))),
@@ -23094,7 +23371,8 @@ struct StepReport {
   std::uint64_t patches = 0;
   std::uint64_t patches_near = 0;
   /// [-] Rays cast (a ray counts once per shape it is asked of), sensors skipped because nothing
-  /// was in reach of their patch or all of it sleeps, and sensors that touch.
+  /// was in reach of them or all of it sleeps, and sensors that touch. Patches that are switched
+  /// off count as patches, and as nothing else.
   std::uint64_t rays_cast = 0;
   std::uint64_t sensors_skipped = 0;
   std::uint64_t sensors_touching = 0;
@@ -23205,6 +23483,8 @@ struct WorldState {
   /// Bodies asleep, and whether all is: then a step has nothing to do.
   std::uint32_t sleeping_bodies = 0;
   bool is_idle = false;
+  /// [-] Steps so far in which anything could move.
+  std::uint64_t steps = 0;
 
   /// This step's scratch: one entry a body slot, and all constraints.
   std::vector<SolverBody<S>> solver_bodies;
@@ -23219,6 +23499,10 @@ struct WorldState {
     if (body.sleep.is_stirred) return true;
     if (body.is_dynamic()) return !body.is_asleep();
     return !body.twist.linear.isZero(S(0)) || !body.twist.angular.isZero(S(0));
+  }
+  /// Whether there is a patch in a slot that is switched on.
+  [[nodiscard]] bool is_sensing(std::uint32_t slot) const {
+    return patches.is_live(slot) && patches.at(slot).is_active;
   }
   /// [m] Pose of a shape in the frame of A's centre of mass.
   [[nodiscard]] Transform<S> pose_from(const Body<S>& A, const Collider<S, Backend>& c) const {
@@ -23529,6 +23813,928 @@ class ContactStage {
   std::vector<ContactManifolds<S>> buffers_;
   std::size_t most_manifolds_ = chunk_size;
 };
+
+}  // namespace bristle
+
+// === bristle/world/haptic_body.hpp
+
+/// @file
+/// A body near a haptic tool, ahead of the world: how the ticks of a loop move it.
+// SPDX-License-Identifier: BSD-3-Clause
+
+// === bristle/world/held_mobility.hpp
+
+/// @file
+/// How a body answers a push while what held it in the last step holds on.
+///
+/// A haptic loop runs ahead of the world. What it needs to know of the rest of the world is how the
+/// body under the tool gives way: a box in the air by its mass, the same box on a table not at all
+/// downwards, and sideways as long as it sticks no more.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <cstdint>
+
+namespace bristle {
+
+/// A body as its surroundings let it move.
+template <Scalar S>
+struct HeldMobility {
+  /// [1/kg and products with 1/m] Change of its twist for an impulse about its centre of mass,
+  /// world axes: symmetric, positive semidefinite.
+  Mat6<S> matrix = Mat6<S>::Zero();
+  /// Whether anything but its inertia resists.
+  bool is_held = false;
+  /// Whether it hit something in the last step, so that forces of that step say little of the next.
+  bool was_hit = false;
+};
+
+/// Finds the mobility of bodies from the state that a step left behind.
+///
+/// Contacts that carried load stop the body along their normal, and across it where they stick;
+/// joints stop it along their locked axes, along a driven one while the drive has force to spare;
+/// patches of the world add their stiffness and damping over a step. What is on the other side
+/// counts as immovable.
+template <Scalar S, typename Backend>
+class HeldMobilityFinder {
+ public:
+  using State = WorldState<S, Backend>;
+
+  [[nodiscard]] HeldMobility<S> find(const State& state, std::uint32_t slot) {
+    HeldMobility<S> result;
+    const Body<S>& body = state.bodies.at(slot);
+    if (!body.moves()) return result;
+    result.matrix.template topLeftCorner<3, 3>() = body.inverse_mass_W().asDiagonal();
+    result.matrix.template bottomRightCorner<3, 3>() = body.inverse_inertia_W();
+    add_patches(state, slot, result);
+    free_ = result.matrix;
+    add_contacts(state, slot, result);
+    add_joints(state, slot, result);
+    return result;
+  }
+
+ private:
+  /// Takes away all motion along a row: impulses along it find an equal answer.
+  void stop(const Vec3<S>& direction, const Vec3<S>& angular, HeldMobility<S>& held) const {
+    Vec6<S> row;
+    row << direction, angular;
+    const Vec6<S> motion = held.matrix * row;
+    const S response = row.dot(motion);
+    held.is_held = true;
+    // Along a row that others stop already there is nothing left but rounding.
+    if (!(response > Tolerance<S>::equal() * row.dot(free_ * row))) return;
+    held.matrix -= (motion / response) * motion.transpose();
+  }
+
+  void add_patches(const State& state, std::uint32_t slot, HeldMobility<S>& held) const {
+    const S dt = state.def.time_step;
+    for (std::uint32_t i = 0; i < state.patches.slot_count(); ++i) {
+      if (!state.patches.is_live(i)) continue;
+      const SensorPatch<S>& patch = state.patches.at(i);
+      const bool is_own = patch.body.index == slot;
+      for (const PatchPair<S>& pair : patch.pairs) {
+        if (pair.count == 0 || (!is_own && pair.body_b != slot)) continue;
+        Mat6<S> K, D;
+        detail::sum_stiffness(patch, pair, K, D);
+        Mat6<S> to_point = Mat6<S>::Identity();
+        to_point.template topRightCorner<3, 3>() = -skew(is_own ? pair.arm_a : pair.arm_b);
+        const Mat6<S> soft = to_point.transpose() * (dt * dt * K + dt * D) * to_point;
+        const Mat6<S> grown = Mat6<S>::Identity() + held.matrix * soft;
+        held.matrix = Mat6<S>(grown.inverse() * held.matrix);
+        held.is_held = true;
+      }
+    }
+  }
+
+  void add_contacts(const State& state, std::uint32_t slot, HeldMobility<S>& held) const {
+    for (const CachedManifold<S>& m : state.contacts.manifolds()) {
+      const Collider<S, Backend>& a = state.colliders.at(m.shapes.a);
+      const Collider<S, Backend>& b = state.colliders.at(m.shapes.b);
+      if (a.body.index != slot && b.body.index != slot) continue;
+      const S friction = combined(a.material, b.material).friction;
+      const Twist<S>& twist_a = state.body_of(a).twist;
+      const Twist<S>& twist_b = state.body_of(b).twist;
+      Vec3<S> t1, t2;
+      tangent_basis<S>(m.normal, t1, t2);
+      for (std::uint32_t i = m.first; i < m.first + m.count; ++i) {
+        const CachedPoint<S>& point = state.contacts.points()[i];
+        if (!(point.impulse[0] > S(0))) continue;
+        if (point.took_impact) {
+          held.was_hit = true;
+          const S parting = m.normal.dot(twist_b.at(point.arm_b) - twist_a.at(point.arm_a));
+          if (parting > state.def.restitution_speed) continue;
+        }
+        const Vec3<S>& arm = a.body.index == slot ? point.arm_a : point.arm_b;
+        stop(m.normal, arm.cross(m.normal), held);
+        // Close to the limit it counts as sliding: friction then goes on as a force.
+        constexpr S sticks_below = S(0.999);
+        if (friction_impulse(m, point).norm() >= sticks_below * friction * point.impulse[0]) {
+          continue;
+        }
+        stop(t1, arm.cross(t1), held);
+        stop(t2, arm.cross(t2), held);
+      }
+    }
+  }
+
+  void add_joints(const State& state, std::uint32_t slot, HeldMobility<S>& held) {
+    for (std::uint32_t i = 0; i < state.joints.slot_count(); ++i) {
+      if (!state.joints.is_live(i)) continue;
+      Joint<S> joint = state.joints.at(i);
+      const bool is_a = joint.def.body_a.index == slot;
+      if (!is_a && joint.def.body_b.index != slot) continue;
+      rows_.clear();
+      add_joint_rows(joint, i, state.bodies.at(joint.def.body_a.index),
+                     state.bodies.at(joint.def.body_b.index), state.def.time_step, rows_);
+      for (const ConstraintBlock<S>& block : rows_.blocks) {
+        for (std::uint32_t r = block.first; r < block.first + block.count; ++r) {
+          const ConstraintRow<S>& row = rows_.rows[r];
+          const bool holds = block.kind == BlockKind::equality ||
+                             (row.impulse > block.lower && row.impulse < block.upper);
+          if (holds) stop(row.direction, is_a ? row.angular_a : row.angular_b, held);
+        }
+      }
+    }
+  }
+
+  Mat6<S> free_ = Mat6<S>::Zero();
+  Constraints<S> rows_;
+};
+
+}  // namespace bristle
+
+namespace bristle {
+
+/// A body as the ticks of a `HapticLoop` see it. Between steps of the world it moves by
+///
+///     v' = v + h W f + W sum of impulses,
+///
+/// W being its `HeldMobility` and f what else acted on it in the last step. Impulses of all patches
+/// that touch it are solved together and implicitly, so that stiff sensors on a light body are
+/// stable at any rate of ticks.
+template <Scalar S>
+class HapticBody {
+ public:
+  HapticBody() = default;
+  /// @param other_force  [N, N m] What else acts on the body about its centre of mass.
+  HapticBody(BodyId id, const Body<S>& body, const HeldMobility<S>& held,
+             const Vec6<S>& other_force)
+      : id_(id), body_(body), held_(held), other_force_(other_force) {}
+
+  [[nodiscard]] BodyId id() const { return id_; }
+  /// Where the body is predicted to be.
+  [[nodiscard]] const Body<S>& body() const { return body_; }
+  [[nodiscard]] const HeldMobility<S>& held() const { return held_; }
+  /// [N s, N m s] What all ticks gave it about its centre of mass, world axes.
+  [[nodiscard]] const Wrench<S>& impulse() const { return given_; }
+
+  /// [kg m/s, kg m^2/s] Momentum of a body about its centre of mass.
+  [[nodiscard]] static Vec6<S> momentum(const Body<S>& body) {
+    Vec6<S> p;
+    p << body.mass * body.twist.linear, body.angular_momentum();
+    return p;
+  }
+
+  /// Prepares for one tick.
+  void begin_tick() {
+    if (held_.is_held || !body_.moves()) return;
+    held_.matrix.template bottomRightCorner<3, 3>() = body_.inverse_inertia_W();
+  }
+  /// [1/kg] Mean mobility of the point at `arm` [m] from the centre of mass.
+  [[nodiscard]] S mobility_at(const Vec3<S>& arm) const {
+    const Mat6<S> G = to_point(arm);
+    return (G * held_.matrix * G.transpose()).template topLeftCorner<3, 3>().trace() / S(3);
+  }
+
+  /// Starts the equations of one solve.
+  void clear_system() {
+    matrix_.setZero();
+    offset_.setZero();
+  }
+  /// Adds a patch that pushes this body as B.
+  /// @param motion_a  [m/s, rad/s] Twist of A at the point c of the block.
+  void add(const SoftBlock<S>& block, const Vec6<S>& motion_a) {
+    const Mat6<S> G = to_point(block.arm_b);
+    matrix_ += G.transpose() * block.matrix * G;
+    offset_ += G.transpose() * (block.offset + block.matrix * motion_a);
+  }
+  /// Finds the twist at the end of the tick: (1 + W Q) v' = v + W (h f + q).
+  void solve(S h) {
+    Vec6<S> start;
+    start << body_.twist.linear, body_.twist.angular;
+    end_ = start;
+    if (!body_.moves()) return;
+    const Mat6<S> left = Mat6<S>::Identity() + held_.matrix * matrix_;
+    end_ = left.inverse() * (start + held_.matrix * (h * other_force_ + offset_));
+    if (!end_.allFinite()) end_ = start + held_.matrix * (h * other_force_);
+  }
+  /// Twist of the solution at the point c of a block.
+  [[nodiscard]] Vec6<S> motion_at(const Vec3<S>& arm) const { return to_point(arm) * end_; }
+
+  /// Counts an impulse about the centre of mass.
+  /// @param carry  [s] From the middle of the step of the world to when it acted, backwards: how
+  ///               much longer than a force of the whole step it moves the body.
+  void push(const Wrench<S>& impulse, S carry) {
+    given_ += impulse;
+    carried_ += carry * impulse;
+  }
+  /// Moves the body by one tick.
+  void end_tick(S h) {
+    if (body_.moves()) {
+      // Forces known from the start accelerate it evenly.
+      const Vec6<S> motion = end_ - S(0.5) * h * (held_.matrix * other_force_);
+      body_.twist = {end_.template head<3>(), end_.template tail<3>()};
+      step_pose(body_, Twist<S>{motion.template head<3>(), motion.template tail<3>()}, h);
+    } else {
+      step_pose(body_, body_.twist, h);
+    }
+  }
+
+  /// [m, rad] By how much farther than a constant force the impulses of the ticks moved the body,
+  /// since they came when they came.
+  [[nodiscard]] Twist<S> carried() const {
+    Vec6<S> moment;
+    moment << carried_.force, carried_.torque;
+    const Vec6<S> shift = held_.matrix * moment;
+    return {shift.template head<3>(), shift.template tail<3>()};
+  }
+
+  /// [kg m/s, kg m^2/s] Momentum that the world's body had when it was given the impulses.
+  Vec6<S> start_momentum = Vec6<S>::Zero();
+
+ private:
+  /// From a twist about the centre of mass to one about the point at `arm`.
+  [[nodiscard]] static Mat6<S> to_point(const Vec3<S>& arm) {
+    Mat6<S> G = Mat6<S>::Identity();
+    G.template topRightCorner<3, 3>() = -skew(arm);
+    return G;
+  }
+
+  BodyId id_{};
+  Body<S> body_{};
+  HeldMobility<S> held_{};
+  Vec6<S> other_force_ = Vec6<S>::Zero();
+  Wrench<S> given_{};
+  Wrench<S> carried_{};  // [N s^2, N m s^2]
+  Mat6<S> matrix_ = Mat6<S>::Zero();
+  Vec6<S> offset_ = Vec6<S>::Zero();
+  Vec6<S> end_ = Vec6<S>::Zero();
+};
+
+}  // namespace bristle
+
+// === bristle/world/haptic_loop.hpp
+
+/// @file
+/// A haptic loop: sensors on tools that a user holds, sensed more often than the world steps.
+///
+///     HapticLoop<double> loop({.ticks = 16});
+///     const ToolId tool = loop.add_tool(stylus);  // a kinematic body
+///     loop.add_patch(tool, patch);
+///     world.open(loop);
+///     for (;;) {
+///       for (int i = 0; i < 16; ++i) {
+///         loop.move(tool, device.pose());
+///         loop.tick();
+///         device.send(loop.wrench(tool));
+///       }
+///       world.step(loop);
+///     }
+///
+/// Ticks run ahead of the world: the bodies near a tool are predicted from the state in which the
+/// last step left them (haptic_body.hpp), each tick evaluates the law of the loop's patches and
+/// moves them on, and the step then gives the bodies of the world the sum of all impulses. Rays are
+/// cast in each tick, or once a step (`PatchDef::cast_every` counts ticks here). A tick looks at
+/// the loop alone. docs/decisions/0024-haptic-ticks.md says why it is built this way.
+// SPDX-License-Identifier: BSD-3-Clause
+
+// === bristle/world/patch_rays.hpp
+
+/// @file
+/// What the rays of a patch meet: cast at the shapes in reach, or carried on since they were cast.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <algorithm>
+#include <cstdint>
+#include <span>
+
+namespace bristle {
+
+/// A shape that the rays of a patch on A may meet within a step.
+template <Scalar S, typename Backend>
+struct ShapeInReach {
+  std::uint32_t tag = 0;
+  std::uint32_t generation = 0;
+  const Collider<S, Backend>* collider = nullptr;
+  /// [m] The shape and its body B about their centres of mass, as A sees them.
+  Transform<S> X_AS{};
+  Transform<S> X_AB{};
+  /// [m] By how much it can come closer within the step, and how much longer rays are cast.
+  S approach = S(0);
+  S extra_length = S(0);
+  /// [m] Around what the rays may meet of it, in A; for a half-space the plane instead.
+  Aabb<S> box{};
+  Vec3<S> normal = Vec3<S>::Zero();
+  S offset = S(0);
+
+  [[nodiscard]] bool is_near(const Aabb<S>& rays) const {
+    if (!collider->half_space) return box.overlaps(rays);
+    return normal.dot(rays.center()) - normal.cwiseAbs().dot(rays.half_extents()) <= offset;
+  }
+};
+
+/// Looks at a shape from A.
+/// @param X_AB      [m] Its body about its centre of mass.
+/// @param approach  [m] By how much it can come closer within the step.
+template <Scalar S, typename Backend>
+[[nodiscard]] ShapeInReach<S, Backend> shape_in_reach(const SensorPatch<S>& patch, ShapeId id,
+                                                      const Collider<S, Backend>& collider,
+                                                      const Transform<S>& X_AB, S approach);
+
+/// Fills `patch.near` and the hits of these tiles.
+/// @param shapes  By ascending tags.
+/// @param is_due  Whether it is the patch's turn to cast its rays.
+/// @return [-] Number of rays cast, one a sensor and shape.
+template <Scalar S, typename Backend>
+std::uint64_t find_hits(SensorPatch<S>& patch, std::span<const ShapeInReach<S, Backend>> shapes,
+                        bool is_due);
+
+// The same in three parts, for threads that share the second.
+
+/// Decides whether rays are to be cast; fills `patch.near` and forgets the hits there if so.
+template <Scalar S, typename Backend>
+[[nodiscard]] bool wants_rays(SensorPatch<S>& patch,
+                              std::span<const ShapeInReach<S, Backend>> shapes, bool is_due);
+
+/// Casts rays at one of the shapes; all of a slice before the next shape is asked.
+template <Scalar S, typename Backend>
+void cast_rays_at(SensorPatch<S>& patch, const ShapeInReach<S, Backend>& shape, RaySlice slice);
+
+/// Keeps what was met, where rays are not cast in every step, and carries it on.
+template <Scalar S, typename Backend>
+void carry_hits(SensorPatch<S>& patch, std::span<const ShapeInReach<S, Backend>> shapes,
+                bool has_cast);
+
+// Implementation -----------------------------------------------------------------------------------
+
+namespace detail {
+
+/// Whether the sensors of a patch take notice of a shape.
+template <Scalar S, typename Backend>
+[[nodiscard]] bool sees(const WorldState<S, Backend>& state, const SensorPatch<S>& patch,
+                        const Collider<S, Backend>& c) {
+  if (c.body == patch.body) return false;
+  if ((patch.def.sees & state.body_of(c).filter.category) == 0) return false;
+  return std::find(patch.def.excluded.begin(), patch.def.excluded.end(), c.body) ==
+         patch.def.excluded.end();
+}
+
+/// [m/s] How fast a body B can come closer to any point of a box on A.
+/// @param box  [m] From A's centre of mass, in A's axes; `center_b` is B's centre, world axes.
+template <Scalar S>
+[[nodiscard]] S closing_speed(const Aabb<S>& box, const Transform<S>& X_WA, const Twist<S>& a,
+                              const Vec3<S>& center_b, const Twist<S>& b) {
+  const Vec3<S> center = X_WA.rotate(box.center());
+  const Vec3<S> p_ab = center_b - X_WA.translation;
+  const Vec3<S> v = a.at(center) - b.at(center - p_ab);
+  return v.norm() + (a.angular - b.angular).norm() * box.half_extents().norm();
+}
+
+}  // namespace detail
+
+template <Scalar S, typename Backend>
+ShapeInReach<S, Backend> shape_in_reach(const SensorPatch<S>& patch, ShapeId id,
+                                        const Collider<S, Backend>& collider,
+                                        const Transform<S>& X_AB, S approach) {
+  ShapeInReach<S, Backend> shape;
+  shape.tag = id.index;
+  shape.generation = id.generation;
+  shape.collider = &collider;
+  shape.X_AB = X_AB;
+  shape.X_AS = X_AB * collider.X_CmS;
+  shape.approach = approach;
+  // What is kept must last for a while.
+  shape.extra_length = patch.def.cast_every > 1 ? approach + patch.shortest / S(4) : approach;
+  if (collider.half_space) {
+    shape.normal = shape.X_AS.rotate(collider.half_space->normal);
+    shape.offset = collider.half_space->offset + shape.normal.dot(shape.X_AS.translation);
+  } else {
+    shape.box = transformed(collider.bounds, shape.X_AS).inflated(shape.extra_length);
+  }
+  // Boxes that touch but for their rounding do touch.
+  const S size = shape.X_AS.translation.cwiseAbs().sum() + patch.reach + collider.radius;
+  shape.offset += shape.extra_length + Tolerance<S>::round_off() * size;
+  shape.box = shape.box.inflated(Tolerance<S>::round_off() * size);
+  return shape;
+}
+
+namespace detail {
+
+/// Whether what was met when the rays were cast last still serves.
+template <Scalar S, typename Backend>
+[[nodiscard]] bool serves(const SensorPatch<S>& patch,
+                          std::span<const ShapeInReach<S, Backend>> shapes) {
+  const std::vector<KeptShape<S>>& kept = patch.kept.shapes;
+  if (kept.size() != shapes.size()) return false;
+  for (std::size_t i = 0; i < kept.size(); ++i) {
+    const ShapeInReach<S, Backend>& shape = shapes[i];
+    if (kept[i].tag != shape.tag || kept[i].generation != shape.generation ||
+        !kept[i].covers({shape.X_AB.rotation_matrix(), shape.X_AB.translation}, shape.approach,
+                        patch.reach)) {
+      return false;
+    }
+  }
+  return true;
+}
+
+}  // namespace detail
+
+template <Scalar S, typename Backend>
+bool wants_rays(SensorPatch<S>& patch, std::span<const ShapeInReach<S, Backend>> shapes,
+                bool is_due) {
+  if (patch.def.cast_every > 1 && !is_due && detail::serves(patch, shapes)) return false;
+  patch.tile_boxes.find(
+      [&](const Aabb<S>& box) {
+        return std::any_of(shapes.begin(), shapes.end(),
+                           [&](const auto& shape) { return shape.is_near(box); });
+      },
+      patch.near);
+  patch.reset_near_hits();
+  return true;
+}
+
+template <Scalar S, typename Backend>
+void cast_rays_at(SensorPatch<S>& patch, const ShapeInReach<S, Backend>& shape, RaySlice slice) {
+  RayBatch<S> rays = patch.near_rays(shape.extra_length);
+  rays.slice = slice;
+  Backend::cast_rays(shape.collider->shape, shape.X_AS, rays, shape.tag, patch.hits);
+}
+
+template <Scalar S, typename Backend>
+void carry_hits(SensorPatch<S>& patch, std::span<const ShapeInReach<S, Backend>> shapes,
+                bool has_cast) {
+  if (patch.def.cast_every == 1) return;
+  if (has_cast) {
+    patch.kept.shapes.clear();
+    for (const ShapeInReach<S, Backend>& shape : shapes) {
+      patch.kept.shapes.push_back({shape.tag,
+                                   shape.generation,
+                                   {shape.X_AB.rotation_matrix(), shape.X_AB.translation},
+                                   shape.extra_length});
+    }
+    patch.kept.keep(patch, [&](std::uint32_t tag) {
+      const auto same = [tag](const KeptShape<S>& shape) { return shape.tag == tag; };
+      return std::find_if(patch.kept.shapes.begin(), patch.kept.shapes.end(), same)->pose;
+    });
+  }
+  // Also where rays were just cast: all steps of a patch then look alike.
+  patch.kept.advance(patch, [&](std::uint32_t tag, PairPose<S>& pose) {
+    const auto same = [tag](const auto& shape) { return shape.tag == tag; };
+    const ShapeInReach<S, Backend>& shape = *std::find_if(shapes.begin(), shapes.end(), same);
+    pose = {shape.X_AB.rotation_matrix(), shape.X_AB.translation};
+    return shape.approach;
+  });
+}
+
+template <Scalar S, typename Backend>
+std::uint64_t find_hits(SensorPatch<S>& patch, std::span<const ShapeInReach<S, Backend>> shapes,
+                        bool is_due) {
+  const bool casts = wants_rays<S, Backend>(patch, shapes, is_due);
+  const std::uint64_t rays = casts ? patch.near_count() * shapes.size() : 0;
+  if (rays > 0) {
+    for (const ShapeInReach<S, Backend>& shape : shapes) cast_rays_at<S>(patch, shape, {});
+  }
+  carry_hits<S, Backend>(patch, shapes, casts);
+  return rays;
+}
+
+}  // namespace bristle
+
+#include <algorithm>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace bristle {
+
+/// Settings of a haptic loop.
+template <Scalar S>
+struct HapticDef {
+  /// [-] Ticks in a step of the world, >= 1.
+  std::uint32_t ticks = 16;
+  /// [m/s] Fastest that any point of a tool moves, >= 0. What a tool could not reach at that speed
+  /// within a step is not felt before the next one.
+  S max_speed = S(1);
+};
+
+/// Names a tool of a haptic loop.
+struct ToolId {
+  std::uint32_t index = 0xffffffffu;
+};
+/// Names a patch of a haptic loop.
+struct TickedPatchId {
+  std::uint32_t index = 0xffffffffu;
+};
+
+/// What `World::open` and `World::step` give a haptic loop to see. A value: a copy goes on as the
+/// original would, so that a copy of the loop goes with a snapshot of its world.
+///
+/// The patches of a loop belong to it alone; the world does not sense with them. They are always
+/// implicit: `PatchDef::integration` and `explicit_below` are not used.
+template <Scalar S, typename Backend>
+class HapticLoop {
+ public:
+  /// @throws InvalidArgument naming the field.
+  explicit HapticLoop(const HapticDef<S>& def) : def_(def) {
+    detail::require(def.ticks > 0, "HapticDef::ticks", def.ticks, "must be > 0");
+    detail::require_not_negative("HapticDef::max_speed", def.max_speed);
+  }
+
+  /// Adds a tool: a kinematic body of the world, which `World::open` checks. Steps move it to where
+  /// the ticks left it.
+  ToolId add_tool(BodyId body) {
+    tools_.push_back({body, {}, {}, {}, false});
+    return {static_cast<std::uint32_t>(tools_.size() - 1)};
+  }
+  /// Adds sensors to a tool, in the frame of its body. They feel from the next `World::open` or
+  /// `World::step` on.
+  /// @throws InvalidArgument naming the field; the law must be the paper's.
+  TickedPatchId add_patch(ToolId tool, PatchDef<S> def) {
+    const Tool& owner = tool_of(tool);
+    detail::require(def.options.law == Law::paper, "LawOptions::law", 1, "must be the paper's");
+    def.integration = Integration::implicit;
+    Skin& skin = skins_.emplace_back();
+    // About the origin of the body frame, which is the device's.
+    skin.patch = make_patch(std::move(def), owner.body, Vec3<S>(Vec3<S>::Zero()));
+    skin.tool = tool.index;
+    return {static_cast<std::uint32_t>(skins_.size() - 1)};
+  }
+
+  /// Says where a tool is now; its velocity is that since the last tick.
+  /// @param X_WT  [m] Pose of the body frame in the world.
+  /// @throws InvalidArgument when it is not finite or no rotation; the loop is unchanged then.
+  void move(ToolId tool, const Transform<S>& X_WT) {
+    Tool& t = tool_of(tool);
+    require_pose(X_WT);
+    Twist<S> twist;
+    if (t.is_placed && h_ > S(0)) {
+      twist = {(X_WT.translation - t.pose.translation) / h_,
+               log_rotation<S>(X_WT.rotation * t.pose.rotation.conjugate()) / h_};
+    }
+    set_motion(t, X_WT, twist);
+  }
+  /// The same for a device that knows its velocity.
+  /// @param twist  [m/s, rad/s] Of the origin of the body frame, world axes.
+  void move(ToolId tool, const Transform<S>& X_WT, const Twist<S>& twist) {
+    Tool& t = tool_of(tool);
+    require_pose(X_WT);
+    detail::require_all_finite("twist.linear", twist.linear);
+    detail::require_all_finite("twist.angular", twist.angular);
+    set_motion(t, X_WT, twist);
+  }
+
+  /// Senses and moves the bodies near the tools on by one tick. A tool that was not moved since the
+  /// last tick stands still.
+  /// @throws InvalidArgument when `World::open` was not called, or all ticks of the step are done.
+  void tick();
+
+  /// [N, N m] What the sensors of a tool felt in the last tick, about the origin of its body frame,
+  /// world axes: the mean over the tick that begins, if the tool keeps its velocity.
+  [[nodiscard]] const Wrench<S>& wrench(ToolId tool) const {
+    require_tool(tool);
+    return tools_[tool.index].wrench;
+  }
+  /// What a patch felt in the last tick; valid until the next one.
+  [[nodiscard]] PatchReading<S> reading(TickedPatchId id) const {
+    detail::require(id.index < skins_.size(), "TickedPatchId", id.index, "must name a patch");
+    return skins_[id.index].patch.readings.view();
+  }
+  /// Bodies near the tools, as predicted by the ticks so far.
+  [[nodiscard]] std::span<const HapticBody<S>> bodies() const { return bodies_; }
+  /// [s] Length of a tick; 0 before `World::open`.
+  [[nodiscard]] S tick_length() const { return h_; }
+  /// [-] Ticks since the last step.
+  [[nodiscard]] std::uint32_t ticks_done() const { return done_; }
+  /// [-] Rays that were cast in the last tick, one a sensor and shape.
+  [[nodiscard]] std::uint64_t rays_cast() const { return rays_cast_; }
+  [[nodiscard]] const HapticDef<S>& def() const { return def_; }
+
+ private:
+  template <Scalar T, typename B>
+  requires ShapeBackend<B, T>
+  friend class World;
+
+  struct Tool {
+    BodyId body{};
+    Transform<S> pose{};
+    Twist<S> twist{};
+    Wrench<S> wrench{};
+    /// Whether `move` ever said where it is; and since the last tick.
+    bool is_placed = false;
+    bool is_moved = false;
+
+    [[nodiscard]] Transform<S> pose_after(S h) const {
+      return {step_rotation<S>(pose.rotation, twist.angular, h),
+              Vec3<S>(pose.translation + h * twist.linear)};
+    }
+  };
+  /// A shape near the tools. Its own copy, so that ticks need no world.
+  struct NearShape {
+    ShapeId id{};
+    Collider<S, Backend> collider{};
+    std::uint32_t body = 0;
+  };
+  struct Skin {
+    SensorPatch<S> patch{};
+    std::uint32_t tool = 0;
+    /// [-] Which of the near shapes it may meet within the step.
+    std::vector<std::uint32_t> near;
+    std::vector<ShapeInReach<S, Backend>> in_reach;
+    /// One for each pair, and the body that it pushes.
+    std::vector<SoftBlock<S>> blocks;
+    std::vector<std::uint32_t> touched;
+  };
+
+  void require_tool(ToolId tool) const {
+    detail::require(tool.index < tools_.size(), "ToolId", tool.index, "must name a tool");
+  }
+  [[nodiscard]] Tool& tool_of(ToolId tool) {
+    require_tool(tool);
+    return tools_[tool.index];
+  }
+  static void require_pose(const Transform<S>& X_WT) {
+    detail::require_all_finite("X_WT.translation", X_WT.translation);
+    detail::require_unit<S>("X_WT.rotation", X_WT.rotation);
+  }
+  static void set_motion(Tool& tool, const Transform<S>& X_WT, const Twist<S>& twist) {
+    tool.pose = {X_WT.rotation.normalized(), X_WT.translation};
+    tool.twist = twist;
+    tool.is_placed = tool.is_moved = true;
+  }
+
+  // What the world calls.
+  void require_ticked() const {
+    detail::require(h_ > S(0), "HapticLoop", S(0), "must be opened by World::open");
+    detail::require(done_ == def_.ticks, "HapticLoop: ticks", done_,
+                    "must be HapticDef::ticks before a step");
+  }
+  void observe(const WorldState<S, Backend>& state);
+  void find_near(const WorldState<S, Backend>& state, Skin& skin, S fastest);
+  [[nodiscard]] std::uint32_t add_body(const WorldState<S, Backend>& state, BodyId id);
+  [[nodiscard]] Vec6<S> other_force(const WorldState<S, Backend>& state, BodyId id,
+                                    const HeldMobility<S>& held) const;
+
+  // Parts of a tick.
+  void sense(Skin& skin, std::uint32_t number);
+  void start(Skin& skin);
+  void solve_once();
+  [[nodiscard]] bool relinearise(int pass, bool is_last_pass);
+  void deliver(Skin& skin);
+  [[nodiscard]] Vec6<S> motion_of(const Skin& skin, const SoftBlock<S>& block) const {
+    const Twist<S>& twist = tools_[skin.tool].twist;
+    Vec6<S> motion;
+    motion << twist.at(block.arm_a), twist.angular;
+    return motion;
+  }
+  [[nodiscard]] std::uint32_t number_of(std::uint32_t slot) const {
+    std::uint32_t i = 0;
+    while (bodies_[i].id().index != slot) ++i;
+    return i;
+  }
+
+  HapticDef<S> def_;
+  std::vector<Tool> tools_;
+  std::vector<Skin> skins_;
+  std::vector<NearShape> shapes_;
+  std::vector<HapticBody<S>> bodies_, last_bodies_;
+  HeldMobilityFinder<S, Backend> finder_;
+  S h_ = S(0);
+  std::uint32_t done_ = 0;
+  std::uint64_t ticks_ = 0;
+  std::uint64_t rays_cast_ = 0;
+};
+
+// Implementation -----------------------------------------------------------------------------------
+
+template <Scalar S, typename Backend>
+void HapticLoop<S, Backend>::observe(const WorldState<S, Backend>& state) {
+  h_ = state.def.time_step / S(def_.ticks);
+  done_ = 0;
+  std::swap(bodies_, last_bodies_);
+  bodies_.clear();
+  shapes_.clear();
+  S fastest = S(0);
+  for (std::uint32_t i = 0; i < state.bodies.slot_count(); ++i) {
+    if (state.bodies.is_live(i)) {
+      fastest = std::max(fastest, state.bodies.at(i).twist.linear.norm());
+    }
+  }
+  for (Tool& tool : tools_) {
+    if (!tool.is_placed && state.bodies.contains(tool.body)) {
+      tool.pose = state.bodies.at(tool.body.index).pose();
+    }
+  }
+  for (Skin& skin : skins_) find_near(state, skin, fastest);
+}
+
+/// Finds the shapes that a patch may meet within a step.
+template <Scalar S, typename Backend>
+void HapticLoop<S, Backend>::find_near(const WorldState<S, Backend>& state, Skin& skin, S fastest) {
+  const Tool& tool = tools_[skin.tool];
+  skin.near.clear();
+  if (!state.bodies.contains(tool.body)) return;
+  const S dt = state.def.time_step;
+  const S fall = dt * state.def.gravity.norm();
+  const Aabb<S> box = transformed(skin.patch.box, tool.pose).inflated(dt * def_.max_speed);
+  state.broad_phase.overlap(box.inflated(dt * (fastest + fall)), [&](std::uint32_t tag) {
+    const Collider<S, Backend>& c = state.colliders.at(tag);
+    if (!detail::sees(state, skin.patch, c)) return true;
+    const Twist<S>& twist = state.body_of(c).twist;
+    const S turn = c.half_space ? S(0) : twist.angular.norm() * c.radius;
+    const Aabb<S> swept = box.inflated(dt * (twist.linear.norm() + fall + turn));
+    const bool is_near =
+        c.half_space ? state.reaches(swept, c) : swept.overlaps(detail::box_of(state, c));
+    if (is_near) skin.near.push_back(tag);
+    return true;
+  });
+  std::sort(skin.near.begin(), skin.near.end());
+  for (std::uint32_t& near : skin.near) {
+    const ShapeId id = state.colliders.handle(near);
+    const auto known = std::find_if(shapes_.begin(), shapes_.end(),
+                                    [id](const NearShape& shape) { return shape.id == id; });
+    near = static_cast<std::uint32_t>(known - shapes_.begin());
+    if (known != shapes_.end()) continue;
+    const Collider<S, Backend>& c = state.colliders.at(id.index);
+    shapes_.push_back({id, c, add_body(state, c.body)});
+  }
+}
+
+template <Scalar S, typename Backend>
+std::uint32_t HapticLoop<S, Backend>::add_body(const WorldState<S, Backend>& state, BodyId id) {
+  const auto known = std::find_if(bodies_.begin(), bodies_.end(),
+                                  [id](const HapticBody<S>& body) { return body.id() == id; });
+  if (known != bodies_.end()) return static_cast<std::uint32_t>(known - bodies_.begin());
+  const HeldMobility<S> held = finder_.find(state, id.index);
+  bodies_.push_back({id, state.bodies.at(id.index), held, other_force(state, id, held)});
+  return static_cast<std::uint32_t>(bodies_.size() - 1);
+}
+
+/// [N, N m] What acts on a body besides the loop: what did in the last step, where that is known.
+template <Scalar S, typename Backend>
+Vec6<S> HapticLoop<S, Backend>::other_force(const WorldState<S, Backend>& state, BodyId id,
+                                            const HeldMobility<S>& held) const {
+  const Body<S>& body = state.bodies.at(id.index);
+  const auto last = std::find_if(last_bodies_.begin(), last_bodies_.end(),
+                                 [id](const HapticBody<S>& b) { return b.id() == id; });
+  if (last == last_bodies_.end() || held.was_hit) {
+    Vec6<S> weight = Vec6<S>::Zero();
+    weight.template head<3>() = body.mass * body.gravity_scale * state.def.gravity;
+    return weight;
+  }
+  Vec6<S> given;
+  given << last->impulse().force, last->impulse().torque;
+  return (HapticBody<S>::momentum(body) - last->start_momentum - given) / state.def.time_step;
+}
+
+template <Scalar S, typename Backend>
+void HapticLoop<S, Backend>::tick() {
+  detail::require(h_ > S(0), "HapticLoop", S(0), "must be opened by World::open");
+  detail::require(done_ < def_.ticks, "HapticLoop: ticks", done_ + 1,
+                  "must be <= HapticDef::ticks between two steps");
+  for (Tool& tool : tools_) {
+    if (!tool.is_moved) tool.twist = {};
+    tool.is_moved = false;
+    tool.wrench = {};
+  }
+  for (HapticBody<S>& body : bodies_) body.begin_tick();
+  rays_cast_ = 0;
+  bool has_contacts = false;
+  for (std::uint32_t i = 0; i < skins_.size(); ++i) {
+    sense(skins_[i], i);
+    start(skins_[i]);
+    has_contacts = has_contacts || !skins_[i].blocks.empty();
+  }
+  if (has_contacts) {
+    solve_in_passes(
+        SolverDef<S>{}.max_passes, [this] { solve_once(); },
+        [this](int pass, bool is_last_pass) { return relinearise(pass, is_last_pass); });
+  } else {
+    solve_once();
+  }
+  for (Skin& skin : skins_) deliver(skin);
+  for (HapticBody<S>& body : bodies_) body.end_tick(h_);
+  ++done_;
+  ++ticks_;
+}
+
+template <Scalar S, typename Backend>
+void HapticLoop<S, Backend>::sense(Skin& skin, std::uint32_t number) {
+  const Tool& tool = tools_[skin.tool];
+  SensorPatch<S>& patch = skin.patch;
+  skin.in_reach.clear();
+  for (const std::uint32_t i : skin.near) {
+    const NearShape& shape = shapes_[i];
+    const Body<S>& body = bodies_[shape.body].body();
+    const S speed = detail::closing_speed(patch.box, tool.pose, tool.twist,
+                                          body.center_pose.translation, body.twist);
+    const auto seen = shape_in_reach(patch, shape.id, shape.collider,
+                                     relative_pose(tool.pose, body.center_pose), h_ * speed);
+    if (seen.is_near(patch.box)) skin.in_reach.push_back(seen);
+  }
+  if (skin.in_reach.empty()) {
+    clear_patch(patch);
+    return;
+  }
+  const bool is_due = (ticks_ + number) % patch.def.cast_every == 0;
+  rays_cast_ += find_hits<S, Backend>(patch, skin.in_reach, is_due);
+  Body<S> A;
+  A.center_pose = tool.pose;
+  A.twist = tool.twist;
+  collect_contacts(
+      patch, A,
+      [&](std::uint32_t tag) {
+        std::size_t i = 0;
+        while (skin.in_reach[i].tag != tag) ++i;
+        const BodyId id = skin.in_reach[i].collider->body;
+        return TouchedBody<S>{&bodies_[number_of(id.index)].body(), id};
+      },
+      {.dt = h_,
+       .measures_lambda = false,
+       .only_tag = skin.in_reach.size() == 1 ? skin.in_reach.front().tag : CollectDef<S>::any_tag});
+}
+
+/// Makes a soft block of each pair.
+template <Scalar S, typename Backend>
+void HapticLoop<S, Backend>::start(Skin& skin) {
+  skin.blocks.clear();
+  skin.touched.clear();
+  for (PatchPair<S>& pair : skin.patch.pairs) {
+    const std::uint32_t number = number_of(pair.body_b);
+    set_scheme(pair, pair.stiffness.bristle_sum, pair.stiffness.viscous_sum,
+               bodies_[number].mobility_at(pair.arm_b), h_);
+    start_linearisation(skin.patch, pair, h_);
+    SoftBlock<S> block;
+    block.arm_a = pair.arm_a;
+    block.arm_b = pair.arm_b;
+    skin.blocks.push_back(block);
+    skin.touched.push_back(number);
+  }
+}
+
+template <Scalar S, typename Backend>
+void HapticLoop<S, Backend>::solve_once() {
+  for (HapticBody<S>& body : bodies_) body.clear_system();
+  for (Skin& skin : skins_) {
+    for (std::size_t k = 0; k < skin.blocks.size(); ++k) {
+      SoftBlock<S>& block = skin.blocks[k];
+      fill_block(skin.patch.pairs[k], block);
+      bodies_[skin.touched[k]].add(block, motion_of(skin, block));
+    }
+  }
+  for (HapticBody<S>& body : bodies_) body.solve(h_);
+  for (Skin& skin : skins_) {
+    for (std::size_t k = 0; k < skin.blocks.size(); ++k) {
+      SoftBlock<S>& block = skin.blocks[k];
+      block.motion = motion_of(skin, block) - bodies_[skin.touched[k]].motion_at(block.arm_b);
+      const Wrench<S> sum = evaluate_impulses(skin.patch, skin.patch.pairs[k], block.motion);
+      block.impulse << sum.force, sum.torque;
+    }
+  }
+}
+
+template <Scalar S, typename Backend>
+bool HapticLoop<S, Backend>::relinearise(int pass, bool is_last_pass) {
+  bool has_changed = false;
+  for (Skin& skin : skins_) {
+    for (std::size_t k = 0; k < skin.blocks.size(); ++k) {
+      has_changed = update_linearisation(skin.patch, skin.patch.pairs[k], skin.blocks[k].motion, h_,
+                                         pass, is_last_pass) ||
+                    has_changed;
+    }
+  }
+  return has_changed;
+}
+
+/// Gives tool and bodies the impulses of a patch, and turns them into readings.
+template <Scalar S, typename Backend>
+void HapticLoop<S, Backend>::deliver(Skin& skin) {
+  Tool& tool = tools_[skin.tool];
+  const S carry = S(def_.ticks - done_) * h_ - S(0.5) * S(def_.ticks) * h_;
+  for (std::size_t k = 0; k < skin.blocks.size(); ++k) {
+    const SoftBlock<S>& block = skin.blocks[k];
+    if (!block.impulse.allFinite()) {
+      clear_impulses(skin.patch, skin.patch.pairs[k]);
+      continue;
+    }
+    const Wrench<S> on_b{block.impulse.template head<3>(), block.impulse.template tail<3>()};
+    bodies_[skin.touched[k]].push(on_b.shifted(-block.arm_b), carry);
+    tool.wrench += (S(-1) / h_) * on_b.shifted(-block.arm_a);
+  }
+  if (skin.patch.pairs.empty() && !skin.patch.has_felt) return;
+  fill_readings<S>(skin.patch, tool.pose.translation, h_,
+                   [&](std::uint32_t slot) { return bodies_[number_of(slot)].id(); });
+}
 
 }  // namespace bristle
 
@@ -23980,7 +25186,7 @@ class SensorStage {
   void sense(State& state) {
     live_.clear();
     for (std::uint32_t i = 0; i < state.patches.slot_count(); ++i) {
-      if (state.patches.is_live(i)) live_.push_back(i);
+      if (state.is_sensing(i)) live_.push_back(i);
     }
     scratch_.resize(std::max(scratch_.size(), live_.size()));
     const bool shares = asks_slices<Backend> && !is_serial(state.def.parallel_for);
@@ -24003,13 +25209,14 @@ class SensorStage {
       for (std::size_t k = 0; k < live_.size(); ++k) task(k);
     }
     if (shares) sense_shared(state);
-    state.report.patches = live_.size();
+    state.report.patches = state.patches.size();
     std::size_t awake = 0;
     for (std::size_t k = 0; k < live_.size(); ++k) {
       const bool is_skipped = scratch_[k].candidates.empty() || scratch_[k].is_dormant;
       state.report.patches_near += is_skipped ? 0u : 1u;
       state.report.rays_cast += scratch_[k].rays_cast;
-      state.report.sensors_skipped += is_skipped ? state.patches.at(live_[k]).size() : 0;
+      const SensorPatch<S>& patch = state.patches.at(live_[k]);
+      state.report.sensors_skipped += patch.size() - (is_skipped ? 0 : patch.near_count());
       // From here on there are only those that were sensed with.
       if (scratch_[k].is_dormant) continue;
       std::swap(scratch_[awake], scratch_[k]);
@@ -24101,10 +25308,12 @@ class SensorStage {
  private:
   struct Scratch {
     std::vector<std::uint32_t> candidates;
+    std::vector<ShapeInReach<S, Backend>> shapes;
     std::uint64_t rays_cast = 0;
     bool is_dormant = false;
-    /// Whether threads share its rays.
+    /// Whether threads share its rays, and whether these are to be cast.
     bool is_shared = false;
+    bool has_cast = false;
   };
 
   /// Some rays of the patch live_[owner].
@@ -24126,14 +25335,6 @@ class SensorStage {
     }
   }
 
-  [[nodiscard]] bool sees(const State& state, const SensorPatch<S>& patch,
-                          const Collider<S, Backend>& c) const {
-    if (c.body == patch.body) return false;
-    if ((patch.def.sees & state.body_of(c).filter.category) == 0) return false;
-    return std::find(patch.def.excluded.begin(), patch.def.excluded.end(), c.body) ==
-           patch.def.excluded.end();
-  }
-
   /// [m] By how much the distance of a body to any ray of a patch can shrink within the step.
   [[nodiscard]] S approach(const State& state, const SensorPatch<S>& patch,
                            const Collider<S, Backend>& c) const {
@@ -24143,11 +25344,8 @@ class SensorStage {
     const Twist<S>& a = state.solver_bodies[patch.body.index].free;
     const Twist<S>& b = state.solver_bodies[c.body.index].free;
     const Transform<S>& X_WA = state.bodies.at(patch.body.index).center_pose;
-    const Vec3<S> center = X_WA.rotate(patch.box.center());
-    const Vec3<S> p_ab = state.body_of(c).center_pose.translation - X_WA.translation;
-    const Vec3<S> v = a.at(center) - b.at(center - p_ab);
     return state.def.time_step *
-           (v.norm() + (a.angular - b.angular).norm() * patch.box.half_extents().norm());
+           detail::closing_speed(patch.box, X_WA, a, state.body_of(c).center_pose.translation, b);
   }
 
   /// Whether a patch keeps what it feels, since somebody sleeps in its reach and nobody moves.
@@ -24165,6 +25363,7 @@ class SensorStage {
 
   void sense_patch(State& state, std::uint32_t index, Scratch& scratch, bool shares) const {
     SensorPatch<S>& patch = state.patches.at(index);
+    const Body<S>& A = state.bodies.at(patch.body.index);
     scratch.rays_cast = 0;
     scratch.is_shared = false;
     find_near(state, patch, scratch.candidates);
@@ -24174,21 +25373,23 @@ class SensorStage {
       clear_patch(patch);
       return;
     }
-    patch.hits.reset(patch.size());
-    scratch.rays_cast = patch.size() * scratch.candidates.size();
-    scratch.is_shared =
-        shares && patch.size() >= fewest_shared_rays && !patch.bundles.slices().empty();
-    if (scratch.is_shared) return;
-    for (const std::uint32_t tag : scratch.candidates) cast_rays(state, patch, tag, {});
+    scratch.shapes.clear();
+    for (const std::uint32_t tag : scratch.candidates) {
+      const Collider<S, Backend>& c = state.colliders.at(tag);
+      scratch.shapes.push_back(shape_in_reach(
+          patch, state.colliders.handle(tag), c,
+          relative_pose(A.center_pose, state.body_of(c).center_pose), approach(state, patch, c)));
+    }
+    const std::span<const ShapeInReach<S, Backend>> shapes(scratch.shapes);
+    const bool is_due = (state.steps + index) % patch.def.cast_every == 0;
+    if (shares && patch.size() >= fewest_shared_rays && !patch.bundles.slices().empty()) {
+      scratch.has_cast = wants_rays<S, Backend>(patch, shapes, is_due);
+      scratch.rays_cast = scratch.has_cast ? patch.near_count() * shapes.size() : 0;
+      scratch.is_shared = true;
+      return;
+    }
+    scratch.rays_cast = find_hits<S, Backend>(patch, shapes, is_due);
     make_contacts(state, patch, scratch);
-  }
-
-  void cast_rays(State& state, SensorPatch<S>& patch, std::uint32_t tag, RaySlice slice) const {
-    const Collider<S, Backend>& c = state.colliders.at(tag);
-    RayBatch<S> rays = patch.rays(approach(state, patch, c));
-    rays.slice = slice;
-    Backend::cast_rays(c.shape, state.pose_from(state.bodies.at(patch.body.index), c), rays, tag,
-                       patch.hits);
   }
 
   void make_contacts(State& state, SensorPatch<S>& patch, const Scratch& scratch) const {
@@ -24211,7 +25412,10 @@ class SensorStage {
     for (std::size_t round = 0;; ++round) {
       shared_.clear();
       for (std::size_t k = 0; k < live_.size(); ++k) {
-        if (!scratch_[k].is_shared || round >= scratch_[k].candidates.size()) continue;
+        const Scratch& scratch = scratch_[k];
+        if (!scratch.is_shared || scratch.rays_cast == 0 || round >= scratch.shapes.size()) {
+          continue;
+        }
         for (const RaySlice& slice : state.patches.at(live_[k]).bundles.slices()) {
           shared_.push_back({k, slice});
         }
@@ -24219,13 +25423,17 @@ class SensorStage {
       if (shared_.empty()) break;
       const auto task = [this, &state, round](std::size_t i) {
         const SharedRays& rays = shared_[i];
-        cast_rays(state, state.patches.at(live_[rays.owner]),
-                  scratch_[rays.owner].candidates[round], rays.slice);
+        cast_rays_at<S>(state.patches.at(live_[rays.owner]), scratch_[rays.owner].shapes[round],
+                        rays.slice);
       };
       state.def.parallel_for(shared_.size(), std::cref(task));
     }
     for (std::size_t k = 0; k < live_.size(); ++k) {
-      if (scratch_[k].is_shared) make_contacts(state, state.patches.at(live_[k]), scratch_[k]);
+      const Scratch& scratch = scratch_[k];
+      if (!scratch.is_shared) continue;
+      SensorPatch<S>& patch = state.patches.at(live_[k]);
+      carry_hits<S, Backend>(patch, scratch.shapes, scratch.has_cast);
+      make_contacts(state, patch, scratch);
     }
   }
 
@@ -24293,7 +25501,7 @@ void SensorStage<S, Backend>::find_near(const State& state, const SensorPatch<S>
   const Aabb<S> box = transformed(patch.box, A.center_pose);
   state.broad_phase.overlap(box.inflated(own_reach), [&](std::uint32_t tag) {
     const Collider<S, Backend>& c = state.colliders.at(tag);
-    if (!sees(state, patch, c)) return true;
+    if (!detail::sees(state, patch, c)) return true;
     // What is near must not depend on how large the box in the tree happens to be.
     if (state.broad_phase.is_coarse(tag) &&
         !detail::swept_box(state, c).overlaps(box.inflated(own_reach))) {
@@ -24797,7 +26005,7 @@ class SleepStage {
 
   void wake_by_patch(State& state, const SensorStage<S, Backend>& sensors) {
     for (std::uint32_t i = 0; i < state.patches.slot_count(); ++i) {
-      if (!state.patches.is_live(i)) continue;
+      if (!state.is_sensing(i)) continue;
       const SensorPatch<S>& patch = state.patches.at(i);
       sensors.find_near(state, patch, near_);
       bool is_reached = is_fresh(patch.body.index);
@@ -25072,6 +26280,31 @@ void visit_readings(Readings& r, Visitor& visit) {
   visit.value(r.shear_W);
 }
 
+/// Of patches that cast their rays every so many steps.
+template <typename Patch, typename Visitor>
+void visit_kept_hits(Patch& patch, Visitor& visit) {
+  visit.same("patches (cast_every)", patch.def.cast_every);
+  if (patch.def.cast_every == 1) return;
+  visit.list("patches (kept shapes)", patch.kept.shapes, [&](auto& shape) {
+    visit.value(shape.tag);
+    visit.value(shape.generation);
+    visit.value(shape.pose.R_AB);
+    visit.value(shape.pose.p_AB);
+    visit.value(shape.reserve);
+  });
+  visit.list("patches (kept hits)", patch.kept.tiles, [&](auto& kept) {
+    visit.value(kept.tile);
+    visit.value(kept.is_hit);
+    for (std::size_t i = 0; i < tile_size; ++i) {
+      if ((kept.is_hit >> i & 1u) == 0) continue;
+      visit_lane(kept.point, i, visit);
+      visit_lane(kept.normal, i, visit);
+      visit.value(kept.tag[i]);
+    }
+    visit.require("patches (kept hits)", kept.tile < patch.tiles.size());
+  });
+}
+
 template <typename State, typename Patch, typename Visitor>
 void visit_patch(const State& state, Patch& patch, Visitor& visit) {
   visit.same("patches (body)", patch.body.index);
@@ -25097,6 +26330,8 @@ void visit_patch(const State& state, Patch& patch, Visitor& visit) {
   });
   visit.value(std::span(patch.felt));
   visit.value(patch.has_felt);
+  visit.value(patch.is_active);
+  visit_kept_hits(patch, visit);
   visit_readings(patch.readings, visit);
 }
 
@@ -25137,6 +26372,7 @@ void for_each_state(State& state, Visitor& visit) {
   visit.same("sleep time", state.def.sleep.time);
   visit.same("integrator", state.def.integrator);
   visit.value(state.is_idle);
+  visit.value(state.steps);
   detail::visit_slots("bodies", state.bodies, visit,
                       [&](auto& body) { detail::visit_body(body, visit); });
   detail::visit_slots("shapes", state.colliders, visit,
@@ -25166,7 +26402,7 @@ struct SnapshotHead {
   static constexpr std::uint64_t expected_magic = 0x6c7473697262'0001u;  // "brist", and a number.
 
   std::uint64_t magic = expected_magic;
-  std::uint64_t version = 2;
+  std::uint64_t version = 3;
   /// [-] Bytes of a scalar, and of all that follows the head.
   std::uint64_t scalar_size = 0;
   std::uint64_t payload_size = 0;
@@ -25477,6 +26713,9 @@ class World {
   /// The same with constants from physical wants; the patch is taken to carry the load alone.
   PatchId add_patch(BodyId body, SensorLayout<S> sensors, const Tuning<S>& tuning);
   void remove_patch(PatchId id);
+  /// Switches a patch off or on. Switched off it lets go of what it holds, reads nothing and costs
+  /// nothing; `patch(id).is_active` tells.
+  void set_active(PatchId id, bool is_active);
   /// Gives all sensors of a patch the same constants, also where they had their own; bristles keep
   /// their stretch.
   void set_parameters(PatchId id, const SensorParameters<S>& parameters);
@@ -25541,6 +26780,16 @@ class World {
 
   /// Advances the world by one time step.
   void step();
+
+  /// Shows a haptic loop the world as it is, before its first ticks, and whenever the world was
+  /// changed by anything but `step(loop)`.
+  /// @throws InvalidArgument when a tool names no kinematic body; the loop is unchanged then.
+  void open(HapticLoop<S, Backend>& loop) const;
+  /// Gives the bodies what the ticks of a loop gave them, moves the tools to where it has them,
+  /// advances the world by one time step, and shows the loop the new state. Bodies that are gone
+  /// get nothing.
+  /// @throws InvalidArgument when the loop has not done all its ticks; nothing has changed then.
+  void step(HapticLoop<S, Backend>& loop);
 
   /// [s] Length of the next step.
   [[nodiscard]] S time_step() const noexcept { return state_.def.time_step; }
@@ -26037,6 +27286,16 @@ void World<S, Backend>::remove_patch(PatchId id) {
 
 template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S>
+void World<S, Backend>::set_active(PatchId id, bool is_active) {
+  SensorPatch<S>& patch = state_.patches.get(id, "PatchId");
+  if (patch.is_active == is_active) return;
+  detail::disturb(state_, patch.body);
+  patch.is_active = is_active;
+  if (!is_active) clear_patch(patch);
+}
+
+template <Scalar S, typename Backend>
+requires ShapeBackend<Backend, S>
 void World<S, Backend>::set_parameters(PatchId id, const SensorParameters<S>& parameters) {
   SensorPatch<S>& patch = state_.patches.get(id, "PatchId");
   validate(parameters);
@@ -26174,6 +27433,43 @@ void World<S, Backend>::step() {
   solve_stage_.integrate(state_);
   contact_stage_.settle_boxes(state_);
   sleep_stage_.fall_asleep(state_, sensor_stage_);
+  ++state_.steps;
+}
+
+template <Scalar S, typename Backend>
+requires ShapeBackend<Backend, S>
+void World<S, Backend>::open(HapticLoop<S, Backend>& loop) const {
+  for (const auto& tool : loop.tools_) {
+    const Body<S>& body = state_.bodies.get(tool.body, "HapticLoop: tool");
+    detail::require(body.motion == Motion::kinematic, "HapticLoop: tool", tool.body.index,
+                    "must name a kinematic body");
+  }
+  // Nothing is known of a step before.
+  loop.bodies_.clear();
+  loop.observe(state_);
+}
+
+template <Scalar S, typename Backend>
+requires ShapeBackend<Backend, S>
+void World<S, Backend>::step(HapticLoop<S, Backend>& loop) {
+  loop.require_ticked();
+  for (const auto& tool : loop.tools_) {
+    if (contains(tool.body)) move_to(tool.body, tool.pose_after(loop.h_));
+  }
+  for (HapticBody<S>& pushed : loop.bodies_) {
+    if (!contains(pushed.id())) continue;
+    const Body<S>& body = state_.bodies.at(pushed.id().index);
+    pushed.start_momentum = HapticBody<S>::momentum(body);
+    const Wrench<S>& impulse = pushed.impulse();
+    if (!body.is_dynamic() || (impulse.force.isZero(S(0)) && impulse.torque.isZero(S(0)))) continue;
+    apply_wrench(pushed.id(), (S(1) / state_.def.time_step) * impulse);
+    Body<S> carried = body;
+    step_pose(carried, pushed.carried(), S(1));
+    set_pose(pushed.id(), carried.pose());
+    set_twist(pushed.id(), carried.twist);
+  }
+  step();
+  loop.observe(state_);
 }
 
 template <Scalar S, typename Backend>

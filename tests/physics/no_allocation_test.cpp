@@ -8,6 +8,7 @@
 #include "scenes/plate.hpp"
 #include "scenes/skin.hpp"
 #include "scenes/stack.hpp"
+#include "scenes/stylus.hpp"
 #include "support/counted_new.hpp"
 
 #include <bristle/core/thread_pool.hpp>
@@ -126,6 +127,31 @@ TEST_CASE("no_allocation: falling asleep, sleeping and waking") {
   const std::size_t before = test::allocations;
   for (int k = 0; k < 3; ++k) wake_and_rest();
   CHECK(test::allocations == before);
+}
+
+TEST_CASE_TEMPLATE("no_allocation: ticks of a haptic loop, and the steps between them", S, float,
+                   double) {
+  for (const std::uint32_t cast_every : {1u, 5u}) {
+    StylusScene<S> scene({.cast_every = cast_every});
+    scene.world.add_body({.motion = Motion::fixed, .shape = HalfSpace<S>{}});
+    scene.world.add_body({.mass = S(0.2),
+                          .shape = Box<S>{{S(0.02), S(0.02), S(0.02)}},
+                          .position = {0, 0, S(0.02)}});
+    scene.world.open(scene.loop);
+    // Comes, presses, drags and leaves.
+    const auto run = [&](int steps) {
+      for (int i = 0; i < 16 * steps; ++i) {
+        const S turn = S(0.01) * S(i);
+        scene.tick_at({S(0.003) * std::sin(turn), 0, S(0.05) + S(0.004) * std::sin(S(2) * turn)});
+        if (scene.loop.ticks_done() == scene.def.ticks) scene.world.step(scene.loop);
+      }
+    };
+    run(60);
+    const std::size_t before = test::allocations;
+    run(60);
+    CHECK(test::allocations == before);
+    CHECK(scene.world.body(scene.body).twist.linear.norm() > S(0));
+  }
 }
 
 TEST_CASE("no_allocation: queries and readings") {

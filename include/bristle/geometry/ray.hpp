@@ -67,6 +67,9 @@ struct RaySlice {
   std::uint32_t end = 0xffffffffu;
 };
 
+/// [-] Rays of a run: neighbours in a batch, of which all or none are asked.
+inline constexpr std::size_t ray_run_size = 16;
+
 /// Many rays in one frame. The spans have one length and outlive the query.
 template <Scalar S>
 struct RayBatch {
@@ -83,6 +86,9 @@ struct RayBatch {
   const RayBundles<S>* bundles = nullptr;
   /// Which rays are asked: all, unless the backend says that it `asks_slices`.
   RaySlice slice{};
+  /// [-] Numbers of the runs that may meet anything, ascending; of others, hits may be left out.
+  /// Null: all runs.
+  const std::vector<std::uint32_t>* near_runs = nullptr;
 
   [[nodiscard]] std::size_t size() const { return length.size(); }
   [[nodiscard]] Ray<S> operator[](std::size_t i) const {

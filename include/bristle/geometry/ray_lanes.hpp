@@ -380,18 +380,26 @@ void cast_rays_in_lanes(const ConvexShape& shape, const Transform<S>& X_RC, cons
     std::uint32_t* const tags = hits.tag.data() + i;
     for (std::uint32_t k = 0; k < count; ++k) tags[k] = (met >> k & 1u) != 0 ? tag : tags[k];
   };
-  std::size_t i = rays.slice.first;
-  for (; i + lanes<S> <= n; i += lanes<S>) {
+  const auto cast_from = [&](std::size_t i, std::size_t end) {
+    for (; i + lanes<S> <= end; i += lanes<S>) {
+      cast(
+          i, lanes<S>, [](const S* p) { return Pack<S>::load(p); },
+          [](S* p, const Pack<S>& value) { value.store(p); });
+    }
+    if (i >= end) return;
+    // Filled up with rays that have been hit already.
     cast(
-        i, lanes<S>, [](const S* p) { return Pack<S>::load(p); },
-        [](S* p, const Pack<S>& value) { value.store(p); });
+        i, static_cast<std::uint32_t>(end - i),
+        [&](const S* p) { return Pack<S>::load_first(p, end - i, S(0)); },
+        [&](S* p, const Pack<S>& value) { value.store_first(p, end - i); });
+  };
+  if (rays.near_runs == nullptr) return cast_from(rays.slice.first, n);
+  auto run = std::lower_bound(rays.near_runs->begin(), rays.near_runs->end(),
+                              rays.slice.first / ray_run_size);
+  for (; run != rays.near_runs->end() && *run * ray_run_size < n; ++run) {
+    const std::size_t first = *run * ray_run_size;
+    cast_from(first, std::min(n, first + ray_run_size));
   }
-  if (i >= n) return;
-  // Filled up with rays that have been hit already.
-  cast(
-      i, static_cast<std::uint32_t>(n - i),
-      [&](const S* p) { return Pack<S>::load_first(p, n - i, S(0)); },
-      [&](S* p, const Pack<S>& value) { value.store_first(p, n - i); });
 }
 
 }  // namespace bristle

@@ -63,7 +63,8 @@ template <Scalar S>
 class HostPatch {
  public:
   /// @param body  The host's number of the patch's body.
-  /// @param def   `excluded` and `sees` are not used: the host's rays decide what is met.
+  /// @param def   `excluded`, `sees` and `cast_every` are not used: the host's rays decide what is
+  ///              met, in every step.
   /// @throws InvalidArgument naming the field.
   HostPatch(std::uint32_t body, PatchDef<S> def)
       : patch_(make_patch(std::move(def), BodyId{body, 0}, Vec3<S>(Vec3<S>::Zero()))),

@@ -9,14 +9,18 @@
 #include <bristle/geometry/ray.hpp>
 #include <bristle/geometry/ray_bundles.hpp>
 #include <bristle/math/rotation.hpp>
+#include <bristle/sensors/kept_hits.hpp>
 #include <bristle/sensors/law.hpp>
 #include <bristle/sensors/reading.hpp>
 #include <bristle/sensors/sensor_layout.hpp>
 #include <bristle/sensors/sensor_parameters.hpp>
 #include <bristle/sensors/sensor_tiles.hpp>
+#include <bristle/sensors/tile_boxes.hpp>
 
+#include <algorithm>
 #include <bit>
 #include <cstdint>
+#include <numeric>
 #include <string>
 #include <vector>
 
@@ -46,6 +50,11 @@ struct PatchDef {
   std::uint32_t sees = 0xffffffffu;
   /// [-] Bodies the sensors never see, besides their own.
   std::vector<BodyId> excluded{};
+  /// [-] Rays are cast in every so many-th step, >= 1; in the steps between, and in all of them the
+  /// law is evaluated, the surfaces met move on as planes (docs/sensors.md, section 8). Patches
+  /// take turns by the order in which they were added. Rays are cast sooner when another shape
+  /// comes into reach, or bodies have moved by a quarter of the shortest ray.
+  std::uint32_t cast_every = 1;
 };
 
 /// One sensor that meets a body in this step: geometry, the linear model of its impulse, and the
@@ -160,12 +169,22 @@ struct SensorPatch {
 
   /// The same sensors for the kernels, and their bristles; [0, size()) in order, then nothing.
   std::vector<SensorTile<S>> tiles;
+  TileBoxes<S> tile_boxes{};
+  /// [m] Farthest point of the rays from A's centre of mass, and the length of the shortest.
+  S reach = S(0);
+  S shortest = S(0);
+  /// Whether it senses at all.
+  bool is_active = true;
 
-  /// This step's hits, in rays, and contacts and pairs.
+  /// This step's hits, in rays, valid in the tiles that can be near anything: their numbers,
+  /// ascending. All of them until somebody knows better. And contacts and pairs.
   RayHits<S> hits{};
+  std::vector<std::uint32_t> near;
+  KeptHits<S> kept{};
   std::vector<LaneBits> hit_bits;
   std::vector<TouchedShape> touched;
-  /// Of the pair at hand: which lanes of a tile hit its body, and the first contact of each slice.
+  /// Of the pair at hand: which lanes of a near tile hit its body, and the first contact of each
+  /// slice of near tiles.
   std::vector<LaneBits> pair_bits;
   std::vector<std::uint32_t> slice_contacts;
   std::vector<ContactTile<S>> contacts;
@@ -183,6 +202,26 @@ struct SensorPatch {
   [[nodiscard]] RayBatch<S> rays(S extra_length) const {
     return {start.x,     start.y, start.z,      direction.x, direction.y,
             direction.z, length,  extra_length, &bundles};
+  }
+  /// The same rays, of which only those of the near tiles need to be answered.
+  [[nodiscard]] RayBatch<S> near_rays(S extra_length) const {
+    RayBatch<S> batch = rays(extra_length);
+    batch.near_runs = &near;
+    return batch;
+  }
+  /// [-] Sensors of the near tiles.
+  [[nodiscard]] std::size_t near_count() const {
+    const std::size_t all = near.size() * tile_size;
+    // Only the last tile may be filled up.
+    const bool has_last = !near.empty() && near.back() + 1 == tiles.size();
+    return has_last ? all - (tiles.size() * tile_size - size()) : all;
+  }
+  /// Forgets the hits of the near tiles.
+  void reset_near_hits() {
+    for (const std::uint32_t tile : near) {
+      const auto first = static_cast<std::ptrdiff_t>(tile * tile_size);
+      std::fill_n(hits.distance.begin() + first, tile_size, infinity<S>);
+    }
   }
   /// [-] Sensors whose readings are not zero.
   [[nodiscard]] std::size_t felt_count() const {
@@ -206,6 +245,7 @@ template <Scalar S>
                   "PatchDef::per_sensor.size()", static_cast<S>(def.per_sensor.size()),
                   "must be 0 or the number of sensors");
   detail::require_not_negative("PatchDef::explicit_below", def.explicit_below);
+  detail::require(def.cast_every > 0, "PatchDef::cast_every", def.cast_every, "must be > 0");
   detail::require(def.options.law == Law::paper || def.integration != Integration::implicit,
                   "PatchDef::integration", S(1), "must not be implicit with the AMBF law");
 
@@ -217,8 +257,12 @@ template <Scalar S>
   for (std::size_t i = 0; i < n; ++i) {
     patch.start.set(i, patch.start[i] - center_B);
     patch.box.include(patch.start[i]);
-    patch.box.include(patch.start[i] + patch.length[i] * patch.direction[i]);
+    const Vec3<S> end = patch.start[i] + patch.length[i] * patch.direction[i];
+    patch.box.include(end);
+    patch.reach = std::max({patch.reach, patch.start[i].norm(), end.norm()});
   }
+  patch.shortest = *std::min_element(patch.length.begin(), patch.length.end());
+  patch.tile_boxes = TileBoxes<S>(patch.rays(S(0)));
   patch.bundles = RayBundles<S>(patch.rays(S(0)));
   const std::size_t tile_count = (n + tile_size - 1) / tile_size;
   patch.tiles.resize(tile_count);
@@ -238,6 +282,8 @@ template <Scalar S>
   patch.hit_bits.resize(tile_count);
   patch.pair_bits.resize(tile_count);
   patch.slice_contacts.resize((tile_count + slice_tiles - 1) / slice_tiles);
+  patch.near.resize(tile_count);
+  std::iota(patch.near.begin(), patch.near.end(), 0u);
   patch.contacts.reserve(tile_count);
   patch.felt.resize(tile_count);
   patch.felt_before.resize(tile_count);

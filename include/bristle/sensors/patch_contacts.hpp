@@ -57,6 +57,7 @@ void clear_patch(SensorPatch<S>& patch) {
   patch.contacts.clear();
   patch.pairs.clear();
   patch.last_impulses.clear();
+  patch.kept.clear();
   patch.readings.wrench = {};
   patch.readings.shear_W.setZero();
 }
@@ -80,7 +81,7 @@ void find_touched(SensorPatch<S>& patch, FindBody&& find, std::uint32_t only_tag
   patch.hits.distance.resize(padded, infinity<S>);
   patch.hits.normal.resize(padded);
   patch.hits.tag.resize(padded);
-  for (std::size_t number = 0; number < patch.tiles.size(); ++number) {
+  for (const std::uint32_t number : patch.near) {
     const std::size_t first = number * tile_size;
     std::uint32_t hit = 0;
     for (std::size_t at = 0; at < tile_size; at += lanes<S>) {
@@ -122,15 +123,16 @@ template <Scalar S>
   return static_cast<LaneBits>(hit & of_pair);
 }
 
-/// Finds the tiles of a pair and makes room for their contacts from contact `first` on.
+/// Finds which of the near tiles are a pair's and makes room for their contacts from contact
+/// `first` on.
 /// @return One behind the last of them.
 template <Scalar S>
 std::uint32_t place_contacts(SensorPatch<S>& patch, std::uint32_t pair, std::uint32_t first) {
   std::uint32_t next = first;
-  for (std::size_t number = 0; number < patch.tiles.size(); ++number) {
-    if (number % slice_tiles == 0) patch.slice_contacts[number / slice_tiles] = next;
-    patch.pair_bits[number] = hit_lanes(patch, number, pair);
-    next += patch.pair_bits[number] != 0 ? 1u : 0u;
+  for (std::size_t k = 0; k < patch.near.size(); ++k) {
+    if (k % slice_tiles == 0) patch.slice_contacts[k / slice_tiles] = next;
+    patch.pair_bits[k] = hit_lanes(patch, patch.near[k], pair);
+    next += patch.pair_bits[k] != 0 ? 1u : 0u;
   }
   // What is there already is kept as it is, and so costs nothing.
   if (patch.contacts.size() < next) patch.contacts.resize(next);
@@ -377,13 +379,12 @@ std::uint32_t meet_body(SensorPatch<S>& patch, std::uint32_t index, const Body<S
     using Maker = ContactMaker<S, std::remove_cvref_t<decltype(parameters)>>;
     const auto meet = [&](std::size_t from, std::size_t to, ContactSums<S>& sums) {
       Maker maker(patch, pair, B.id, parameters, def, patch.slice_contacts[from / slice_tiles]);
-      for (std::size_t number = from; number < to; ++number) {
-        const LaneBits hit = patch.pair_bits[number];
-        if (hit != 0) maker.add_tile(number, hit);
+      for (std::size_t k = from; k < to; ++k) {
+        if (patch.pair_bits[k] != 0) maker.add_tile(patch.near[k], patch.pair_bits[k]);
       }
       sums = maker.sums();
     };
-    const auto sums = sum_in_slices<ContactSums<S>>(patch.tiles.size(), slice_tiles,
+    const auto sums = sum_in_slices<ContactSums<S>>(patch.near.size(), slice_tiles,
                                                     fewest_shared_slices, parallel_for, meet);
     pair.stiffness = sums.stiffness();
     // Moments are taken about the middle of the contacts, where they are smallest.
@@ -404,8 +405,14 @@ std::uint32_t meet_body(SensorPatch<S>& patch, std::uint32_t index, const Body<S
 template <Scalar S, typename FindBody>
 void collect_contacts(SensorPatch<S>& patch, const Body<S>& A, FindBody&& find,
                       const CollectDef<S>& def, const ParallelFor& parallel_for) {
+  // What touched in the last step and is not even near any more lets go, too.
+  for (const ContactTile<S>& c : patch.contacts) patch.hit_bits[c.tile] = 0;
   patch.pairs.clear();
   detail::find_touched(patch, find, def.only_tag);
+  for (const ContactTile<S>& c : patch.contacts) {
+    LaneBits& is_rooted = patch.tiles[c.tile].is_rooted;
+    is_rooted = static_cast<LaneBits>(is_rooted & patch.hit_bits[c.tile]);
+  }
   std::uint32_t contacts = 0;
   for (std::uint32_t index = 0; index < patch.pairs.size(); ++index) {
     for (const TouchedShape& shape : patch.touched) {

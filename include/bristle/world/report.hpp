@@ -21,7 +21,8 @@ struct StepReport {
   std::uint64_t patches = 0;
   std::uint64_t patches_near = 0;
   /// [-] Rays cast (a ray counts once per shape it is asked of), sensors skipped because nothing
-  /// was in reach of their patch or all of it sleeps, and sensors that touch.
+  /// was in reach of them or all of it sleeps, and sensors that touch. Patches that are switched
+  /// off count as patches, and as nothing else.
   std::uint64_t rays_cast = 0;
   std::uint64_t sensors_skipped = 0;
   std::uint64_t sensors_touching = 0;

@@ -7,6 +7,7 @@
 #include <bristle/sensors/patch_explicit.hpp>
 #include <bristle/sensors/patch_readings.hpp>
 #include <bristle/world/near_shapes.hpp>
+#include <bristle/world/patch_rays.hpp>
 #include <bristle/world/world_state.hpp>
 
 #include <algorithm>
@@ -32,7 +33,7 @@ class SensorStage {
   void sense(State& state) {
     live_.clear();
     for (std::uint32_t i = 0; i < state.patches.slot_count(); ++i) {
-      if (state.patches.is_live(i)) live_.push_back(i);
+      if (state.is_sensing(i)) live_.push_back(i);
     }
     scratch_.resize(std::max(scratch_.size(), live_.size()));
     const bool shares = asks_slices<Backend> && !is_serial(state.def.parallel_for);
@@ -55,13 +56,14 @@ class SensorStage {
       for (std::size_t k = 0; k < live_.size(); ++k) task(k);
     }
     if (shares) sense_shared(state);
-    state.report.patches = live_.size();
+    state.report.patches = state.patches.size();
     std::size_t awake = 0;
     for (std::size_t k = 0; k < live_.size(); ++k) {
       const bool is_skipped = scratch_[k].candidates.empty() || scratch_[k].is_dormant;
       state.report.patches_near += is_skipped ? 0u : 1u;
       state.report.rays_cast += scratch_[k].rays_cast;
-      state.report.sensors_skipped += is_skipped ? state.patches.at(live_[k]).size() : 0;
+      const SensorPatch<S>& patch = state.patches.at(live_[k]);
+      state.report.sensors_skipped += patch.size() - (is_skipped ? 0 : patch.near_count());
       // From here on there are only those that were sensed with.
       if (scratch_[k].is_dormant) continue;
       std::swap(scratch_[awake], scratch_[k]);
@@ -153,10 +155,12 @@ class SensorStage {
  private:
   struct Scratch {
     std::vector<std::uint32_t> candidates;
+    std::vector<ShapeInReach<S, Backend>> shapes;
     std::uint64_t rays_cast = 0;
     bool is_dormant = false;
-    /// Whether threads share its rays.
+    /// Whether threads share its rays, and whether these are to be cast.
     bool is_shared = false;
+    bool has_cast = false;
   };
 
   /// Some rays of the patch live_[owner].
@@ -178,14 +182,6 @@ class SensorStage {
     }
   }
 
-  [[nodiscard]] bool sees(const State& state, const SensorPatch<S>& patch,
-                          const Collider<S, Backend>& c) const {
-    if (c.body == patch.body) return false;
-    if ((patch.def.sees & state.body_of(c).filter.category) == 0) return false;
-    return std::find(patch.def.excluded.begin(), patch.def.excluded.end(), c.body) ==
-           patch.def.excluded.end();
-  }
-
   /// [m] By how much the distance of a body to any ray of a patch can shrink within the step.
   [[nodiscard]] S approach(const State& state, const SensorPatch<S>& patch,
                            const Collider<S, Backend>& c) const {
@@ -195,11 +191,8 @@ class SensorStage {
     const Twist<S>& a = state.solver_bodies[patch.body.index].free;
     const Twist<S>& b = state.solver_bodies[c.body.index].free;
     const Transform<S>& X_WA = state.bodies.at(patch.body.index).center_pose;
-    const Vec3<S> center = X_WA.rotate(patch.box.center());
-    const Vec3<S> p_ab = state.body_of(c).center_pose.translation - X_WA.translation;
-    const Vec3<S> v = a.at(center) - b.at(center - p_ab);
     return state.def.time_step *
-           (v.norm() + (a.angular - b.angular).norm() * patch.box.half_extents().norm());
+           detail::closing_speed(patch.box, X_WA, a, state.body_of(c).center_pose.translation, b);
   }
 
   /// Whether a patch keeps what it feels, since somebody sleeps in its reach and nobody moves.
@@ -217,6 +210,7 @@ class SensorStage {
 
   void sense_patch(State& state, std::uint32_t index, Scratch& scratch, bool shares) const {
     SensorPatch<S>& patch = state.patches.at(index);
+    const Body<S>& A = state.bodies.at(patch.body.index);
     scratch.rays_cast = 0;
     scratch.is_shared = false;
     find_near(state, patch, scratch.candidates);
@@ -226,21 +220,23 @@ class SensorStage {
       clear_patch(patch);
       return;
     }
-    patch.hits.reset(patch.size());
-    scratch.rays_cast = patch.size() * scratch.candidates.size();
-    scratch.is_shared =
-        shares && patch.size() >= fewest_shared_rays && !patch.bundles.slices().empty();
-    if (scratch.is_shared) return;
-    for (const std::uint32_t tag : scratch.candidates) cast_rays(state, patch, tag, {});
+    scratch.shapes.clear();
+    for (const std::uint32_t tag : scratch.candidates) {
+      const Collider<S, Backend>& c = state.colliders.at(tag);
+      scratch.shapes.push_back(shape_in_reach(
+          patch, state.colliders.handle(tag), c,
+          relative_pose(A.center_pose, state.body_of(c).center_pose), approach(state, patch, c)));
+    }
+    const std::span<const ShapeInReach<S, Backend>> shapes(scratch.shapes);
+    const bool is_due = (state.steps + index) % patch.def.cast_every == 0;
+    if (shares && patch.size() >= fewest_shared_rays && !patch.bundles.slices().empty()) {
+      scratch.has_cast = wants_rays<S, Backend>(patch, shapes, is_due);
+      scratch.rays_cast = scratch.has_cast ? patch.near_count() * shapes.size() : 0;
+      scratch.is_shared = true;
+      return;
+    }
+    scratch.rays_cast = find_hits<S, Backend>(patch, shapes, is_due);
     make_contacts(state, patch, scratch);
-  }
-
-  void cast_rays(State& state, SensorPatch<S>& patch, std::uint32_t tag, RaySlice slice) const {
-    const Collider<S, Backend>& c = state.colliders.at(tag);
-    RayBatch<S> rays = patch.rays(approach(state, patch, c));
-    rays.slice = slice;
-    Backend::cast_rays(c.shape, state.pose_from(state.bodies.at(patch.body.index), c), rays, tag,
-                       patch.hits);
   }
 
   void make_contacts(State& state, SensorPatch<S>& patch, const Scratch& scratch) const {
@@ -263,7 +259,10 @@ class SensorStage {
     for (std::size_t round = 0;; ++round) {
       shared_.clear();
       for (std::size_t k = 0; k < live_.size(); ++k) {
-        if (!scratch_[k].is_shared || round >= scratch_[k].candidates.size()) continue;
+        const Scratch& scratch = scratch_[k];
+        if (!scratch.is_shared || scratch.rays_cast == 0 || round >= scratch.shapes.size()) {
+          continue;
+        }
         for (const RaySlice& slice : state.patches.at(live_[k]).bundles.slices()) {
           shared_.push_back({k, slice});
         }
@@ -271,13 +270,17 @@ class SensorStage {
       if (shared_.empty()) break;
       const auto task = [this, &state, round](std::size_t i) {
         const SharedRays& rays = shared_[i];
-        cast_rays(state, state.patches.at(live_[rays.owner]),
-                  scratch_[rays.owner].candidates[round], rays.slice);
+        cast_rays_at<S>(state.patches.at(live_[rays.owner]), scratch_[rays.owner].shapes[round],
+                        rays.slice);
       };
       state.def.parallel_for(shared_.size(), std::cref(task));
     }
     for (std::size_t k = 0; k < live_.size(); ++k) {
-      if (scratch_[k].is_shared) make_contacts(state, state.patches.at(live_[k]), scratch_[k]);
+      const Scratch& scratch = scratch_[k];
+      if (!scratch.is_shared) continue;
+      SensorPatch<S>& patch = state.patches.at(live_[k]);
+      carry_hits<S, Backend>(patch, scratch.shapes, scratch.has_cast);
+      make_contacts(state, patch, scratch);
     }
   }
 
@@ -345,7 +348,7 @@ void SensorStage<S, Backend>::find_near(const State& state, const SensorPatch<S>
   const Aabb<S> box = transformed(patch.box, A.center_pose);
   state.broad_phase.overlap(box.inflated(own_reach), [&](std::uint32_t tag) {
     const Collider<S, Backend>& c = state.colliders.at(tag);
-    if (!sees(state, patch, c)) return true;
+    if (!detail::sees(state, patch, c)) return true;
     // What is near must not depend on how large the box in the tree happens to be.
     if (state.broad_phase.is_coarse(tag) &&
         !detail::swept_box(state, c).overlaps(box.inflated(own_reach))) {

@@ -117,7 +117,7 @@ class SleepStage {
 
   void wake_by_patch(State& state, const SensorStage<S, Backend>& sensors) {
     for (std::uint32_t i = 0; i < state.patches.slot_count(); ++i) {
-      if (!state.patches.is_live(i)) continue;
+      if (!state.is_sensing(i)) continue;
       const SensorPatch<S>& patch = state.patches.at(i);
       sensors.find_near(state, patch, near_);
       bool is_reached = is_fresh(patch.body.index);

@@ -157,6 +157,31 @@ void visit_readings(Readings& r, Visitor& visit) {
   visit.value(r.shear_W);
 }
 
+/// Of patches that cast their rays every so many steps.
+template <typename Patch, typename Visitor>
+void visit_kept_hits(Patch& patch, Visitor& visit) {
+  visit.same("patches (cast_every)", patch.def.cast_every);
+  if (patch.def.cast_every == 1) return;
+  visit.list("patches (kept shapes)", patch.kept.shapes, [&](auto& shape) {
+    visit.value(shape.tag);
+    visit.value(shape.generation);
+    visit.value(shape.pose.R_AB);
+    visit.value(shape.pose.p_AB);
+    visit.value(shape.reserve);
+  });
+  visit.list("patches (kept hits)", patch.kept.tiles, [&](auto& kept) {
+    visit.value(kept.tile);
+    visit.value(kept.is_hit);
+    for (std::size_t i = 0; i < tile_size; ++i) {
+      if ((kept.is_hit >> i & 1u) == 0) continue;
+      visit_lane(kept.point, i, visit);
+      visit_lane(kept.normal, i, visit);
+      visit.value(kept.tag[i]);
+    }
+    visit.require("patches (kept hits)", kept.tile < patch.tiles.size());
+  });
+}
+
 template <typename State, typename Patch, typename Visitor>
 void visit_patch(const State& state, Patch& patch, Visitor& visit) {
   visit.same("patches (body)", patch.body.index);
@@ -182,6 +207,8 @@ void visit_patch(const State& state, Patch& patch, Visitor& visit) {
   });
   visit.value(std::span(patch.felt));
   visit.value(patch.has_felt);
+  visit.value(patch.is_active);
+  visit_kept_hits(patch, visit);
   visit_readings(patch.readings, visit);
 }
 
@@ -222,6 +249,7 @@ void for_each_state(State& state, Visitor& visit) {
   visit.same("sleep time", state.def.sleep.time);
   visit.same("integrator", state.def.integrator);
   visit.value(state.is_idle);
+  visit.value(state.steps);
   detail::visit_slots("bodies", state.bodies, visit,
                       [&](auto& body) { detail::visit_body(body, visit); });
   detail::visit_slots("shapes", state.colliders, visit,

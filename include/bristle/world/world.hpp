@@ -8,6 +8,7 @@
 #include <bristle/sensors/tuning.hpp>
 #include <bristle/world/contact_events.hpp>
 #include <bristle/world/contact_stage.hpp>
+#include <bristle/world/haptic_loop.hpp>
 #include <bristle/world/proximity.hpp>
 #include <bristle/world/ray_query.hpp>
 #include <bristle/world/sensor_stage.hpp>
@@ -107,6 +108,9 @@ class World {
   /// The same with constants from physical wants; the patch is taken to carry the load alone.
   PatchId add_patch(BodyId body, SensorLayout<S> sensors, const Tuning<S>& tuning);
   void remove_patch(PatchId id);
+  /// Switches a patch off or on. Switched off it lets go of what it holds, reads nothing and costs
+  /// nothing; `patch(id).is_active` tells.
+  void set_active(PatchId id, bool is_active);
   /// Gives all sensors of a patch the same constants, also where they had their own; bristles keep
   /// their stretch.
   void set_parameters(PatchId id, const SensorParameters<S>& parameters);
@@ -171,6 +175,16 @@ class World {
 
   /// Advances the world by one time step.
   void step();
+
+  /// Shows a haptic loop the world as it is, before its first ticks, and whenever the world was
+  /// changed by anything but `step(loop)`.
+  /// @throws InvalidArgument when a tool names no kinematic body; the loop is unchanged then.
+  void open(HapticLoop<S, Backend>& loop) const;
+  /// Gives the bodies what the ticks of a loop gave them, moves the tools to where it has them,
+  /// advances the world by one time step, and shows the loop the new state. Bodies that are gone
+  /// get nothing.
+  /// @throws InvalidArgument when the loop has not done all its ticks; nothing has changed then.
+  void step(HapticLoop<S, Backend>& loop);
 
   /// [s] Length of the next step.
   [[nodiscard]] S time_step() const noexcept { return state_.def.time_step; }

@@ -140,6 +140,16 @@ void World<S, Backend>::remove_patch(PatchId id) {
 
 template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S>
+void World<S, Backend>::set_active(PatchId id, bool is_active) {
+  SensorPatch<S>& patch = state_.patches.get(id, "PatchId");
+  if (patch.is_active == is_active) return;
+  detail::disturb(state_, patch.body);
+  patch.is_active = is_active;
+  if (!is_active) clear_patch(patch);
+}
+
+template <Scalar S, typename Backend>
+requires ShapeBackend<Backend, S>
 void World<S, Backend>::set_parameters(PatchId id, const SensorParameters<S>& parameters) {
   SensorPatch<S>& patch = state_.patches.get(id, "PatchId");
   validate(parameters);
@@ -277,6 +287,43 @@ void World<S, Backend>::step() {
   solve_stage_.integrate(state_);
   contact_stage_.settle_boxes(state_);
   sleep_stage_.fall_asleep(state_, sensor_stage_);
+  ++state_.steps;
+}
+
+template <Scalar S, typename Backend>
+requires ShapeBackend<Backend, S>
+void World<S, Backend>::open(HapticLoop<S, Backend>& loop) const {
+  for (const auto& tool : loop.tools_) {
+    const Body<S>& body = state_.bodies.get(tool.body, "HapticLoop: tool");
+    detail::require(body.motion == Motion::kinematic, "HapticLoop: tool", tool.body.index,
+                    "must name a kinematic body");
+  }
+  // Nothing is known of a step before.
+  loop.bodies_.clear();
+  loop.observe(state_);
+}
+
+template <Scalar S, typename Backend>
+requires ShapeBackend<Backend, S>
+void World<S, Backend>::step(HapticLoop<S, Backend>& loop) {
+  loop.require_ticked();
+  for (const auto& tool : loop.tools_) {
+    if (contains(tool.body)) move_to(tool.body, tool.pose_after(loop.h_));
+  }
+  for (HapticBody<S>& pushed : loop.bodies_) {
+    if (!contains(pushed.id())) continue;
+    const Body<S>& body = state_.bodies.at(pushed.id().index);
+    pushed.start_momentum = HapticBody<S>::momentum(body);
+    const Wrench<S>& impulse = pushed.impulse();
+    if (!body.is_dynamic() || (impulse.force.isZero(S(0)) && impulse.torque.isZero(S(0)))) continue;
+    apply_wrench(pushed.id(), (S(1) / state_.def.time_step) * impulse);
+    Body<S> carried = body;
+    step_pose(carried, pushed.carried(), S(1));
+    set_pose(pushed.id(), carried.pose());
+    set_twist(pushed.id(), carried.twist);
+  }
+  step();
+  loop.observe(state_);
 }
 
 template <Scalar S, typename Backend>

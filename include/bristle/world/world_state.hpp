@@ -91,6 +91,8 @@ struct WorldState {
   /// Bodies asleep, and whether all is: then a step has nothing to do.
   std::uint32_t sleeping_bodies = 0;
   bool is_idle = false;
+  /// [-] Steps so far in which anything could move.
+  std::uint64_t steps = 0;
 
   /// This step's scratch: one entry a body slot, and all constraints.
   std::vector<SolverBody<S>> solver_bodies;
@@ -105,6 +107,10 @@ struct WorldState {
     if (body.sleep.is_stirred) return true;
     if (body.is_dynamic()) return !body.is_asleep();
     return !body.twist.linear.isZero(S(0)) || !body.twist.angular.isZero(S(0));
+  }
+  /// Whether there is a patch in a slot that is switched on.
+  [[nodiscard]] bool is_sensing(std::uint32_t slot) const {
+    return patches.is_live(slot) && patches.at(slot).is_active;
   }
   /// [m] Pose of a shape in the frame of A's centre of mass.
   [[nodiscard]] Transform<S> pose_from(const Body<S>& A, const Collider<S, Backend>& c) const {

@@ -1,0 +1,128 @@
+/// @file
+/// A body near a haptic tool, ahead of the world: how the ticks of a loop move it.
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <bristle/dynamics/integrator.hpp>
+#include <bristle/dynamics/soft_block.hpp>
+#include <bristle/world/held_mobility.hpp>
+
+namespace bristle {
+
+/// A body as the ticks of a `HapticLoop` see it. Between steps of the world it moves by
+///
+///     v' = v + h W f + W sum of impulses,
+///
+/// W being its `HeldMobility` and f what else acted on it in the last step. Impulses of all patches
+/// that touch it are solved together and implicitly, so that stiff sensors on a light body are
+/// stable at any rate of ticks.
+template <Scalar S>
+class HapticBody {
+ public:
+  HapticBody() = default;
+  /// @param other_force  [N, N m] What else acts on the body about its centre of mass.
+  HapticBody(BodyId id, const Body<S>& body, const HeldMobility<S>& held,
+             const Vec6<S>& other_force)
+      : id_(id), body_(body), held_(held), other_force_(other_force) {}
+
+  [[nodiscard]] BodyId id() const { return id_; }
+  /// Where the body is predicted to be.
+  [[nodiscard]] const Body<S>& body() const { return body_; }
+  [[nodiscard]] const HeldMobility<S>& held() const { return held_; }
+  /// [N s, N m s] What all ticks gave it about its centre of mass, world axes.
+  [[nodiscard]] const Wrench<S>& impulse() const { return given_; }
+
+  /// [kg m/s, kg m^2/s] Momentum of a body about its centre of mass.
+  [[nodiscard]] static Vec6<S> momentum(const Body<S>& body) {
+    Vec6<S> p;
+    p << body.mass * body.twist.linear, body.angular_momentum();
+    return p;
+  }
+
+  /// Prepares for one tick.
+  void begin_tick() {
+    if (held_.is_held || !body_.moves()) return;
+    held_.matrix.template bottomRightCorner<3, 3>() = body_.inverse_inertia_W();
+  }
+  /// [1/kg] Mean mobility of the point at `arm` [m] from the centre of mass.
+  [[nodiscard]] S mobility_at(const Vec3<S>& arm) const {
+    const Mat6<S> G = to_point(arm);
+    return (G * held_.matrix * G.transpose()).template topLeftCorner<3, 3>().trace() / S(3);
+  }
+
+  /// Starts the equations of one solve.
+  void clear_system() {
+    matrix_.setZero();
+    offset_.setZero();
+  }
+  /// Adds a patch that pushes this body as B.
+  /// @param motion_a  [m/s, rad/s] Twist of A at the point c of the block.
+  void add(const SoftBlock<S>& block, const Vec6<S>& motion_a) {
+    const Mat6<S> G = to_point(block.arm_b);
+    matrix_ += G.transpose() * block.matrix * G;
+    offset_ += G.transpose() * (block.offset + block.matrix * motion_a);
+  }
+  /// Finds the twist at the end of the tick: (1 + W Q) v' = v + W (h f + q).
+  void solve(S h) {
+    Vec6<S> start;
+    start << body_.twist.linear, body_.twist.angular;
+    end_ = start;
+    if (!body_.moves()) return;
+    const Mat6<S> left = Mat6<S>::Identity() + held_.matrix * matrix_;
+    end_ = left.inverse() * (start + held_.matrix * (h * other_force_ + offset_));
+    if (!end_.allFinite()) end_ = start + held_.matrix * (h * other_force_);
+  }
+  /// Twist of the solution at the point c of a block.
+  [[nodiscard]] Vec6<S> motion_at(const Vec3<S>& arm) const { return to_point(arm) * end_; }
+
+  /// Counts an impulse about the centre of mass.
+  /// @param carry  [s] From the middle of the step of the world to when it acted, backwards: how
+  ///               much longer than a force of the whole step it moves the body.
+  void push(const Wrench<S>& impulse, S carry) {
+    given_ += impulse;
+    carried_ += carry * impulse;
+  }
+  /// Moves the body by one tick.
+  void end_tick(S h) {
+    if (body_.moves()) {
+      // Forces known from the start accelerate it evenly.
+      const Vec6<S> motion = end_ - S(0.5) * h * (held_.matrix * other_force_);
+      body_.twist = {end_.template head<3>(), end_.template tail<3>()};
+      step_pose(body_, Twist<S>{motion.template head<3>(), motion.template tail<3>()}, h);
+    } else {
+      step_pose(body_, body_.twist, h);
+    }
+  }
+
+  /// [m, rad] By how much farther than a constant force the impulses of the ticks moved the body,
+  /// since they came when they came.
+  [[nodiscard]] Twist<S> carried() const {
+    Vec6<S> moment;
+    moment << carried_.force, carried_.torque;
+    const Vec6<S> shift = held_.matrix * moment;
+    return {shift.template head<3>(), shift.template tail<3>()};
+  }
+
+  /// [kg m/s, kg m^2/s] Momentum that the world's body had when it was given the impulses.
+  Vec6<S> start_momentum = Vec6<S>::Zero();
+
+ private:
+  /// From a twist about the centre of mass to one about the point at `arm`.
+  [[nodiscard]] static Mat6<S> to_point(const Vec3<S>& arm) {
+    Mat6<S> G = Mat6<S>::Identity();
+    G.template topRightCorner<3, 3>() = -skew(arm);
+    return G;
+  }
+
+  BodyId id_{};
+  Body<S> body_{};
+  HeldMobility<S> held_{};
+  Vec6<S> other_force_ = Vec6<S>::Zero();
+  Wrench<S> given_{};
+  Wrench<S> carried_{};  // [N s^2, N m s^2]
+  Mat6<S> matrix_ = Mat6<S>::Zero();
+  Vec6<S> offset_ = Vec6<S>::Zero();
+  Vec6<S> end_ = Vec6<S>::Zero();
+};
+
+}  // namespace bristle

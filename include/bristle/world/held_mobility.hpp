@@ -1,0 +1,142 @@
+/// @file
+/// How a body answers a push while what held it in the last step holds on.
+///
+/// A haptic loop runs ahead of the world. What it needs to know of the rest of the world is how the
+/// body under the tool gives way: a box in the air by its mass, the same box on a table not at all
+/// downwards, and sideways as long as it sticks no more.
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <bristle/math/small_products.hpp>
+#include <bristle/sensors/stability.hpp>
+#include <bristle/world/world_state.hpp>
+
+#include <cstdint>
+
+namespace bristle {
+
+/// A body as its surroundings let it move.
+template <Scalar S>
+struct HeldMobility {
+  /// [1/kg and products with 1/m] Change of its twist for an impulse about its centre of mass,
+  /// world axes: symmetric, positive semidefinite.
+  Mat6<S> matrix = Mat6<S>::Zero();
+  /// Whether anything but its inertia resists.
+  bool is_held = false;
+  /// Whether it hit something in the last step, so that forces of that step say little of the next.
+  bool was_hit = false;
+};
+
+/// Finds the mobility of bodies from the state that a step left behind.
+///
+/// Contacts that carried load stop the body along their normal, and across it where they stick;
+/// joints stop it along their locked axes, along a driven one while the drive has force to spare;
+/// patches of the world add their stiffness and damping over a step. What is on the other side
+/// counts as immovable.
+template <Scalar S, typename Backend>
+class HeldMobilityFinder {
+ public:
+  using State = WorldState<S, Backend>;
+
+  [[nodiscard]] HeldMobility<S> find(const State& state, std::uint32_t slot) {
+    HeldMobility<S> result;
+    const Body<S>& body = state.bodies.at(slot);
+    if (!body.moves()) return result;
+    result.matrix.template topLeftCorner<3, 3>() = body.inverse_mass_W().asDiagonal();
+    result.matrix.template bottomRightCorner<3, 3>() = body.inverse_inertia_W();
+    add_patches(state, slot, result);
+    free_ = result.matrix;
+    add_contacts(state, slot, result);
+    add_joints(state, slot, result);
+    return result;
+  }
+
+ private:
+  /// Takes away all motion along a row: impulses along it find an equal answer.
+  void stop(const Vec3<S>& direction, const Vec3<S>& angular, HeldMobility<S>& held) const {
+    Vec6<S> row;
+    row << direction, angular;
+    const Vec6<S> motion = held.matrix * row;
+    const S response = row.dot(motion);
+    held.is_held = true;
+    // Along a row that others stop already there is nothing left but rounding.
+    if (!(response > Tolerance<S>::equal() * row.dot(free_ * row))) return;
+    held.matrix -= (motion / response) * motion.transpose();
+  }
+
+  void add_patches(const State& state, std::uint32_t slot, HeldMobility<S>& held) const {
+    const S dt = state.def.time_step;
+    for (std::uint32_t i = 0; i < state.patches.slot_count(); ++i) {
+      if (!state.patches.is_live(i)) continue;
+      const SensorPatch<S>& patch = state.patches.at(i);
+      const bool is_own = patch.body.index == slot;
+      for (const PatchPair<S>& pair : patch.pairs) {
+        if (pair.count == 0 || (!is_own && pair.body_b != slot)) continue;
+        Mat6<S> K, D;
+        detail::sum_stiffness(patch, pair, K, D);
+        Mat6<S> to_point = Mat6<S>::Identity();
+        to_point.template topRightCorner<3, 3>() = -skew(is_own ? pair.arm_a : pair.arm_b);
+        const Mat6<S> soft = to_point.transpose() * (dt * dt * K + dt * D) * to_point;
+        const Mat6<S> grown = Mat6<S>::Identity() + held.matrix * soft;
+        held.matrix = Mat6<S>(grown.inverse() * held.matrix);
+        held.is_held = true;
+      }
+    }
+  }
+
+  void add_contacts(const State& state, std::uint32_t slot, HeldMobility<S>& held) const {
+    for (const CachedManifold<S>& m : state.contacts.manifolds()) {
+      const Collider<S, Backend>& a = state.colliders.at(m.shapes.a);
+      const Collider<S, Backend>& b = state.colliders.at(m.shapes.b);
+      if (a.body.index != slot && b.body.index != slot) continue;
+      const S friction = combined(a.material, b.material).friction;
+      const Twist<S>& twist_a = state.body_of(a).twist;
+      const Twist<S>& twist_b = state.body_of(b).twist;
+      Vec3<S> t1, t2;
+      tangent_basis<S>(m.normal, t1, t2);
+      for (std::uint32_t i = m.first; i < m.first + m.count; ++i) {
+        const CachedPoint<S>& point = state.contacts.points()[i];
+        if (!(point.impulse[0] > S(0))) continue;
+        if (point.took_impact) {
+          held.was_hit = true;
+          const S parting = m.normal.dot(twist_b.at(point.arm_b) - twist_a.at(point.arm_a));
+          if (parting > state.def.restitution_speed) continue;
+        }
+        const Vec3<S>& arm = a.body.index == slot ? point.arm_a : point.arm_b;
+        stop(m.normal, arm.cross(m.normal), held);
+        // Close to the limit it counts as sliding: friction then goes on as a force.
+        constexpr S sticks_below = S(0.999);
+        if (friction_impulse(m, point).norm() >= sticks_below * friction * point.impulse[0]) {
+          continue;
+        }
+        stop(t1, arm.cross(t1), held);
+        stop(t2, arm.cross(t2), held);
+      }
+    }
+  }
+
+  void add_joints(const State& state, std::uint32_t slot, HeldMobility<S>& held) {
+    for (std::uint32_t i = 0; i < state.joints.slot_count(); ++i) {
+      if (!state.joints.is_live(i)) continue;
+      Joint<S> joint = state.joints.at(i);
+      const bool is_a = joint.def.body_a.index == slot;
+      if (!is_a && joint.def.body_b.index != slot) continue;
+      rows_.clear();
+      add_joint_rows(joint, i, state.bodies.at(joint.def.body_a.index),
+                     state.bodies.at(joint.def.body_b.index), state.def.time_step, rows_);
+      for (const ConstraintBlock<S>& block : rows_.blocks) {
+        for (std::uint32_t r = block.first; r < block.first + block.count; ++r) {
+          const ConstraintRow<S>& row = rows_.rows[r];
+          const bool holds = block.kind == BlockKind::equality ||
+                             (row.impulse > block.lower && row.impulse < block.upper);
+          if (holds) stop(row.direction, is_a ? row.angular_a : row.angular_b, held);
+        }
+      }
+    }
+  }
+
+  Mat6<S> free_ = Mat6<S>::Zero();
+  Constraints<S> rows_;
+};
+
+}  // namespace bristle

@@ -1,0 +1,389 @@
+/// @file
+/// A haptic loop: what its ticks give the bodies, how it predicts them, and what it refuses.
+// SPDX-License-Identifier: BSD-3-Clause
+#include "scenes/stylus.hpp"
+
+#include <bristle/core/thread_pool.hpp>
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+using namespace bristle;
+using namespace bristle::scenes;
+
+namespace {
+
+/// A table whose top is z = 0, and a box of 40 mm on it or in the air.
+template <typename S>
+BodyId add_box(World<S>& world, S mass, S gap = 0) {
+  return world.add_body({.mass = mass,
+                         .shape = Box<S>{{S(0.02), S(0.02), S(0.02)}},
+                         .position = {0, 0, S(0.02) + gap}});
+}
+
+template <typename S>
+void add_table(World<S>& world) {
+  world.add_body({.motion = Motion::fixed, .shape = HalfSpace<S>{}});
+}
+
+/// [m] A hand that comes down on a box of 40 mm, presses and wiggles.
+template <typename S>
+Vec3<S> wiggle(S time) {
+  const S down = std::min(time / S(0.2), S(1));
+  return {S(3e-4) * std::sin(S(40) * time), S(2e-4) * std::sin(S(31) * time),
+          S(0.05) - S(0.004) * down + S(0.001) * std::sin(S(25) * time)};
+}
+
+}  // namespace
+
+// What tool and body exchange is one sum: of readings, of wrenches, and of the body's momentum.
+TEST_CASE_TEMPLATE("haptic_loop: impulses of the ticks are the momentum of the body", S, float,
+                   double) {
+  StylusScene<S> scene({.gravity = S(0)});
+  const BodyId box = add_box<S>(scene.world, S(0.3));
+  scene.world.open(scene.loop);
+  Vec3<S> felt = Vec3<S>::Zero();
+  Vec3<S> read = Vec3<S>::Zero();
+  S turnover = S(0);
+  S time = S(0);
+  for (int step = 0; step < 12; ++step) {
+    for (int i = 0; i < 16; ++i, time += scene.tick_length()) {
+      const Vec3<S> at(S(0.003) + S(0.02) * time, 0, S(0.0495) - S(0.02) * time);
+      const Vec3<S> force = scene.tick_at(at).force;
+      felt += scene.tick_length() * force;
+      read += scene.tick_length() * scene.loop.reading(scene.pad).wrench.force;
+      turnover += scene.tick_length() * force.norm();
+    }
+    const Wrench<S> given =
+        scene.loop.bodies().empty() ? Wrench<S>{} : scene.loop.bodies()[0].impulse();
+    const Twist<S> before = scene.world.body(box).twist;
+    const Vec3<S> angular_before = scene.world.body(box).angular_momentum();
+    scene.world.step(scene.loop);
+    const Vec3<S> gained = S(0.3) * (scene.world.body(box).twist.linear - before.linear);
+    const Vec3<S> turned = scene.world.body(box).angular_momentum() - angular_before;
+    const S round_off = Tolerance<S>::round_off() * (turnover + S(1e-3));
+    CHECK((gained - given.force).norm() <= round_off);
+    CHECK((turned - given.torque).norm() <= S(0.1) * round_off);
+  }
+  REQUIRE(felt.z() > S(0.001));
+  const S round_off = S(12 * 16) * Tolerance<S>::round_off() * turnover;
+  CHECK((felt + S(0.3) * scene.world.body(box).twist.linear).norm() <= round_off);
+  CHECK((felt - read).norm() <= round_off);
+}
+
+// A body that nothing else touches ends the step where the ticks had it, whenever within the step
+// they pushed it. It does not turn: the stylus pushes through its centre.
+TEST_CASE("haptic_loop: a free body is where the ticks predicted it") {
+  for (const double gravity : {0.0, 9.81}) {
+    StylusScene<double> scene({.gravity = gravity});
+    const BodyId box = add_box<double>(scene.world, 0.05);
+    scene.world.open(scene.loop);
+    double most = 0;
+    for (int step = 0; step < 8; ++step) {
+      for (int i = 0; i < 16; ++i) {
+        // A jab that comes and goes within the step.
+        const double depth = step == 2 && i > 3 && i < 9 ? 0.004 : -0.005;
+        const double top = scene.loop.bodies().empty()
+                               ? 0.04
+                               : scene.loop.bodies()[0].body().center_pose.translation.z() + 0.02;
+        most = std::max(most, scene.tick_at({0, 0, top + 0.01 - depth}).force.z());
+      }
+      const bool is_near = !scene.loop.bodies().empty();
+      const Vec3<double> predicted =
+          is_near ? scene.loop.bodies()[0].body().center_pose.translation : Vec3<double>::Zero();
+      scene.world.step(scene.loop);
+      if (is_near) CHECK((scene.world.pose(box).translation - predicted).norm() < 1e-13);
+    }
+    CHECK(most > 1);
+    CHECK(scene.world.body(box).twist.linear.z() < -0.05);
+  }
+}
+
+// At rest on a table a box does not give way. What the loop feels is then the sensors' own closed
+// form: F = n K_N e, also within the step in which the force changes.
+TEST_CASE_TEMPLATE("haptic_loop: a box on a table stands firm within the step", S, float, double) {
+  for (const S mass : {S(0.005), S(0.5)}) {
+    StylusScene<S> scene({.static_friction = S(0), .sliding_friction = S(0)});
+    add_table(scene.world);
+    const BodyId box = add_box<S>(scene.world, mass);
+    for (int i = 0; i < 60; ++i) scene.world.step();
+    scene.loop.move(scene.tool, {Quat<S>::Identity(), {0, 0, S(0.05)}});
+    scene.world.open(scene.loop);
+    const S top = scene.world.pose(box).translation.z() + S(0.02);
+    for (int step = 0; step < 30; ++step) {
+      for (int i = 0; i < 16; ++i) {
+        // 5 mm down in half a second. The force is that at the end of the tick: of the depth there
+        // and of the damper.
+        const S time = (S(step) + S(i) / S(16)) * scene.def.time_step;
+        const S speed = S(0.01);
+        const S z = S(0.05) - speed * time;
+        const S force = scene.tick_at({0, 0, z}).force.z();
+        if (step == 0) continue;
+        const S depth = (top + scene.ray - z) + speed * scene.tick_length();
+        const S expected =
+            scene.stiffness() * depth + S(16) * scene.def.normal_damping * speed / scene.ray;
+        CHECK(static_cast<double>(force) ==
+              doctest::Approx(static_cast<double>(expected)).epsilon(2e-3));
+      }
+      scene.world.step(scene.loop);
+    }
+  }
+}
+
+// Two stiff fingers of 80 kN/m on a gram: explicit forces would need ticks of 0.1 ms.
+TEST_CASE_TEMPLATE("haptic_loop: two stiff fingers hold a light body at any rate", S, float,
+                   double) {
+  StylusDef<S> def;
+  def.gravity = S(0);
+  def.normal_stiffness = S(50);
+  def.normal_damping = S(0.01);
+  for (const std::uint32_t ticks : {1u, 4u, 64u}) {
+    def.ticks = ticks;
+    StylusScene<S> scene(def);
+    const BodyId other = scene.world.add_body({.motion = Motion::kinematic});
+    const ToolId below = scene.loop.add_tool(other);
+    scene.loop.add_patch(below, StylusScene<S>::pad_def(def));
+    const BodyId box = add_box<S>(scene.world, S(0.001), S(0.0002));
+    const Quat<S> upside_down(0, 1, 0, 0);
+    const S depth = S(0.001);
+    for (int step = 0; step < 120; ++step) {
+      if (step == 0) {
+        scene.loop.move(scene.tool, {Quat<S>::Identity(), {0, 0, S(0.05) - depth}});
+        scene.loop.move(below, {upside_down, {0, 0, S(-0.01) + depth}});
+        scene.world.open(scene.loop);
+      }
+      for (std::uint32_t i = 0; i < ticks; ++i) {
+        scene.loop.move(below, {upside_down, {0, 0, S(-0.01) + depth}});
+        scene.tick_at({0, 0, S(0.05) - depth});
+      }
+      scene.world.step(scene.loop);
+    }
+    // n K_N depth / L on either side, the box between them and at rest.
+    const double expected = static_cast<double>(scene.stiffness() * depth);
+    const double epsilon = sizeof(S) == 4 ? 1e-3 : 1e-6;
+    CHECK(static_cast<double>(scene.loop.wrench(scene.tool).force.z()) ==
+          doctest::Approx(expected).epsilon(epsilon));
+    CHECK(static_cast<double>(scene.loop.wrench(below).force.z()) ==
+          doctest::Approx(-expected).epsilon(epsilon));
+    CHECK(static_cast<double>(scene.world.body(box).twist.linear.norm()) < epsilon);
+  }
+}
+
+// On a flat face the plane that a ray met is the face: casting once a step changes nothing but
+// rounding. On a ball of radius R it is off by d^2 / 2R after a slide by d.
+TEST_CASE("haptic_loop: rays once a step instead of once a tick") {
+  for (const bool is_ball : {false, true}) {
+    std::vector<double> forces[2];
+    std::uint64_t rays[2] = {0, 0};
+    for (const int k : {0, 1}) {
+      StylusScene<double> scene({.cast_every = k == 0 ? 1u : 16u});
+      const double radius = 0.1;
+      scene.world.add_body({.motion = Motion::fixed,
+                            .shape = is_ball ? OptionalShape<double>(Sphere<double>{radius})
+                                             : OptionalShape<double>(Box<double>{{0.1, 0.1, 0.1}}),
+                            .position = {0, 0, -0.06}});
+      scene.loop.move(scene.tool, {Quat<double>::Identity(), wiggle(0.0)});
+      scene.world.open(scene.loop);
+      double time = 0;
+      for (int step = 0; step < 60; ++step) {
+        for (int i = 0; i < 16; ++i, time += scene.tick_length()) {
+          forces[k].push_back(scene.tick_at(wiggle(time)).force.z());
+          rays[k] += scene.loop.rays_cast();
+        }
+        scene.world.step(scene.loop);
+      }
+    }
+    CHECK(rays[0] > 900 * 16);
+    CHECK(rays[1] < rays[0] / 8);
+    double worst = 0;
+    for (std::size_t i = 0; i < forces[0].size(); ++i) {
+      worst = std::max(worst, std::abs(forces[0][i] - forces[1][i]));
+    }
+    // It slides by d in a step: the springs are off by K d^2 / 2R, the dampers by B v d / R, as the
+    // normal is off by d / R. The slope of the ball under the pad makes it a little more.
+    const double speed = 3e-4 * 40 + 2e-4 * 31;
+    const double d = speed / 60;
+    const double B = 16 * 0.005 / 0.01;
+    CHECK(worst <= (is_ball ? 1.2 * (800 * d * d / (2 * 0.1) + B * speed * d / 0.1) : 1e-9));
+  }
+}
+
+// The same hand, sensors and box in a world that steps at the rate of the ticks, with the stylus a
+// body like any other, is what the loop stands in for.
+TEST_CASE("haptic_loop: close to a world that steps as often as the loop ticks") {
+  const auto make_box = [](World<double>& world) {
+    world.add_body({.motion = Motion::fixed, .shape = HalfSpace<double>{}});
+    return world.add_body({.mass = 0.2,
+                           .shape = Box<double>{{0.03, 0.03, 0.02}},
+                           .material = {.friction = 0.3},
+                           .position = {0, 0, 0.02}});
+  };
+  // Presses, wiggles and drags the box along.
+  const auto at = [](double time) -> Vec3<double> {
+    return wiggle(time) + Vec3<double>(0.02 * std::max(time - 0.3, 0.0), 0, 0);
+  };
+  constexpr int ticks = 960;
+  std::vector<Vec3<double>> expected;
+  World<double> world({.time_step = 1.0 / 960});
+  const BodyId box = make_box(world);
+  const BodyId stylus = world.add_body({.motion = Motion::kinematic});
+  PatchDef<double> pad = StylusScene<double>::pad_def({});
+  pad.integration = Integration::implicit;
+  const PatchId patch = world.add_patch(stylus, pad);
+  for (int i = 0; i < ticks; ++i) {
+    const double t = i / 960.0;
+    world.set_pose(stylus, {Quat<double>::Identity(), at(t)});
+    world.set_velocity(stylus, {960 * (at(t) - at(std::max(t - 1.0 / 960, 0.0))), {0, 0, 0}});
+    world.step();
+    expected.push_back(world.reading(patch).wrench.force);
+  }
+  REQUIRE(world.pose(box).translation.x() > 0.005);
+  // The box slips under bristles that slip, whose saw-teeth come at other times: a few per cent at
+  // any rate. At 60 Hz the box learns a step late that it slides, in 1/60 s by a few tenths of 3 N.
+  struct Case {
+    std::uint32_t ticks;
+    double force_error;
+    double place_error;
+  };
+  for (const Case& c : {Case{16, 0.15, 0.1}, Case{4, 0.04, 0.01}, Case{1, 0.04, 0.01}}) {
+    CAPTURE(c.ticks);
+    StylusScene<double> scene({.time_step = c.ticks / 960.0, .ticks = c.ticks});
+    const BodyId part = make_box(scene.world);
+    scene.loop.move(scene.tool, {Quat<double>::Identity(), at(0)});
+    scene.world.open(scene.loop);
+    double squares = 0;
+    double sum = 0;
+    for (int i = 0; i < ticks; ++i) {
+      const Vec3<double>& wanted = expected[static_cast<std::size_t>(i)];
+      squares += (scene.tick_at(at(i / 960.0)).force - wanted).squaredNorm();
+      sum += wanted.squaredNorm();
+      if (scene.loop.ticks_done() == c.ticks) scene.world.step(scene.loop);
+    }
+    CHECK(std::sqrt(squares / sum) < c.force_error);
+    CHECK(scene.world.pose(part).translation.x() ==
+          doctest::Approx(world.pose(box).translation.x()).epsilon(c.place_error));
+  }
+}
+
+TEST_CASE("haptic_loop: a body removed between ticks is felt to the end of the step, and no more") {
+  StylusScene<double> scene({});
+  add_table(scene.world);
+  const BodyId box = add_box<double>(scene.world, 0.5);
+  for (int i = 0; i < 60; ++i) scene.world.step();
+  scene.world.open(scene.loop);
+  const auto run = [&](int first, int last) {
+    for (int i = first; i < last; ++i) scene.tick_at({0, 0, 0.047});
+  };
+  run(0, 16);
+  scene.world.step(scene.loop);
+  run(0, 8);
+  CHECK(scene.loop.wrench(scene.tool).force.z() > 1);
+  scene.world.remove_body(box);
+  const BodyId successor = add_box<double>(scene.world, 0.5, 5);
+  CHECK(successor.index == box.index);
+  run(8, 16);
+  CHECK(scene.loop.wrench(scene.tool).force.z() > 1);
+  scene.world.step(scene.loop);
+  // What has its slot now got nothing.
+  CHECK(scene.world.body(successor).twist.linear.z() == doctest::Approx(-9.81 / 60));
+  run(0, 16);
+  CHECK(scene.loop.wrench(scene.tool).force.z() == 0);
+  // A tool whose body is gone feels nothing either.
+  scene.world.step(scene.loop);
+  scene.world.remove_body(scene.body);
+  run(0, 16);
+  scene.world.step(scene.loop);
+  run(0, 16);
+  CHECK(scene.loop.wrench(scene.tool).force.isZero(0));
+}
+
+TEST_CASE("haptic_loop: bad input is refused by name, and changes nothing") {
+  StylusScene<double> scene({});
+  add_box<double>(scene.world, 0.5);
+  CHECK_THROWS_AS(scene.loop.tick(), InvalidArgument);
+  CHECK_THROWS_AS(scene.world.step(scene.loop), InvalidArgument);
+  scene.world.open(scene.loop);
+  scene.tick_at({0, 0, 0.049});
+  const Wrench<double> before = scene.loop.wrench(scene.tool);
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const double inf = std::numeric_limits<double>::infinity();
+  const Quat<double> upright = Quat<double>::Identity();
+  CHECK_THROWS_AS(scene.loop.move(scene.tool, {upright, {0, nan, 0}}), InvalidArgument);
+  CHECK_THROWS_AS(scene.loop.move(scene.tool, {Quat<double>(nan, 0, 0, 0), {0, 0, 0}}),
+                  InvalidArgument);
+  CHECK_THROWS_AS(scene.loop.move(scene.tool, {Quat<double>(2, 0, 0, 0), {0, 0, 0}}),
+                  InvalidArgument);
+  CHECK_THROWS_AS(scene.loop.move(scene.tool, {upright, {0, 0, 0}}, {{inf, 0, 0}, {0, 0, 0}}),
+                  InvalidArgument);
+  CHECK_THROWS_AS(scene.loop.move(ToolId{7}, {upright, {0, 0, 0}}), InvalidArgument);
+  CHECK_THROWS_AS((void)scene.loop.wrench(ToolId{}), InvalidArgument);
+  CHECK_THROWS_AS((void)scene.loop.reading(TickedPatchId{}), InvalidArgument);
+  CHECK(scene.loop.wrench(scene.tool).force == before.force);
+  // Too few ticks for a step, then too many.
+  const std::uint64_t hash = scene.world.state_hash();
+  CHECK_THROWS_AS(scene.world.step(scene.loop), InvalidArgument);
+  CHECK(scene.world.state_hash() == hash);
+  for (int i = 1; i < 16; ++i) scene.tick_at({0, 0, 0.049});
+  CHECK_THROWS_AS(scene.loop.tick(), InvalidArgument);
+  scene.world.step(scene.loop);
+
+  CHECK_THROWS_AS((HapticLoop<double, AnalyticBackend>({.ticks = 0})), InvalidArgument);
+  CHECK_THROWS_AS((HapticLoop<double, AnalyticBackend>({.max_speed = nan})), InvalidArgument);
+  PatchDef<double> ambf = StylusScene<double>::pad_def({});
+  ambf.options.law = Law::ambf;
+  ambf.integration = Integration::explicit_;
+  CHECK_THROWS_AS(scene.loop.add_patch(scene.tool, ambf), InvalidArgument);
+  HapticLoop<double, AnalyticBackend> other({});
+  other.add_tool(add_box<double>(scene.world, 0.5, 1));
+  CHECK_THROWS_AS(scene.world.open(other), InvalidArgument);
+}
+
+TEST_CASE(
+    "haptic_loop: a copy and a snapshot go on with the same bits, for any number of workers") {
+  const auto run = [](StylusScene<double>& scene, int first, int last) {
+    std::vector<std::uint64_t> bits;
+    BitHash forces;
+    for (int step = first; step < last; ++step) {
+      for (int i = 0; i < 16; ++i) {
+        const double time = (step + i / 16.0) / 60;
+        const Wrench<double>& felt = scene.tick_at(wiggle(time));
+        for (const double f : felt.force) forces.add(f);
+        for (const double t : felt.torque) forces.add(t);
+      }
+      scene.world.step(scene.loop);
+      bits.push_back(scene.world.state_hash());
+      bits.push_back(forces.value());
+    }
+    return bits;
+  };
+  const auto make = [](const ParallelFor& parallel_for) {
+    StylusScene<double> scene({.cast_every = 7, .parallel_for = parallel_for});
+    add_table(scene.world);
+    add_box<double>(scene.world, 0.2);
+    // Enough others that the world shares its work.
+    for (int i = 0; i < 100; ++i) {
+      scene.world.add_body(
+          {.mass = 0.1,
+           .shape = Sphere<double>{.radius = 0.05},
+           .position = {1 + 0.09 * (i % 5), 0.09 * (i / 5 % 5), 0.06 + 0.1 * (i / 25)}});
+    }
+    scene.world.open(scene.loop);
+    return scene;
+  };
+  auto scene = make(serial_for);
+  run(scene, 0, 20);
+  const std::vector<std::byte> snapshot = scene.world.snapshot();
+  const auto loop = scene.loop;
+  const auto expected = run(scene, 20, 40);
+  scene.world.restore(snapshot);
+  scene.loop = loop;
+  CHECK(run(scene, 20, 40) == expected);
+  ThreadPool pool(3);
+  auto shared = make(pool.hook());
+  run(shared, 0, 20);
+  CHECK(run(shared, 20, 40) == expected);
+}

@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "support/random.hpp"
+
+#include <bristle/sensors/sensor_layout.hpp>
+#include <bristle/sensors/tile_boxes.hpp>
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <vector>
+
+using namespace bristle;
+
+namespace {
+
+template <typename S>
+RayBatch<S> batch_of(const SensorLayout<S>& rays) {
+  RayBatch<S> batch;
+  batch.origin_x = rays.start.x;
+  batch.origin_y = rays.start.y;
+  batch.origin_z = rays.start.z;
+  batch.direction_x = rays.direction.x;
+  batch.direction_y = rays.direction.y;
+  batch.direction_z = rays.direction.z;
+  batch.length = rays.length;
+  return batch;
+}
+
+}  // namespace
+
+// Every ray with a point in the query must be in one of the tiles that are found.
+TEST_CASE_TEMPLATE("tile boxes: no ray that enters a box is left out", S, float, double) {
+  test::Random random(11);
+  for (const std::size_t n : {1u, 16u, 17u, 400u, 5000u}) {
+    SensorLayout<S> rays;
+    for (std::size_t i = 0; i < n; ++i) {
+      rays.add(Vec3<S>(S(i % 70), S(i / 70), 0) + random.in_cube(S(0.2)), random.direction<S>(),
+               S(1));
+    }
+    const TileBoxes<S> boxes(batch_of(rays));
+    std::vector<std::uint32_t> tiles;
+    boxes.find([](const Aabb<S>&) { return true; }, tiles);
+    CHECK(tiles.size() == (n + tile_size - 1) / tile_size);
+    boxes.find([](const Aabb<S>&) { return false; }, tiles);
+    CHECK(tiles.empty());
+    for (int round = 0; round < 20; ++round) {
+      Aabb<S> query;
+      query.include(random.in_cube(S(40)) + Vec3<S>(35, 35, 0));
+      query = query.inflated(S(3));
+      boxes.find([&](const Aabb<S>& box) { return box.overlaps(query); }, tiles);
+      CHECK(std::is_sorted(tiles.begin(), tiles.end()));
+      for (std::size_t i = 0; i < n; ++i) {
+        bool enters = false;
+        for (int k = 0; k <= 10; ++k) {
+          enters =
+              enters || query.contains(Vec3<S>(rays.start[i] + S(k) / S(10) * rays.direction[i]));
+        }
+        if (!enters) continue;
+        CHECK(std::binary_search(tiles.begin(), tiles.end(),
+                                 static_cast<std::uint32_t>(i / tile_size)));
+      }
+    }
+  }
+}
