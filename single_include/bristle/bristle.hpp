@@ -17763,16 +17763,19 @@ BRISTLE_LANES void store_pack(Row3<S>& row, std::size_t at, const Pack3<S>& valu
 
 namespace bristle {
 
-/// The planes that the sensors of a tile met.
+/// The planes that the sensors of a tile met. Lanes without a hit hold anything.
 template <Scalar S>
 struct KeptTile {
+  /// Leaves the rows as they are: `KeptHits::keep` writes them.
+  KeptTile() {}  // NOLINT(modernize-use-equals-default): that would clear them.
+
   /// [-] Number of the tile, and which of its sensors met anything.
   std::uint32_t tile = 0;
   LaneBits is_hit = 0;
   /// [m], [1] Point and outward normal, from the centre of mass of the body met, in its axes.
-  Row3<S> point{}, normal{};
+  Row3<S> point, normal;
   /// [-] Tags of the shapes.
-  Row<std::uint32_t> tag{};
+  Row<std::uint32_t> tag;
 };
 
 /// A shape that was in reach when the rays were cast.
@@ -17809,30 +17812,9 @@ struct KeptHits {
     tiles.clear();
   }
 
-  /// Keeps the hits of the near tiles.
-  /// @param pose_of  Callable: PairPose<S> pose_of(tag), of the body of a shape.
-  template <typename Patch, typename PoseOf>
-  void keep(const Patch& patch, PoseOf&& pose_of) {
-    tiles.clear();
-    const RayHits<S>& hits = patch.hits;
-    for (const std::uint32_t number : patch.near) {
-      const std::size_t first = number * tile_size;
-      KeptTile<S>* kept = nullptr;
-      for (std::size_t lane = 0; lane < tile_size; ++lane) {
-        const std::size_t i = first + lane;
-        if (!hits.is_hit(i)) continue;
-        if (kept == nullptr) kept = &tiles.emplace_back();
-        kept->tile = number;
-        kept->is_hit = static_cast<LaneBits>(kept->is_hit | 1u << lane);
-        kept->tag[lane] = hits.tag[i];
-        const PairPose<S> pose = pose_of(hits.tag[i]);
-        const Vec3<S> point_A = patch.start[i] + hits.distance[i] * patch.direction[i];
-        const Mat3<S> R_BA = pose.R_AB.transpose();
-        kept->point.set(lane, product<S>(R_BA, Vec3<S>(point_A - pose.p_AB)));
-        kept->normal.set(lane, product<S>(R_BA, hits.normal[i]));
-      }
-    }
-  }
+  /// Keeps the hits of the near tiles, which are of `shapes`.
+  template <typename Patch>
+  void keep(const Patch& patch);
 
   /// Makes `patch.hits` and `patch.near` what the rays would meet if all were planes.
   /// @param reach_of  Callable: S reach_of(tag, PairPose<S>& pose), sets where the body of a shape
@@ -17871,7 +17853,58 @@ BRISTLE_LANES void advance_pack(const SensorTile<S>& sensors, const KeptTile<S>&
   put(hits.normal.z.data(), m.z);
 }
 
+/// Puts the planes that a pack of sensors met on one body into `kept`.
+template <Scalar S>
+BRISTLE_LANES void keep_pack(const SensorTile<S>& sensors, const RayHits<S>& hits, std::size_t at,
+                             const Mask<S>& is_of_shape, const PairPose<S>& pose,
+                             const Mat3<S>& R_BA, KeptTile<S>& kept) {
+  using T = Pack<S>;
+  const std::size_t first = kept.tile * tile_size + at;
+  // Lanes without a hit go on with one at the start: all is finite.
+  const T distance = select(is_of_shape, T::load(hits.distance.data() + first), T(S(0)));
+  const Pack3<S> normal_A = Pack3<S>::load(
+      hits.normal.x.data() + first, hits.normal.y.data() + first, hits.normal.z.data() + first);
+  const Pack3<S> point_A =
+      load_pack(sensors.start, at) + distance * load_pack(sensors.direction, at);
+  const Pack3<S> point = product(R_BA, point_A - Pack3<S>::all(pose.p_AB));
+  const Pack3<S> normal = product(R_BA, normal_A);
+  store_pack(kept.point, at, select(is_of_shape, point, load_pack(kept.point, at)));
+  store_pack(kept.normal, at, select(is_of_shape, normal, load_pack(kept.normal, at)));
+}
+
 }  // namespace detail
+
+template <Scalar S>
+template <typename Patch>
+void KeptHits<S>::keep(const Patch& patch) {
+  tiles.clear();
+  const RayHits<S>& hits = patch.hits;
+  for (const std::uint32_t number : patch.near) {
+    const std::size_t first = number * tile_size;
+    std::uint32_t is_hit = 0;
+    for (std::size_t at = 0; at < tile_size; at += lanes<S>) {
+      const auto distance = Pack<S>::load(hits.distance.data() + first + at);
+      is_hit |= bits(distance < Pack<S>(infinity<S>)) << at;
+    }
+    if (is_hit == 0) continue;
+    KeptTile<S>& kept = tiles.emplace_back();
+    kept.tile = number;
+    kept.is_hit = static_cast<LaneBits>(is_hit);
+    std::copy_n(hits.tag.begin() + static_cast<std::ptrdiff_t>(first), tile_size, kept.tag.begin());
+  }
+  for (const KeptShape<S>& shape : shapes) {
+    const Mat3<S> R_BA = shape.pose.R_AB.transpose();
+    for (KeptTile<S>& kept : tiles) {
+      const auto of_shape =
+          static_cast<LaneBits>(kept.is_hit & equal_lanes(kept.tag.data(), shape.tag));
+      for (std::size_t at = 0; at < tile_size && of_shape != 0; at += lanes<S>) {
+        if (detail::pack_bits<S>(of_shape, at) == 0) continue;
+        detail::keep_pack(patch.tiles[kept.tile], hits, at, detail::load_mask<S>(of_shape, at),
+                          shape.pose, R_BA, kept);
+      }
+    }
+  }
+}
 
 template <Scalar S>
 template <typename Patch, typename ReachOf>
@@ -24281,10 +24314,7 @@ void carry_hits(SensorPatch<S>& patch, std::span<const ShapeInReach<S, Backend>>
                                    {shape.X_AB.rotation_matrix(), shape.X_AB.translation},
                                    shape.extra_length});
     }
-    patch.kept.keep(patch, [&](std::uint32_t tag) {
-      const auto same = [tag](const KeptShape<S>& shape) { return shape.tag == tag; };
-      return std::find_if(patch.kept.shapes.begin(), patch.kept.shapes.end(), same)->pose;
-    });
+    patch.kept.keep(patch);
   }
   // Also where rays were just cast: all steps of a patch then look alike.
   patch.kept.advance(patch, [&](std::uint32_t tag, PairPose<S>& pose) {

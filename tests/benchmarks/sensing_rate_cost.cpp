@@ -6,8 +6,9 @@
 //   off     a patch that is switched off
 //
 // Times are processor time of the thread, medians of 11 runs, in microseconds.
-// Usage: benchmark_sensing_rate_cost [near|every|tick|off]; with a name and a number of steps
-// (`near 100`) it takes that many steps of the first case and prints nothing, for
+// Usage: benchmark_sensing_rate_cost [near|every|tick|off]
+//        benchmark_sensing_rate_cost near|near_mesh|wide|wide_mesh STEPS
+// The second takes that many steps under a small ball or one of 0.5 m and prints nothing, for
 // `valgrind --tool=callgrind`.
 // SPDX-License-Identifier: BSD-3-Clause
 #include "benchmarks/thread_clock.hpp"
@@ -58,15 +59,20 @@ struct Sliding {
   }
 };
 
-/// A ball of 10 mm radius, 0.4 mm deep: some 50 sensors touch.
+/// A ball, or its mesh, 0.4 mm deep in the reach of the skin (5 mm where it is wide): some 25
+/// sensors touch it, or all.
 template <Scalar S>
-Sliding<S> small_body() {
-  return {skin<S>(100), Sphere<S>{S(0.01)}, S(0.0196)};
+Sliding<S> ball(bool is_wide, bool is_mesh, std::uint32_t cast_every = 1) {
+  const S radius = is_wide ? S(0.5) : S(0.01);
+  PatchDef<S> def = skin<S>(100);
+  def.cast_every = cast_every;
+  return {def, is_mesh ? Shape<S>(sphere_mesh<S>(radius, 22)) : Shape<S>(Sphere<S>{radius}),
+          is_wide ? S(0.505) : S(0.0196)};
 }
 
 template <Scalar S>
 void measure_near(const char* scalar) {
-  auto scene = small_body<S>();
+  auto scene = ball<S>(false, false);
   for (int i = 0; i < 100; ++i) scene.step();
   const double step = benchmarks::median_nanoseconds([&] { scene.step(); });
   std::printf("near   %-6s  10000 sensors, %zu touch: %.2f us a step, %llu rays\n", scalar,
@@ -78,11 +84,7 @@ template <Scalar S>
 void measure_every(const char* scalar) {
   for (const bool is_mesh : {false, true}) {
     for (const std::uint32_t k : {1u, 2u, 4u, 8u}) {
-      PatchDef<S> def = skin<S>(100);
-      def.cast_every = k;
-      const Shape<S> shape =
-          is_mesh ? Shape<S>(sphere_mesh<S>(S(0.5), 22)) : Shape<S>(Sphere<S>{S(0.5)});
-      Sliding<S> scene(def, shape, S(0.505));
+      auto scene = ball<S>(true, is_mesh, k);
       for (int i = 0; i < 100; ++i) scene.step();
       // Whole rounds of k steps.
       const double step = benchmarks::median_nanoseconds([&] {
@@ -153,7 +155,7 @@ void measure_off(const char* scalar) {
 int main(int argc, char** argv) {
   const std::string only = argc > 1 ? argv[1] : "";
   if (argc > 2) {
-    auto scene = small_body<double>();
+    auto scene = ball<double>(only.starts_with("wide"), only.ends_with("_mesh"));
     for (int i = 0; i < std::atoi(argv[2]); ++i) scene.step();
     return 0;
   }

@@ -174,10 +174,7 @@ void carry_hits(SensorPatch<S>& patch, std::span<const ShapeInReach<S, Backend>>
                                    {shape.X_AB.rotation_matrix(), shape.X_AB.translation},
                                    shape.extra_length});
     }
-    patch.kept.keep(patch, [&](std::uint32_t tag) {
-      const auto same = [tag](const KeptShape<S>& shape) { return shape.tag == tag; };
-      return std::find_if(patch.kept.shapes.begin(), patch.kept.shapes.end(), same)->pose;
-    });
+    patch.kept.keep(patch);
   }
   // Also where rays were just cast: all steps of a patch then look alike.
   patch.kept.advance(patch, [&](std::uint32_t tag, PairPose<S>& pose) {

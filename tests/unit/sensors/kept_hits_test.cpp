@@ -54,7 +54,7 @@ TEST_CASE_TEMPLATE("kept hits: flat faces move exactly", S, float, double) {
     // Far enough to keep what only comes into reach later.
     cast(patch, box, X, S(0.01), 7);
     patch.kept.shapes.assign(1, {7, 0, pair(X), S(0.01)});
-    patch.kept.keep(patch, [&](std::uint32_t) { return pair(X); });
+    patch.kept.keep(patch);
     const Transform<S> moved{exp_rotation<S>(random.in_cube(S(0.02))) * X.rotation,
                              X.translation + random.in_cube(S(0.001))};
     patch.kept.advance(patch, [&](std::uint32_t tag, PairPose<S>& pose) {
@@ -104,7 +104,7 @@ TEST_CASE("kept hits: a plane that turned its back, or went out of reach, is no 
   cast(patch, box, X, 0.0, 3);
   REQUIRE(patch.hits.is_hit(0));
   patch.kept.shapes.assign(1, {3, 0, pair(X), 0.01});
-  patch.kept.keep(patch, [&](std::uint32_t) { return pair(X); });
+  patch.kept.keep(patch);
   const auto is_hit_at = [&](const Transform<double>& now, double extra) {
     patch.kept.advance(patch, [&](std::uint32_t, PairPose<double>& pose) {
       pose = pair(now);
