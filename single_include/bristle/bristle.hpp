@@ -3904,7 +3904,8 @@ enum class Integrator {
 /// Settings of the solver. The defaults are made for holding things still.
 template <Scalar S>
 struct SolverDef {
-  /// [-] Most sweeps over an island's constraints a step.
+  /// [-] Most sweeps over an island in a solve, and as many again from no impulses where those went
+  /// astray.
   int max_sweeps = 100;
   /// [-] Most sweeps of the position problem a step.
   int max_position_sweeps = 30;
@@ -6739,18 +6740,23 @@ class IslandSolver {
     }
   }
 
-  /// Whether the bodies of an island have more kinetic energy than free motion would give them.
+  /// Whether the bodies of an island have more kinetic energy than they had, and more than free
+  /// motion would give them.
   [[nodiscard]] static bool has_gained_energy(const Island& island,
                                               std::span<const SolverBody<S>> bodies) {
-    S gain = S(0);
+    S found = S(0);
+    S start = S(0);
+    S free = S(0);
     for (const std::uint32_t slot : island.bodies) {
       const SolverBody<S>& body = bodies[slot];
       const auto twice_energy = [&](const Twist<S>& v) {
         return body.mass * v.linear.squaredNorm() + v.angular.dot(body.inertia * v.angular);
       };
-      gain += twice_energy(body.twist) - twice_energy(body.free);
+      found += twice_energy(body.twist);
+      start += twice_energy(body.start);
+      free += twice_energy(body.free);
     }
-    return gain > S(0);
+    return found > start && found > free;
   }
 
   /// Sweeps an island that would not converge once more, from no impulses at all, and keeps what
@@ -6764,9 +6770,14 @@ class IslandSolver {
     clear_impulses(island, constraints);
     sequential_.start(island, constraints, bodies);
     S residual = infinity<S>;
-    for (int n = 0; n < context.settings.max_sweeps && residual > context.velocity_tolerance; ++n) {
+    watch_.start();
+    for (int n = 0; n < context.settings.max_sweeps; ++n) {
       residual = sequential_.sweep(island, constraints, bodies, n % 2 != 0);
       ++report.sweeps;
+      if (residual <= context.velocity_tolerance &&
+          have_settled(island, constraints, bodies, context, velocity_of)) {
+        break;
+      }
     }
     if (residual < report.residual) {
       report.residual = residual;
@@ -17075,8 +17086,9 @@ int solve_in_passes(int max_passes, Solve&& solve, Relinearise&& relinearise) {
 /// Hits of rays that are kept for a while: what was met moves on as a plane on its body.
 ///
 /// Between two castings a surface is taken for its tangent plane where the ray met it, which is
-/// exact for flat faces and leaves d^2 / 2R of a surface of radius R after a slide by d. How far
-/// bodies may move before rays are cast anew is bounded (`KeptShape::covers`).
+/// exact within flat faces and leaves d^2 / 2R of a surface of radius R after a slide by d. How far
+/// bodies may move before rays are cast anew is bounded (`KeptShape::covers`). Planes have no
+/// edges: what comes over a sensor from the side, or leaves it, does so at the next casting.
 // SPDX-License-Identifier: BSD-3-Clause
 
 // === bristle/sensors/law.hpp
@@ -17763,12 +17775,9 @@ BRISTLE_LANES void store_pack(Row3<S>& row, std::size_t at, const Pack3<S>& valu
 
 namespace bristle {
 
-/// The planes that the sensors of a tile met. Lanes without a hit hold anything.
+/// The planes that the sensors of a tile met.
 template <Scalar S>
 struct KeptTile {
-  /// Leaves the rows as they are: `KeptHits::keep` writes them.
-  KeptTile() {}  // NOLINT(modernize-use-equals-default): that would clear them.
-
   /// [-] Number of the tile, and which of its sensors met anything.
   std::uint32_t tile = 0;
   LaneBits is_hit = 0;
@@ -17786,6 +17795,7 @@ struct KeptShape {
   /// Where its body B was.
   PairPose<S> pose{};
   /// [m] How much longer rays were cast: by how much it may come closer until they miss it.
+  /// Negative where a ray starts inside it, which tells nothing of its surface.
   S reserve = S(0);
 
   /// Whether its planes still say what rays would meet, to first order.
@@ -17854,8 +17864,9 @@ BRISTLE_LANES void advance_pack(const SensorTile<S>& sensors, const KeptTile<S>&
 }
 
 /// Puts the planes that a pack of sensors met on one body into `kept`.
+/// @return Whether a ray starts inside.
 template <Scalar S>
-BRISTLE_LANES void keep_pack(const SensorTile<S>& sensors, const RayHits<S>& hits, std::size_t at,
+BRISTLE_LANES bool keep_pack(const SensorTile<S>& sensors, const RayHits<S>& hits, std::size_t at,
                              const Mask<S>& is_of_shape, const PairPose<S>& pose,
                              const Mat3<S>& R_BA, KeptTile<S>& kept) {
   using T = Pack<S>;
@@ -17870,6 +17881,7 @@ BRISTLE_LANES void keep_pack(const SensorTile<S>& sensors, const RayHits<S>& hit
   const Pack3<S> normal = product(R_BA, normal_A);
   store_pack(kept.point, at, select(is_of_shape, point, load_pack(kept.point, at)));
   store_pack(kept.normal, at, select(is_of_shape, normal, load_pack(kept.normal, at)));
+  return any(is_of_shape & (distance <= T(S(0))));
 }
 
 }  // namespace detail
@@ -17892,15 +17904,17 @@ void KeptHits<S>::keep(const Patch& patch) {
     kept.is_hit = static_cast<LaneBits>(is_hit);
     std::copy_n(hits.tag.begin() + static_cast<std::ptrdiff_t>(first), tile_size, kept.tag.begin());
   }
-  for (const KeptShape<S>& shape : shapes) {
+  for (KeptShape<S>& shape : shapes) {
     const Mat3<S> R_BA = shape.pose.R_AB.transpose();
     for (KeptTile<S>& kept : tiles) {
       const auto of_shape =
           static_cast<LaneBits>(kept.is_hit & equal_lanes(kept.tag.data(), shape.tag));
       for (std::size_t at = 0; at < tile_size && of_shape != 0; at += lanes<S>) {
         if (detail::pack_bits<S>(of_shape, at) == 0) continue;
-        detail::keep_pack(patch.tiles[kept.tile], hits, at, detail::load_mask<S>(of_shape, at),
-                          shape.pose, R_BA, kept);
+        const bool starts_inside =
+            detail::keep_pack(patch.tiles[kept.tile], hits, at, detail::load_mask<S>(of_shape, at),
+                              shape.pose, R_BA, kept);
+        if (starts_inside) shape.reserve = S(-1);
       }
     }
   }
@@ -18236,7 +18250,7 @@ struct PatchDef {
   std::vector<BodyId> excluded{};
   /// [-] Rays are cast in every so many-th step, >= 1; in the steps between, and in all of them the
   /// law is evaluated, the surfaces met move on as planes (docs/sensors.md, section 8). Patches
-  /// take turns by the order in which they were added. Rays are cast sooner when another shape
+  /// take turns by their slots. Rays are cast sooner when another shape
   /// comes into reach, or bodies have moved by a quarter of the shortest ray.
   std::uint32_t cast_every = 1;
 };
@@ -23403,9 +23417,10 @@ struct StepReport {
   /// [-] Patches in the world, and those with a body in reach.
   std::uint64_t patches = 0;
   std::uint64_t patches_near = 0;
-  /// [-] Rays cast (a ray counts once per shape it is asked of), sensors skipped because nothing
-  /// was in reach of them or all of it sleeps, and sensors that touch. Patches that are switched
-  /// off count as patches, and as nothing else.
+  /// [-] Rays cast (a ray counts once per shape it is asked of; those that meshes are asked in
+  /// bundles with others are not counted), sensors skipped because nothing was in reach of them or
+  /// all of it sleeps, and sensors that touch. Patches that are switched off count as patches, and
+  /// as nothing else.
   std::uint64_t rays_cast = 0;
   std::uint64_t sensors_skipped = 0;
   std::uint64_t sensors_touching = 0;
@@ -25245,8 +25260,8 @@ class SensorStage {
       const bool is_skipped = scratch_[k].candidates.empty() || scratch_[k].is_dormant;
       state.report.patches_near += is_skipped ? 0u : 1u;
       state.report.rays_cast += scratch_[k].rays_cast;
-      const SensorPatch<S>& patch = state.patches.at(live_[k]);
-      state.report.sensors_skipped += patch.size() - (is_skipped ? 0 : patch.near_count());
+      const std::size_t asked = is_skipped ? 0 : scratch_[k].sensors_asked;
+      state.report.sensors_skipped += state.patches.at(live_[k]).size() - asked;
       // From here on there are only those that were sensed with.
       if (scratch_[k].is_dormant) continue;
       std::swap(scratch_[awake], scratch_[k]);
@@ -25340,6 +25355,8 @@ class SensorStage {
     std::vector<std::uint32_t> candidates;
     std::vector<ShapeInReach<S, Backend>> shapes;
     std::uint64_t rays_cast = 0;
+    /// [-] Sensors whose rays were cast, or carried on where they were not.
+    std::size_t sensors_asked = 0;
     bool is_dormant = false;
     /// Whether threads share its rays, and whether these are to be cast.
     bool is_shared = false;
@@ -25414,15 +25431,21 @@ class SensorStage {
     const bool is_due = (state.steps + index) % patch.def.cast_every == 0;
     if (shares && patch.size() >= fewest_shared_rays && !patch.bundles.slices().empty()) {
       scratch.has_cast = wants_rays<S, Backend>(patch, shapes, is_due);
+      scratch.sensors_asked = patch.near_count();
       scratch.rays_cast = scratch.has_cast ? patch.near_count() * shapes.size() : 0;
       scratch.is_shared = true;
       return;
     }
     scratch.rays_cast = find_hits<S, Backend>(patch, shapes, is_due);
-    make_contacts(state, patch, scratch);
+    scratch.sensors_asked = scratch.rays_cast > 0
+                                ? static_cast<std::size_t>(scratch.rays_cast) / shapes.size()
+                                : patch.near_count();
+    // This may be a task already, and the hook need not be ready to be called from within one.
+    make_contacts(state, patch, scratch, serial_);
   }
 
-  void make_contacts(State& state, SensorPatch<S>& patch, const Scratch& scratch) const {
+  void make_contacts(State& state, SensorPatch<S>& patch, const Scratch& scratch,
+                     const ParallelFor& parallel_for) const {
     collect_contacts(
         patch, state.bodies.at(patch.body.index),
         [&](std::uint32_t tag) {
@@ -25433,7 +25456,7 @@ class SensorStage {
          .measures_lambda = measures_lambda_,
          .only_tag =
              scratch.candidates.size() == 1 ? scratch.candidates.front() : CollectDef<S>::any_tag},
-        state.def.parallel_for);
+        parallel_for);
   }
 
   /// Casts the rays of large patches, slice by slice, at one shape of each after the other, and
@@ -25463,7 +25486,7 @@ class SensorStage {
       if (!scratch.is_shared) continue;
       SensorPatch<S>& patch = state.patches.at(live_[k]);
       carry_hits<S, Backend>(patch, scratch.shapes, scratch.has_cast);
-      make_contacts(state, patch, scratch);
+      make_contacts(state, patch, scratch, state.def.parallel_for);
     }
   }
 
@@ -25513,6 +25536,7 @@ class SensorStage {
   std::vector<std::uint32_t> live_;
   std::vector<Scratch> scratch_;
   std::vector<SharedRays> shared_;
+  ParallelFor serial_ = serial_for;
   std::vector<S> lambda_;
   bool measures_lambda_ = false;
   std::vector<SoftOwner> owners_;
@@ -26322,6 +26346,7 @@ void visit_kept_hits(Patch& patch, Visitor& visit) {
     visit.value(shape.pose.p_AB);
     visit.value(shape.reserve);
   });
+  std::size_t next = 0;  // Tiles ascend.
   visit.list("patches (kept hits)", patch.kept.tiles, [&](auto& kept) {
     visit.value(kept.tile);
     visit.value(kept.is_hit);
@@ -26331,7 +26356,8 @@ void visit_kept_hits(Patch& patch, Visitor& visit) {
       visit_lane(kept.normal, i, visit);
       visit.value(kept.tag[i]);
     }
-    visit.require("patches (kept hits)", kept.tile < patch.tiles.size());
+    visit.require("patches (kept hits)", kept.tile >= next && kept.tile < patch.tiles.size());
+    next = kept.tile + std::size_t(1);
   });
 }
 

@@ -7,6 +7,8 @@
 #include "support/random.hpp"
 #include "support/rounds.hpp"
 
+#include <bristle/sensors/placement.hpp>
+
 #include <doctest/doctest.h>
 
 #include <cstring>
@@ -213,6 +215,17 @@ TEST_CASE("snapshot: truncated, foreign and damaged bytes are refused whole") {
 
 TEST_CASE("snapshot: damage behind the door never leads out of bounds") {
   auto m = make_medley<double>();
+  // With hits that are kept, in several tiles.
+  PatchDef<double> slow;
+  slow.sensors = sensor_grid<double>({.center = {0, 0, -0.015},
+                                      .side_u = {0, 0.15, 0},
+                                      .side_v = {0.15, 0, 0},
+                                      .count_u = 12,
+                                      .count_v = 12,
+                                      .range = 0.01});
+  slow.parameters = m.world.patch(m.patches[0]).def.parameters;
+  slow.cast_every = 4;
+  m.world.add_patch(m.bodies[0], slow);
   run(m.world, 60);
   const Bytes snapshot = m.world.snapshot();
   test::Random random(11);

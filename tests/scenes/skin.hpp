@@ -23,9 +23,10 @@ struct Skin {
 };
 
 /// Builds the scene: side x side sensors on 120 x 60 mm; a bumpy mesh and a box slide over them.
+/// Rays are cast every `cast_every` steps.
 template <Scalar S, typename Backend = AnalyticBackend>
 [[nodiscard]] Skin<S, Backend> make_skin(WorldDef<S> def, Integration integration,
-                                         std::size_t side = 100) {
+                                         std::uint32_t cast_every = 1, std::size_t side = 100) {
   def.time_step = S(1e-3);
   Skin<S, Backend> skin{World<S, Backend>(def)};
   const BodyId floor = skin.world.add_body({.motion = Motion::fixed});
@@ -34,6 +35,7 @@ template <Scalar S, typename Backend = AnalyticBackend>
       {.side_u = {S(0.12), 0, 0}, .side_v = {0, S(0.06), 0}, .count_u = side, .count_v = side});
   patch.parameters = tuned_for<S>({.load = S(20), .mass = S(2)}).parameters(patch.sensors);
   patch.integration = integration;
+  patch.cast_every = cast_every;
   skin.patch = skin.world.add_patch(floor, patch);
   skin.ball = skin.world.add_body({.mass = S(1),
                                    .shape = sphere_mesh<S>(S(0.03), 12),

@@ -111,18 +111,23 @@ class IslandSolver {
     }
   }
 
-  /// Whether the bodies of an island have more kinetic energy than free motion would give them.
+  /// Whether the bodies of an island have more kinetic energy than they had, and more than free
+  /// motion would give them.
   [[nodiscard]] static bool has_gained_energy(const Island& island,
                                               std::span<const SolverBody<S>> bodies) {
-    S gain = S(0);
+    S found = S(0);
+    S start = S(0);
+    S free = S(0);
     for (const std::uint32_t slot : island.bodies) {
       const SolverBody<S>& body = bodies[slot];
       const auto twice_energy = [&](const Twist<S>& v) {
         return body.mass * v.linear.squaredNorm() + v.angular.dot(body.inertia * v.angular);
       };
-      gain += twice_energy(body.twist) - twice_energy(body.free);
+      found += twice_energy(body.twist);
+      start += twice_energy(body.start);
+      free += twice_energy(body.free);
     }
-    return gain > S(0);
+    return found > start && found > free;
   }
 
   /// Sweeps an island that would not converge once more, from no impulses at all, and keeps what
@@ -136,9 +141,14 @@ class IslandSolver {
     clear_impulses(island, constraints);
     sequential_.start(island, constraints, bodies);
     S residual = infinity<S>;
-    for (int n = 0; n < context.settings.max_sweeps && residual > context.velocity_tolerance; ++n) {
+    watch_.start();
+    for (int n = 0; n < context.settings.max_sweeps; ++n) {
       residual = sequential_.sweep(island, constraints, bodies, n % 2 != 0);
       ++report.sweeps;
+      if (residual <= context.velocity_tolerance &&
+          have_settled(island, constraints, bodies, context, velocity_of)) {
+        break;
+      }
     }
     if (residual < report.residual) {
       report.residual = residual;

@@ -28,7 +28,8 @@ enum class Integrator {
 /// Settings of the solver. The defaults are made for holding things still.
 template <Scalar S>
 struct SolverDef {
-  /// [-] Most sweeps over an island's constraints a step.
+  /// [-] Most sweeps over an island in a solve, and as many again from no impulses where those went
+  /// astray.
   int max_sweeps = 100;
   /// [-] Most sweeps of the position problem a step.
   int max_position_sweeps = 30;

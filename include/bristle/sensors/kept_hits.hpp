@@ -2,11 +2,13 @@
 /// Hits of rays that are kept for a while: what was met moves on as a plane on its body.
 ///
 /// Between two castings a surface is taken for its tangent plane where the ray met it, which is
-/// exact for flat faces and leaves d^2 / 2R of a surface of radius R after a slide by d. How far
-/// bodies may move before rays are cast anew is bounded (`KeptShape::covers`).
+/// exact within flat faces and leaves d^2 / 2R of a surface of radius R after a slide by d. How far
+/// bodies may move before rays are cast anew is bounded (`KeptShape::covers`). Planes have no
+/// edges: what comes over a sensor from the side, or leaves it, does so at the next casting.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <bristle/geometry/ray.hpp>
 #include <bristle/sensors/law.hpp>
 #include <bristle/sensors/sensor_tiles.hpp>
 
@@ -18,12 +20,9 @@
 
 namespace bristle {
 
-/// The planes that the sensors of a tile met. Lanes without a hit hold anything.
+/// The planes that the sensors of a tile met.
 template <Scalar S>
 struct KeptTile {
-  /// Leaves the rows as they are: `KeptHits::keep` writes them.
-  KeptTile() {}  // NOLINT(modernize-use-equals-default): that would clear them.
-
   /// [-] Number of the tile, and which of its sensors met anything.
   std::uint32_t tile = 0;
   LaneBits is_hit = 0;
@@ -41,6 +40,7 @@ struct KeptShape {
   /// Where its body B was.
   PairPose<S> pose{};
   /// [m] How much longer rays were cast: by how much it may come closer until they miss it.
+  /// Negative where a ray starts inside it, which tells nothing of its surface.
   S reserve = S(0);
 
   /// Whether its planes still say what rays would meet, to first order.
@@ -109,8 +109,9 @@ BRISTLE_LANES void advance_pack(const SensorTile<S>& sensors, const KeptTile<S>&
 }
 
 /// Puts the planes that a pack of sensors met on one body into `kept`.
+/// @return Whether a ray starts inside.
 template <Scalar S>
-BRISTLE_LANES void keep_pack(const SensorTile<S>& sensors, const RayHits<S>& hits, std::size_t at,
+BRISTLE_LANES bool keep_pack(const SensorTile<S>& sensors, const RayHits<S>& hits, std::size_t at,
                              const Mask<S>& is_of_shape, const PairPose<S>& pose,
                              const Mat3<S>& R_BA, KeptTile<S>& kept) {
   using T = Pack<S>;
@@ -125,6 +126,7 @@ BRISTLE_LANES void keep_pack(const SensorTile<S>& sensors, const RayHits<S>& hit
   const Pack3<S> normal = product(R_BA, normal_A);
   store_pack(kept.point, at, select(is_of_shape, point, load_pack(kept.point, at)));
   store_pack(kept.normal, at, select(is_of_shape, normal, load_pack(kept.normal, at)));
+  return any(is_of_shape & (distance <= T(S(0))));
 }
 
 }  // namespace detail
@@ -147,15 +149,17 @@ void KeptHits<S>::keep(const Patch& patch) {
     kept.is_hit = static_cast<LaneBits>(is_hit);
     std::copy_n(hits.tag.begin() + static_cast<std::ptrdiff_t>(first), tile_size, kept.tag.begin());
   }
-  for (const KeptShape<S>& shape : shapes) {
+  for (KeptShape<S>& shape : shapes) {
     const Mat3<S> R_BA = shape.pose.R_AB.transpose();
     for (KeptTile<S>& kept : tiles) {
       const auto of_shape =
           static_cast<LaneBits>(kept.is_hit & equal_lanes(kept.tag.data(), shape.tag));
       for (std::size_t at = 0; at < tile_size && of_shape != 0; at += lanes<S>) {
         if (detail::pack_bits<S>(of_shape, at) == 0) continue;
-        detail::keep_pack(patch.tiles[kept.tile], hits, at, detail::load_mask<S>(of_shape, at),
-                          shape.pose, R_BA, kept);
+        const bool starts_inside =
+            detail::keep_pack(patch.tiles[kept.tile], hits, at, detail::load_mask<S>(of_shape, at),
+                              shape.pose, R_BA, kept);
+        if (starts_inside) shape.reserve = S(-1);
       }
     }
   }

@@ -52,7 +52,7 @@ struct PatchDef {
   std::vector<BodyId> excluded{};
   /// [-] Rays are cast in every so many-th step, >= 1; in the steps between, and in all of them the
   /// law is evaluated, the surfaces met move on as planes (docs/sensors.md, section 8). Patches
-  /// take turns by the order in which they were added. Rays are cast sooner when another shape
+  /// take turns by their slots. Rays are cast sooner when another shape
   /// comes into reach, or bodies have moved by a quarter of the shortest ray.
   std::uint32_t cast_every = 1;
 };

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <bristle/geometry/aabb.hpp>
+#include <bristle/geometry/ray.hpp>
 #include <bristle/sensors/sensor_tiles.hpp>
 
 #include <algorithm>

@@ -20,9 +20,10 @@ struct StepReport {
   /// [-] Patches in the world, and those with a body in reach.
   std::uint64_t patches = 0;
   std::uint64_t patches_near = 0;
-  /// [-] Rays cast (a ray counts once per shape it is asked of), sensors skipped because nothing
-  /// was in reach of them or all of it sleeps, and sensors that touch. Patches that are switched
-  /// off count as patches, and as nothing else.
+  /// [-] Rays cast (a ray counts once per shape it is asked of; those that meshes are asked in
+  /// bundles with others are not counted), sensors skipped because nothing was in reach of them or
+  /// all of it sleeps, and sensors that touch. Patches that are switched off count as patches, and
+  /// as nothing else.
   std::uint64_t rays_cast = 0;
   std::uint64_t sensors_skipped = 0;
   std::uint64_t sensors_touching = 0;

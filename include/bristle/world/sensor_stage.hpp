@@ -62,8 +62,8 @@ class SensorStage {
       const bool is_skipped = scratch_[k].candidates.empty() || scratch_[k].is_dormant;
       state.report.patches_near += is_skipped ? 0u : 1u;
       state.report.rays_cast += scratch_[k].rays_cast;
-      const SensorPatch<S>& patch = state.patches.at(live_[k]);
-      state.report.sensors_skipped += patch.size() - (is_skipped ? 0 : patch.near_count());
+      const std::size_t asked = is_skipped ? 0 : scratch_[k].sensors_asked;
+      state.report.sensors_skipped += state.patches.at(live_[k]).size() - asked;
       // From here on there are only those that were sensed with.
       if (scratch_[k].is_dormant) continue;
       std::swap(scratch_[awake], scratch_[k]);
@@ -157,6 +157,8 @@ class SensorStage {
     std::vector<std::uint32_t> candidates;
     std::vector<ShapeInReach<S, Backend>> shapes;
     std::uint64_t rays_cast = 0;
+    /// [-] Sensors whose rays were cast, or carried on where they were not.
+    std::size_t sensors_asked = 0;
     bool is_dormant = false;
     /// Whether threads share its rays, and whether these are to be cast.
     bool is_shared = false;
@@ -231,15 +233,21 @@ class SensorStage {
     const bool is_due = (state.steps + index) % patch.def.cast_every == 0;
     if (shares && patch.size() >= fewest_shared_rays && !patch.bundles.slices().empty()) {
       scratch.has_cast = wants_rays<S, Backend>(patch, shapes, is_due);
+      scratch.sensors_asked = patch.near_count();
       scratch.rays_cast = scratch.has_cast ? patch.near_count() * shapes.size() : 0;
       scratch.is_shared = true;
       return;
     }
     scratch.rays_cast = find_hits<S, Backend>(patch, shapes, is_due);
-    make_contacts(state, patch, scratch);
+    scratch.sensors_asked = scratch.rays_cast > 0
+                                ? static_cast<std::size_t>(scratch.rays_cast) / shapes.size()
+                                : patch.near_count();
+    // This may be a task already, and the hook need not be ready to be called from within one.
+    make_contacts(state, patch, scratch, serial_);
   }
 
-  void make_contacts(State& state, SensorPatch<S>& patch, const Scratch& scratch) const {
+  void make_contacts(State& state, SensorPatch<S>& patch, const Scratch& scratch,
+                     const ParallelFor& parallel_for) const {
     collect_contacts(
         patch, state.bodies.at(patch.body.index),
         [&](std::uint32_t tag) {
@@ -250,7 +258,7 @@ class SensorStage {
          .measures_lambda = measures_lambda_,
          .only_tag =
              scratch.candidates.size() == 1 ? scratch.candidates.front() : CollectDef<S>::any_tag},
-        state.def.parallel_for);
+        parallel_for);
   }
 
   /// Casts the rays of large patches, slice by slice, at one shape of each after the other, and
@@ -280,7 +288,7 @@ class SensorStage {
       if (!scratch.is_shared) continue;
       SensorPatch<S>& patch = state.patches.at(live_[k]);
       carry_hits<S, Backend>(patch, scratch.shapes, scratch.has_cast);
-      make_contacts(state, patch, scratch);
+      make_contacts(state, patch, scratch, state.def.parallel_for);
     }
   }
 
@@ -330,6 +338,7 @@ class SensorStage {
   std::vector<std::uint32_t> live_;
   std::vector<Scratch> scratch_;
   std::vector<SharedRays> shared_;
+  ParallelFor serial_ = serial_for;
   std::vector<S> lambda_;
   bool measures_lambda_ = false;
   std::vector<SoftOwner> owners_;

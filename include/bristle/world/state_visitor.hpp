@@ -169,6 +169,7 @@ void visit_kept_hits(Patch& patch, Visitor& visit) {
     visit.value(shape.pose.p_AB);
     visit.value(shape.reserve);
   });
+  std::size_t next = 0;  // Tiles ascend.
   visit.list("patches (kept hits)", patch.kept.tiles, [&](auto& kept) {
     visit.value(kept.tile);
     visit.value(kept.is_hit);
@@ -178,7 +179,8 @@ void visit_kept_hits(Patch& patch, Visitor& visit) {
       visit_lane(kept.normal, i, visit);
       visit.value(kept.tag[i]);
     }
-    visit.require("patches (kept hits)", kept.tile < patch.tiles.size());
+    visit.require("patches (kept hits)", kept.tile >= next && kept.tile < patch.tiles.size());
+    next = kept.tile + std::size_t(1);
   });
 }
 

@@ -117,3 +117,17 @@ TEST_CASE("kept hits: a plane that turned its back, or went out of reach, is no 
   CHECK(is_hit_at({Quat<double>::Identity(), {0, 0, 0.031}}, 0.003));
   CHECK_FALSE(is_hit_at({exp_rotation<double>({3.0, 0, 0}), {0, 0, 0.025}}, 0));
 }
+
+TEST_CASE("kept hits: where a ray starts inside, nothing is known of the surface") {
+  const Shape<double> box = Box<double>{{0.1, 0.1, 0.02}};
+  for (const double height : {0.025, 0.0175}) {
+    auto patch = patch_of<double>(5);
+    const Transform<double> X{Quat<double>::Identity(), {0, 0, height}};
+    patch.reset_near_hits();
+    cast(patch, box, X, 0.01, 3);
+    patch.kept.shapes.assign(1, {3, 0, pair(X), 0.01});
+    patch.kept.keep(patch);
+    // The box is 5 mm ahead of the starts, or 2.5 mm behind them.
+    CHECK(patch.kept.shapes[0].covers(pair(X), 0.0, patch.reach) == (height > 0.02));
+  }
+}
