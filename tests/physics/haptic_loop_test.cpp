@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <vector>
 
 using namespace bristle;
@@ -36,6 +37,28 @@ Vec3<S> wiggle(S time) {
   const S down = std::min(time / S(0.2), S(1));
   return {S(3e-4) * std::sin(S(40) * time), S(2e-4) * std::sin(S(31) * time),
           S(0.05) - S(0.004) * down + S(0.001) * std::sin(S(25) * time)};
+}
+
+/// Jabs a box of 40 mm from above, within one step, and checks that steps leave it where the ticks
+/// had it, to `tolerance` [m].
+void check_jab(StylusScene<double>& scene, BodyId box, double tolerance) {
+  double most = 0;
+  for (int step = 0; step < 8; ++step) {
+    for (int i = 0; i < 16; ++i) {
+      const double depth = step == 2 && i > 3 && i < 9 ? 0.004 : -0.005;
+      const double top = scene.loop.bodies().empty()
+                             ? scene.world.pose(box).translation.z() + 0.02
+                             : scene.loop.bodies()[0].body().center_pose.translation.z() + 0.02;
+      most = std::max(most, scene.tick_at({0, 0, top + 0.01 - depth}).force.z());
+    }
+    const bool is_near = !scene.loop.bodies().empty();
+    const Vec3<double> predicted =
+        is_near ? scene.loop.bodies()[0].body().center_pose.translation : Vec3<double>::Zero();
+    scene.world.step(scene.loop);
+    if (is_near) CHECK((scene.world.pose(box).translation - predicted).norm() < tolerance);
+  }
+  CHECK(most > 1);
+  CHECK(scene.world.body(box).twist.linear.z() < -0.05);
 }
 
 }  // namespace
@@ -75,31 +98,51 @@ TEST_CASE_TEMPLATE("haptic_loop: impulses of the ticks are the momentum of the b
   CHECK((felt - read).norm() <= round_off);
 }
 
-// A body that nothing else touches ends the step where the ticks had it, whenever within the step
+// A body that nothing else pushes ends the step where the ticks had it, whenever within the step
 // they pushed it. It does not turn: the stylus pushes through its centre.
 TEST_CASE("haptic_loop: a free body is where the ticks predicted it") {
-  for (const double gravity : {0.0, 9.81}) {
-    StylusScene<double> scene({.gravity = gravity});
-    const BodyId box = add_box<double>(scene.world, 0.05);
-    scene.world.open(scene.loop);
-    double most = 0;
-    for (int step = 0; step < 8; ++step) {
-      for (int i = 0; i < 16; ++i) {
-        // A jab that comes and goes within the step.
-        const double depth = step == 2 && i > 3 && i < 9 ? 0.004 : -0.005;
-        const double top = scene.loop.bodies().empty()
-                               ? 0.04
-                               : scene.loop.bodies()[0].body().center_pose.translation.z() + 0.02;
-        most = std::max(most, scene.tick_at({0, 0, top + 0.01 - depth}).force.z());
-      }
-      const bool is_near = !scene.loop.bodies().empty();
-      const Vec3<double> predicted =
-          is_near ? scene.loop.bodies()[0].body().center_pose.translation : Vec3<double>::Zero();
-      scene.world.step(scene.loop);
-      if (is_near) CHECK((scene.world.pose(box).translation - predicted).norm() < 1e-13);
+  for (const Integrator integrator : {Integrator::trapezoidal, Integrator::symplectic_euler}) {
+    for (const double gravity : {0.0, 9.81}) {
+      StylusScene<double> scene({.gravity = gravity, .integrator = integrator});
+      const BodyId box = add_box<double>(scene.world, 0.05);
+      scene.world.open(scene.loop);
+      check_jab(scene, box, 1e-13);
     }
-    CHECK(most > 1);
-    CHECK(scene.world.body(box).twist.linear.z() < -0.05);
+  }
+}
+
+// Sensors of the world and drives make the step move a body by its velocity at the end, also where
+// they are too weak for their forces to be seen: 10 nN on 50 g for a tenth of a second is 1 nm.
+TEST_CASE("haptic_loop: a body that weak sensors or a weak drive act on is where predicted") {
+  constexpr double weak = 1e-8;
+  SUBCASE("sensors") {
+    StylusScene<double> scene({.gravity = 0.0});
+    const BodyId box = add_box<double>(scene.world, 0.05);
+    const BodyId below = scene.world.add_body({.motion = Motion::fixed, .position = {0, 0, -0.1}});
+    PatchDef<double> pad;
+    pad.sensors.add({0, 0, 0}, {0, 0, 1}, 0.11);
+    pad.parameters = {weak, 0, 0, 0, 1e-3};
+    scene.world.add_patch(below, pad);
+    scene.world.step();
+    scene.world.open(scene.loop);
+    check_jab(scene, box, 2e-9);
+  }
+  SUBCASE("a drive") {
+    StylusScene<double> scene({.gravity = 0.0});
+    const BodyId box = add_box<double>(scene.world, 0.05);
+    JointDef<double> slide;
+    slide.kind = JointKind::prismatic;
+    slide.body_a = scene.world.add_body({.motion = Motion::fixed});
+    slide.body_b = box;
+    // Along z.
+    slide.X_AJ.rotation = slide.X_BJ.rotation =
+        exp_rotation<double>(-0.5 * std::numbers::pi * Vec3<double>::UnitY());
+    slide.X_AJ.translation = {0, 0, 0.02};
+    slide.drive = {DriveMode::velocity, 1, weak, 1};
+    scene.world.add_joint(slide);
+    scene.world.step();
+    scene.world.open(scene.loop);
+    check_jab(scene, box, 2e-9);
   }
 }
 
@@ -299,6 +342,142 @@ TEST_CASE("haptic_loop: a body removed between ticks is felt to the end of the s
   scene.world.step(scene.loop);
   run(0, 16);
   CHECK(scene.loop.wrench(scene.tool).force.isZero(0));
+}
+
+// Sensors of K_N and K_D over a wall at depth d feel K d + (K h + B) v: any velocity shows.
+TEST_CASE("haptic_loop: the velocity of a tool is that since the last tick, and none at first") {
+  StylusScene<double> scene({});
+  add_table(scene.world);
+  const auto move = [&](double z) {
+    scene.loop.move(scene.tool, {Quat<double>::Identity(), {0, 0, z}});
+  };
+  const double h = scene.tick_length();
+  const double K = scene.stiffness();
+  const double B = 16 * scene.def.normal_damping / scene.ray;
+  const auto check_force = [&](double z, double v) {
+    scene.loop.tick();
+    CHECK(scene.loop.wrench(scene.tool).force.z() ==
+          doctest::Approx(K * (scene.ray - z) + (K * h + B) * v).epsilon(1e-9));
+  };
+  // Placed before and elsewhere at the first tick: it jumped.
+  move(0.012);
+  scene.world.open(scene.loop);
+  move(0.006);
+  check_force(0.006, 0);
+  // However often it is asked for between two ticks.
+  const double v = 0.1;
+  move(0.006 - 0.7 * v * h);
+  move(0.006 - v * h);
+  move(0.006 - v * h);
+  check_force(0.006 - v * h, v);
+  // Not moved, it stands still.
+  check_force(0.006 - v * h, 0);
+  for (int i = 3; i < 16; ++i) scene.loop.tick();
+  // Moved on between the last tick and the step: the step ends there.
+  move(0.005);
+  scene.world.step(scene.loop);
+  CHECK(scene.world.pose(scene.body).translation.z() == doctest::Approx(0.005));
+  check_force(0.005, (0.006 - v * h - 0.005) / h);
+  // A jump while the loop was closed is no velocity either.
+  scene.world.open(scene.loop);
+  move(0.008);
+  check_force(0.008, 0);
+}
+
+TEST_CASE("haptic_loop: opened again it is like a new one, and forgets the ticks so far") {
+  StylusScene<double> scene({.cast_every = 7});
+  add_table(scene.world);
+  const BodyId box = add_box<double>(scene.world, 0.2);
+  const std::vector<std::byte> start = scene.world.snapshot();
+  const auto run = [&] {
+    BitHash bits;
+    scene.loop.move(scene.tool, {Quat<double>::Identity(), wiggle(0.0)});
+    scene.world.open(scene.loop);
+    for (int i = 0; i < 320; ++i) {
+      const Wrench<double>& felt = scene.tick_at(wiggle(i / 960.0));
+      for (const double f : felt.force) bits.add(f);
+      for (const double t : felt.torque) bits.add(t);
+      if (scene.loop.ticks_done() == 16) scene.world.step(scene.loop);
+    }
+    return bits.value();
+  };
+  const std::uint64_t bits = run();
+  CHECK(scene.loop.wrench(scene.tool).force.z() > 1);
+  const std::uint64_t end = scene.world.state_hash();
+  for (int i = 0; i < 5; ++i) scene.tick_at({0, 0, 0.045});
+  CHECK(scene.loop.bodies()[0].impulse().force.z() < -0.01);
+  scene.world.restore(start);
+  scene.world.open(scene.loop);
+  CHECK(scene.loop.ticks_done() == 0);
+  CHECK(scene.loop.wrench(scene.tool).force.isZero(0));
+  CHECK(scene.loop.reading(scene.pad).touching() == 0);
+  CHECK(scene.loop.bodies()[0].id() == box);
+  CHECK(scene.loop.bodies()[0].impulse().force.isZero(0));
+  CHECK(run() == bits);
+  CHECK(scene.world.state_hash() == end);
+}
+
+TEST_CASE("haptic_loop: tools that are new, wrong or gone") {
+  StylusScene<double> scene({});
+  add_table(scene.world);
+  scene.world.open(scene.loop);
+  const auto run = [&] {
+    for (int i = 0; i < 16; ++i) scene.tick_at({0, 0, 0.006});
+  };
+  run();
+  // One that nobody has moved yet stays where its body is.
+  const BodyId late = scene.world.add_body({.motion = Motion::kinematic, .position = {1, 2, 3}});
+  const ToolId tool = scene.loop.add_tool(late);
+  scene.world.step(scene.loop);
+  CHECK(scene.world.pose(late).translation == Vec3<double>(1, 2, 3));
+  run();
+  scene.loop.move(tool, {Quat<double>::Identity(), {1, 2, 2}});
+  scene.world.step(scene.loop);
+  CHECK((scene.world.pose(late).translation - Vec3<double>(1, 2, 2)).norm() < 1e-12);
+
+  // What cannot be a tool is refused before anything is moved.
+  auto wrong = scene.loop;
+  for (int i = 0; i < 16; ++i) wrong.tick();
+  wrong.move(scene.tool, {Quat<double>::Identity(), {0, 0, 0.1}});
+  const ToolId box = wrong.add_tool(add_box<double>(scene.world, 0.5, 1));
+  wrong.move(box, {Quat<double>::Identity(), {0, 0, 1}});
+  const std::uint64_t hash = scene.world.state_hash();
+  CHECK_THROWS_AS(scene.world.step(wrong), InvalidArgument);
+  CHECK(scene.world.state_hash() == hash);
+  CHECK(wrong.ticks_done() == 16);
+  HapticLoop<double, AnalyticBackend> nobody({});
+  nobody.add_tool(BodyId{});
+  CHECK_THROWS_AS(scene.world.open(nobody), InvalidArgument);
+
+  // A tool whose body is gone is in nobody's way.
+  scene.world.remove_body(late);
+  scene.world.open(scene.loop);
+  run();
+  CHECK(scene.loop.wrench(scene.tool).force.z() ==
+        doctest::Approx(scene.stiffness() * (scene.ray - 0.006)));
+  CHECK(scene.loop.wrench(tool).force.isZero(0));
+  scene.world.step(scene.loop);
+}
+
+// The tip of a rod that spins about its middle gets 83 mm further in a step; its middle stays.
+TEST_CASE("haptic_loop: what swings in within a step is felt") {
+  StylusScene<double> scene({.gravity = 0.0});
+  const BodyId rod =
+      scene.world.add_body({.motion = Motion::kinematic, .shape = Box<double>{{0.5, 0.01, 0.01}}});
+  scene.world.set_velocity(rod, {{0, 0, 0}, {0, 0, 10}});
+  const Vec3<double> at(0.48, 0.06, 0.016);
+  scene.loop.move(scene.tool, {Quat<double>::Identity(), at});
+  scene.world.open(scene.loop);
+  double first = 0;
+  double most = 0;
+  for (int i = 0; i < 16; ++i) {
+    const double force = scene.tick_at(at).force.z();
+    if (i == 0) first = force;
+    most = std::max(most, force);
+  }
+  CHECK(first == 0);
+  // 4 mm deep; all sensors are over the rod at once.
+  CHECK(most > 0.9 * scene.stiffness() * 0.004);
 }
 
 TEST_CASE("haptic_loop: bad input is refused by name, and changes nothing") {

@@ -17,6 +17,8 @@ struct StylusDef {
   std::uint32_t cast_every = 1;
   /// [m/s^2] Gravity, downwards.
   S gravity = S(9.81);
+  /// [-] How positions follow from velocities.
+  Integrator integrator = Integrator::trapezoidal;
   /// [N], [N s] K_N and K_D of each sensor.
   S normal_stiffness = S(0.5);
   S normal_damping = S(0.005);
@@ -51,6 +53,7 @@ struct StylusScene {
     WorldDef<S> result;
     result.time_step = stylus.time_step;
     result.gravity = {0, 0, -stylus.gravity};
+    result.integrator = stylus.integrator;
     result.parallel_for = stylus.parallel_for;
     return result;
   }
