@@ -23894,6 +23894,8 @@ struct HeldMobility {
   bool is_held = false;
   /// Whether it hit something in the last step, so that forces of that step say little of the next.
   bool was_hit = false;
+  /// [-] How the step finds its position: sensors, drives and stops ask for symplectic Euler.
+  Integrator integrator = Integrator::trapezoidal;
 };
 
 /// Finds the mobility of bodies from the state that a step left behind.
@@ -23911,6 +23913,7 @@ class HeldMobilityFinder {
     HeldMobility<S> result;
     const Body<S>& body = state.bodies.at(slot);
     if (!body.moves()) return result;
+    result.integrator = state.def.integrator;
     result.matrix.template topLeftCorner<3, 3>() = body.inverse_mass_W().asDiagonal();
     result.matrix.template bottomRightCorner<3, 3>() = body.inverse_inertia_W();
     add_patches(state, slot, result);
@@ -23949,6 +23952,7 @@ class HeldMobilityFinder {
         const Mat6<S> grown = Mat6<S>::Identity() + held.matrix * soft;
         held.matrix = Mat6<S>(grown.inverse() * held.matrix);
         held.is_held = true;
+        held.integrator = Integrator::symplectic_euler;
       }
     }
   }
@@ -23994,6 +23998,7 @@ class HeldMobilityFinder {
       add_joint_rows(joint, i, state.bodies.at(joint.def.body_a.index),
                      state.bodies.at(joint.def.body_b.index), state.def.time_step, rows_);
       for (const ConstraintBlock<S>& block : rows_.blocks) {
+        if (block.kind != BlockKind::equality) held.integrator = Integrator::symplectic_euler;
         for (std::uint32_t r = block.first; r < block.first + block.count; ++r) {
           const ConstraintRow<S>& row = rows_.rows[r];
           const bool holds = block.kind == BlockKind::equality ||
@@ -24024,9 +24029,15 @@ class HapticBody {
  public:
   HapticBody() = default;
   /// @param other_force  [N, N m] What else acts on the body about its centre of mass.
+  /// @param step         [s] Of the world.
   HapticBody(BodyId id, const Body<S>& body, const HeldMobility<S>& held,
-             const Vec6<S>& other_force)
-      : id_(id), body_(body), held_(held), other_force_(other_force) {}
+             const Vec6<S>& other_force, S step)
+      : id_(id),
+        body_(body),
+        held_(held),
+        other_force_(other_force),
+        share_((held.integrator == Integrator::trapezoidal ? S(0.5) : S(1)) * step),
+        spread_(share_ - S(0.5) * step) {}
 
   [[nodiscard]] BodyId id() const { return id_; }
   /// Where the body is predicted to be.
@@ -24079,17 +24090,19 @@ class HapticBody {
   [[nodiscard]] Vec6<S> motion_at(const Vec3<S>& arm) const { return to_point(arm) * end_; }
 
   /// Counts an impulse about the centre of mass.
-  /// @param carry  [s] From the middle of the step of the world to when it acted, backwards: how
-  ///               much longer than a force of the whole step it moves the body.
-  void push(const Wrench<S>& impulse, S carry) {
+  /// @param left  [s] From the start of the tick to the end of the step: as long as it moves the
+  ///              body.
+  void push(const Wrench<S>& impulse, S left) {
+    const S carry = left - share_;
     given_ += impulse;
     carried_ += carry * impulse;
   }
   /// Moves the body by one tick.
   void end_tick(S h) {
     if (body_.moves()) {
-      // Forces known from the start accelerate it evenly.
-      const Vec6<S> motion = end_ - S(0.5) * h * (held_.matrix * other_force_);
+      // Forces known from the start accelerate it evenly; by what the world's integrator makes of
+      // them all ticks are equally off.
+      const Vec6<S> motion = end_ + (spread_ - S(0.5) * h) * (held_.matrix * other_force_);
       body_.twist = {end_.template head<3>(), end_.template tail<3>()};
       step_pose(body_, Twist<S>{motion.template head<3>(), motion.template tail<3>()}, h);
     } else {
@@ -24121,6 +24134,10 @@ class HapticBody {
   Body<S> body_{};
   HeldMobility<S> held_{};
   Vec6<S> other_force_ = Vec6<S>::Zero();
+  /// [s] For how long the step carries the body by what a force of the whole step gives it: half
+  /// the step, or all of it; and how much more than half that is.
+  S share_ = S(0);
+  S spread_ = S(0);
   Wrench<S> given_{};
   Wrench<S> carried_{};  // [N s^2, N m s^2]
   Mat6<S> matrix_ = Mat6<S>::Zero();
@@ -24356,6 +24373,7 @@ std::uint64_t find_hits(SensorPatch<S>& patch, std::span<const ShapeInReach<S, B
 
 #include <algorithm>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <utility>
@@ -24396,10 +24414,11 @@ class HapticLoop {
     detail::require_not_negative("HapticDef::max_speed", def.max_speed);
   }
 
-  /// Adds a tool: a kinematic body of the world, which `World::open` checks. Steps move it to where
-  /// the ticks left it.
+  /// Adds a tool: a kinematic body of the world, which `World::open` and `World::step` check. Steps
+  /// move it to where the ticks left it; until it is moved for the first time it is where its body
+  /// is.
   ToolId add_tool(BodyId body) {
-    tools_.push_back({body, {}, {}, {}, false});
+    tools_.emplace_back().body = body;
     return {static_cast<std::uint32_t>(tools_.size() - 1)};
   }
   /// Adds sensors to a tool, in the frame of its body. They feel from the next `World::open` or
@@ -24416,16 +24435,17 @@ class HapticLoop {
     return {static_cast<std::uint32_t>(skins_.size() - 1)};
   }
 
-  /// Says where a tool is now; its velocity is that since the last tick.
+  /// Says where a tool is now; its velocity is that since the last tick, zero in the first tick
+  /// after `World::open`. Of several calls between two ticks the last one counts.
   /// @param X_WT  [m] Pose of the body frame in the world.
   /// @throws InvalidArgument when it is not finite or no rotation; the loop is unchanged then.
   void move(ToolId tool, const Transform<S>& X_WT) {
     Tool& t = tool_of(tool);
     require_pose(X_WT);
     Twist<S> twist;
-    if (t.is_placed && h_ > S(0)) {
-      twist = {(X_WT.translation - t.pose.translation) / h_,
-               log_rotation<S>(X_WT.rotation * t.pose.rotation.conjugate()) / h_};
+    if (t.last_pose) {
+      twist = {(X_WT.translation - t.last_pose->translation) / h_,
+               log_rotation<S>(X_WT.rotation * t.last_pose->rotation.conjugate()) / h_};
     }
     set_motion(t, X_WT, twist);
   }
@@ -24475,11 +24495,15 @@ class HapticLoop {
     Transform<S> pose{};
     Twist<S> twist{};
     Wrench<S> wrench{};
+    /// [m] Where `move` had it in the last tick since the loop was opened.
+    std::optional<Transform<S>> last_pose;
     /// Whether `move` ever said where it is; and since the last tick.
     bool is_placed = false;
     bool is_moved = false;
 
-    [[nodiscard]] Transform<S> pose_after(S h) const {
+    /// [m] Where it is a tick of length h [s] after the last one began.
+    [[nodiscard]] Transform<S> end_pose(S h) const {
+      if (is_moved) return pose;
       return {step_rotation<S>(pose.rotation, twist.angular, h),
               Vec3<S>(pose.translation + h * twist.linear)};
     }
@@ -24524,8 +24548,15 @@ class HapticLoop {
     detail::require(done_ == def_.ticks, "HapticLoop: ticks", done_,
                     "must be HapticDef::ticks before a step");
   }
+  void forget();
   void observe(const WorldState<S, Backend>& state);
   void find_near(const WorldState<S, Backend>& state, Skin& skin, S fastest);
+  /// [m/s] Fastest that any point of a shape moves; of a half-space, its body.
+  [[nodiscard]] static S speed_of(const WorldState<S, Backend>& state,
+                                  const Collider<S, Backend>& c) {
+    const Twist<S>& twist = state.body_of(c).twist;
+    return twist.linear.norm() + (c.half_space ? S(0) : twist.angular.norm() * c.radius);
+  }
   [[nodiscard]] std::uint32_t add_body(const WorldState<S, Backend>& state, BodyId id);
   [[nodiscard]] Vec6<S> other_force(const WorldState<S, Backend>& state, BodyId id,
                                     const HeldMobility<S>& held) const;
@@ -24562,6 +24593,19 @@ class HapticLoop {
 
 // Implementation -----------------------------------------------------------------------------------
 
+/// Leaves the loop as if it had never ticked; tools stay where they are.
+template <Scalar S, typename Backend>
+void HapticLoop<S, Backend>::forget() {
+  for (Tool& tool : tools_) {
+    tool.twist = {};
+    tool.wrench = {};
+    tool.last_pose.reset();
+  }
+  for (Skin& skin : skins_) clear_patch(skin.patch);
+  bodies_.clear();
+  ticks_ = rays_cast_ = 0;
+}
+
 template <Scalar S, typename Backend>
 void HapticLoop<S, Backend>::observe(const WorldState<S, Backend>& state) {
   h_ = state.def.time_step / S(def_.ticks);
@@ -24570,9 +24614,9 @@ void HapticLoop<S, Backend>::observe(const WorldState<S, Backend>& state) {
   bodies_.clear();
   shapes_.clear();
   S fastest = S(0);
-  for (std::uint32_t i = 0; i < state.bodies.slot_count(); ++i) {
-    if (state.bodies.is_live(i)) {
-      fastest = std::max(fastest, state.bodies.at(i).twist.linear.norm());
+  for (std::uint32_t i = 0; i < state.colliders.slot_count(); ++i) {
+    if (state.colliders.is_live(i)) {
+      fastest = std::max(fastest, speed_of(state, state.colliders.at(i)));
     }
   }
   for (Tool& tool : tools_) {
@@ -24595,9 +24639,7 @@ void HapticLoop<S, Backend>::find_near(const WorldState<S, Backend>& state, Skin
   state.broad_phase.overlap(box.inflated(dt * (fastest + fall)), [&](std::uint32_t tag) {
     const Collider<S, Backend>& c = state.colliders.at(tag);
     if (!detail::sees(state, skin.patch, c)) return true;
-    const Twist<S>& twist = state.body_of(c).twist;
-    const S turn = c.half_space ? S(0) : twist.angular.norm() * c.radius;
-    const Aabb<S> swept = box.inflated(dt * (twist.linear.norm() + fall + turn));
+    const Aabb<S> swept = box.inflated(dt * (speed_of(state, c) + fall));
     const bool is_near =
         c.half_space ? state.reaches(swept, c) : swept.overlaps(detail::box_of(state, c));
     if (is_near) skin.near.push_back(tag);
@@ -24621,7 +24663,8 @@ std::uint32_t HapticLoop<S, Backend>::add_body(const WorldState<S, Backend>& sta
                                   [id](const HapticBody<S>& body) { return body.id() == id; });
   if (known != bodies_.end()) return static_cast<std::uint32_t>(known - bodies_.begin());
   const HeldMobility<S> held = finder_.find(state, id.index);
-  bodies_.push_back({id, state.bodies.at(id.index), held, other_force(state, id, held)});
+  bodies_.push_back(
+      {id, state.bodies.at(id.index), held, other_force(state, id, held), state.def.time_step});
   return static_cast<std::uint32_t>(bodies_.size() - 1);
 }
 
@@ -24649,6 +24692,7 @@ void HapticLoop<S, Backend>::tick() {
                   "must be <= HapticDef::ticks between two steps");
   for (Tool& tool : tools_) {
     if (!tool.is_moved) tool.twist = {};
+    if (tool.is_placed) tool.last_pose = tool.pose;
     tool.is_moved = false;
     tool.wrench = {};
   }
@@ -24765,7 +24809,7 @@ bool HapticLoop<S, Backend>::relinearise(int pass, bool is_last_pass) {
 template <Scalar S, typename Backend>
 void HapticLoop<S, Backend>::deliver(Skin& skin) {
   Tool& tool = tools_[skin.tool];
-  const S carry = S(def_.ticks - done_) * h_ - S(0.5) * S(def_.ticks) * h_;
+  const S left = S(def_.ticks - done_) * h_;
   for (std::size_t k = 0; k < skin.blocks.size(); ++k) {
     const SoftBlock<S>& block = skin.blocks[k];
     if (!block.impulse.allFinite()) {
@@ -24773,7 +24817,7 @@ void HapticLoop<S, Backend>::deliver(Skin& skin) {
       continue;
     }
     const Wrench<S> on_b{block.impulse.template head<3>(), block.impulse.template tail<3>()};
-    bodies_[skin.touched[k]].push(on_b.shifted(-block.arm_b), carry);
+    bodies_[skin.touched[k]].push(on_b.shifted(-block.arm_b), left);
     tool.wrench += (S(-1) / h_) * on_b.shifted(-block.arm_a);
   }
   if (skin.patch.pairs.empty() && !skin.patch.has_felt) return;
@@ -26837,14 +26881,19 @@ class World {
   /// Advances the world by one time step.
   void step();
 
-  /// Shows a haptic loop the world as it is, before its first ticks, and whenever the world was
-  /// changed by anything but `step(loop)`.
-  /// @throws InvalidArgument when a tool names no kinematic body; the loop is unchanged then.
+  /// Shows a haptic loop the world as it is, before its first ticks, and when the world has jumped:
+  /// was restored, got another time step, or has bodies set elsewhere. The loop starts anew: it
+  /// lets go of all it touched, and ticks since the last step give nothing to anybody. Tools stay
+  /// where they were moved to last, at rest. A copy of a loop that goes with a snapshot is not
+  /// opened.
+  /// @throws InvalidArgument when a tool names a body that is not kinematic, or none that ever was;
+  ///         the loop is unchanged then.
   void open(HapticLoop<S, Backend>& loop) const;
   /// Gives the bodies what the ticks of a loop gave them, moves the tools to where it has them,
   /// advances the world by one time step, and shows the loop the new state. Bodies that are gone
-  /// get nothing.
-  /// @throws InvalidArgument when the loop has not done all its ticks; nothing has changed then.
+  /// get nothing, and tools whose body is gone feel nothing.
+  /// @throws InvalidArgument when the loop has not done all its ticks, or for its tools as `open`;
+  ///         nothing has changed then.
   void step(HapticLoop<S, Backend>& loop);
 
   /// [s] Length of the next step.
@@ -26871,6 +26920,7 @@ class World {
   void refresh_box(std::uint32_t tag);
   void set_twist(BodyId id, const Twist<S>& twist);
   [[nodiscard]] bool is_awake_joint(std::uint32_t index) const;
+  void require_tools(const HapticLoop<S, Backend>& loop) const;
   void erase_joint(std::uint32_t index);
 
   State state_;
@@ -27494,14 +27544,22 @@ void World<S, Backend>::step() {
 
 template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S>
-void World<S, Backend>::open(HapticLoop<S, Backend>& loop) const {
+void World<S, Backend>::require_tools(const HapticLoop<S, Backend>& loop) const {
   for (const auto& tool : loop.tools_) {
-    const Body<S>& body = state_.bodies.get(tool.body, "HapticLoop: tool");
-    detail::require(body.motion == Motion::kinematic, "HapticLoop: tool", tool.body.index,
-                    "must name a kinematic body");
+    const std::uint32_t slot = tool.body.index;
+    // A body that is gone had a slot.
+    const bool is_gone = !contains(tool.body) && slot < state_.bodies.slot_count();
+    detail::require(
+        is_gone || (contains(tool.body) && state_.bodies.at(slot).motion == Motion::kinematic),
+        "HapticLoop: tool", slot, "must name a kinematic body");
   }
-  // Nothing is known of a step before.
-  loop.bodies_.clear();
+}
+
+template <Scalar S, typename Backend>
+requires ShapeBackend<Backend, S>
+void World<S, Backend>::open(HapticLoop<S, Backend>& loop) const {
+  require_tools(loop);
+  loop.forget();
   loop.observe(state_);
 }
 
@@ -27509,8 +27567,9 @@ template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S>
 void World<S, Backend>::step(HapticLoop<S, Backend>& loop) {
   loop.require_ticked();
+  require_tools(loop);
   for (const auto& tool : loop.tools_) {
-    if (contains(tool.body)) move_to(tool.body, tool.pose_after(loop.h_));
+    if (tool.is_placed && contains(tool.body)) move_to(tool.body, tool.end_pose(loop.h_));
   }
   for (HapticBody<S>& pushed : loop.bodies_) {
     if (!contains(pushed.id())) continue;

@@ -5,6 +5,9 @@
 
 #include <bristle/world/world.hpp>
 
+#include <algorithm>
+#include <cmath>
+
 namespace bristle::scenes {
 
 /// The stylus. Defaults: sixteen sensors of 0.5 N over 10 mm, 800 N/m together.
@@ -17,6 +20,8 @@ struct StylusDef {
   std::uint32_t cast_every = 1;
   /// [m/s^2] Gravity, downwards.
   S gravity = S(9.81);
+  /// [-] How positions follow from velocities.
+  Integrator integrator = Integrator::trapezoidal;
   /// [N], [N s] K_N and K_D of each sensor.
   S normal_stiffness = S(0.5);
   S normal_damping = S(0.005);
@@ -51,6 +56,7 @@ struct StylusScene {
     WorldDef<S> result;
     result.time_step = stylus.time_step;
     result.gravity = {0, 0, -stylus.gravity};
+    result.integrator = stylus.integrator;
     result.parallel_for = stylus.parallel_for;
     return result;
   }
@@ -78,5 +84,25 @@ struct StylusScene {
     return loop.wrench(tool);
   }
 };
+
+/// A table whose top is z = 0, and a box of 40 mm on it or `gap` [m] above.
+template <typename S>
+void add_table(World<S>& world) {
+  world.add_body({.motion = Motion::fixed, .shape = HalfSpace<S>{}});
+}
+template <typename S>
+BodyId add_box(World<S>& world, S mass, S gap = 0) {
+  return world.add_body({.mass = mass,
+                         .shape = Box<S>{{S(0.02), S(0.02), S(0.02)}},
+                         .position = {0, 0, S(0.02) + gap}});
+}
+
+/// [m] A hand that comes down on such a box, presses and wiggles.
+template <typename S>
+Vec3<S> wiggle(S time) {
+  const S down = std::min(time / S(0.2), S(1));
+  return {S(3e-4) * std::sin(S(40) * time), S(2e-4) * std::sin(S(31) * time),
+          S(0.05) - S(0.004) * down + S(0.001) * std::sin(S(25) * time)};
+}
 
 }  // namespace bristle::scenes

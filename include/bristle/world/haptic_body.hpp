@@ -21,9 +21,15 @@ class HapticBody {
  public:
   HapticBody() = default;
   /// @param other_force  [N, N m] What else acts on the body about its centre of mass.
+  /// @param step         [s] Of the world.
   HapticBody(BodyId id, const Body<S>& body, const HeldMobility<S>& held,
-             const Vec6<S>& other_force)
-      : id_(id), body_(body), held_(held), other_force_(other_force) {}
+             const Vec6<S>& other_force, S step)
+      : id_(id),
+        body_(body),
+        held_(held),
+        other_force_(other_force),
+        share_((held.integrator == Integrator::trapezoidal ? S(0.5) : S(1)) * step),
+        spread_(share_ - S(0.5) * step) {}
 
   [[nodiscard]] BodyId id() const { return id_; }
   /// Where the body is predicted to be.
@@ -76,17 +82,19 @@ class HapticBody {
   [[nodiscard]] Vec6<S> motion_at(const Vec3<S>& arm) const { return to_point(arm) * end_; }
 
   /// Counts an impulse about the centre of mass.
-  /// @param carry  [s] From the middle of the step of the world to when it acted, backwards: how
-  ///               much longer than a force of the whole step it moves the body.
-  void push(const Wrench<S>& impulse, S carry) {
+  /// @param left  [s] From the start of the tick to the end of the step: as long as it moves the
+  ///              body.
+  void push(const Wrench<S>& impulse, S left) {
+    const S carry = left - share_;
     given_ += impulse;
     carried_ += carry * impulse;
   }
   /// Moves the body by one tick.
   void end_tick(S h) {
     if (body_.moves()) {
-      // Forces known from the start accelerate it evenly.
-      const Vec6<S> motion = end_ - S(0.5) * h * (held_.matrix * other_force_);
+      // Forces known from the start accelerate it evenly; by what the world's integrator makes of
+      // them all ticks are equally off.
+      const Vec6<S> motion = end_ + (spread_ - S(0.5) * h) * (held_.matrix * other_force_);
       body_.twist = {end_.template head<3>(), end_.template tail<3>()};
       step_pose(body_, Twist<S>{motion.template head<3>(), motion.template tail<3>()}, h);
     } else {
@@ -118,6 +126,10 @@ class HapticBody {
   Body<S> body_{};
   HeldMobility<S> held_{};
   Vec6<S> other_force_ = Vec6<S>::Zero();
+  /// [s] For how long the step carries the body by what a force of the whole step gives it: half
+  /// the step, or all of it; and how much more than half that is.
+  S share_ = S(0);
+  S spread_ = S(0);
   Wrench<S> given_{};
   Wrench<S> carried_{};  // [N s^2, N m s^2]
   Mat6<S> matrix_ = Mat6<S>::Zero();

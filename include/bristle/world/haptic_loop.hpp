@@ -30,6 +30,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <utility>
@@ -70,10 +71,11 @@ class HapticLoop {
     detail::require_not_negative("HapticDef::max_speed", def.max_speed);
   }
 
-  /// Adds a tool: a kinematic body of the world, which `World::open` checks. Steps move it to where
-  /// the ticks left it.
+  /// Adds a tool: a kinematic body of the world, which `World::open` and `World::step` check. Steps
+  /// move it to where the ticks left it; until it is moved for the first time it is where its body
+  /// is.
   ToolId add_tool(BodyId body) {
-    tools_.push_back({body, {}, {}, {}, false});
+    tools_.emplace_back().body = body;
     return {static_cast<std::uint32_t>(tools_.size() - 1)};
   }
   /// Adds sensors to a tool, in the frame of its body. They feel from the next `World::open` or
@@ -90,16 +92,17 @@ class HapticLoop {
     return {static_cast<std::uint32_t>(skins_.size() - 1)};
   }
 
-  /// Says where a tool is now; its velocity is that since the last tick.
+  /// Says where a tool is now; its velocity is that since the last tick, zero in the first tick
+  /// after `World::open`. Of several calls between two ticks the last one counts.
   /// @param X_WT  [m] Pose of the body frame in the world.
   /// @throws InvalidArgument when it is not finite or no rotation; the loop is unchanged then.
   void move(ToolId tool, const Transform<S>& X_WT) {
     Tool& t = tool_of(tool);
     require_pose(X_WT);
     Twist<S> twist;
-    if (t.is_placed && h_ > S(0)) {
-      twist = {(X_WT.translation - t.pose.translation) / h_,
-               log_rotation<S>(X_WT.rotation * t.pose.rotation.conjugate()) / h_};
+    if (t.last_pose) {
+      twist = {(X_WT.translation - t.last_pose->translation) / h_,
+               log_rotation<S>(X_WT.rotation * t.last_pose->rotation.conjugate()) / h_};
     }
     set_motion(t, X_WT, twist);
   }
@@ -149,11 +152,15 @@ class HapticLoop {
     Transform<S> pose{};
     Twist<S> twist{};
     Wrench<S> wrench{};
+    /// [m] Where `move` had it in the last tick since the loop was opened.
+    std::optional<Transform<S>> last_pose;
     /// Whether `move` ever said where it is; and since the last tick.
     bool is_placed = false;
     bool is_moved = false;
 
-    [[nodiscard]] Transform<S> pose_after(S h) const {
+    /// [m] Where it is a tick of length h [s] after the last one began.
+    [[nodiscard]] Transform<S> end_pose(S h) const {
+      if (is_moved) return pose;
       return {step_rotation<S>(pose.rotation, twist.angular, h),
               Vec3<S>(pose.translation + h * twist.linear)};
     }
@@ -198,8 +205,15 @@ class HapticLoop {
     detail::require(done_ == def_.ticks, "HapticLoop: ticks", done_,
                     "must be HapticDef::ticks before a step");
   }
+  void forget();
   void observe(const WorldState<S, Backend>& state);
   void find_near(const WorldState<S, Backend>& state, Skin& skin, S fastest);
+  /// [m/s] Fastest that any point of a shape moves; of a half-space, its body.
+  [[nodiscard]] static S speed_of(const WorldState<S, Backend>& state,
+                                  const Collider<S, Backend>& c) {
+    const Twist<S>& twist = state.body_of(c).twist;
+    return twist.linear.norm() + (c.half_space ? S(0) : twist.angular.norm() * c.radius);
+  }
   [[nodiscard]] std::uint32_t add_body(const WorldState<S, Backend>& state, BodyId id);
   [[nodiscard]] Vec6<S> other_force(const WorldState<S, Backend>& state, BodyId id,
                                     const HeldMobility<S>& held) const;
@@ -236,6 +250,19 @@ class HapticLoop {
 
 // Implementation -----------------------------------------------------------------------------------
 
+/// Leaves the loop as if it had never ticked; tools stay where they are.
+template <Scalar S, typename Backend>
+void HapticLoop<S, Backend>::forget() {
+  for (Tool& tool : tools_) {
+    tool.twist = {};
+    tool.wrench = {};
+    tool.last_pose.reset();
+  }
+  for (Skin& skin : skins_) clear_patch(skin.patch);
+  bodies_.clear();
+  ticks_ = rays_cast_ = 0;
+}
+
 template <Scalar S, typename Backend>
 void HapticLoop<S, Backend>::observe(const WorldState<S, Backend>& state) {
   h_ = state.def.time_step / S(def_.ticks);
@@ -244,9 +271,9 @@ void HapticLoop<S, Backend>::observe(const WorldState<S, Backend>& state) {
   bodies_.clear();
   shapes_.clear();
   S fastest = S(0);
-  for (std::uint32_t i = 0; i < state.bodies.slot_count(); ++i) {
-    if (state.bodies.is_live(i)) {
-      fastest = std::max(fastest, state.bodies.at(i).twist.linear.norm());
+  for (std::uint32_t i = 0; i < state.colliders.slot_count(); ++i) {
+    if (state.colliders.is_live(i)) {
+      fastest = std::max(fastest, speed_of(state, state.colliders.at(i)));
     }
   }
   for (Tool& tool : tools_) {
@@ -269,9 +296,7 @@ void HapticLoop<S, Backend>::find_near(const WorldState<S, Backend>& state, Skin
   state.broad_phase.overlap(box.inflated(dt * (fastest + fall)), [&](std::uint32_t tag) {
     const Collider<S, Backend>& c = state.colliders.at(tag);
     if (!detail::sees(state, skin.patch, c)) return true;
-    const Twist<S>& twist = state.body_of(c).twist;
-    const S turn = c.half_space ? S(0) : twist.angular.norm() * c.radius;
-    const Aabb<S> swept = box.inflated(dt * (twist.linear.norm() + fall + turn));
+    const Aabb<S> swept = box.inflated(dt * (speed_of(state, c) + fall));
     const bool is_near =
         c.half_space ? state.reaches(swept, c) : swept.overlaps(detail::box_of(state, c));
     if (is_near) skin.near.push_back(tag);
@@ -295,7 +320,8 @@ std::uint32_t HapticLoop<S, Backend>::add_body(const WorldState<S, Backend>& sta
                                   [id](const HapticBody<S>& body) { return body.id() == id; });
   if (known != bodies_.end()) return static_cast<std::uint32_t>(known - bodies_.begin());
   const HeldMobility<S> held = finder_.find(state, id.index);
-  bodies_.push_back({id, state.bodies.at(id.index), held, other_force(state, id, held)});
+  bodies_.push_back(
+      {id, state.bodies.at(id.index), held, other_force(state, id, held), state.def.time_step});
   return static_cast<std::uint32_t>(bodies_.size() - 1);
 }
 
@@ -323,6 +349,7 @@ void HapticLoop<S, Backend>::tick() {
                   "must be <= HapticDef::ticks between two steps");
   for (Tool& tool : tools_) {
     if (!tool.is_moved) tool.twist = {};
+    if (tool.is_placed) tool.last_pose = tool.pose;
     tool.is_moved = false;
     tool.wrench = {};
   }
@@ -439,7 +466,7 @@ bool HapticLoop<S, Backend>::relinearise(int pass, bool is_last_pass) {
 template <Scalar S, typename Backend>
 void HapticLoop<S, Backend>::deliver(Skin& skin) {
   Tool& tool = tools_[skin.tool];
-  const S carry = S(def_.ticks - done_) * h_ - S(0.5) * S(def_.ticks) * h_;
+  const S left = S(def_.ticks - done_) * h_;
   for (std::size_t k = 0; k < skin.blocks.size(); ++k) {
     const SoftBlock<S>& block = skin.blocks[k];
     if (!block.impulse.allFinite()) {
@@ -447,7 +474,7 @@ void HapticLoop<S, Backend>::deliver(Skin& skin) {
       continue;
     }
     const Wrench<S> on_b{block.impulse.template head<3>(), block.impulse.template tail<3>()};
-    bodies_[skin.touched[k]].push(on_b.shifted(-block.arm_b), carry);
+    bodies_[skin.touched[k]].push(on_b.shifted(-block.arm_b), left);
     tool.wrench += (S(-1) / h_) * on_b.shifted(-block.arm_a);
   }
   if (skin.patch.pairs.empty() && !skin.patch.has_felt) return;

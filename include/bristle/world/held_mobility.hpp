@@ -25,6 +25,8 @@ struct HeldMobility {
   bool is_held = false;
   /// Whether it hit something in the last step, so that forces of that step say little of the next.
   bool was_hit = false;
+  /// [-] How the step finds its position: sensors, drives and stops ask for symplectic Euler.
+  Integrator integrator = Integrator::trapezoidal;
 };
 
 /// Finds the mobility of bodies from the state that a step left behind.
@@ -42,6 +44,7 @@ class HeldMobilityFinder {
     HeldMobility<S> result;
     const Body<S>& body = state.bodies.at(slot);
     if (!body.moves()) return result;
+    result.integrator = state.def.integrator;
     result.matrix.template topLeftCorner<3, 3>() = body.inverse_mass_W().asDiagonal();
     result.matrix.template bottomRightCorner<3, 3>() = body.inverse_inertia_W();
     add_patches(state, slot, result);
@@ -80,6 +83,7 @@ class HeldMobilityFinder {
         const Mat6<S> grown = Mat6<S>::Identity() + held.matrix * soft;
         held.matrix = Mat6<S>(grown.inverse() * held.matrix);
         held.is_held = true;
+        held.integrator = Integrator::symplectic_euler;
       }
     }
   }
@@ -125,6 +129,7 @@ class HeldMobilityFinder {
       add_joint_rows(joint, i, state.bodies.at(joint.def.body_a.index),
                      state.bodies.at(joint.def.body_b.index), state.def.time_step, rows_);
       for (const ConstraintBlock<S>& block : rows_.blocks) {
+        if (block.kind != BlockKind::equality) held.integrator = Integrator::symplectic_euler;
         for (std::uint32_t r = block.first; r < block.first + block.count; ++r) {
           const ConstraintRow<S>& row = rows_.rows[r];
           const bool holds = block.kind == BlockKind::equality ||

@@ -176,14 +176,19 @@ class World {
   /// Advances the world by one time step.
   void step();
 
-  /// Shows a haptic loop the world as it is, before its first ticks, and whenever the world was
-  /// changed by anything but `step(loop)`.
-  /// @throws InvalidArgument when a tool names no kinematic body; the loop is unchanged then.
+  /// Shows a haptic loop the world as it is, before its first ticks, and when the world has jumped:
+  /// was restored, got another time step, or has bodies set elsewhere. The loop starts anew: it
+  /// lets go of all it touched, and ticks since the last step give nothing to anybody. Tools stay
+  /// where they were moved to last, at rest. A copy of a loop that goes with a snapshot is not
+  /// opened.
+  /// @throws InvalidArgument when a tool names a body that is not kinematic, or none that ever was;
+  ///         the loop is unchanged then.
   void open(HapticLoop<S, Backend>& loop) const;
   /// Gives the bodies what the ticks of a loop gave them, moves the tools to where it has them,
   /// advances the world by one time step, and shows the loop the new state. Bodies that are gone
-  /// get nothing.
-  /// @throws InvalidArgument when the loop has not done all its ticks; nothing has changed then.
+  /// get nothing, and tools whose body is gone feel nothing.
+  /// @throws InvalidArgument when the loop has not done all its ticks, or for its tools as `open`;
+  ///         nothing has changed then.
   void step(HapticLoop<S, Backend>& loop);
 
   /// [s] Length of the next step.
@@ -210,6 +215,7 @@ class World {
   void refresh_box(std::uint32_t tag);
   void set_twist(BodyId id, const Twist<S>& twist);
   [[nodiscard]] bool is_awake_joint(std::uint32_t index) const;
+  void require_tools(const HapticLoop<S, Backend>& loop) const;
   void erase_joint(std::uint32_t index);
 
   State state_;

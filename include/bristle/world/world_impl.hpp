@@ -292,14 +292,22 @@ void World<S, Backend>::step() {
 
 template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S>
-void World<S, Backend>::open(HapticLoop<S, Backend>& loop) const {
+void World<S, Backend>::require_tools(const HapticLoop<S, Backend>& loop) const {
   for (const auto& tool : loop.tools_) {
-    const Body<S>& body = state_.bodies.get(tool.body, "HapticLoop: tool");
-    detail::require(body.motion == Motion::kinematic, "HapticLoop: tool", tool.body.index,
-                    "must name a kinematic body");
+    const std::uint32_t slot = tool.body.index;
+    // A body that is gone had a slot.
+    const bool is_gone = !contains(tool.body) && slot < state_.bodies.slot_count();
+    detail::require(
+        is_gone || (contains(tool.body) && state_.bodies.at(slot).motion == Motion::kinematic),
+        "HapticLoop: tool", slot, "must name a kinematic body");
   }
-  // Nothing is known of a step before.
-  loop.bodies_.clear();
+}
+
+template <Scalar S, typename Backend>
+requires ShapeBackend<Backend, S>
+void World<S, Backend>::open(HapticLoop<S, Backend>& loop) const {
+  require_tools(loop);
+  loop.forget();
   loop.observe(state_);
 }
 
@@ -307,8 +315,9 @@ template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S>
 void World<S, Backend>::step(HapticLoop<S, Backend>& loop) {
   loop.require_ticked();
+  require_tools(loop);
   for (const auto& tool : loop.tools_) {
-    if (contains(tool.body)) move_to(tool.body, tool.pose_after(loop.h_));
+    if (tool.is_placed && contains(tool.body)) move_to(tool.body, tool.end_pose(loop.h_));
   }
   for (HapticBody<S>& pushed : loop.bodies_) {
     if (!contains(pushed.id())) continue;

@@ -1,0 +1,202 @@
+/// @file
+/// Tools of a haptic loop: how they move, what opening forgets, bodies that go, and what is
+/// refused.
+// SPDX-License-Identifier: BSD-3-Clause
+#include "scenes/stylus.hpp"
+
+#include <doctest/doctest.h>
+
+#include <limits>
+#include <vector>
+
+using namespace bristle;
+using namespace bristle::scenes;
+
+TEST_CASE(
+    "haptic_tools: a body removed between ticks is felt to the end of the step, and no more") {
+  StylusScene<double> scene({});
+  add_table(scene.world);
+  const BodyId box = add_box<double>(scene.world, 0.5);
+  for (int i = 0; i < 60; ++i) scene.world.step();
+  scene.world.open(scene.loop);
+  const auto run = [&](int first, int last) {
+    for (int i = first; i < last; ++i) scene.tick_at({0, 0, 0.047});
+  };
+  run(0, 16);
+  scene.world.step(scene.loop);
+  run(0, 8);
+  CHECK(scene.loop.wrench(scene.tool).force.z() > 1);
+  scene.world.remove_body(box);
+  const BodyId successor = add_box<double>(scene.world, 0.5, 5);
+  CHECK(successor.index == box.index);
+  run(8, 16);
+  CHECK(scene.loop.wrench(scene.tool).force.z() > 1);
+  scene.world.step(scene.loop);
+  // What has its slot now got nothing.
+  CHECK(scene.world.body(successor).twist.linear.z() == doctest::Approx(-9.81 / 60));
+  run(0, 16);
+  CHECK(scene.loop.wrench(scene.tool).force.z() == 0);
+  // A tool whose body is gone feels nothing either.
+  scene.world.step(scene.loop);
+  scene.world.remove_body(scene.body);
+  run(0, 16);
+  scene.world.step(scene.loop);
+  run(0, 16);
+  CHECK(scene.loop.wrench(scene.tool).force.isZero(0));
+}
+
+// Sensors of K_N and K_D over a wall at depth d feel K d + (K h + B) v: any velocity shows.
+TEST_CASE("haptic_tools: the velocity of a tool is that since the last tick, and none at first") {
+  StylusScene<double> scene({});
+  add_table(scene.world);
+  const auto move = [&](double z) {
+    scene.loop.move(scene.tool, {Quat<double>::Identity(), {0, 0, z}});
+  };
+  const double h = scene.tick_length();
+  const double K = scene.stiffness();
+  const double B = 16 * scene.def.normal_damping / scene.ray;
+  const auto check_force = [&](double z, double v) {
+    scene.loop.tick();
+    CHECK(scene.loop.wrench(scene.tool).force.z() ==
+          doctest::Approx(K * (scene.ray - z) + (K * h + B) * v).epsilon(1e-9));
+  };
+  // Placed before and elsewhere at the first tick: it jumped.
+  move(0.012);
+  scene.world.open(scene.loop);
+  move(0.006);
+  check_force(0.006, 0);
+  // However often it is asked for between two ticks.
+  const double v = 0.1;
+  move(0.006 - 0.7 * v * h);
+  move(0.006 - v * h);
+  move(0.006 - v * h);
+  check_force(0.006 - v * h, v);
+  // Not moved, it stands still.
+  check_force(0.006 - v * h, 0);
+  for (int i = 3; i < 16; ++i) scene.loop.tick();
+  // Moved on between the last tick and the step: the step ends there.
+  move(0.005);
+  scene.world.step(scene.loop);
+  CHECK(scene.world.pose(scene.body).translation.z() == doctest::Approx(0.005));
+  check_force(0.005, (0.006 - v * h - 0.005) / h);
+  // A jump while the loop was closed is no velocity either.
+  scene.world.open(scene.loop);
+  move(0.008);
+  check_force(0.008, 0);
+}
+
+TEST_CASE("haptic_tools: opened again it is like a new one, and forgets the ticks so far") {
+  StylusScene<double> scene({.cast_every = 7});
+  add_table(scene.world);
+  const BodyId box = add_box<double>(scene.world, 0.2);
+  const std::vector<std::byte> start = scene.world.snapshot();
+  const auto run = [&] {
+    BitHash bits;
+    scene.loop.move(scene.tool, {Quat<double>::Identity(), wiggle(0.0)});
+    scene.world.open(scene.loop);
+    for (int i = 0; i < 320; ++i) {
+      const Wrench<double>& felt = scene.tick_at(wiggle(i / 960.0));
+      for (const double f : felt.force) bits.add(f);
+      for (const double t : felt.torque) bits.add(t);
+      if (scene.loop.ticks_done() == 16) scene.world.step(scene.loop);
+    }
+    return bits.value();
+  };
+  const std::uint64_t bits = run();
+  CHECK(scene.loop.wrench(scene.tool).force.z() > 1);
+  const std::uint64_t end = scene.world.state_hash();
+  for (int i = 0; i < 5; ++i) scene.tick_at({0, 0, 0.045});
+  CHECK(scene.loop.bodies()[0].impulse().force.z() < -0.01);
+  scene.world.restore(start);
+  scene.world.open(scene.loop);
+  CHECK(scene.loop.ticks_done() == 0);
+  CHECK(scene.loop.wrench(scene.tool).force.isZero(0));
+  CHECK(scene.loop.reading(scene.pad).touching() == 0);
+  CHECK(scene.loop.bodies()[0].id() == box);
+  CHECK(scene.loop.bodies()[0].impulse().force.isZero(0));
+  CHECK(run() == bits);
+  CHECK(scene.world.state_hash() == end);
+}
+
+TEST_CASE("haptic_tools: tools that are new, wrong or gone") {
+  StylusScene<double> scene({});
+  add_table(scene.world);
+  scene.world.open(scene.loop);
+  const auto run = [&] {
+    for (int i = 0; i < 16; ++i) scene.tick_at({0, 0, 0.006});
+  };
+  run();
+  // One that nobody has moved yet stays where its body is.
+  const BodyId late = scene.world.add_body({.motion = Motion::kinematic, .position = {1, 2, 3}});
+  const ToolId tool = scene.loop.add_tool(late);
+  scene.world.step(scene.loop);
+  CHECK(scene.world.pose(late).translation == Vec3<double>(1, 2, 3));
+  run();
+  scene.loop.move(tool, {Quat<double>::Identity(), {1, 2, 2}});
+  scene.world.step(scene.loop);
+  CHECK((scene.world.pose(late).translation - Vec3<double>(1, 2, 2)).norm() < 1e-12);
+
+  // What cannot be a tool is refused before anything is moved.
+  auto wrong = scene.loop;
+  for (int i = 0; i < 16; ++i) wrong.tick();
+  wrong.move(scene.tool, {Quat<double>::Identity(), {0, 0, 0.1}});
+  const ToolId box = wrong.add_tool(add_box<double>(scene.world, 0.5, 1));
+  wrong.move(box, {Quat<double>::Identity(), {0, 0, 1}});
+  const std::uint64_t hash = scene.world.state_hash();
+  CHECK_THROWS_AS(scene.world.step(wrong), InvalidArgument);
+  CHECK(scene.world.state_hash() == hash);
+  CHECK(wrong.ticks_done() == 16);
+  HapticLoop<double, AnalyticBackend> nobody({});
+  nobody.add_tool(BodyId{});
+  CHECK_THROWS_AS(scene.world.open(nobody), InvalidArgument);
+
+  // A tool whose body is gone is in nobody's way.
+  scene.world.remove_body(late);
+  scene.world.open(scene.loop);
+  run();
+  CHECK(scene.loop.wrench(scene.tool).force.z() ==
+        doctest::Approx(scene.stiffness() * (scene.ray - 0.006)));
+  CHECK(scene.loop.wrench(tool).force.isZero(0));
+  scene.world.step(scene.loop);
+}
+
+TEST_CASE("haptic_tools: bad input is refused by name, and changes nothing") {
+  StylusScene<double> scene({});
+  add_box<double>(scene.world, 0.5);
+  CHECK_THROWS_AS(scene.loop.tick(), InvalidArgument);
+  CHECK_THROWS_AS(scene.world.step(scene.loop), InvalidArgument);
+  scene.world.open(scene.loop);
+  scene.tick_at({0, 0, 0.049});
+  const Wrench<double> before = scene.loop.wrench(scene.tool);
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const double inf = std::numeric_limits<double>::infinity();
+  const Quat<double> upright = Quat<double>::Identity();
+  CHECK_THROWS_AS(scene.loop.move(scene.tool, {upright, {0, nan, 0}}), InvalidArgument);
+  CHECK_THROWS_AS(scene.loop.move(scene.tool, {Quat<double>(nan, 0, 0, 0), {0, 0, 0}}),
+                  InvalidArgument);
+  CHECK_THROWS_AS(scene.loop.move(scene.tool, {Quat<double>(2, 0, 0, 0), {0, 0, 0}}),
+                  InvalidArgument);
+  CHECK_THROWS_AS(scene.loop.move(scene.tool, {upright, {0, 0, 0}}, {{inf, 0, 0}, {0, 0, 0}}),
+                  InvalidArgument);
+  CHECK_THROWS_AS(scene.loop.move(ToolId{7}, {upright, {0, 0, 0}}), InvalidArgument);
+  CHECK_THROWS_AS((void)scene.loop.wrench(ToolId{}), InvalidArgument);
+  CHECK_THROWS_AS((void)scene.loop.reading(TickedPatchId{}), InvalidArgument);
+  CHECK(scene.loop.wrench(scene.tool).force == before.force);
+  // Too few ticks for a step, then too many.
+  const std::uint64_t hash = scene.world.state_hash();
+  CHECK_THROWS_AS(scene.world.step(scene.loop), InvalidArgument);
+  CHECK(scene.world.state_hash() == hash);
+  for (int i = 1; i < 16; ++i) scene.tick_at({0, 0, 0.049});
+  CHECK_THROWS_AS(scene.loop.tick(), InvalidArgument);
+  scene.world.step(scene.loop);
+
+  CHECK_THROWS_AS((HapticLoop<double, AnalyticBackend>({.ticks = 0})), InvalidArgument);
+  CHECK_THROWS_AS((HapticLoop<double, AnalyticBackend>({.max_speed = nan})), InvalidArgument);
+  PatchDef<double> ambf = StylusScene<double>::pad_def({});
+  ambf.options.law = Law::ambf;
+  ambf.integration = Integration::explicit_;
+  CHECK_THROWS_AS(scene.loop.add_patch(scene.tool, ambf), InvalidArgument);
+  HapticLoop<double, AnalyticBackend> other({});
+  other.add_tool(add_box<double>(scene.world, 0.5, 1));
+  CHECK_THROWS_AS(scene.world.open(other), InvalidArgument);
+}
