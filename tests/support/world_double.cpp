@@ -3,3 +3,4 @@
 #include <bristle/world/world.hpp>
 
 template class bristle::World<double>;
+template class bristle::HapticLoop<double, bristle::AnalyticBackend>;

@@ -3,3 +3,4 @@
 #include <bristle/world/world.hpp>
 
 template class bristle::World<float>;
+template class bristle::HapticLoop<float, bristle::AnalyticBackend>;

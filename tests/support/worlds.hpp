@@ -1,7 +1,7 @@
 /// @file
-/// The worlds that tests use. They are compiled once, in the files beside this one, and not in
-/// every test: each takes a compiler about 20 s. The groups that simulate get this header by
-/// itself, with the precompiled ones; a unit test of the world includes it.
+/// The worlds that tests use, and their haptic loops. They are compiled once, in the files beside
+/// this one, and not in every test: each takes a compiler about 20 s. The groups that simulate get
+/// this header by itself, with the precompiled ones; a unit test of the world includes it.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -9,6 +9,8 @@
 
 extern template class bristle::World<float>;
 extern template class bristle::World<double>;
+extern template class bristle::HapticLoop<float, bristle::AnalyticBackend>;
+extern template class bristle::HapticLoop<double, bristle::AnalyticBackend>;
 
 #if defined(BRISTLE_WITH_FCL)
 #include <bristle/geometry/fcl_backend.hpp>

@@ -26,6 +26,7 @@
 #include <bristle/sensors/patch_contacts.hpp>
 #include <bristle/sensors/patch_readings.hpp>
 #include <bristle/world/haptic_body.hpp>
+#include <bristle/world/near_shapes.hpp>
 #include <bristle/world/patch_rays.hpp>
 
 #include <algorithm>
