@@ -6735,7 +6735,10 @@ class IslandSolver {
         if (progress.is_done(report.residual)) break;
       }
     }
-    if (report.residual > context.velocity_tolerance && has_gained_energy(island, bodies)) {
+    // Contacts alone are calm wherever sweeps end.
+    const bool may_go_astray = !island.blocks.empty() || !island.soft.empty();
+    if (may_go_astray && report.residual > context.velocity_tolerance &&
+        has_gained_energy(island, bodies)) {
       sweep_from_nothing(island, constraints, bodies, context, report);
     }
   }
@@ -19288,7 +19291,8 @@ struct ModelSum {
     matrix.template topRightCorner<3, 3>() = top;
     matrix.template bottomLeftCorner<3, 3>() = top.transpose();
     matrix.template bottomRightCorner<3, 3>() = low.template selfadjointView<Eigen::Upper>();
-    offset << sum_of_lanes(linear), sum_of_lanes(angular);
+    offset.template head<3>() = sum_of_lanes(linear);
+    offset.template tail<3>() = sum_of_lanes(angular);
   }
 
  private:
@@ -19742,8 +19746,8 @@ void fill_block(const PatchPair<S>& pair, SoftBlock<S>& block) {
   block.matrix.template bottomLeftCorner<3, 3>() = top.transpose();
   block.matrix.template bottomRightCorner<3, 3>() =
       rotated<S>(R, pair.matrix.template bottomRightCorner<3, 3>());
-  block.offset << product<S>(R, pair.offset.template head<3>()),
-      product<S>(R, pair.offset.template tail<3>());
+  block.offset.template head<3>() = R * pair.offset.template head<3>();
+  block.offset.template tail<3>() = R * pair.offset.template tail<3>();
 }
 
 template <Scalar S>
@@ -24787,7 +24791,8 @@ void HapticLoop<S, Backend>::solve_once() {
       SoftBlock<S>& block = skin.blocks[k];
       block.motion = motion_of(skin, block) - bodies_[skin.touched[k]].motion_at(block.arm_b);
       const Wrench<S> sum = evaluate_impulses(skin.patch, skin.patch.pairs[k], block.motion);
-      block.impulse << sum.force, sum.torque;
+      block.impulse.template head<3>() = sum.force;
+      block.impulse.template tail<3>() = sum.torque;
     }
   }
 }
@@ -25358,7 +25363,8 @@ class SensorStage {
     SoftBlock<S>& block = state.constraints.soft[soft];
     const Wrench<S> sum = evaluate_impulses(patch, patch.pairs[owners_[soft].pair], block.motion,
                                             state.def.parallel_for);
-    block.impulse << sum.force, sum.torque;
+    block.impulse.template head<3>() = sum.force;
+    block.impulse.template tail<3>() = sum.torque;
   }
 
   /// Takes back what the sensors of a soft block gave.

@@ -106,7 +106,10 @@ class IslandSolver {
         if (progress.is_done(report.residual)) break;
       }
     }
-    if (report.residual > context.velocity_tolerance && has_gained_energy(island, bodies)) {
+    // Contacts alone are calm wherever sweeps end.
+    const bool may_go_astray = !island.blocks.empty() || !island.soft.empty();
+    if (may_go_astray && report.residual > context.velocity_tolerance &&
+        has_gained_energy(island, bodies)) {
       sweep_from_nothing(island, constraints, bodies, context, report);
     }
   }

@@ -238,7 +238,8 @@ struct ModelSum {
     matrix.template topRightCorner<3, 3>() = top;
     matrix.template bottomLeftCorner<3, 3>() = top.transpose();
     matrix.template bottomRightCorner<3, 3>() = low.template selfadjointView<Eigen::Upper>();
-    offset << sum_of_lanes(linear), sum_of_lanes(angular);
+    offset.template head<3>() = sum_of_lanes(linear);
+    offset.template tail<3>() = sum_of_lanes(angular);
   }
 
  private:

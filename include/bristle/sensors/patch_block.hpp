@@ -392,8 +392,8 @@ void fill_block(const PatchPair<S>& pair, SoftBlock<S>& block) {
   block.matrix.template bottomLeftCorner<3, 3>() = top.transpose();
   block.matrix.template bottomRightCorner<3, 3>() =
       rotated<S>(R, pair.matrix.template bottomRightCorner<3, 3>());
-  block.offset << product<S>(R, pair.offset.template head<3>()),
-      product<S>(R, pair.offset.template tail<3>());
+  block.offset.template head<3>() = R * pair.offset.template head<3>();
+  block.offset.template tail<3>() = R * pair.offset.template tail<3>();
 }
 
 template <Scalar S>

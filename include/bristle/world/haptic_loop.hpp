@@ -445,7 +445,8 @@ void HapticLoop<S, Backend>::solve_once() {
       SoftBlock<S>& block = skin.blocks[k];
       block.motion = motion_of(skin, block) - bodies_[skin.touched[k]].motion_at(block.arm_b);
       const Wrench<S> sum = evaluate_impulses(skin.patch, skin.patch.pairs[k], block.motion);
-      block.impulse << sum.force, sum.torque;
+      block.impulse.template head<3>() = sum.force;
+      block.impulse.template tail<3>() = sum.torque;
     }
   }
 }

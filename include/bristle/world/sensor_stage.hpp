@@ -116,7 +116,8 @@ class SensorStage {
     SoftBlock<S>& block = state.constraints.soft[soft];
     const Wrench<S> sum = evaluate_impulses(patch, patch.pairs[owners_[soft].pair], block.motion,
                                             state.def.parallel_for);
-    block.impulse << sum.force, sum.torque;
+    block.impulse.template head<3>() = sum.force;
+    block.impulse.template tail<3>() = sum.torque;
   }
 
   /// Takes back what the sensors of a soft block gave.
