@@ -106,10 +106,7 @@ class IslandSolver {
         if (progress.is_done(report.residual)) break;
       }
     }
-    // Contacts alone are calm wherever sweeps end.
-    const bool may_go_astray = !island.blocks.empty() || !island.soft.empty();
-    if (may_go_astray && report.residual > context.velocity_tolerance &&
-        has_gained_energy(island, bodies)) {
+    if (report.residual > context.velocity_tolerance && has_gained_energy(island, bodies)) {
       sweep_from_nothing(island, constraints, bodies, context, report);
     }
   }
