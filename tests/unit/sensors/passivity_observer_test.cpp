@@ -54,11 +54,9 @@ TEST_CASE("passivity observer: control takes out just that much") {
       CHECK(added * u.linear.x() < 0);  // A damper opposes the motion.
     }
   });
-  // Debts below the rounding of the balance, 1.5e-8 of all that went to and fro, are left.
-  const double given = n * k * v * v * dt * dt;
   CHECK(observer.is_passive());
-  CHECK(std::abs(observer.energy()) < 1e-4 * given);
-  CHECK(observer.damped_energy() == doctest::Approx(given).epsilon(1e-4));
+  CHECK(observer.energy() == doctest::Approx(0).epsilon(1e-12));
+  CHECK(observer.damped_energy() == doctest::Approx(n * k * v * v * dt * dt).epsilon(1e-9));
   CHECK(damped_ticks > 0);
 }
 
