@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "support/compiled_backends.hpp"
+
 #include <bristle/geometry/analytic_backend.hpp>
 #include <bristle/geometry/mesh_shapes.hpp>
 

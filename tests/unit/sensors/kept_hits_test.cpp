@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "support/compiled_backends.hpp"
 #include "support/random.hpp"
 
 #include <bristle/geometry/analytic_backend.hpp>

@@ -1,0 +1,10 @@
+// The FCL backend of compiled_backends.hpp.
+// SPDX-License-Identifier: BSD-3-Clause
+#include "support/compiled_backends.hpp"
+
+namespace bristle {
+
+BRISTLE_TEST_BACKEND(template, FclBackend, float)
+BRISTLE_TEST_BACKEND(template, FclBackend, double)
+
+}  // namespace bristle
