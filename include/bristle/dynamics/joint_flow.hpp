@@ -174,7 +174,8 @@ bool JointFlow<S>::find_held() {
   for (bool has_changed = true; has_changed;) {
     has_changed = false;
     for (const JointFlowJoint<S>& joint : system_.joints()) {
-      if (lets_turn(joint.kind) || cannot_turn_[joint.body_a] == cannot_turn_[joint.body_b]) {
+      if (lets_turn(joint.kind) || lets_hinge(joint.kind) ||
+          cannot_turn_[joint.body_a] == cannot_turn_[joint.body_b]) {
         continue;
       }
       const Node& other = nodes[cannot_turn_[joint.body_a] ? joint.body_b : joint.body_a];
@@ -309,8 +310,9 @@ void JointFlow<S>::accelerate() {
     wanted_[i] = Twist<S>{} - system_.held(i, [](const Node& node) -> const Twist<S>& {
       return node.acceleration;
     });
-    wanted_[i].linear -= held_acceleration_bias(
-        joint.kind, system_.at(i), nodes[joint.body_a].now.twist, nodes[joint.body_b].now.twist);
+    wanted_[i] = wanted_[i] - held_acceleration_bias(joint.kind, system_.at(i),
+                                                     nodes[joint.body_a].now.twist,
+                                                     nodes[joint.body_b].now.twist);
   }
   system_.solve(wanted_);
   for (Node& node : system_.nodes()) node.acceleration = node.acceleration + node.change;

@@ -41,6 +41,17 @@ template <Scalar S>
   return (S(2) * atan2(sine, sign * q.w()) / sine) * v;
 }
 
+/// Rotation vector [rad] of the shortest turn from the unit vector a to the unit vector b; zero for
+/// opposite ones, where it has no direction.
+template <Scalar S>
+[[nodiscard]] Vec3<S> shortest_turn(const Vec3<S>& a, const Vec3<S>& b) {
+  using std::atan2;
+  const Vec3<S> c = a.cross(b);
+  const S sine = c.norm();
+  if (sine * sine < Tolerance<S>::round_off()) return c;
+  return (atan2(sine, a.dot(b)) / sine) * c;
+}
+
 /// Attitude after turning for `dt` with the constant world-frame angular velocity `w_W` [rad/s].
 template <Scalar S>
 [[nodiscard]] Quat<S> step_rotation(const Quat<S>& q, const Vec3<S>& w_W, S dt) {
