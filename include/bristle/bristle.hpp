@@ -31,7 +31,10 @@
 #include <bristle/dynamics/joint_flow.hpp>
 #include <bristle/dynamics/joint_kinematics.hpp>
 #include <bristle/dynamics/joint_order.hpp>
+#include <bristle/dynamics/joint_pose.hpp>
 #include <bristle/dynamics/joint_projection.hpp>
+#include <bristle/dynamics/joint_rows.hpp>
+#include <bristle/dynamics/joint_spring.hpp>
 #include <bristle/dynamics/joint_system.hpp>
 #include <bristle/dynamics/manifold_mobility.hpp>
 #include <bristle/dynamics/manifold_sweeps.hpp>

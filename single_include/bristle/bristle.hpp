@@ -1442,6 +1442,9 @@ enum class ContactStatus {
 /// Rotations: the exponential map, the step of a quaternion, and bases from one direction.
 // SPDX-License-Identifier: BSD-3-Clause
 
+#include <cmath>
+#include <numbers>
+
 namespace bristle {
 
 /// Quaternion of the rotation vector phi [rad]: turn by |phi| about phi. Exact for every |phi|, 0
@@ -1476,6 +1479,29 @@ template <Scalar S>
   const S sine = v.norm();
   if (sine * sine < Tolerance<S>::round_off()) return S(2) * v;
   return (S(2) * atan2(sine, sign * q.w()) / sine) * v;
+}
+
+/// Rotation vector [rad] of the shortest turn from the unit vector a to the unit vector b; zero for
+/// opposite ones, where it has no direction.
+template <Scalar S>
+[[nodiscard]] Vec3<S> shortest_turn(const Vec3<S>& a, const Vec3<S>& b) {
+  using std::atan2;
+  const Vec3<S> c = a.cross(b);
+  const S sine = c.norm();
+  if (sine * sine < Tolerance<S>::round_off()) return c;
+  return (atan2(sine, a.dot(b)) / sine) * c;
+}
+
+/// [rad] The angle that differs from `angle` by whole turns and is nearest to `guess`.
+template <Scalar S>
+[[nodiscard]] S nearest_turn(S angle, S guess) {
+  using std::abs;
+  using std::floor;
+  const S turn = S(2 * std::numbers::pi);
+  const S turns = (guess - angle) / turn;
+  // What turns so fast that no step can count it does not count at all.
+  if (!(abs(turns) * Tolerance<S>::round_off() < S(1))) return angle;
+  return angle + turn * floor(turns + S(0.5));
 }
 
 /// Attitude after turning for `dt` with the constant world-frame angular velocity `w_W` [rad/s].
@@ -3706,6 +3732,16 @@ struct ConstraintRow {
   }
 };
 
+/// The same row with the opposite sign, without its error, target and impulses.
+template <Scalar S>
+[[nodiscard]] ConstraintRow<S> reversed(const ConstraintRow<S>& row) {
+  ConstraintRow<S> result;
+  result.direction = -row.direction;
+  result.angular_a = -row.angular_a;
+  result.angular_b = -row.angular_b;
+  return result;
+}
+
 /// What the impulses of a block may be.
 enum class BlockKind : std::uint8_t {
   /// Any value: velocities equal their targets.
@@ -3728,6 +3764,8 @@ struct ConstraintBlock {
   std::uint32_t first = 0;
   std::uint32_t count = 0;
   BlockKind kind = BlockKind::equality;
+  /// [-] Where its impulses begin among those that the joint keeps.
+  std::uint8_t first_impulse = 0;
   /// [-] Slot of the joint that it comes from.
   std::uint32_t joint = 0;
   /// [N s or N m s] Bounds of a bounded row or a stop.
@@ -7219,8 +7257,12 @@ class IslandBuilder {
 // === bristle/dynamics/joint.hpp
 
 /// @file
-/// Joints between two bodies, and the rows they become.
+/// Joints between two bodies: what they leave free, what acts on it, what they report.
 // SPDX-License-Identifier: BSD-3-Clause
+
+#include <array>
+#include <cstdint>
+#include <string>
 
 namespace bristle {
 
@@ -7232,10 +7274,16 @@ using JointId = Id<JointTag>;
 enum class JointKind {
   /// Nothing.
   fixed,
+  /// Turning about the x axis of the joint frame.
+  revolute,
   /// Sliding along the x axis of the joint frame.
   prismatic,
   /// Turning about the origin of the joint frame.
-  ball
+  ball,
+  /// The same within a cone and a range of twist.
+  cone_twist,
+  /// Everything; springs and dampers pull the two joint frames together.
+  six_dof
 };
 
 /// What drives the free axis of a joint.
@@ -7248,17 +7296,40 @@ enum class DriveMode {
   position
 };
 
-/// Drive of the free axis of a joint.
+/// Drive of the free axis of a joint; without one it does nothing.
 template <Scalar S>
 struct JointDrive {
   /// [-] What is driven.
   DriveMode mode = DriveMode::none;
-  /// [m/s] or [m] Velocity or position of the joint that is wanted.
+  /// [m/s] or [m] Velocity or position of the joint that is wanted; rad for one that turns.
   S target = S(0);
-  /// [N] Largest force, >= 0.
+  /// [N] Largest force, >= 0; [N m] torque for one that turns.
   S max_force = S(0);
-  /// [m/s] Largest speed of a position drive, > 0. It goes slower where it could not brake in time.
+  /// [m/s] Largest speed of a position drive, > 0; rad/s for one that turns. It goes slower where
+  /// it could not brake in time.
   S max_speed = infinity<S>;
+};
+
+/// Spring and damper on the free axis of a joint, always on. Stable for any constants and step.
+template <Scalar S>
+struct JointSpring {
+  /// [N/m] Force per displacement from rest, >= 0; N m/rad for a joint that turns.
+  S stiffness = S(0);
+  /// [N s/m] Force per velocity, >= 0; N m s/rad for a joint that turns.
+  S damping = S(0);
+  /// [m] Position without force; rad for a joint that turns.
+  S rest = S(0);
+};
+
+/// Springs and dampers of a `six_dof` joint between its two frames, along and about the axes of A's
+/// joint frame; without force where the frames coincide.
+template <Scalar S>
+struct JointBushing {
+  /// [N/m; N m/rad] Along x, y, z, then about x, y, z, each >= 0. Turns count as one rotation
+  /// vector.
+  Vec6<S> stiffness = Vec6<S>::Zero();
+  /// [N s/m; N m s/rad] The same per velocity.
+  Vec6<S> damping = Vec6<S>::Zero();
 };
 
 /// [-] How many relative velocities a joint keeps at zero.
@@ -7266,12 +7337,25 @@ struct JointDrive {
   switch (kind) {
     case JointKind::fixed:
       break;
+    case JointKind::revolute:
     case JointKind::prismatic:
       return 5;
     case JointKind::ball:
+    case JointKind::cone_twist:
       return 3;
+    case JointKind::six_dof:
+      return 0;
   }
   return 6;
+}
+
+/// Whether a joint has one free axis, for drives and springs.
+[[nodiscard]] constexpr bool has_free_axis(JointKind kind) {
+  return kind == JointKind::revolute || kind == JointKind::prismatic;
+}
+/// Whether its position is an angle about the x axis of the joint frame.
+[[nodiscard]] constexpr bool has_angle(JointKind kind) {
+  return kind == JointKind::revolute || kind == JointKind::cone_twist;
 }
 
 /// Describes a joint to `World::add_joint`.
@@ -7285,15 +7369,25 @@ struct JointDef {
   BodyId body_b{};
   /// [m] Pose of the joint frame in the body frame of A.
   Transform<S> X_AJ{};
-  /// [m] Pose of the joint frame in the body frame of B. The joint's position is the x coordinate
-  /// of this frame's origin in A's joint frame.
+  /// [m] Pose of the joint frame in the body frame of B. The position of a slide is the x
+  /// coordinate of this frame's origin in A's joint frame; that of a joint that turns is the angle
+  /// about x from A's frame to this one, whole turns counted. It starts within half a turn of zero,
+  /// or at the turn nearest to the limits where they leave that out.
   Transform<S> X_BJ{};
-  /// [m] Smallest position of the free axis; -infinity for no stop.
+  /// [m] Smallest position of the free axis; -infinity for no stop. [rad] for a joint that turns,
+  /// also below -pi; the twist about x of a `cone_twist`.
   S lower_limit = -infinity<S>;
-  /// [m] Largest position of the free axis; infinity for no stop.
+  /// [m] Largest position of the free axis; infinity for no stop. [rad] for a joint that turns.
   S upper_limit = infinity<S>;
-  /// [-] What drives the free axis.
+  /// [rad] Largest angle between the x axes of the two frames of a `cone_twist`, > 0; no stop from
+  /// pi on.
+  S swing_limit = infinity<S>;
+  /// [-] What drives the free axis of a `revolute` or `prismatic` joint.
   JointDrive<S> drive{};
+  /// [-] Passive spring and damper on the free axis of a `revolute` or `prismatic` joint.
+  JointSpring<S> spring{};
+  /// [-] Springs and dampers of a `six_dof` joint.
+  JointBushing<S> bushing{};
   /// [-] Whether the two bodies still touch each other.
   bool bodies_collide = false;
 };
@@ -7301,11 +7395,14 @@ struct JointDef {
 /// What a joint did in the last step.
 template <Scalar S>
 struct JointReading {
-  /// [m] Position of the free axis at the end of the step; 0 for a joint that does not slide.
+  /// [m] Position of the free axis at the end of the step, 0 for a joint without one; [rad] angle
+  /// of a `revolute` and twist of a `cone_twist` joint, whole turns counted.
   S position = S(0);
-  /// [m/s] Its velocity.
+  /// [m/s] Its velocity; rad/s for a joint that turns.
   S velocity = S(0);
-  /// [N] Force of the drive on B along the axis.
+  /// [rad] Angle between the x axes of the two frames of a `cone_twist`.
+  S swing = S(0);
+  /// [N] Force of the drive on B along the axis; [N m] torque about it.
   S drive_force = S(0);
   /// [N, N m] Wrench of the whole joint on B about B's joint frame's origin, world axes.
   Wrench<S> reaction{};
@@ -7318,14 +7415,23 @@ struct Joint {
   /// Frames about the centres of mass.
   Transform<S> X_CmA_J{};
   Transform<S> X_CmB_J{};
-  /// [N s, N m s] Impulses of the last step, for warm start: three to six locked axes, then drive,
-  /// lower and upper stop.
-  std::array<S, 9> impulses{};
+  /// [rad] Angle of a joint that has one, at the end of the last step: it tells whole turns apart.
+  S angle = S(0);
+  /// [N s, N m s] Impulses of the last step, for warm start: up to six locked axes, then drive,
+  /// lower and upper stop, cone.
+  std::array<S, 10> impulses{};
+  /// [N s, N m s] The same of springs, on B about B's joint origin, world axes.
+  Wrench<S> spring_impulse{};
   /// [N s, N m s] All of them on B about B's joint origin, world axes of the step they acted in.
   Wrench<S> total{};
   /// [-] First of this step's blocks, and how many.
   std::uint32_t first_block = 0;
   std::uint32_t block_count = 0;
+  /// [-] This step's soft block, whether there is one, and whether a step is short for its spring:
+  /// not more than a radian of its oscillation.
+  std::uint32_t soft_block = 0;
+  bool is_sprung = false;
+  bool is_resolved = false;
 };
 
 /// @throws InvalidArgument naming the field.
@@ -7338,230 +7444,53 @@ void validate(const JointDrive<S>& drive) {
 
 /// @throws InvalidArgument naming the field.
 template <Scalar S>
+void validate(const JointSpring<S>& spring) {
+  detail::require_not_negative("JointSpring::stiffness", spring.stiffness);
+  detail::require_not_negative("JointSpring::damping", spring.damping);
+  detail::require_finite("JointSpring::rest", spring.rest);
+}
+
+/// @throws InvalidArgument naming the field.
+template <Scalar S>
+void validate(const JointBushing<S>& bushing) {
+  for (Eigen::Index i = 0; i < 6; ++i) {
+    const std::string index = "[" + std::to_string(i) + "]";
+    detail::require_not_negative("JointBushing::stiffness" + index, bushing.stiffness[i]);
+    detail::require_not_negative("JointBushing::damping" + index, bushing.damping[i]);
+  }
+}
+
+/// @throws InvalidArgument naming the field.
+template <Scalar S>
 void validate(const JointDef<S>& def) {
+  const JointKind kind = def.kind;
   detail::require_all_finite("JointDef::X_AJ.translation", def.X_AJ.translation);
   detail::require_all_finite("JointDef::X_BJ.translation", def.X_BJ.translation);
   detail::require_unit<S>("JointDef::X_AJ.rotation", def.X_AJ.rotation);
   detail::require_unit<S>("JointDef::X_BJ.rotation", def.X_BJ.rotation);
   detail::require(def.lower_limit <= def.upper_limit, "JointDef::lower_limit", def.lower_limit,
                   "must be <= upper_limit");
+  detail::require(def.lower_limit < infinity<S>, "JointDef::lower_limit", def.lower_limit,
+                  "must be < infinity");
+  detail::require(def.upper_limit > -infinity<S>, "JointDef::upper_limit", def.upper_limit,
+                  "must be > -infinity");
+  const bool has_position = has_free_axis(kind) || has_angle(kind);
+  detail::require(has_position || def.lower_limit == -infinity<S>, "JointDef::lower_limit",
+                  def.lower_limit, "needs a revolute, prismatic or cone_twist joint");
+  detail::require(has_position || def.upper_limit == infinity<S>, "JointDef::upper_limit",
+                  def.upper_limit, "needs a revolute, prismatic or cone_twist joint");
+  detail::require(def.swing_limit > S(0), "JointDef::swing_limit", def.swing_limit, "must be > 0");
+  detail::require(kind == JointKind::cone_twist || def.swing_limit == infinity<S>,
+                  "JointDef::swing_limit", def.swing_limit, "needs a cone_twist joint");
   validate(def.drive);
-}
-
-/// Adds a joint's rows for this step: locked axes as one equality block, then the drive, then the
-/// stops.
-template <Scalar S>
-void add_joint_rows(Joint<S>& joint, std::uint32_t joint_slot, const Body<S>& a, const Body<S>& b,
-                    S dt, Constraints<S>& out);
-
-/// Turns the rows of the locked axes to where the bodies will be at the end of the step, for bodies
-/// whose free motion obeys the joint: they then only answer to what else acts, and have no error.
-/// @param motion_a, motion_b  [m/s, rad/s] Displacements of the free motion, divided by the step.
-template <Scalar S>
-void turn_joint_rows(const Joint<S>& joint, const Transform<S>& X_WA, const Transform<S>& X_WB,
-                     const Twist<S>& motion_a, const Twist<S>& motion_b, S dt, Constraints<S>& out);
-
-/// Keeps the impulses that the solver found.
-template <Scalar S>
-void store_joint_impulses(Joint<S>& joint, const Constraints<S>& constraints);
-
-/// State of a joint from its bodies and the impulses of the last step.
-template <Scalar S>
-[[nodiscard]] JointReading<S> read_joint(const Joint<S>& joint, const Body<S>& a, const Body<S>& b,
-                                         S dt);
-
-// Implementation -----------------------------------------------------------------------------------
-
-namespace detail {
-
-/// Where a joint stands: its frame on A in the world and the offset of B's frame from it.
-template <Scalar S>
-struct JointPose {
-  Mat3<S> axes_W;        // Columns: axes of A's joint frame.
-  Vec3<S> arm_a, arm_b;  // From each centre of mass to B's joint origin.
-  Vec3<S> offset_J;      // Of B's origin from A's, in A's joint frame.
-  Vec3<S> angle_J;       // Of B's axes from A's, as a rotation vector in A's joint frame.
-};
-
-template <Scalar S>
-[[nodiscard]] JointPose<S> joint_pose(const Joint<S>& joint, const Transform<S>& X_WA,
-                                      const Transform<S>& X_WB) {
-  JointPose<S> pose;
-  const Quat<S> R_WJa = X_WA.rotation * joint.X_CmA_J.rotation;
-  const Quat<S> R_WJb = X_WB.rotation * joint.X_CmB_J.rotation;
-  pose.axes_W = R_WJa.toRotationMatrix();
-  pose.arm_b = X_WB.rotation * joint.X_CmB_J.translation;
-  // Centres of mass are subtracted first, so nothing is lost far from the world's origin.
-  pose.arm_a = (X_WB.translation - X_WA.translation) + pose.arm_b;
-  const Vec3<S> offset_W = pose.arm_a - X_WA.rotation * joint.X_CmA_J.translation;
-  pose.offset_J = pose.axes_W.transpose() * offset_W;
-  pose.angle_J = log_rotation<S>(R_WJa.conjugate() * R_WJb);
-  return pose;
-}
-
-/// [m/s] Speed of a position drive at a distance [m] from its target: as fast as it can still brake
-/// with half of its force (the other half is for loads), and not beyond the target in this step.
-template <Scalar S>
-[[nodiscard]] S approach_speed(const JointDrive<S>& drive, S distance, S inverse_mass, S dt) {
-  using std::abs;
-  using std::min;
-  using std::sqrt;
-  const S braking = drive.max_force * inverse_mass / S(2);
-  const S speed =
-      min(min(abs(distance) / dt, drive.max_speed), sqrt(S(2) * braking * abs(distance)));
-  return distance < S(0) ? -speed : speed;
-}
-
-/// Row along an axis of A's joint frame, or against it, at B's joint origin.
-template <Scalar S>
-[[nodiscard]] ConstraintRow<S> linear_row(const JointPose<S>& pose, int axis, S sign) {
-  ConstraintRow<S> row;
-  row.direction = sign * pose.axes_W.col(axis);
-  row.angular_a = pose.arm_a.cross(row.direction);
-  row.angular_b = pose.arm_b.cross(row.direction);
-  row.error = sign * pose.offset_J[axis];
-  return row;
-}
-
-/// Calls use(row) for each row that a joint keeps at zero, `locked_rows` in all.
-template <Scalar S, typename Use>
-void for_each_locked_row(JointKind kind, const JointPose<S>& pose, Use&& use) {
-  for (int axis = kind == JointKind::prismatic ? 1 : 0; axis < 3; ++axis) {
-    use(linear_row(pose, axis, S(1)));
-  }
-  if (kind == JointKind::ball) return;
-  for (int axis = 0; axis < 3; ++axis) {
-    ConstraintRow<S> row;
-    row.angular_a = row.angular_b = pose.axes_W.col(axis);
-    row.error = pose.angle_J[axis];
-    use(row);
-  }
-}
-
-inline constexpr std::size_t drive_impulse = 6;
-inline constexpr std::size_t lower_impulse = 7;
-inline constexpr std::size_t upper_impulse = 8;
-
-}  // namespace detail
-
-template <Scalar S>
-void add_joint_rows(Joint<S>& joint, std::uint32_t joint_slot, const Body<S>& a, const Body<S>& b,
-                    S dt, Constraints<S>& out) {
-  using std::max;
-  using std::min;
-  const JointDef<S>& def = joint.def;
-  const detail::JointPose<S> pose = detail::joint_pose(joint, a.center_pose, b.center_pose);
-  joint.first_block = static_cast<std::uint32_t>(out.blocks.size());
-  const auto open_block = [&](BlockKind kind) -> ConstraintBlock<S>& {
-    ConstraintBlock<S> block;
-    block.body_a = def.body_a.index;
-    block.body_b = def.body_b.index;
-    block.first = static_cast<std::uint32_t>(out.rows.size());
-    block.kind = kind;
-    block.joint = joint_slot;
-    out.blocks.push_back(block);
-    return out.blocks.back();
-  };
-  open_block(BlockKind::equality).count = locked_rows(def.kind);
-  std::size_t k = 0;
-  detail::for_each_locked_row(def.kind, pose, [&](ConstraintRow<S> row) {
-    row.impulse = joint.impulses[k++];
-    out.rows.push_back(row);
-  });
-
-  if (def.kind == JointKind::prismatic) {
-    const S position = pose.offset_J.x();
-    const auto axis_row = [&](BlockKind kind, S sign, S target, S lower, S upper,
-                              std::size_t slot) -> ConstraintRow<S>& {
-      ConstraintBlock<S>& block = open_block(kind);
-      block.count = 1;
-      block.lower = lower;
-      block.upper = upper;
-      ConstraintRow<S> row = detail::linear_row(pose, 0, sign);
-      row.error = S(0);
-      row.target = target;
-      row.impulse = min(max(joint.impulses[slot], lower), upper);
-      out.rows.push_back(row);
-      return out.rows.back();
-    };
-    if (def.drive.mode != DriveMode::none) {
-      const S limit = def.drive.max_force * dt;
-      const S wanted = def.drive.mode == DriveMode::velocity
-                           ? def.drive.target
-                           : detail::approach_speed(def.drive, def.drive.target - position,
-                                                    a.inverse_mass + b.inverse_mass, dt);
-      axis_row(BlockKind::bounded, S(1), wanted, -limit, limit, detail::drive_impulse);
-    }
-    // Like a contact, a stop may be approached as fast as reaches it in this step; what is beyond
-    // it comes back by the position correction, which leaves no speed behind.
-    const auto stop = [&](S sign, S distance, std::size_t slot) {
-      axis_row(BlockKind::stop, sign, -max(S(0), distance) / dt, S(0), infinity<S>, slot).error =
-          distance;
-    };
-    if (def.lower_limit > -infinity<S>) {
-      stop(S(1), position - def.lower_limit, detail::lower_impulse);
-    }
-    if (def.upper_limit < infinity<S>) {
-      stop(S(-1), def.upper_limit - position, detail::upper_impulse);
-    }
-  }
-  joint.block_count = static_cast<std::uint32_t>(out.blocks.size()) - joint.first_block;
-}
-
-template <Scalar S>
-void turn_joint_rows(const Joint<S>& joint, const Transform<S>& X_WA, const Transform<S>& X_WB,
-                     const Twist<S>& motion_a, const Twist<S>& motion_b, S dt,
-                     Constraints<S>& out) {
-  ConstraintRow<S>* out_row = &out.rows[out.blocks[joint.first_block].first];
-  detail::for_each_locked_row(joint.def.kind, detail::joint_pose(joint, X_WA, X_WB),
-                              [&](ConstraintRow<S> row) {
-                                row.impulse = out_row->impulse;
-                                row.error = -dt * row.velocity(motion_a, motion_b);
-                                *out_row++ = row;
-                              });
-}
-
-template <Scalar S>
-void store_joint_impulses(Joint<S>& joint, const Constraints<S>& constraints) {
-  joint.total = {};
-  for (std::uint32_t i = joint.first_block; i < joint.first_block + joint.block_count; ++i) {
-    const ConstraintBlock<S>& block = constraints.blocks[i];
-    for (std::uint32_t r = block.first; r < block.first + block.count; ++r) {
-      const ConstraintRow<S>& row = constraints.rows[r];
-      const bool is_angular = row.direction.isZero(S(0));
-      joint.total.force += row.impulse * row.direction;
-      if (is_angular) joint.total.torque += row.impulse * row.angular_b;
-    }
-  }
-  joint.impulses.fill(S(0));
-  const ConstraintBlock<S>& locked = constraints.blocks[joint.first_block];
-  for (std::uint32_t k = 0; k < locked.count; ++k) {
-    joint.impulses[k] = constraints.rows[locked.first + k].impulse;
-  }
-  const JointDef<S>& def = joint.def;
-  std::uint32_t block = joint.first_block + 1;
-  const auto keep = [&](bool is_there, std::size_t slot) {
-    if (is_there)
-      joint.impulses[slot] = constraints.rows[constraints.blocks[block++].first].impulse;
-  };
-  if (def.kind == JointKind::prismatic) {
-    keep(def.drive.mode != DriveMode::none, detail::drive_impulse);
-    keep(def.lower_limit > -infinity<S>, detail::lower_impulse);
-    keep(def.upper_limit < infinity<S>, detail::upper_impulse);
-  }
-}
-
-template <Scalar S>
-JointReading<S> read_joint(const Joint<S>& joint, const Body<S>& a, const Body<S>& b, S dt) {
-  const detail::JointPose<S> pose = detail::joint_pose(joint, a.center_pose, b.center_pose);
-  JointReading<S> reading;
-  reading.reaction = (S(1) / dt) * joint.total;
-  if (joint.def.kind == JointKind::prismatic) {
-    reading.position = pose.offset_J.x();
-    reading.velocity = pose.axes_W.col(0).dot(b.twist.at(pose.arm_b) - a.twist.at(pose.arm_a));
-    reading.drive_force = joint.impulses[detail::drive_impulse] / dt;
-  }
-  return reading;
+  validate(def.spring);
+  detail::require(
+      has_free_axis(kind) || (def.spring.stiffness == S(0) && def.spring.damping == S(0)),
+      "JointDef::spring", def.spring.stiffness, "needs a revolute or prismatic joint");
+  validate(def.bushing);
+  detail::require(kind == JointKind::six_dof ||
+                      (def.bushing.stiffness.isZero(S(0)) && def.bushing.damping.isZero(S(0))),
+                  "JointDef::bushing", def.bushing.stiffness.maxCoeff(), "needs a six_dof joint");
 }
 
 }  // namespace bristle
@@ -7576,7 +7505,7 @@ JointReading<S> read_joint(const Joint<S>& joint, const Body<S>& a, const Body<S
 /// the motion is an ordinary differential equation. At each instant accelerations and joint
 /// wrenches follow from
 ///
-///   M a = f + J^T x,   J a = -J' v        (gyroscopic torques are in f)
+///   M a = f + J^T x,   J a = -J' v        (gyroscopic torques and springs are in f)
 ///
 /// and a Runge-Kutta method of fifth order follows them through the step, in as many substeps as
 /// its error asks for. What the integration leaves of gaps and of velocities across the joints is
@@ -7630,10 +7559,13 @@ JointReading<S> read_joint(const Joint<S>& joint, const Body<S>& a, const Body<S
 /// the centripetal accelerations of both arms and the Coriolis acceleration of the slide. Where all
 /// of u is kept at zero its last term is zero too; it is used there all the same, as that is the
 /// acceleration of c in the axes of A, and one formula serves all joints. w_B - w_A has no such
-/// terms.
+/// terms where it is kept at zero altogether. Where B turns about the axis h of A it is kept at
+/// zero across h, in the axes of A again:
+///
+///   (d . (w_B - w_A))' = d . [ w_B' - w_A' - w_A x (w_B - w_A) ].
 ///
 /// Rows are kept in world axes: three that hold mean the same in any axes, and where B slides along
-/// d, I - d d^T takes what is along d out of them.
+/// d, or turns about it, I - d d^T takes what is along d out of them.
 // SPDX-License-Identifier: BSD-3-Clause
 
 #include <cstdint>
@@ -7651,6 +7583,12 @@ struct JointFlowJoint {
   /// [m] Joint frames about the centres of mass, along the bodies' axes.
   Transform<S> X_CmA_J{};
   Transform<S> X_CmB_J{};
+  /// [-] Spring and damper on its free axis, if it has one.
+  JointSpring<S> spring{};
+  /// [rad] Angle at the start of the step, to within half a turn, of a hinge with a spring.
+  S angle = S(0);
+
+  [[nodiscard]] bool has_spring() const { return spring.stiffness > S(0) || spring.damping > S(0); }
 };
 
 /// Where a body is and how it moves at one instant.
@@ -7676,11 +7614,17 @@ struct JointInstant {
   Vec3<S> arm_b = Vec3<S>::Zero();
   /// [1] Along what B slides; zero where it does not.
   Vec3<S> slide = Vec3<S>::Zero();
+  /// [1] About what B turns; zero where it does not, or about any axis.
+  Vec3<S> hinge = Vec3<S>::Zero();
 };
 
-/// Whether a joint lets its bodies turn, or slide, relative to each other.
-[[nodiscard]] constexpr bool lets_turn(JointKind kind) { return kind == JointKind::ball; }
+/// Whether a joint lets its bodies slide, turn about one axis, or turn about all, relative to each
+/// other.
 [[nodiscard]] constexpr bool lets_slide(JointKind kind) { return kind == JointKind::prismatic; }
+[[nodiscard]] constexpr bool lets_hinge(JointKind kind) { return kind == JointKind::revolute; }
+[[nodiscard]] constexpr bool lets_turn(JointKind kind) {
+  return kind == JointKind::ball || kind == JointKind::cone_twist;
+}
 
 /// A vector without its part along the unit vector d.
 template <Scalar S>
@@ -7697,15 +7641,25 @@ template <Scalar S>
 [[nodiscard]] Twist<S> held_velocity(JointKind kind, const JointInstant<S>& at, const Twist<S>& a,
                                      const Twist<S>& b);
 
-/// [m/s^2] J' v, of which only the linear part is not zero.
+/// [m/s^2, rad/s^2] J' v.
 template <Scalar S>
-[[nodiscard]] Vec3<S> held_acceleration_bias(JointKind kind, const JointInstant<S>& at,
-                                             const Twist<S>& a, const Twist<S>& b);
+[[nodiscard]] Twist<S> held_acceleration_bias(JointKind kind, const JointInstant<S>& at,
+                                              const Twist<S>& a, const Twist<S>& b);
 
 /// [m, rad] How far the bodies are from where the joint holds them.
 template <Scalar S>
 [[nodiscard]] Twist<S> held_gap(const JointFlowJoint<S>& joint, const JointInstant<S>& at,
                                 const BodyInstant<S>& a, const BodyInstant<S>& b);
+
+/// [m or rad] Position along or about the free axis.
+/// @param guess  [rad] Angle of a hinge to within half a turn.
+template <Scalar S>
+[[nodiscard]] S axis_position(const JointFlowJoint<S>& joint, const JointInstant<S>& at,
+                              const BodyInstant<S>& a, const BodyInstant<S>& b, S guess);
+
+/// [m/s or rad/s] Its rate.
+template <Scalar S>
+[[nodiscard]] S axis_rate(const JointInstant<S>& at, const Twist<S>& a, const Twist<S>& b);
 
 // Implementation -----------------------------------------------------------------------------------
 
@@ -7741,6 +7695,7 @@ JointInstant<S> joint_instant(const JointFlowJoint<S>& joint, const BodyInstant<
   } else {
     at.arm_a = a.R * joint.X_CmA_J.translation;
   }
+  if (lets_hinge(joint.kind)) at.hinge = a.R * (joint.X_CmA_J.rotation * Vec3<S>::UnitX());
   return at;
 }
 
@@ -7749,17 +7704,20 @@ Twist<S> held_velocity(JointKind kind, const JointInstant<S>& at, const Twist<S>
                        const Twist<S>& b) {
   const Vec3<S> u = (b.linear - a.linear) + b.angular.cross(at.arm_b) - a.angular.cross(at.arm_a);
   if (lets_turn(kind)) return {u, Vec3<S>::Zero()};
-  return {lets_slide(kind) ? across(at.slide, u) : u, b.angular - a.angular};
+  const Vec3<S> w = b.angular - a.angular;
+  return {lets_slide(kind) ? across(at.slide, u) : u, lets_hinge(kind) ? across(at.hinge, w) : w};
 }
 
 template <Scalar S>
-Vec3<S> held_acceleration_bias(JointKind kind, const JointInstant<S>& at, const Twist<S>& a,
-                               const Twist<S>& b) {
+Twist<S> held_acceleration_bias(JointKind kind, const JointInstant<S>& at, const Twist<S>& a,
+                                const Twist<S>& b) {
   const Vec3<S> turn_a = a.angular.cross(at.arm_a);
   const Vec3<S> turn_b = b.angular.cross(at.arm_b);
   const Vec3<S> u = (b.linear - a.linear) + turn_b - turn_a;
   const Vec3<S> bias = b.angular.cross(turn_b) - a.angular.cross(turn_a + S(2) * u);
-  return lets_slide(kind) ? across(at.slide, bias) : bias;
+  if (lets_slide(kind)) return {across(at.slide, bias), Vec3<S>::Zero()};
+  if (!lets_hinge(kind)) return {bias, Vec3<S>::Zero()};
+  return {bias, across(at.hinge, Vec3<S>(b.angular.cross(a.angular)))};
 }
 
 template <Scalar S>
@@ -7768,8 +7726,30 @@ Twist<S> held_gap(const JointFlowJoint<S>& joint, const JointInstant<S>& at,
   // Centres of mass are subtracted first, so nothing is lost far from the world's origin.
   if (lets_turn(joint.kind)) return {(b.x - a.x) + (at.arm_b - at.arm_a), Vec3<S>::Zero()};
   const Vec3<S> c = (b.x - a.x) + (at.arm_b - a.R * joint.X_CmA_J.translation);
+  if (lets_hinge(joint.kind)) {
+    const Vec3<S> axis_b = b.R * (joint.X_CmB_J.rotation * Vec3<S>::UnitX());
+    return {c, shortest_turn<S>(at.hinge, axis_b)};
+  }
   const Quat<S> turn = (b.q * joint.X_CmB_J.rotation) * (a.q * joint.X_CmA_J.rotation).conjugate();
   return {lets_slide(joint.kind) ? across(at.slide, c) : c, log_rotation<S>(turn)};
+}
+
+template <Scalar S>
+S axis_position(const JointFlowJoint<S>& joint, const JointInstant<S>& at, const BodyInstant<S>& a,
+                const BodyInstant<S>& b, S guess) {
+  using std::atan2;
+  if (lets_hinge(joint.kind)) {
+    const Quat<S> turn_J =
+        (a.q * joint.X_CmA_J.rotation).conjugate() * (b.q * joint.X_CmB_J.rotation);
+    return nearest_turn(S(2) * atan2(turn_J.x(), turn_J.w()), guess);
+  }
+  return at.slide.dot((b.x - a.x) + (at.arm_b - a.R * joint.X_CmA_J.translation));
+}
+
+template <Scalar S>
+S axis_rate(const JointInstant<S>& at, const Twist<S>& a, const Twist<S>& b) {
+  // One of the two axes is zero.
+  return at.slide.dot(b.at(at.arm_b) - a.at(at.arm_a)) + at.hinge.dot(b.angular - a.angular);
 }
 
 }  // namespace bristle
@@ -8322,36 +8302,50 @@ void JointSystem<S>::couple(const JointCoupling& coupling, const Mat3<S>& lever)
   const bool row_turns = lets_turn(joints_[coupling.row].kind);
   const bool column_turns = lets_turn(joints_[coupling.column].kind);
   if (!row_turns) {
+    const bool row_hinges = lets_hinge(joints_[coupling.row].kind);
     Mat3<S> block;
     for (Eigen::Index k = 0; k < 3; ++k) {
       block.row(k) = node.inverse_inertia.col(k).cross(r).transpose();  // I^-1 [r]
     }
     if (column_slides) block -= (block * column.slide) * column.slide.transpose();
+    if (row_hinges) block -= row.hinge * (row.hinge.transpose() * block);
     matrix_.at(i + 1, j) += block;
-    if (!column_turns) matrix_.at(i + 1, j + 1) += sign * node.inverse_inertia;
+    if (!column_turns) {
+      block = sign * node.inverse_inertia;
+      if (row_hinges) block -= row.hinge * (row.hinge.transpose() * block);
+      if (lets_hinge(joints_[coupling.column].kind)) {
+        block -= (block * column.hinge) * column.hinge.transpose();
+      }
+      matrix_.at(i + 1, j + 1) += block;
+    }
   }
   if (!column_turns && i != j) {
     Mat3<S> block = sign * lever;
     if (row_slides) block -= row.slide * (row.slide.transpose() * block);
+    if (lets_hinge(joints_[coupling.column].kind)) {
+      block -= (block * column.hinge) * column.hinge.transpose();
+    }
     matrix_.at(i, j + 1) += block;
   }
 }
 
-/// Makes the matrix regular where it is not by design: along slides, which no row holds, and where
-/// loops or locked axes leave more rows than can move. What is added there is small enough for the
-/// second pass of `solve` to take its effect out of all that does move.
+/// Makes the matrix regular where it is not by design: along slides and about hinges, which no row
+/// holds, and where loops or locked axes leave more rows than can move. What is added there is
+/// small enough for the second pass of `solve` to take its effect out of all that does move.
 template <Scalar S>
 void JointSystem<S>::fill_free_rows() {
   const S share = may_be_singular_ ? Tolerance<S>::equal() : S(0);
   for (std::size_t i = 0; i < joints_.size(); ++i) {
-    if (!may_be_singular_ && !lets_slide(joints_[i].kind)) continue;
+    const JointKind kind = joints_[i].kind;
+    if (!may_be_singular_ && !lets_slide(kind) && !lets_hinge(kind)) continue;
     const std::size_t row = order_.first_row(i);
-    const std::size_t rows = lets_turn(joints_[i].kind) ? 1 : 2;
+    const std::size_t rows = lets_turn(kind) ? 1 : 2;
     for (std::size_t r = row; r < row + rows; ++r) {
       Mat3<S>& block = matrix_.at(r, r);
       S scale = block.trace() / S(3);
       if (value_of(scale) == 0) scale = S(1);
-      if (r == row) block += (scale * at_[i].slide) * at_[i].slide.transpose();
+      const Vec3<S>& axis = r == row ? at_[i].slide : at_[i].hinge;
+      block += (scale * axis) * axis.transpose();
       block.diagonal().array() += share * scale;
     }
   }
@@ -8399,9 +8393,10 @@ void JointSystem<S>::add_solution(std::span<const Twist<S>> b) {
     push_b.torque += at.arm_b.cross(force);
     push_a.torque -= at.arm_a.cross(force);
     if (lets_turn(kind)) continue;
-    wrenches_[i].torque += rows_[row + 1];
-    push_b.torque += rows_[row + 1];
-    push_a.torque -= rows_[row + 1];
+    const Vec3<S> torque = lets_hinge(kind) ? across(at.hinge, rows_[row + 1]) : rows_[row + 1];
+    wrenches_[i].torque += torque;
+    push_b.torque += torque;
+    push_a.torque -= torque;
   }
   for (Node& node : nodes_) {
     if (!node.def->moves_by_forces) continue;
@@ -8771,9 +8766,15 @@ class JointFlow {
   static constexpr std::size_t body_values = 13;  // Position, quaternion, velocity, turning.
   static constexpr std::size_t joint_values = 6;  // Impulse and angular impulse.
 
+  [[nodiscard]] bool has_springs() const {
+    return std::any_of(system_.joints().begin(), system_.joints().end(),
+                       [](const JointFlowJoint<S>& joint) { return joint.has_spring(); });
+  }
   void choose_reference();
   [[nodiscard]] bool find_held();
-  void accelerate();
+  void start_springs();
+  void add_springs(S t);
+  void accelerate(S t);
   bool move_straight(S dt);
   bool integrate(S dt);
   void carry(S t);
@@ -8788,6 +8789,8 @@ class JointFlow {
   std::vector<S> values_;
   std::vector<Twist<S>> wanted_;  // Relative motion of each joint that `solve` shall give.
   std::vector<Wrench<S>> impulses_;
+  std::vector<Wrench<S>> springs_;  // On B about B's joint origin; empty where there are none.
+  std::vector<S> spring_rates_;     // Rates of the free axes at the start.
   std::vector<bool> cannot_turn_;
   Vec3<S> reference_velocity_ = Vec3<S>::Zero();
   Vec3<S> reference_point_ = Vec3<S>::Zero();
@@ -8823,7 +8826,8 @@ bool JointFlow<S>::advance(std::span<const JointFlowBody<S>> bodies,
                !locked.linear[1] && !locked.linear[2];
   }
   choose_reference();
-  const bool moved = find_held() ? move_straight(dt) : integrate(dt);
+  start_springs();
+  const bool moved = springs_.empty() && find_held() ? move_straight(dt) : integrate(dt);
   return moved && write(end_poses, end_twists, impulses);
 }
 
@@ -8874,7 +8878,8 @@ bool JointFlow<S>::find_held() {
   for (bool has_changed = true; has_changed;) {
     has_changed = false;
     for (const JointFlowJoint<S>& joint : system_.joints()) {
-      if (lets_turn(joint.kind) || cannot_turn_[joint.body_a] == cannot_turn_[joint.body_b]) {
+      if (lets_turn(joint.kind) || lets_hinge(joint.kind) ||
+          cannot_turn_[joint.body_a] == cannot_turn_[joint.body_b]) {
         continue;
       }
       const Node& other = nodes[cannot_turn_[joint.body_a] ? joint.body_b : joint.body_a];
@@ -8898,7 +8903,7 @@ bool JointFlow<S>::move_straight(S dt) {
   system_.place();
   if (!system_.factor()) return false;
   if (projection_.has_open_velocities(system_)) projection_.close_velocities(system_, impulses_);
-  accelerate();
+  accelerate(dt / S(2));
   for (Node& node : nodes) {
     const Vec3<S> gain = dt * node.acceleration.linear;
     node.now.x = node.def->center_pose.translation + dt * (node.now.twist.linear + gain / S(2));
@@ -8985,15 +8990,54 @@ void JointFlow<S>::read_values(const S* y) {
   }
 }
 
-/// Accelerations of all bodies and wrenches of all joints where the bodies are.
 template <Scalar S>
-void JointFlow<S>::accelerate() {
+void JointFlow<S>::start_springs() {
+  springs_.clear();
+  if (!has_springs()) return;
+  const auto joints = system_.joints();
+  springs_.resize(joints.size());
+  spring_rates_.resize(joints.size());
+  for (std::size_t i = 0; i < joints.size(); ++i) {
+    spring_rates_[i] = axis_rate(system_.at(i), system_.nodes()[joints[i].body_a].now.twist,
+                                 system_.nodes()[joints[i].body_b].now.twist);
+  }
+}
+
+/// Sets `Node::push` to loads and the pull of springs, a time t after the start of the step, where
+/// there are any.
+template <Scalar S>
+void JointFlow<S>::add_springs(S t) {
+  if (springs_.empty()) return;
+  const auto nodes = system_.nodes();
+  for (Node& node : nodes) node.push = node.def->load;
+  for (std::size_t i = 0; i < springs_.size(); ++i) {
+    const JointFlowJoint<S>& joint = system_.joints()[i];
+    if (!joint.has_spring()) continue;
+    const JointInstant<S>& at = system_.at(i);
+    Node& a = nodes[joint.body_a];
+    Node& b = nodes[joint.body_b];
+    // Whole turns are told apart by the rate at the start.
+    const S guess = joint.angle + t * spring_rates_[i];
+    const S pull = -joint.spring.stiffness *
+                       (axis_position(joint, at, a.now, b.now, guess) - joint.spring.rest) -
+                   joint.spring.damping * axis_rate(at, a.now.twist, b.now.twist);
+    springs_[i] = {pull * at.slide, pull * at.hinge};
+    b.push += Wrench<S>{springs_[i].force, springs_[i].torque + at.arm_b.cross(springs_[i].force)};
+    a.push += -Wrench<S>{springs_[i].force, springs_[i].torque + at.arm_a.cross(springs_[i].force)};
+  }
+}
+
+/// Accelerations of all bodies and wrenches of all joints where the bodies are, a time t after the
+/// start of the step.
+template <Scalar S>
+void JointFlow<S>::accelerate(S t) {
   using std::sqrt;
   ++evaluations_;
+  add_springs(t);
   S norm2 = S(0);
   for (Node& node : system_.nodes()) {
     if (!node.def->moves_by_forces) continue;
-    const Wrench<S>& load = node.def->load;
+    const Wrench<S>& load = springs_.empty() ? node.def->load : node.push;
     const Mat3<S>& R = node.now.R;
     const Vec3<S>& w = node.now.twist.angular;
     const Vec3<S> L_B = node.def->inertia_B * Vec3<S>(R.transpose() * w);
@@ -9009,8 +9053,9 @@ void JointFlow<S>::accelerate() {
     wanted_[i] = Twist<S>{} - system_.held(i, [](const Node& node) -> const Twist<S>& {
       return node.acceleration;
     });
-    wanted_[i].linear -= held_acceleration_bias(
-        joint.kind, system_.at(i), nodes[joint.body_a].now.twist, nodes[joint.body_b].now.twist);
+    wanted_[i] = wanted_[i] - held_acceleration_bias(joint.kind, system_.at(i),
+                                                     nodes[joint.body_a].now.twist,
+                                                     nodes[joint.body_b].now.twist);
   }
   system_.solve(wanted_);
   for (Node& node : system_.nodes()) node.acceleration = node.acceleration + node.change;
@@ -9022,7 +9067,7 @@ bool JointFlow<S>::derivative(S t, const S* y, S* dy) {
   carry(t);
   system_.place();
   if (!system_.factor()) return false;
-  accelerate();
+  accelerate(t);
   Vec3<S> torque = Vec3<S>::Zero();
   for (const Node& node : system_.nodes()) {
     if (!node.def->moves_by_forces) continue;
@@ -9038,11 +9083,15 @@ bool JointFlow<S>::derivative(S t, const S* y, S* dy) {
     const Wrench<S>& load = node.def->load;
     torque += load.torque + (node.now.x - reference_point_).cross(load.force);
   }
-  for (const Wrench<S>& wrench : system_.wrenches()) {
+  for (std::size_t i = 0; i < impulses_.size(); ++i) {
     Eigen::Map<Eigen::Matrix<S, joint_values, 1>> rate(dy);
     dy += joint_values;
+    const Wrench<S>& wrench = system_.wrenches()[i];
     rate.template head<3>() = wrench.force;
     rate.template tail<3>() = wrench.torque;
+    if (springs_.empty()) continue;
+    rate.template head<3>() += springs_[i].force;
+    rate.template tail<3>() += springs_[i].torque;
   }
   Eigen::Map<Vec3<S>> rate(dy);
   rate = torque;
@@ -9097,6 +9146,516 @@ bool JointFlow<S>::write(std::span<Transform<S>> end_poses, std::span<Twist<S>> 
   }
   std::copy(impulses_.begin(), impulses_.end(), impulses.begin());
   return true;
+}
+
+}  // namespace bristle
+
+// === bristle/dynamics/joint_pose.hpp
+
+/// @file
+/// Where the two frames of a joint stand to each other.
+///
+/// B's frame is turned from A's by q = swing * twist: first about the common x axis, then about an
+/// axis across it. The twist is 2 atan2(q_x, q_w); with a and b the x axes of both frames its rate
+/// is (a + b) . w / (1 + a . b), w the angular velocity of B relative to A. The swing is the angle
+/// between a and b; its rate is w . (a x b) / |a x b|.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <array>
+#include <numbers>
+
+namespace bristle {
+
+/// Where a joint stands: its frame on A in the world and the offset of B's frame from it.
+template <Scalar S>
+struct JointPose {
+  /// [1] Columns: axes of A's joint frame, in the world.
+  Mat3<S> axes_W;
+  /// [m] From each centre of mass to B's joint origin, world axes.
+  Vec3<S> arm_a, arm_b;
+  /// [m] Of B's origin from A's, in A's joint frame.
+  Vec3<S> offset_J;
+  /// [1] Of B's axes from A's, in A's joint frame.
+  Quat<S> turn_J;
+
+  /// [1] x axis of B's joint frame, in A's.
+  [[nodiscard]] Vec3<S> axis_b_J() const { return turn_J * Vec3<S>::UnitX(); }
+};
+
+/// @param X_WA, X_WB  Centres of mass in the world, with the bodies' axes.
+template <Scalar S>
+[[nodiscard]] JointPose<S> joint_pose(const Joint<S>& joint, const Transform<S>& X_WA,
+                                      const Transform<S>& X_WB);
+
+/// [m or rad] Position of a joint that has one: along its slide, or its angle.
+/// @param guess  [rad] Angle to within half a turn.
+template <Scalar S>
+[[nodiscard]] S joint_position(JointKind kind, const JointPose<S>& pose, S guess);
+
+/// Row whose velocity is the rate of that position; neither error nor impulse.
+template <Scalar S>
+[[nodiscard]] ConstraintRow<S> position_row(JointKind kind, const JointPose<S>& pose);
+
+/// [m or rad] The same at the end of a step, whole turns counted by the velocities at both ends.
+/// @param pose  At the end of the step.
+template <Scalar S>
+[[nodiscard]] S followed_position(const Joint<S>& joint, const JointPose<S>& pose,
+                                  const std::array<Twist<S>, 2>& of_a,
+                                  const std::array<Twist<S>, 2>& of_b, S dt);
+
+/// Whether a joint is on the allowed side of all its stops.
+template <Scalar S>
+[[nodiscard]] bool is_within_stops(const JointDef<S>& def, const JointPose<S>& pose, S position);
+
+// Implementation -----------------------------------------------------------------------------------
+
+template <Scalar S>
+JointPose<S> joint_pose(const Joint<S>& joint, const Transform<S>& X_WA, const Transform<S>& X_WB) {
+  JointPose<S> pose;
+  const Quat<S> R_WJa = X_WA.rotation * joint.X_CmA_J.rotation;
+  const Quat<S> R_WJb = X_WB.rotation * joint.X_CmB_J.rotation;
+  pose.axes_W = R_WJa.toRotationMatrix();
+  pose.arm_b = X_WB.rotation * joint.X_CmB_J.translation;
+  // Centres of mass are subtracted first, so nothing is lost far from the world's origin.
+  pose.arm_a = (X_WB.translation - X_WA.translation) + pose.arm_b;
+  const Vec3<S> offset_W = pose.arm_a - X_WA.rotation * joint.X_CmA_J.translation;
+  pose.offset_J = pose.axes_W.transpose() * offset_W;
+  pose.turn_J = R_WJa.conjugate() * R_WJb;
+  return pose;
+}
+
+template <Scalar S>
+S joint_position(JointKind kind, const JointPose<S>& pose, S guess) {
+  using std::atan2;
+  if (!has_angle(kind)) return kind == JointKind::prismatic ? pose.offset_J.x() : S(0);
+  return nearest_turn(S(2) * atan2(pose.turn_J.x(), pose.turn_J.w()), guess);
+}
+
+template <Scalar S>
+ConstraintRow<S> position_row(JointKind kind, const JointPose<S>& pose) {
+  using std::max;
+  ConstraintRow<S> row;
+  switch (kind) {
+    case JointKind::prismatic:
+      row.direction = pose.axes_W.col(0);
+      row.angular_a = pose.arm_a.cross(row.direction);
+      row.angular_b = pose.arm_b.cross(row.direction);
+      break;
+    case JointKind::revolute:
+      row.angular_a = row.angular_b = pose.axes_W.col(0);
+      break;
+    case JointKind::cone_twist: {
+      const Vec3<S> b_J = pose.axis_b_J();
+      // Where the axes are opposite the twist has no rate: any turn may be one.
+      const S scale = S(1) / max(S(1) + b_J.x(), Tolerance<S>::equal());
+      row.angular_a = row.angular_b = pose.axes_W * (scale * (b_J + Vec3<S>::UnitX()));
+      break;
+    }
+    case JointKind::fixed:
+    case JointKind::ball:
+    case JointKind::six_dof:
+      break;
+  }
+  return row;
+}
+
+template <Scalar S>
+S followed_position(const Joint<S>& joint, const JointPose<S>& pose,
+                    const std::array<Twist<S>, 2>& of_a, const std::array<Twist<S>, 2>& of_b,
+                    S dt) {
+  const JointKind kind = joint.def.kind;
+  if (!has_angle(kind)) return joint_position(kind, pose, S(0));
+  const ConstraintRow<S> row = position_row(kind, pose);
+  const S rate = S(0.5) * (row.velocity(of_a[0], of_b[0]) + row.velocity(of_a[1], of_b[1]));
+  return joint_position(kind, pose, joint.angle + dt * rate);
+}
+
+template <Scalar S>
+bool is_within_stops(const JointDef<S>& def, const JointPose<S>& pose, S position) {
+  if (position < def.lower_limit || position > def.upper_limit) return false;
+  if (def.swing_limit >= S(std::numbers::pi)) return true;
+  return shortest_turn<S>(Vec3<S>::UnitX(), pose.axis_b_J()).norm() <= def.swing_limit;
+}
+
+}  // namespace bristle
+
+// === bristle/dynamics/joint_rows.hpp
+
+/// @file
+/// The rows that joints become in a step.
+// SPDX-License-Identifier: BSD-3-Clause
+
+// === bristle/dynamics/joint_spring.hpp
+
+/// @file
+/// Springs and dampers of joints as soft blocks, by implicit Euler: stable for any constants and
+/// step, and never a source of energy. Where the step resolves them mechanisms may integrate them
+/// instead (joint_flow.hpp), without its loss.
+///
+/// A spring k, d along a position x with x' = j . v pulls with -k (x - rest) - d x'. With both at
+/// the end of the step, x + dt x', its impulse is affine in the velocity there:
+///
+///   p = -dt k (x - rest) - (dt^2 k + dt d) x'.
+///
+/// Six springs of a bushing act on the offset of B's frame along the axes of A's, c, and on the
+/// rotation vector phi between them. c' is the velocity of B's origin as seen from A, and
+/// phi' = J(phi) w with w the angular velocity of B relative to A, so that the torque which the
+/// energy phi . K phi / 2 gives is -J^T K phi.
+// SPDX-License-Identifier: BSD-3-Clause
+
+namespace bristle {
+
+/// Adds the spring on the free axis of a joint, if it has one.
+/// @param along  Row of the position.
+/// @param position  [m or rad] At the start of the step.
+/// @param mobility  [1/kg or 1/(kg m^2)] Largest that force along the row can meet.
+template <Scalar S>
+void add_joint_spring(Joint<S>& joint, const JointPose<S>& pose, const ConstraintRow<S>& along,
+                      S position, S mobility, S dt, Constraints<S>& out);
+
+/// Adds the springs of a `six_dof` joint.
+template <Scalar S>
+void add_joint_bushing(Joint<S>& joint, const JointPose<S>& pose, S dt, Constraints<S>& out);
+
+// Implementation -----------------------------------------------------------------------------------
+
+namespace detail {
+
+/// Adds an empty soft block about B's joint origin, warm from the last step.
+template <Scalar S>
+SoftBlock<S>& open_joint_soft_block(Joint<S>& joint, const JointPose<S>& pose,
+                                    Constraints<S>& out) {
+  SoftBlock<S> soft;
+  soft.body_a = joint.def.body_a.index;
+  soft.body_b = joint.def.body_b.index;
+  soft.arm_a = pose.arm_a;
+  soft.arm_b = pose.arm_b;
+  soft.impulse << joint.spring_impulse.force, joint.spring_impulse.torque;
+  joint.soft_block = static_cast<std::uint32_t>(out.soft.size());
+  joint.is_sprung = true;
+  joint.is_resolved = false;
+  out.soft.push_back(soft);
+  return out.soft.back();
+}
+
+/// J(phi) of phi' = J(phi) w, w in the axes that phi turns from.
+template <Scalar S>
+[[nodiscard]] Mat3<S> rotation_vector_rate(const Vec3<S>& phi) {
+  using std::cos;
+  using std::sin;
+  using std::sqrt;
+  const S angle2 = phi.squaredNorm();
+  S k = S(1) / S(12) + angle2 / S(720);
+  // Below, what the series leaves out is less than rounding.
+  if (angle2 > Tolerance<S>::equal()) {
+    const S half = sqrt(angle2) / S(2);
+    k = (S(1) - half * cos(half) / sin(half)) / angle2;
+  }
+  const Mat3<S> X = skew(phi);
+  return Mat3<S>::Identity() - S(0.5) * X + k * X * X;
+}
+
+}  // namespace detail
+
+template <Scalar S>
+void add_joint_spring(Joint<S>& joint, const JointPose<S>& pose, const ConstraintRow<S>& along,
+                      S position, S mobility, S dt, Constraints<S>& out) {
+  const JointSpring<S>& spring = joint.def.spring;
+  SoftBlock<S>& soft = detail::open_joint_soft_block(joint, pose, out);
+  const bool turns = has_angle(joint.def.kind);
+  Vec6<S> j = Vec6<S>::Zero();
+  if (turns) {
+    j.template tail<3>() = along.angular_b;
+  } else {
+    j.template head<3>() = along.direction;
+  }
+  const S held = dt * dt * spring.stiffness + dt * spring.damping;
+  joint.is_resolved = held * mobility <= S(1);
+  soft.matrix = held * j * j.transpose();
+  soft.offset = (-dt * spring.stiffness * (position - spring.rest)) * j;
+}
+
+template <Scalar S>
+void add_joint_bushing(Joint<S>& joint, const JointPose<S>& pose, S dt, Constraints<S>& out) {
+  const JointBushing<S>& bushing = joint.def.bushing;
+  SoftBlock<S>& soft = detail::open_joint_soft_block(joint, pose, out);
+  const Vec3<S> turn_J = log_rotation<S>(pose.turn_J);
+  const Mat3<S>& R = pose.axes_W;
+  // To the rates of the offset and of the rotation vector, in A's joint frame.
+  const Mat3<S> rate = detail::rotation_vector_rate<S>(turn_J) * R.transpose();
+  const auto squared = [](const Mat3<S>& J, const Vec3<S>& weight) -> Mat3<S> {
+    return J.transpose() * weight.asDiagonal() * J;
+  };
+  const Vec3<S> k_linear = dt * bushing.stiffness.template head<3>();
+  const Vec3<S> k_angular = dt * bushing.stiffness.template tail<3>();
+  const Vec3<S> d_linear = dt * bushing.damping.template head<3>();
+  const Vec3<S> d_angular = dt * bushing.damping.template tail<3>();
+  soft.matrix.template topLeftCorner<3, 3>() =
+      squared(R.transpose(), Vec3<S>(dt * k_linear + d_linear));
+  soft.matrix.template bottomRightCorner<3, 3>() =
+      squared(rate, Vec3<S>(dt * k_angular)) + squared(R.transpose(), d_angular);
+  soft.offset.template head<3>() = -(R * k_linear.cwiseProduct(pose.offset_J));
+  soft.offset.template tail<3>() = -(rate.transpose() * k_angular.cwiseProduct(turn_J));
+}
+
+}  // namespace bristle
+
+#include <algorithm>
+#include <cmath>
+
+namespace bristle {
+
+/// Adds what a joint is in this step: locked axes as one equality block, then the drive, the stops,
+/// and a soft block for springs.
+template <Scalar S>
+void add_joint_rows(Joint<S>& joint, std::uint32_t joint_slot, const Body<S>& a, const Body<S>& b,
+                    S dt, Constraints<S>& out);
+
+/// Turns the rows of the locked axes to where the bodies will be at the end of the step, for bodies
+/// whose free motion obeys the joint: they then only answer to what else acts, and have no error.
+/// @param motion_a, motion_b  [m/s, rad/s] Displacements of the free motion, divided by the step.
+template <Scalar S>
+void turn_joint_rows(const Joint<S>& joint, const Transform<S>& X_WA, const Transform<S>& X_WB,
+                     const Twist<S>& motion_a, const Twist<S>& motion_b, S dt, Constraints<S>& out);
+
+/// Keeps the impulses that the solver found.
+template <Scalar S>
+void store_joint_impulses(Joint<S>& joint, const Constraints<S>& constraints);
+
+/// State of a joint from its bodies and the impulses of the last step.
+template <Scalar S>
+[[nodiscard]] JointReading<S> read_joint(const Joint<S>& joint, const Body<S>& a, const Body<S>& b,
+                                         S dt);
+
+// Implementation -----------------------------------------------------------------------------------
+
+namespace detail {
+
+/// [m/s] Speed of a position drive at a distance [m] from its target: as fast as it can still brake
+/// with half of its force (the other half is for loads), and not beyond the target in this step.
+/// The same in rad for a drive that turns, with the mobility about its axis.
+template <Scalar S>
+[[nodiscard]] S approach_speed(const JointDrive<S>& drive, S distance, S inverse_mass, S dt) {
+  using std::abs;
+  using std::min;
+  using std::sqrt;
+  const S braking = drive.max_force * inverse_mass / S(2);
+  const S speed =
+      min(min(abs(distance) / dt, drive.max_speed), sqrt(S(2) * braking * abs(distance)));
+  return distance < S(0) ? -speed : speed;
+}
+
+/// Row along an axis of A's joint frame at B's joint origin.
+template <Scalar S>
+[[nodiscard]] ConstraintRow<S> linear_row(const JointPose<S>& pose, int axis) {
+  ConstraintRow<S> row;
+  row.direction = pose.axes_W.col(axis);
+  row.angular_a = pose.arm_a.cross(row.direction);
+  row.angular_b = pose.arm_b.cross(row.direction);
+  row.error = pose.offset_J[axis];
+  return row;
+}
+
+/// Row on the turning of B relative to A about an axis.
+template <Scalar S>
+[[nodiscard]] ConstraintRow<S> angular_row(const Vec3<S>& axis, S error) {
+  ConstraintRow<S> row;
+  row.angular_a = row.angular_b = axis;
+  row.error = error;
+  return row;
+}
+
+/// Calls use(row) for each row that a joint keeps at zero, `locked_rows` in all.
+template <Scalar S, typename Use>
+void for_each_locked_row(JointKind kind, const JointPose<S>& pose, Use&& use) {
+  if (kind == JointKind::six_dof) return;
+  for (int axis = kind == JointKind::prismatic ? 1 : 0; axis < 3; ++axis) {
+    use(linear_row(pose, axis));
+  }
+  if (kind == JointKind::ball || kind == JointKind::cone_twist) return;
+  const bool has_hinge = kind == JointKind::revolute;
+  const Vec3<S> turn_J = has_hinge ? shortest_turn<S>(Vec3<S>::UnitX(), pose.axis_b_J())
+                                   : log_rotation<S>(pose.turn_J);
+  for (int axis = has_hinge ? 1 : 0; axis < 3; ++axis) {
+    use(angular_row<S>(pose.axes_W.col(axis), turn_J[axis]));
+  }
+}
+
+/// [1/kg or 1/(kg m^2)] Acceleration along a free axis per force there, when only the two bodies
+/// move and the joint holds what it locks.
+template <Scalar S>
+[[nodiscard]] S axis_mobility(JointKind kind, const JointPose<S>& pose, const Body<S>& a,
+                              const Body<S>& b) {
+  if (kind == JointKind::prismatic) return a.inverse_mass + b.inverse_mass;
+  std::array<ConstraintRow<S>, 6> rows;
+  std::size_t count = 0;
+  for_each_locked_row(kind, pose, [&](const ConstraintRow<S>& row) { rows[count++] = row; });
+  rows[count] = position_row(kind, pose);
+  ConstraintBlock<S> block;
+  block.count = 6;
+  const auto mass_of = [](const Body<S>& body) {
+    SolverBody<S> out;
+    out.inverse_mass = body.inverse_mass_W();
+    out.inverse_inertia = body.inverse_inertia_W();
+    return out;
+  };
+  BlockResponse<S> K;
+  local_response(block, rows.data(), mass_of(a), mass_of(b), K);
+  // The last pivot is what the rows before leave of the last one's response.
+  const S pivot = K.factor.back();
+  return pivot < infinity<S> ? pivot * pivot : S(0);
+}
+
+/// Row whose velocity is the rate of the swing of a `cone_twist`, and the swing as its error.
+/// Without a swing it is about the axis that the bodies swing about at present.
+template <Scalar S>
+[[nodiscard]] ConstraintRow<S> swing_row(const JointPose<S>& pose, const Twist<S>& a,
+                                         const Twist<S>& b) {
+  const Vec3<S> turn_J = shortest_turn<S>(Vec3<S>::UnitX(), pose.axis_b_J());
+  const S swing = turn_J.norm();
+  if (swing > Tolerance<S>::equal()) {
+    return angular_row<S>(pose.axes_W * (turn_J / swing), swing);
+  }
+  Vec3<S> rate_J = pose.axes_W.transpose() * (b.angular - a.angular);
+  rate_J.x() = S(0);
+  const S speed = rate_J.norm();
+  const Vec3<S> axis_J = speed > S(0) ? Vec3<S>(rate_J / speed) : Vec3<S>(Vec3<S>::UnitY());
+  return angular_row<S>(pose.axes_W * axis_J, swing);
+}
+
+inline constexpr std::uint8_t drive_impulse = 6;
+inline constexpr std::uint8_t lower_impulse = 7;
+inline constexpr std::uint8_t upper_impulse = 8;
+inline constexpr std::uint8_t swing_impulse = 9;
+
+}  // namespace detail
+
+template <Scalar S>
+void add_joint_rows(Joint<S>& joint, std::uint32_t joint_slot, const Body<S>& a, const Body<S>& b,
+                    S dt, Constraints<S>& out) {
+  using std::max;
+  using std::min;
+  const JointDef<S>& def = joint.def;
+  const JointKind kind = def.kind;
+  const JointPose<S> pose = joint_pose(joint, a.center_pose, b.center_pose);
+  joint.first_block = static_cast<std::uint32_t>(out.blocks.size());
+  const auto open_block = [&](BlockKind block_kind,
+                              std::uint8_t first_impulse) -> ConstraintBlock<S>& {
+    ConstraintBlock<S> block;
+    block.body_a = def.body_a.index;
+    block.body_b = def.body_b.index;
+    block.first = static_cast<std::uint32_t>(out.rows.size());
+    block.kind = block_kind;
+    block.first_impulse = first_impulse;
+    block.joint = joint_slot;
+    out.blocks.push_back(block);
+    return out.blocks.back();
+  };
+  if (locked_rows(kind) > 0) {
+    open_block(BlockKind::equality, 0).count = locked_rows(kind);
+    std::size_t k = 0;
+    detail::for_each_locked_row(kind, pose, [&](ConstraintRow<S> row) {
+      row.impulse = joint.impulses[k++];
+      out.rows.push_back(row);
+    });
+  }
+
+  const auto single_row = [&](BlockKind block_kind, ConstraintRow<S> row, S target, S lower,
+                              S upper, std::uint8_t slot) {
+    ConstraintBlock<S>& block = open_block(block_kind, slot);
+    block.count = 1;
+    block.lower = lower;
+    block.upper = upper;
+    row.target = target;
+    row.impulse = min(max(joint.impulses[slot], lower), upper);
+    out.rows.push_back(row);
+  };
+  // Like a contact, a stop may be approached as fast as reaches it in this step; what is beyond
+  // it comes back by the position correction, which leaves no speed behind.
+  const auto stop = [&](ConstraintRow<S> row, S distance, std::uint8_t slot) {
+    row.error = distance;
+    single_row(BlockKind::stop, row, -max(S(0), distance) / dt, S(0), infinity<S>, slot);
+  };
+  const bool is_driven = has_free_axis(kind) && def.drive.mode != DriveMode::none;
+  const bool has_lower = def.lower_limit > -infinity<S>;
+  const bool has_upper = def.upper_limit < infinity<S>;
+  const bool has_spring = def.spring.stiffness > S(0) || def.spring.damping > S(0);
+  if (is_driven || has_lower || has_upper || has_spring) {
+    const S position = joint_position(kind, pose, joint.angle);
+    const ConstraintRow<S> along = position_row(kind, pose);
+    if (is_driven) {
+      const S limit = def.drive.max_force * dt;
+      const S wanted = def.drive.mode == DriveMode::velocity
+                           ? def.drive.target
+                           : detail::approach_speed(def.drive, def.drive.target - position,
+                                                    detail::axis_mobility(kind, pose, a, b), dt);
+      single_row(BlockKind::bounded, along, wanted, -limit, limit, detail::drive_impulse);
+    }
+    if (has_lower) stop(along, position - def.lower_limit, detail::lower_impulse);
+    if (has_upper) stop(reversed(along), def.upper_limit - position, detail::upper_impulse);
+    if (has_spring) {
+      const S mobility = kind == JointKind::prismatic
+                             ? a.inverse_mass + b.inverse_mass
+                             : along.angular_a.dot(a.inverse_inertia_W() * along.angular_a) +
+                                   along.angular_b.dot(b.inverse_inertia_W() * along.angular_b);
+      add_joint_spring(joint, pose, along, position, mobility, dt, out);
+    }
+  }
+  if (kind == JointKind::cone_twist && def.swing_limit < S(std::numbers::pi)) {
+    const ConstraintRow<S> swing = detail::swing_row(pose, a.twist, b.twist);
+    stop(reversed(swing), def.swing_limit - swing.error, detail::swing_impulse);
+  }
+  if (kind == JointKind::six_dof) add_joint_bushing(joint, pose, dt, out);
+  joint.block_count = static_cast<std::uint32_t>(out.blocks.size()) - joint.first_block;
+}
+
+template <Scalar S>
+void turn_joint_rows(const Joint<S>& joint, const Transform<S>& X_WA, const Transform<S>& X_WB,
+                     const Twist<S>& motion_a, const Twist<S>& motion_b, S dt,
+                     Constraints<S>& out) {
+  ConstraintRow<S>* out_row = &out.rows[out.blocks[joint.first_block].first];
+  detail::for_each_locked_row(joint.def.kind, joint_pose(joint, X_WA, X_WB),
+                              [&](ConstraintRow<S> row) {
+                                row.impulse = out_row->impulse;
+                                row.error = -dt * row.velocity(motion_a, motion_b);
+                                *out_row++ = row;
+                              });
+}
+
+template <Scalar S>
+void store_joint_impulses(Joint<S>& joint, const Constraints<S>& constraints) {
+  joint.total = {};
+  joint.impulses.fill(S(0));
+  for (std::uint32_t i = joint.first_block; i < joint.first_block + joint.block_count; ++i) {
+    const ConstraintBlock<S>& block = constraints.blocks[i];
+    for (std::uint32_t r = 0; r < block.count; ++r) {
+      const ConstraintRow<S>& row = constraints.rows[block.first + r];
+      const bool is_angular = row.direction.isZero(S(0));
+      joint.impulses[block.first_impulse + r] = row.impulse;
+      joint.total.force += row.impulse * row.direction;
+      if (is_angular) joint.total.torque += row.impulse * row.angular_b;
+    }
+  }
+  if (!joint.is_sprung) return;
+  const Vec6<S>& impulse = constraints.soft[joint.soft_block].impulse;
+  joint.spring_impulse = {impulse.template head<3>(), impulse.template tail<3>()};
+  joint.total += joint.spring_impulse;
+}
+
+template <Scalar S>
+JointReading<S> read_joint(const Joint<S>& joint, const Body<S>& a, const Body<S>& b, S dt) {
+  const JointKind kind = joint.def.kind;
+  JointReading<S> reading;
+  reading.reaction = (S(1) / dt) * joint.total;
+  if (!has_free_axis(kind) && !has_angle(kind)) return reading;
+  const JointPose<S> pose = joint_pose(joint, a.center_pose, b.center_pose);
+  reading.position = joint_position(kind, pose, joint.angle);
+  reading.velocity = position_row(kind, pose).velocity(a.twist, b.twist);
+  reading.drive_force = joint.impulses[detail::drive_impulse] / dt;
+  if (kind == JointKind::cone_twist) {
+    reading.swing = shortest_turn<S>(Vec3<S>::UnitX(), pose.axis_b_J()).norm();
+  }
+  return reading;
 }
 
 }  // namespace bristle
@@ -23903,8 +24462,8 @@ struct HeldMobility {
 ///
 /// Contacts that carried load stop the body along their normal, and across it where they stick;
 /// joints stop it along their locked axes, along a driven one while the drive has force to spare;
-/// patches of the world add their stiffness and damping over a step. What is on the other side
-/// counts as immovable.
+/// patches of the world and springs add their stiffness and damping over a step. What is on the
+/// other side counts as immovable.
 template <Scalar S, typename Backend>
 class HeldMobilityFinder {
  public:
@@ -23947,15 +24506,21 @@ class HeldMobilityFinder {
         if (pair.count == 0 || (!is_own && pair.body_b != slot)) continue;
         Mat6<S> K, D;
         detail::sum_stiffness(patch, pair, K, D);
-        Mat6<S> to_point = Mat6<S>::Identity();
-        to_point.template topRightCorner<3, 3>() = -skew(is_own ? pair.arm_a : pair.arm_b);
-        const Mat6<S> soft = to_point.transpose() * (dt * dt * K + dt * D) * to_point;
-        const Mat6<S> grown = Mat6<S>::Identity() + held.matrix * soft;
-        held.matrix = Mat6<S>(grown.inverse() * held.matrix);
-        held.is_held = true;
-        held.integrator = Integrator::symplectic_euler;
+        soften(dt * dt * K + dt * D, is_own ? pair.arm_a : pair.arm_b, held);
       }
     }
+  }
+
+  /// Takes away what stiffness and damping at the end of an arm hold back within a step.
+  /// @param soft  [N s^2/m and products with m] As `SoftBlock::matrix`.
+  void soften(const Mat6<S>& soft, const Vec3<S>& arm, HeldMobility<S>& held) const {
+    Mat6<S> to_point = Mat6<S>::Identity();
+    to_point.template topRightCorner<3, 3>() = -skew(arm);
+    const Mat6<S> at_center = to_point.transpose() * soft * to_point;
+    const Mat6<S> grown = Mat6<S>::Identity() + held.matrix * at_center;
+    held.matrix = Mat6<S>(grown.inverse() * held.matrix);
+    held.is_held = true;
+    held.integrator = Integrator::symplectic_euler;
   }
 
   void add_contacts(const State& state, std::uint32_t slot, HeldMobility<S>& held) const {
@@ -23998,6 +24563,9 @@ class HeldMobilityFinder {
       rows_.clear();
       add_joint_rows(joint, i, state.bodies.at(joint.def.body_a.index),
                      state.bodies.at(joint.def.body_b.index), state.def.time_step, rows_);
+      for (const SoftBlock<S>& soft : rows_.soft) {
+        soften(soft.matrix, is_a ? soft.arm_a : soft.arm_b, held);
+      }
       for (const ConstraintBlock<S>& block : rows_.blocks) {
         if (block.kind != BlockKind::equality) held.integrator = Integrator::symplectic_euler;
         for (std::uint32_t r = block.first; r < block.first + block.count; ++r) {
@@ -24862,27 +25430,40 @@ class MechanismStage {
   }
 
   /// Whether an island has a mechanism whose motion may be integrated: joints without drives and
-  /// stops, which are decisions of a step and not forces; and no sensors, whose law is integrated
-  /// with symplectic Euler.
+  /// stops that hold, which are decisions of a step and not forces; no springs that are stiff for
+  /// the step; and no sensors, whose law is integrated with symplectic Euler. Stops that are free
+  /// do no harm unless contacts may push the joint there.
   [[nodiscard]] static bool applies_to(const State& state, const Island& island,
                                        const SolveContext<S>& context) {
-    if (island.blocks.empty() || context.integrator != Integrator::trapezoidal) return false;
-    if (!island.contacts.empty() && IslandSolver<S>::is_large(context)) return false;
-    return std::all_of(island.blocks.begin(), island.blocks.end(), [&](std::uint32_t i) {
-      return state.constraints.blocks[i].kind == BlockKind::equality;
-    });
+    if (island.blocks.empty() || state.def.integrator != Integrator::trapezoidal) return false;
+    bool has_stops = false;
+    std::size_t springs = 0;
+    for (const std::uint32_t i : island.blocks) {
+      const ConstraintBlock<S>& block = state.constraints.blocks[i];
+      if (block.kind == BlockKind::equality) {
+        const Joint<S>& joint = state.joints.at(block.joint);
+        springs += joint.is_sprung && joint.is_resolved ? 1u : 0u;
+        continue;
+      }
+      const ConstraintRow<S>& row = state.constraints.rows[block.first];
+      const bool is_free = block.kind == BlockKind::stop && row.impulse == S(0) && row.error > S(0);
+      if (!is_free) return false;
+      has_stops = true;
+    }
+    if (springs != island.soft.size()) return false;  // The others are stiff springs or patches.
+    if (!island.contacts.empty() && (has_stops || IslandSolver<S>::is_large(context))) return false;
+    return std::none_of(island.bodies.begin(), island.bodies.end(),
+                        [&](std::uint32_t slot) { return state.solver_bodies[slot].is_sensed; });
   }
 
   /// Integrates the mechanisms of an island: sets the free velocities and displacements of its
   /// bodies, and turns the rows of its joints to where they will be.
-  /// @return False when that failed: the island is then as before.
+  /// @return False when that failed, or led beyond a stop: the island is then as before.
   bool advance(State& state, const Island& island) {
     find_groups(state, island);
     saved_.clear();
     for (const std::uint32_t slot : island.bodies) saved_.push_back(state.solver_bodies[slot]);
-    for (const std::uint32_t slot : island.bodies) {
-      if (parent_[slot] != slot) continue;
-      if (advance_group(state, island, slot)) continue;
+    if (!advance_groups(state, island) || !keeps_stops(state, island)) {
       for (std::size_t k = 0; k < saved_.size(); ++k) {
         state.solver_bodies[island.bodies[k]] = saved_[k];
       }
@@ -24893,7 +25474,9 @@ class MechanismStage {
     }
     has_flow_ = true;
     for (const std::uint32_t i : island.blocks) {
+      if (state.constraints.blocks[i].kind != BlockKind::equality) continue;
       const Joint<S>& joint = state.joints.at(state.constraints.blocks[i].joint);
+      if (joint.is_sprung) state.constraints.soft[joint.soft_block].impulse.setZero();
       const std::uint32_t a = joint.def.body_a.index;
       const std::uint32_t b = joint.def.body_b.index;
       turn_joint_rows(joint, end_pose(state, a), end_pose(state, b),
@@ -24945,6 +25528,28 @@ class MechanismStage {
     for (const std::uint32_t slot : island.bodies) parent_[slot] = root(slot);
   }
 
+  bool advance_groups(State& state, const Island& island) {
+    return std::all_of(island.bodies.begin(), island.bodies.end(), [&](std::uint32_t slot) {
+      return parent_[slot] != slot || advance_group(state, island, slot);
+    });
+  }
+
+  /// Whether no joint has come to a stop in the motion that was found.
+  [[nodiscard]] bool keeps_stops(const State& state, const Island& island) const {
+    return std::all_of(island.blocks.begin(), island.blocks.end(), [&](std::uint32_t i) {
+      const ConstraintBlock<S>& block = state.constraints.blocks[i];
+      if (block.kind != BlockKind::stop) return true;
+      const Joint<S>& joint = state.joints.at(block.joint);
+      const SolverBody<S>& a = state.solver_bodies[block.body_a];
+      const SolverBody<S>& b = state.solver_bodies[block.body_b];
+      const JointPose<S> pose =
+          joint_pose(joint, end_pose(state, block.body_a), end_pose(state, block.body_b));
+      const S position = followed_position(joint, pose, {a.start, a.twist}, {b.start, b.twist},
+                                           state.def.time_step);
+      return is_within_stops(joint.def, pose, position);
+    });
+  }
+
   bool advance_group(State& state, const Island& island, std::uint32_t group) {
     bodies_.clear();
     joints_.clear();
@@ -24960,11 +25565,12 @@ class MechanismStage {
     };
     for (const std::uint32_t i : island.blocks) {
       const ConstraintBlock<S>& block = state.constraints.blocks[i];
+      if (block.kind != BlockKind::equality) continue;
       const bool is_a = state.solver_bodies[block.body_a].moves;
       if (parent_[is_a ? block.body_a : block.body_b] != group) continue;
       const Joint<S>& joint = state.joints.at(block.joint);
       joints_.push_back({joint.def.kind, number(block.body_a), number(block.body_b), joint.X_CmA_J,
-                         joint.X_CmB_J});
+                         joint.X_CmB_J, joint.def.spring, joint.angle});
       joint_slots_.push_back(block.joint);
     }
     for (const std::uint32_t slot : slots_) local_[slot] = none;
@@ -25346,6 +25952,14 @@ class SensorStage {
         apply_explicit(state, patch, pair);
       }
     });
+  }
+
+  /// Of the soft blocks of an island, in ascending order, those of patches: they come before those
+  /// of joints.
+  [[nodiscard]] std::span<const std::uint32_t> of_patches(
+      std::span<const std::uint32_t> soft) const {
+    const auto end = std::lower_bound(soft.begin(), soft.end(), owners_.size());
+    return soft.first(static_cast<std::size_t>(end - soft.begin()));
   }
 
   /// Sums the present linear models of a soft block's sensors into it.
@@ -25816,27 +26430,30 @@ class SolveStage {
     return context;
   }
 
-  void solve_island(State& state, const SensorStage<S, Backend>& sensors, const Island& island) {
+  void solve_island(State& state, const SensorStage<S, Backend>& sensors, Island island) {
     SolveContext<S> context = context_of(state, island);
     Constraints<S>& constraints = state.constraints;
     std::span<SolverBody<S>> bodies = state.solver_bodies;
     context.factor_work =
         solver_.factor_work(island, constraints, bodies.size(), context.settings.max_direct_work);
-    if (mechanisms_.applies_to(state, island, context)) {
-      // Where nothing touches the mechanism there is nothing left to solve.
-      if (mechanisms_.advance(state, island) && island.contacts.empty()) return;
+    if (mechanisms_.applies_to(state, island, context) && mechanisms_.advance(state, island)) {
+      // Where nothing touches the mechanism there is nothing left to solve. Springs are done.
+      if (island.contacts.empty()) return;
+      island.soft = {};
+      context.integrator = Integrator::trapezoidal;
     } else if (context.integrator == Integrator::symplectic_euler) {
       for (const std::uint32_t slot : island.bodies) bodies[slot].free_motion = bodies[slot].free;
     }
     SolveReport<S> report;
+    const std::span<const std::uint32_t> sensed = sensors.of_patches(island.soft);
     const auto solve_once = [&] {
-      for (const std::uint32_t soft : island.soft) sensors.fill(state, soft);
+      for (const std::uint32_t soft : sensed) sensors.fill(state, soft);
       solver_.solve(island, constraints, bodies, context, report);
-      for (const std::uint32_t soft : island.soft) sensors.evaluate(state, soft);
+      for (const std::uint32_t soft : sensed) sensors.evaluate(state, soft);
     };
     const auto relinearise = [&](int pass, bool is_last_pass) {
       bool has_changed = false;
-      for (const std::uint32_t soft : island.soft) {
+      for (const std::uint32_t soft : sensed) {
         has_changed = sensors.relinearise(state, soft, pass, is_last_pass) || has_changed;
       }
       return has_changed;
@@ -25916,7 +26533,7 @@ class SolveStage {
   /// Leaves an island to free motion when its solution is not finite, and remembers nothing of it.
   void discard(State& state, const SensorStage<S, Backend>& sensors, const Island& island) const {
     clear_impulses(island, state.constraints);
-    for (const std::uint32_t soft : island.soft) sensors.discard(state, soft);
+    for (const std::uint32_t soft : sensors.of_patches(island.soft)) sensors.discard(state, soft);
     apply_impulses<S>(island, state.constraints, state.solver_bodies);
     for (const std::uint32_t slot : island.bodies) {
       SolverBody<S>& body = state.solver_bodies[slot];
@@ -26307,7 +26924,9 @@ void visit_joint(Joint& joint, Visitor& visit) {
   visit.value(joint.def.drive.target);
   visit.value(joint.def.drive.max_force);
   visit.value(joint.def.drive.max_speed);
+  visit.value(joint.angle);
   visit.value(std::span(joint.impulses));
+  visit_wrench(joint.spring_impulse, visit);
   visit_wrench(joint.total, visit);
 }
 
@@ -27305,6 +27924,9 @@ requires ShapeBackend<Backend, S> JointId World<S, Backend>::add_joint(const Joi
   joint.X_CmA_J.translation -= a.center_B;
   joint.X_CmB_J = def.X_BJ;
   joint.X_CmB_J.translation -= b.center_B;
+  const JointPose<S> pose = joint_pose(joint, a.center_pose, b.center_pose);
+  const S angle = joint_position(def.kind, pose, S(0));
+  joint.angle = nearest_turn(angle, std::min(std::max(angle, def.lower_limit), def.upper_limit));
   if (!def.bodies_collide) {
     const ShapePair pair{std::min(def.body_a.index, def.body_b.index),
                          std::max(def.body_a.index, def.body_b.index)};
@@ -27485,6 +28107,7 @@ void World<S, Backend>::set_time_step(S dt) {
   for (std::uint32_t i = 0; i < state_.joints.slot_count(); ++i) {
     if (!state_.joints.is_live(i)) continue;
     for (S& impulse : state_.joints.at(i).impulses) impulse *= ratio;
+    state_.joints.at(i).spring_impulse = ratio * state_.joints.at(i).spring_impulse;
     state_.joints.at(i).total = ratio * state_.joints.at(i).total;
   }
   for (std::uint32_t i = 0; i < state_.patches.slot_count(); ++i) {
@@ -27540,6 +28163,19 @@ void World<S, Backend>::step() {
   }
   sensor_stage_.read(state_);
   solve_stage_.integrate(state_);
+  for (std::uint32_t i = 0; i < state_.joints.slot_count(); ++i) {
+    if (!is_awake_joint(i)) continue;
+    Joint<S>& joint = state_.joints.at(i);
+    if (!has_angle(joint.def.kind)) continue;
+    const std::uint32_t a = joint.def.body_a.index;
+    const std::uint32_t b = joint.def.body_b.index;
+    const Body<S>& body_a = state_.bodies.at(a);
+    const Body<S>& body_b = state_.bodies.at(b);
+    joint.angle =
+        followed_position(joint, joint_pose(joint, body_a.center_pose, body_b.center_pose),
+                          {state_.solver_bodies[a].start, body_a.twist},
+                          {state_.solver_bodies[b].start, body_b.twist}, state_.def.time_step);
+  }
   contact_stage_.settle_boxes(state_);
   sleep_stage_.fall_asleep(state_, sensor_stage_);
   ++state_.steps;

@@ -41,6 +41,16 @@ struct ConstraintRow {
   }
 };
 
+/// The same row with the opposite sign, without its error, target and impulses.
+template <Scalar S>
+[[nodiscard]] ConstraintRow<S> reversed(const ConstraintRow<S>& row) {
+  ConstraintRow<S> result;
+  result.direction = -row.direction;
+  result.angular_a = -row.angular_a;
+  result.angular_b = -row.angular_b;
+  return result;
+}
+
 /// What the impulses of a block may be.
 enum class BlockKind : std::uint8_t {
   /// Any value: velocities equal their targets.
@@ -63,6 +73,8 @@ struct ConstraintBlock {
   std::uint32_t first = 0;
   std::uint32_t count = 0;
   BlockKind kind = BlockKind::equality;
+  /// [-] Where its impulses begin among those that the joint keeps.
+  std::uint8_t first_impulse = 0;
   /// [-] Slot of the joint that it comes from.
   std::uint32_t joint = 0;
   /// [N s or N m s] Bounds of a bounded row or a stop.

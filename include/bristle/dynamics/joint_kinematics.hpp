@@ -21,10 +21,13 @@
 /// the centripetal accelerations of both arms and the Coriolis acceleration of the slide. Where all
 /// of u is kept at zero its last term is zero too; it is used there all the same, as that is the
 /// acceleration of c in the axes of A, and one formula serves all joints. w_B - w_A has no such
-/// terms.
+/// terms where it is kept at zero altogether. Where B turns about the axis h of A it is kept at
+/// zero across h, in the axes of A again:
+///
+///   (d . (w_B - w_A))' = d . [ w_B' - w_A' - w_A x (w_B - w_A) ].
 ///
 /// Rows are kept in world axes: three that hold mean the same in any axes, and where B slides along
-/// d, I - d d^T takes what is along d out of them.
+/// d, or turns about it, I - d d^T takes what is along d out of them.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -47,6 +50,12 @@ struct JointFlowJoint {
   /// [m] Joint frames about the centres of mass, along the bodies' axes.
   Transform<S> X_CmA_J{};
   Transform<S> X_CmB_J{};
+  /// [-] Spring and damper on its free axis, if it has one.
+  JointSpring<S> spring{};
+  /// [rad] Angle at the start of the step, to within half a turn, of a hinge with a spring.
+  S angle = S(0);
+
+  [[nodiscard]] bool has_spring() const { return spring.stiffness > S(0) || spring.damping > S(0); }
 };
 
 /// Where a body is and how it moves at one instant.
@@ -72,11 +81,17 @@ struct JointInstant {
   Vec3<S> arm_b = Vec3<S>::Zero();
   /// [1] Along what B slides; zero where it does not.
   Vec3<S> slide = Vec3<S>::Zero();
+  /// [1] About what B turns; zero where it does not, or about any axis.
+  Vec3<S> hinge = Vec3<S>::Zero();
 };
 
-/// Whether a joint lets its bodies turn, or slide, relative to each other.
-[[nodiscard]] constexpr bool lets_turn(JointKind kind) { return kind == JointKind::ball; }
+/// Whether a joint lets its bodies slide, turn about one axis, or turn about all, relative to each
+/// other.
 [[nodiscard]] constexpr bool lets_slide(JointKind kind) { return kind == JointKind::prismatic; }
+[[nodiscard]] constexpr bool lets_hinge(JointKind kind) { return kind == JointKind::revolute; }
+[[nodiscard]] constexpr bool lets_turn(JointKind kind) {
+  return kind == JointKind::ball || kind == JointKind::cone_twist;
+}
 
 /// A vector without its part along the unit vector d.
 template <Scalar S>
@@ -93,15 +108,25 @@ template <Scalar S>
 [[nodiscard]] Twist<S> held_velocity(JointKind kind, const JointInstant<S>& at, const Twist<S>& a,
                                      const Twist<S>& b);
 
-/// [m/s^2] J' v, of which only the linear part is not zero.
+/// [m/s^2, rad/s^2] J' v.
 template <Scalar S>
-[[nodiscard]] Vec3<S> held_acceleration_bias(JointKind kind, const JointInstant<S>& at,
-                                             const Twist<S>& a, const Twist<S>& b);
+[[nodiscard]] Twist<S> held_acceleration_bias(JointKind kind, const JointInstant<S>& at,
+                                              const Twist<S>& a, const Twist<S>& b);
 
 /// [m, rad] How far the bodies are from where the joint holds them.
 template <Scalar S>
 [[nodiscard]] Twist<S> held_gap(const JointFlowJoint<S>& joint, const JointInstant<S>& at,
                                 const BodyInstant<S>& a, const BodyInstant<S>& b);
+
+/// [m or rad] Position along or about the free axis.
+/// @param guess  [rad] Angle of a hinge to within half a turn.
+template <Scalar S>
+[[nodiscard]] S axis_position(const JointFlowJoint<S>& joint, const JointInstant<S>& at,
+                              const BodyInstant<S>& a, const BodyInstant<S>& b, S guess);
+
+/// [m/s or rad/s] Its rate.
+template <Scalar S>
+[[nodiscard]] S axis_rate(const JointInstant<S>& at, const Twist<S>& a, const Twist<S>& b);
 
 // Implementation -----------------------------------------------------------------------------------
 
@@ -137,6 +162,7 @@ JointInstant<S> joint_instant(const JointFlowJoint<S>& joint, const BodyInstant<
   } else {
     at.arm_a = a.R * joint.X_CmA_J.translation;
   }
+  if (lets_hinge(joint.kind)) at.hinge = a.R * (joint.X_CmA_J.rotation * Vec3<S>::UnitX());
   return at;
 }
 
@@ -145,17 +171,20 @@ Twist<S> held_velocity(JointKind kind, const JointInstant<S>& at, const Twist<S>
                        const Twist<S>& b) {
   const Vec3<S> u = (b.linear - a.linear) + b.angular.cross(at.arm_b) - a.angular.cross(at.arm_a);
   if (lets_turn(kind)) return {u, Vec3<S>::Zero()};
-  return {lets_slide(kind) ? across(at.slide, u) : u, b.angular - a.angular};
+  const Vec3<S> w = b.angular - a.angular;
+  return {lets_slide(kind) ? across(at.slide, u) : u, lets_hinge(kind) ? across(at.hinge, w) : w};
 }
 
 template <Scalar S>
-Vec3<S> held_acceleration_bias(JointKind kind, const JointInstant<S>& at, const Twist<S>& a,
-                               const Twist<S>& b) {
+Twist<S> held_acceleration_bias(JointKind kind, const JointInstant<S>& at, const Twist<S>& a,
+                                const Twist<S>& b) {
   const Vec3<S> turn_a = a.angular.cross(at.arm_a);
   const Vec3<S> turn_b = b.angular.cross(at.arm_b);
   const Vec3<S> u = (b.linear - a.linear) + turn_b - turn_a;
   const Vec3<S> bias = b.angular.cross(turn_b) - a.angular.cross(turn_a + S(2) * u);
-  return lets_slide(kind) ? across(at.slide, bias) : bias;
+  if (lets_slide(kind)) return {across(at.slide, bias), Vec3<S>::Zero()};
+  if (!lets_hinge(kind)) return {bias, Vec3<S>::Zero()};
+  return {bias, across(at.hinge, Vec3<S>(b.angular.cross(a.angular)))};
 }
 
 template <Scalar S>
@@ -164,8 +193,30 @@ Twist<S> held_gap(const JointFlowJoint<S>& joint, const JointInstant<S>& at,
   // Centres of mass are subtracted first, so nothing is lost far from the world's origin.
   if (lets_turn(joint.kind)) return {(b.x - a.x) + (at.arm_b - at.arm_a), Vec3<S>::Zero()};
   const Vec3<S> c = (b.x - a.x) + (at.arm_b - a.R * joint.X_CmA_J.translation);
+  if (lets_hinge(joint.kind)) {
+    const Vec3<S> axis_b = b.R * (joint.X_CmB_J.rotation * Vec3<S>::UnitX());
+    return {c, shortest_turn<S>(at.hinge, axis_b)};
+  }
   const Quat<S> turn = (b.q * joint.X_CmB_J.rotation) * (a.q * joint.X_CmA_J.rotation).conjugate();
   return {lets_slide(joint.kind) ? across(at.slide, c) : c, log_rotation<S>(turn)};
+}
+
+template <Scalar S>
+S axis_position(const JointFlowJoint<S>& joint, const JointInstant<S>& at, const BodyInstant<S>& a,
+                const BodyInstant<S>& b, S guess) {
+  using std::atan2;
+  if (lets_hinge(joint.kind)) {
+    const Quat<S> turn_J =
+        (a.q * joint.X_CmA_J.rotation).conjugate() * (b.q * joint.X_CmB_J.rotation);
+    return nearest_turn(S(2) * atan2(turn_J.x(), turn_J.w()), guess);
+  }
+  return at.slide.dot((b.x - a.x) + (at.arm_b - a.R * joint.X_CmA_J.translation));
+}
+
+template <Scalar S>
+S axis_rate(const JointInstant<S>& at, const Twist<S>& a, const Twist<S>& b) {
+  // One of the two axes is zero.
+  return at.slide.dot(b.at(at.arm_b) - a.at(at.arm_a)) + at.hinge.dot(b.angular - a.angular);
 }
 
 }  // namespace bristle

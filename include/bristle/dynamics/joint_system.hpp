@@ -270,36 +270,50 @@ void JointSystem<S>::couple(const JointCoupling& coupling, const Mat3<S>& lever)
   const bool row_turns = lets_turn(joints_[coupling.row].kind);
   const bool column_turns = lets_turn(joints_[coupling.column].kind);
   if (!row_turns) {
+    const bool row_hinges = lets_hinge(joints_[coupling.row].kind);
     Mat3<S> block;
     for (Eigen::Index k = 0; k < 3; ++k) {
       block.row(k) = node.inverse_inertia.col(k).cross(r).transpose();  // I^-1 [r]
     }
     if (column_slides) block -= (block * column.slide) * column.slide.transpose();
+    if (row_hinges) block -= row.hinge * (row.hinge.transpose() * block);
     matrix_.at(i + 1, j) += block;
-    if (!column_turns) matrix_.at(i + 1, j + 1) += sign * node.inverse_inertia;
+    if (!column_turns) {
+      block = sign * node.inverse_inertia;
+      if (row_hinges) block -= row.hinge * (row.hinge.transpose() * block);
+      if (lets_hinge(joints_[coupling.column].kind)) {
+        block -= (block * column.hinge) * column.hinge.transpose();
+      }
+      matrix_.at(i + 1, j + 1) += block;
+    }
   }
   if (!column_turns && i != j) {
     Mat3<S> block = sign * lever;
     if (row_slides) block -= row.slide * (row.slide.transpose() * block);
+    if (lets_hinge(joints_[coupling.column].kind)) {
+      block -= (block * column.hinge) * column.hinge.transpose();
+    }
     matrix_.at(i, j + 1) += block;
   }
 }
 
-/// Makes the matrix regular where it is not by design: along slides, which no row holds, and where
-/// loops or locked axes leave more rows than can move. What is added there is small enough for the
-/// second pass of `solve` to take its effect out of all that does move.
+/// Makes the matrix regular where it is not by design: along slides and about hinges, which no row
+/// holds, and where loops or locked axes leave more rows than can move. What is added there is
+/// small enough for the second pass of `solve` to take its effect out of all that does move.
 template <Scalar S>
 void JointSystem<S>::fill_free_rows() {
   const S share = may_be_singular_ ? Tolerance<S>::equal() : S(0);
   for (std::size_t i = 0; i < joints_.size(); ++i) {
-    if (!may_be_singular_ && !lets_slide(joints_[i].kind)) continue;
+    const JointKind kind = joints_[i].kind;
+    if (!may_be_singular_ && !lets_slide(kind) && !lets_hinge(kind)) continue;
     const std::size_t row = order_.first_row(i);
-    const std::size_t rows = lets_turn(joints_[i].kind) ? 1 : 2;
+    const std::size_t rows = lets_turn(kind) ? 1 : 2;
     for (std::size_t r = row; r < row + rows; ++r) {
       Mat3<S>& block = matrix_.at(r, r);
       S scale = block.trace() / S(3);
       if (value_of(scale) == 0) scale = S(1);
-      if (r == row) block += (scale * at_[i].slide) * at_[i].slide.transpose();
+      const Vec3<S>& axis = r == row ? at_[i].slide : at_[i].hinge;
+      block += (scale * axis) * axis.transpose();
       block.diagonal().array() += share * scale;
     }
   }
@@ -347,9 +361,10 @@ void JointSystem<S>::add_solution(std::span<const Twist<S>> b) {
     push_b.torque += at.arm_b.cross(force);
     push_a.torque -= at.arm_a.cross(force);
     if (lets_turn(kind)) continue;
-    wrenches_[i].torque += rows_[row + 1];
-    push_b.torque += rows_[row + 1];
-    push_a.torque -= rows_[row + 1];
+    const Vec3<S> torque = lets_hinge(kind) ? across(at.hinge, rows_[row + 1]) : rows_[row + 1];
+    wrenches_[i].torque += torque;
+    push_b.torque += torque;
+    push_a.torque -= torque;
   }
   for (Node& node : nodes_) {
     if (!node.def->moves_by_forces) continue;

@@ -7,6 +7,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <bristle/dynamics/joint_rows.hpp>
 #include <bristle/math/small_products.hpp>
 #include <bristle/sensors/stability.hpp>
 #include <bristle/world/world_state.hpp>
@@ -33,8 +34,8 @@ struct HeldMobility {
 ///
 /// Contacts that carried load stop the body along their normal, and across it where they stick;
 /// joints stop it along their locked axes, along a driven one while the drive has force to spare;
-/// patches of the world add their stiffness and damping over a step. What is on the other side
-/// counts as immovable.
+/// patches of the world and springs add their stiffness and damping over a step. What is on the
+/// other side counts as immovable.
 template <Scalar S, typename Backend>
 class HeldMobilityFinder {
  public:
@@ -77,15 +78,21 @@ class HeldMobilityFinder {
         if (pair.count == 0 || (!is_own && pair.body_b != slot)) continue;
         Mat6<S> K, D;
         detail::sum_stiffness(patch, pair, K, D);
-        Mat6<S> to_point = Mat6<S>::Identity();
-        to_point.template topRightCorner<3, 3>() = -skew(is_own ? pair.arm_a : pair.arm_b);
-        const Mat6<S> soft = to_point.transpose() * (dt * dt * K + dt * D) * to_point;
-        const Mat6<S> grown = Mat6<S>::Identity() + held.matrix * soft;
-        held.matrix = Mat6<S>(grown.inverse() * held.matrix);
-        held.is_held = true;
-        held.integrator = Integrator::symplectic_euler;
+        soften(dt * dt * K + dt * D, is_own ? pair.arm_a : pair.arm_b, held);
       }
     }
+  }
+
+  /// Takes away what stiffness and damping at the end of an arm hold back within a step.
+  /// @param soft  [N s^2/m and products with m] As `SoftBlock::matrix`.
+  void soften(const Mat6<S>& soft, const Vec3<S>& arm, HeldMobility<S>& held) const {
+    Mat6<S> to_point = Mat6<S>::Identity();
+    to_point.template topRightCorner<3, 3>() = -skew(arm);
+    const Mat6<S> at_center = to_point.transpose() * soft * to_point;
+    const Mat6<S> grown = Mat6<S>::Identity() + held.matrix * at_center;
+    held.matrix = Mat6<S>(grown.inverse() * held.matrix);
+    held.is_held = true;
+    held.integrator = Integrator::symplectic_euler;
   }
 
   void add_contacts(const State& state, std::uint32_t slot, HeldMobility<S>& held) const {
@@ -128,6 +135,9 @@ class HeldMobilityFinder {
       rows_.clear();
       add_joint_rows(joint, i, state.bodies.at(joint.def.body_a.index),
                      state.bodies.at(joint.def.body_b.index), state.def.time_step, rows_);
+      for (const SoftBlock<S>& soft : rows_.soft) {
+        soften(soft.matrix, is_a ? soft.arm_a : soft.arm_b, held);
+      }
       for (const ConstraintBlock<S>& block : rows_.blocks) {
         if (block.kind != BlockKind::equality) held.integrator = Integrator::symplectic_euler;
         for (std::uint32_t r = block.first; r < block.first + block.count; ++r) {

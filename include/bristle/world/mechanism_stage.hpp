@@ -10,6 +10,7 @@
 
 #include <bristle/dynamics/island_solver.hpp>
 #include <bristle/dynamics/joint_flow.hpp>
+#include <bristle/dynamics/joint_rows.hpp>
 #include <bristle/world/world_state.hpp>
 
 #include <algorithm>
@@ -34,27 +35,40 @@ class MechanismStage {
   }
 
   /// Whether an island has a mechanism whose motion may be integrated: joints without drives and
-  /// stops, which are decisions of a step and not forces; and no sensors, whose law is integrated
-  /// with symplectic Euler.
+  /// stops that hold, which are decisions of a step and not forces; no springs that are stiff for
+  /// the step; and no sensors, whose law is integrated with symplectic Euler. Stops that are free
+  /// do no harm unless contacts may push the joint there.
   [[nodiscard]] static bool applies_to(const State& state, const Island& island,
                                        const SolveContext<S>& context) {
-    if (island.blocks.empty() || context.integrator != Integrator::trapezoidal) return false;
-    if (!island.contacts.empty() && IslandSolver<S>::is_large(context)) return false;
-    return std::all_of(island.blocks.begin(), island.blocks.end(), [&](std::uint32_t i) {
-      return state.constraints.blocks[i].kind == BlockKind::equality;
-    });
+    if (island.blocks.empty() || state.def.integrator != Integrator::trapezoidal) return false;
+    bool has_stops = false;
+    std::size_t springs = 0;
+    for (const std::uint32_t i : island.blocks) {
+      const ConstraintBlock<S>& block = state.constraints.blocks[i];
+      if (block.kind == BlockKind::equality) {
+        const Joint<S>& joint = state.joints.at(block.joint);
+        springs += joint.is_sprung && joint.is_resolved ? 1u : 0u;
+        continue;
+      }
+      const ConstraintRow<S>& row = state.constraints.rows[block.first];
+      const bool is_free = block.kind == BlockKind::stop && row.impulse == S(0) && row.error > S(0);
+      if (!is_free) return false;
+      has_stops = true;
+    }
+    if (springs != island.soft.size()) return false;  // The others are stiff springs or patches.
+    if (!island.contacts.empty() && (has_stops || IslandSolver<S>::is_large(context))) return false;
+    return std::none_of(island.bodies.begin(), island.bodies.end(),
+                        [&](std::uint32_t slot) { return state.solver_bodies[slot].is_sensed; });
   }
 
   /// Integrates the mechanisms of an island: sets the free velocities and displacements of its
   /// bodies, and turns the rows of its joints to where they will be.
-  /// @return False when that failed: the island is then as before.
+  /// @return False when that failed, or led beyond a stop: the island is then as before.
   bool advance(State& state, const Island& island) {
     find_groups(state, island);
     saved_.clear();
     for (const std::uint32_t slot : island.bodies) saved_.push_back(state.solver_bodies[slot]);
-    for (const std::uint32_t slot : island.bodies) {
-      if (parent_[slot] != slot) continue;
-      if (advance_group(state, island, slot)) continue;
+    if (!advance_groups(state, island) || !keeps_stops(state, island)) {
       for (std::size_t k = 0; k < saved_.size(); ++k) {
         state.solver_bodies[island.bodies[k]] = saved_[k];
       }
@@ -65,7 +79,9 @@ class MechanismStage {
     }
     has_flow_ = true;
     for (const std::uint32_t i : island.blocks) {
+      if (state.constraints.blocks[i].kind != BlockKind::equality) continue;
       const Joint<S>& joint = state.joints.at(state.constraints.blocks[i].joint);
+      if (joint.is_sprung) state.constraints.soft[joint.soft_block].impulse.setZero();
       const std::uint32_t a = joint.def.body_a.index;
       const std::uint32_t b = joint.def.body_b.index;
       turn_joint_rows(joint, end_pose(state, a), end_pose(state, b),
@@ -117,6 +133,28 @@ class MechanismStage {
     for (const std::uint32_t slot : island.bodies) parent_[slot] = root(slot);
   }
 
+  bool advance_groups(State& state, const Island& island) {
+    return std::all_of(island.bodies.begin(), island.bodies.end(), [&](std::uint32_t slot) {
+      return parent_[slot] != slot || advance_group(state, island, slot);
+    });
+  }
+
+  /// Whether no joint has come to a stop in the motion that was found.
+  [[nodiscard]] bool keeps_stops(const State& state, const Island& island) const {
+    return std::all_of(island.blocks.begin(), island.blocks.end(), [&](std::uint32_t i) {
+      const ConstraintBlock<S>& block = state.constraints.blocks[i];
+      if (block.kind != BlockKind::stop) return true;
+      const Joint<S>& joint = state.joints.at(block.joint);
+      const SolverBody<S>& a = state.solver_bodies[block.body_a];
+      const SolverBody<S>& b = state.solver_bodies[block.body_b];
+      const JointPose<S> pose =
+          joint_pose(joint, end_pose(state, block.body_a), end_pose(state, block.body_b));
+      const S position = followed_position(joint, pose, {a.start, a.twist}, {b.start, b.twist},
+                                           state.def.time_step);
+      return is_within_stops(joint.def, pose, position);
+    });
+  }
+
   bool advance_group(State& state, const Island& island, std::uint32_t group) {
     bodies_.clear();
     joints_.clear();
@@ -132,11 +170,12 @@ class MechanismStage {
     };
     for (const std::uint32_t i : island.blocks) {
       const ConstraintBlock<S>& block = state.constraints.blocks[i];
+      if (block.kind != BlockKind::equality) continue;
       const bool is_a = state.solver_bodies[block.body_a].moves;
       if (parent_[is_a ? block.body_a : block.body_b] != group) continue;
       const Joint<S>& joint = state.joints.at(block.joint);
       joints_.push_back({joint.def.kind, number(block.body_a), number(block.body_b), joint.X_CmA_J,
-                         joint.X_CmB_J});
+                         joint.X_CmB_J, joint.def.spring, joint.angle});
       joint_slots_.push_back(block.joint);
     }
     for (const std::uint32_t slot : slots_) local_[slot] = none;

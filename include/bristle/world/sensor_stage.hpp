@@ -104,6 +104,14 @@ class SensorStage {
     });
   }
 
+  /// Of the soft blocks of an island, in ascending order, those of patches: they come before those
+  /// of joints.
+  [[nodiscard]] std::span<const std::uint32_t> of_patches(
+      std::span<const std::uint32_t> soft) const {
+    const auto end = std::lower_bound(soft.begin(), soft.end(), owners_.size());
+    return soft.first(static_cast<std::size_t>(end - soft.begin()));
+  }
+
   /// Sums the present linear models of a soft block's sensors into it.
   void fill(State& state, std::uint32_t soft) const {
     SensorPatch<S>& patch = state.patches.at(owners_[soft].patch);

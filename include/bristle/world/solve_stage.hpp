@@ -191,27 +191,30 @@ class SolveStage {
     return context;
   }
 
-  void solve_island(State& state, const SensorStage<S, Backend>& sensors, const Island& island) {
+  void solve_island(State& state, const SensorStage<S, Backend>& sensors, Island island) {
     SolveContext<S> context = context_of(state, island);
     Constraints<S>& constraints = state.constraints;
     std::span<SolverBody<S>> bodies = state.solver_bodies;
     context.factor_work =
         solver_.factor_work(island, constraints, bodies.size(), context.settings.max_direct_work);
-    if (mechanisms_.applies_to(state, island, context)) {
-      // Where nothing touches the mechanism there is nothing left to solve.
-      if (mechanisms_.advance(state, island) && island.contacts.empty()) return;
+    if (mechanisms_.applies_to(state, island, context) && mechanisms_.advance(state, island)) {
+      // Where nothing touches the mechanism there is nothing left to solve. Springs are done.
+      if (island.contacts.empty()) return;
+      island.soft = {};
+      context.integrator = Integrator::trapezoidal;
     } else if (context.integrator == Integrator::symplectic_euler) {
       for (const std::uint32_t slot : island.bodies) bodies[slot].free_motion = bodies[slot].free;
     }
     SolveReport<S> report;
+    const std::span<const std::uint32_t> sensed = sensors.of_patches(island.soft);
     const auto solve_once = [&] {
-      for (const std::uint32_t soft : island.soft) sensors.fill(state, soft);
+      for (const std::uint32_t soft : sensed) sensors.fill(state, soft);
       solver_.solve(island, constraints, bodies, context, report);
-      for (const std::uint32_t soft : island.soft) sensors.evaluate(state, soft);
+      for (const std::uint32_t soft : sensed) sensors.evaluate(state, soft);
     };
     const auto relinearise = [&](int pass, bool is_last_pass) {
       bool has_changed = false;
-      for (const std::uint32_t soft : island.soft) {
+      for (const std::uint32_t soft : sensed) {
         has_changed = sensors.relinearise(state, soft, pass, is_last_pass) || has_changed;
       }
       return has_changed;
@@ -291,7 +294,7 @@ class SolveStage {
   /// Leaves an island to free motion when its solution is not finite, and remembers nothing of it.
   void discard(State& state, const SensorStage<S, Backend>& sensors, const Island& island) const {
     clear_impulses(island, state.constraints);
-    for (const std::uint32_t soft : island.soft) sensors.discard(state, soft);
+    for (const std::uint32_t soft : sensors.of_patches(island.soft)) sensors.discard(state, soft);
     apply_impulses<S>(island, state.constraints, state.solver_bodies);
     for (const std::uint32_t slot : island.bodies) {
       SolverBody<S>& body = state.solver_bodies[slot];

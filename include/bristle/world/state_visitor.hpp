@@ -83,7 +83,9 @@ void visit_joint(Joint& joint, Visitor& visit) {
   visit.value(joint.def.drive.target);
   visit.value(joint.def.drive.max_force);
   visit.value(joint.def.drive.max_speed);
+  visit.value(joint.angle);
   visit.value(std::span(joint.impulses));
+  visit_wrench(joint.spring_impulse, visit);
   visit_wrench(joint.total, visit);
 }
 

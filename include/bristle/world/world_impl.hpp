@@ -50,6 +50,9 @@ requires ShapeBackend<Backend, S> JointId World<S, Backend>::add_joint(const Joi
   joint.X_CmA_J.translation -= a.center_B;
   joint.X_CmB_J = def.X_BJ;
   joint.X_CmB_J.translation -= b.center_B;
+  const JointPose<S> pose = joint_pose(joint, a.center_pose, b.center_pose);
+  const S angle = joint_position(def.kind, pose, S(0));
+  joint.angle = nearest_turn(angle, std::min(std::max(angle, def.lower_limit), def.upper_limit));
   if (!def.bodies_collide) {
     const ShapePair pair{std::min(def.body_a.index, def.body_b.index),
                          std::max(def.body_a.index, def.body_b.index)};
@@ -230,6 +233,7 @@ void World<S, Backend>::set_time_step(S dt) {
   for (std::uint32_t i = 0; i < state_.joints.slot_count(); ++i) {
     if (!state_.joints.is_live(i)) continue;
     for (S& impulse : state_.joints.at(i).impulses) impulse *= ratio;
+    state_.joints.at(i).spring_impulse = ratio * state_.joints.at(i).spring_impulse;
     state_.joints.at(i).total = ratio * state_.joints.at(i).total;
   }
   for (std::uint32_t i = 0; i < state_.patches.slot_count(); ++i) {
@@ -285,6 +289,19 @@ void World<S, Backend>::step() {
   }
   sensor_stage_.read(state_);
   solve_stage_.integrate(state_);
+  for (std::uint32_t i = 0; i < state_.joints.slot_count(); ++i) {
+    if (!is_awake_joint(i)) continue;
+    Joint<S>& joint = state_.joints.at(i);
+    if (!has_angle(joint.def.kind)) continue;
+    const std::uint32_t a = joint.def.body_a.index;
+    const std::uint32_t b = joint.def.body_b.index;
+    const Body<S>& body_a = state_.bodies.at(a);
+    const Body<S>& body_b = state_.bodies.at(b);
+    joint.angle =
+        followed_position(joint, joint_pose(joint, body_a.center_pose, body_b.center_pose),
+                          {state_.solver_bodies[a].start, body_a.twist},
+                          {state_.solver_bodies[b].start, body_b.twist}, state_.def.time_step);
+  }
   contact_stage_.settle_boxes(state_);
   sleep_stage_.fall_asleep(state_, sensor_stage_);
   ++state_.steps;

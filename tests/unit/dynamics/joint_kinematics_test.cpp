@@ -43,8 +43,11 @@ Pair pair_of(JointKind kind) {
   pair.twist_a = {V(0.3, -0.2, 0.5), V(1.1, -0.7, 0.9)};
   pair.twist_b.angular = kind == JointKind::ball ? V(-0.4, 1.3, 0.6) : pair.twist_a.angular;
   const double slide = kind == JointKind::prismatic ? 0.35 : 0.0;
-  const Transform<double> X_WJ = pair.start_a * pair.joint.X_CmA_J *
-                                 Transform<double>{Quat<double>::Identity(), V(slide, 0, 0)};
+  const double turn = kind == JointKind::revolute ? 2.1 : 0.0;
+  const Transform<double> X_WJ =
+      pair.start_a * pair.joint.X_CmA_J *
+      Transform<double>{exp_rotation<double>({turn, 0, 0}), V(slide, 0, 0)};
+  if (kind == JointKind::revolute) pair.twist_b.angular += 1.7 * X_WJ.rotate(V::UnitX());
   pair.start_b = X_WJ * pair.joint.X_CmB_J.inverse();
   const JointInstant<double> at = pair.at(0);
   // B's origin moves with A, plus 0.8 m/s along the slide.
@@ -53,7 +56,8 @@ Pair pair_of(JointKind kind) {
   return pair;
 }
 
-constexpr JointKind kinds[] = {JointKind::fixed, JointKind::prismatic, JointKind::ball};
+constexpr JointKind kinds[] = {JointKind::fixed, JointKind::revolute, JointKind::prismatic,
+                               JointKind::ball};
 
 }  // namespace
 
@@ -92,14 +96,18 @@ TEST_CASE("joint kinematics: the bias is the rate of the velocity in A's axes") 
     const Pair pair = pair_of(kind);
     const double h = 1e-6;
     // With constant twists J v' is zero, so what changes is J' v. In A's axes, as the joint holds.
-    const auto velocity_A = [&](double t) {
+    const auto velocity_A = [&](double t) -> Vec6<double> {
       const Twist<double> held = held_velocity(kind, pair.at(t), pair.twist_a, pair.twist_b);
-      return V(pair.a(t).R.transpose() * held.linear);
+      Vec6<double> both;
+      both << pair.a(t).R.transpose() * held.linear, pair.a(t).R.transpose() * held.angular;
+      return both;
     };
-    const V rate = pair.a(0).R * V((velocity_A(h) - velocity_A(-h)) / (2 * h));
-    const V bias = held_acceleration_bias(kind, pair.at(0), pair.twist_a, pair.twist_b);
-    CHECK((rate - bias).norm() < 1e-9);
-    CHECK(bias.norm() > 0.1);  // There is something to get wrong.
+    const Vec6<double> rate = (velocity_A(h) - velocity_A(-h)) / (2 * h);
+    const Twist<double> bias = held_acceleration_bias(kind, pair.at(0), pair.twist_a, pair.twist_b);
+    CHECK((pair.a(0).R * rate.head<3>() - bias.linear).norm() < 1e-9);
+    CHECK((pair.a(0).R * rate.tail<3>() - bias.angular).norm() < 1e-9);
+    CHECK(bias.linear.norm() > 0.1);  // There is something to get wrong.
+    if (kind == JointKind::revolute) CHECK(bias.angular.norm() > 0.1);
   }
 }
 

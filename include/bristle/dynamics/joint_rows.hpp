@@ -1,0 +1,268 @@
+/// @file
+/// The rows that joints become in a step.
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <bristle/dynamics/joint_pose.hpp>
+#include <bristle/dynamics/joint_spring.hpp>
+#include <bristle/dynamics/solver_types.hpp>
+
+#include <algorithm>
+#include <cmath>
+
+namespace bristle {
+
+/// Adds what a joint is in this step: locked axes as one equality block, then the drive, the stops,
+/// and a soft block for springs.
+template <Scalar S>
+void add_joint_rows(Joint<S>& joint, std::uint32_t joint_slot, const Body<S>& a, const Body<S>& b,
+                    S dt, Constraints<S>& out);
+
+/// Turns the rows of the locked axes to where the bodies will be at the end of the step, for bodies
+/// whose free motion obeys the joint: they then only answer to what else acts, and have no error.
+/// @param motion_a, motion_b  [m/s, rad/s] Displacements of the free motion, divided by the step.
+template <Scalar S>
+void turn_joint_rows(const Joint<S>& joint, const Transform<S>& X_WA, const Transform<S>& X_WB,
+                     const Twist<S>& motion_a, const Twist<S>& motion_b, S dt, Constraints<S>& out);
+
+/// Keeps the impulses that the solver found.
+template <Scalar S>
+void store_joint_impulses(Joint<S>& joint, const Constraints<S>& constraints);
+
+/// State of a joint from its bodies and the impulses of the last step.
+template <Scalar S>
+[[nodiscard]] JointReading<S> read_joint(const Joint<S>& joint, const Body<S>& a, const Body<S>& b,
+                                         S dt);
+
+// Implementation -----------------------------------------------------------------------------------
+
+namespace detail {
+
+/// [m/s] Speed of a position drive at a distance [m] from its target: as fast as it can still brake
+/// with half of its force (the other half is for loads), and not beyond the target in this step.
+/// The same in rad for a drive that turns, with the mobility about its axis.
+template <Scalar S>
+[[nodiscard]] S approach_speed(const JointDrive<S>& drive, S distance, S inverse_mass, S dt) {
+  using std::abs;
+  using std::min;
+  using std::sqrt;
+  const S braking = drive.max_force * inverse_mass / S(2);
+  const S speed =
+      min(min(abs(distance) / dt, drive.max_speed), sqrt(S(2) * braking * abs(distance)));
+  return distance < S(0) ? -speed : speed;
+}
+
+/// Row along an axis of A's joint frame at B's joint origin.
+template <Scalar S>
+[[nodiscard]] ConstraintRow<S> linear_row(const JointPose<S>& pose, int axis) {
+  ConstraintRow<S> row;
+  row.direction = pose.axes_W.col(axis);
+  row.angular_a = pose.arm_a.cross(row.direction);
+  row.angular_b = pose.arm_b.cross(row.direction);
+  row.error = pose.offset_J[axis];
+  return row;
+}
+
+/// Row on the turning of B relative to A about an axis.
+template <Scalar S>
+[[nodiscard]] ConstraintRow<S> angular_row(const Vec3<S>& axis, S error) {
+  ConstraintRow<S> row;
+  row.angular_a = row.angular_b = axis;
+  row.error = error;
+  return row;
+}
+
+/// Calls use(row) for each row that a joint keeps at zero, `locked_rows` in all.
+template <Scalar S, typename Use>
+void for_each_locked_row(JointKind kind, const JointPose<S>& pose, Use&& use) {
+  if (kind == JointKind::six_dof) return;
+  for (int axis = kind == JointKind::prismatic ? 1 : 0; axis < 3; ++axis) {
+    use(linear_row(pose, axis));
+  }
+  if (kind == JointKind::ball || kind == JointKind::cone_twist) return;
+  const bool has_hinge = kind == JointKind::revolute;
+  const Vec3<S> turn_J = has_hinge ? shortest_turn<S>(Vec3<S>::UnitX(), pose.axis_b_J())
+                                   : log_rotation<S>(pose.turn_J);
+  for (int axis = has_hinge ? 1 : 0; axis < 3; ++axis) {
+    use(angular_row<S>(pose.axes_W.col(axis), turn_J[axis]));
+  }
+}
+
+/// [1/kg or 1/(kg m^2)] Acceleration along a free axis per force there, when only the two bodies
+/// move and the joint holds what it locks.
+template <Scalar S>
+[[nodiscard]] S axis_mobility(JointKind kind, const JointPose<S>& pose, const Body<S>& a,
+                              const Body<S>& b) {
+  if (kind == JointKind::prismatic) return a.inverse_mass + b.inverse_mass;
+  std::array<ConstraintRow<S>, 6> rows;
+  std::size_t count = 0;
+  for_each_locked_row(kind, pose, [&](const ConstraintRow<S>& row) { rows[count++] = row; });
+  rows[count] = position_row(kind, pose);
+  ConstraintBlock<S> block;
+  block.count = 6;
+  const auto mass_of = [](const Body<S>& body) {
+    SolverBody<S> out;
+    out.inverse_mass = body.inverse_mass_W();
+    out.inverse_inertia = body.inverse_inertia_W();
+    return out;
+  };
+  BlockResponse<S> K;
+  local_response(block, rows.data(), mass_of(a), mass_of(b), K);
+  // The last pivot is what the rows before leave of the last one's response.
+  const S pivot = K.factor.back();
+  return pivot < infinity<S> ? pivot * pivot : S(0);
+}
+
+/// Row whose velocity is the rate of the swing of a `cone_twist`, and the swing as its error.
+/// Without a swing it is about the axis that the bodies swing about at present.
+template <Scalar S>
+[[nodiscard]] ConstraintRow<S> swing_row(const JointPose<S>& pose, const Twist<S>& a,
+                                         const Twist<S>& b) {
+  const Vec3<S> turn_J = shortest_turn<S>(Vec3<S>::UnitX(), pose.axis_b_J());
+  const S swing = turn_J.norm();
+  if (swing > Tolerance<S>::equal()) {
+    return angular_row<S>(pose.axes_W * (turn_J / swing), swing);
+  }
+  Vec3<S> rate_J = pose.axes_W.transpose() * (b.angular - a.angular);
+  rate_J.x() = S(0);
+  const S speed = rate_J.norm();
+  const Vec3<S> axis_J = speed > S(0) ? Vec3<S>(rate_J / speed) : Vec3<S>(Vec3<S>::UnitY());
+  return angular_row<S>(pose.axes_W * axis_J, swing);
+}
+
+inline constexpr std::uint8_t drive_impulse = 6;
+inline constexpr std::uint8_t lower_impulse = 7;
+inline constexpr std::uint8_t upper_impulse = 8;
+inline constexpr std::uint8_t swing_impulse = 9;
+
+}  // namespace detail
+
+template <Scalar S>
+void add_joint_rows(Joint<S>& joint, std::uint32_t joint_slot, const Body<S>& a, const Body<S>& b,
+                    S dt, Constraints<S>& out) {
+  using std::max;
+  using std::min;
+  const JointDef<S>& def = joint.def;
+  const JointKind kind = def.kind;
+  const JointPose<S> pose = joint_pose(joint, a.center_pose, b.center_pose);
+  joint.first_block = static_cast<std::uint32_t>(out.blocks.size());
+  const auto open_block = [&](BlockKind block_kind,
+                              std::uint8_t first_impulse) -> ConstraintBlock<S>& {
+    ConstraintBlock<S> block;
+    block.body_a = def.body_a.index;
+    block.body_b = def.body_b.index;
+    block.first = static_cast<std::uint32_t>(out.rows.size());
+    block.kind = block_kind;
+    block.first_impulse = first_impulse;
+    block.joint = joint_slot;
+    out.blocks.push_back(block);
+    return out.blocks.back();
+  };
+  if (locked_rows(kind) > 0) {
+    open_block(BlockKind::equality, 0).count = locked_rows(kind);
+    std::size_t k = 0;
+    detail::for_each_locked_row(kind, pose, [&](ConstraintRow<S> row) {
+      row.impulse = joint.impulses[k++];
+      out.rows.push_back(row);
+    });
+  }
+
+  const auto single_row = [&](BlockKind block_kind, ConstraintRow<S> row, S target, S lower,
+                              S upper, std::uint8_t slot) {
+    ConstraintBlock<S>& block = open_block(block_kind, slot);
+    block.count = 1;
+    block.lower = lower;
+    block.upper = upper;
+    row.target = target;
+    row.impulse = min(max(joint.impulses[slot], lower), upper);
+    out.rows.push_back(row);
+  };
+  // Like a contact, a stop may be approached as fast as reaches it in this step; what is beyond
+  // it comes back by the position correction, which leaves no speed behind.
+  const auto stop = [&](ConstraintRow<S> row, S distance, std::uint8_t slot) {
+    row.error = distance;
+    single_row(BlockKind::stop, row, -max(S(0), distance) / dt, S(0), infinity<S>, slot);
+  };
+  const bool is_driven = has_free_axis(kind) && def.drive.mode != DriveMode::none;
+  const bool has_lower = def.lower_limit > -infinity<S>;
+  const bool has_upper = def.upper_limit < infinity<S>;
+  const bool has_spring = def.spring.stiffness > S(0) || def.spring.damping > S(0);
+  if (is_driven || has_lower || has_upper || has_spring) {
+    const S position = joint_position(kind, pose, joint.angle);
+    const ConstraintRow<S> along = position_row(kind, pose);
+    if (is_driven) {
+      const S limit = def.drive.max_force * dt;
+      const S wanted = def.drive.mode == DriveMode::velocity
+                           ? def.drive.target
+                           : detail::approach_speed(def.drive, def.drive.target - position,
+                                                    detail::axis_mobility(kind, pose, a, b), dt);
+      single_row(BlockKind::bounded, along, wanted, -limit, limit, detail::drive_impulse);
+    }
+    if (has_lower) stop(along, position - def.lower_limit, detail::lower_impulse);
+    if (has_upper) stop(reversed(along), def.upper_limit - position, detail::upper_impulse);
+    if (has_spring) {
+      const S mobility = kind == JointKind::prismatic
+                             ? a.inverse_mass + b.inverse_mass
+                             : along.angular_a.dot(a.inverse_inertia_W() * along.angular_a) +
+                                   along.angular_b.dot(b.inverse_inertia_W() * along.angular_b);
+      add_joint_spring(joint, pose, along, position, mobility, dt, out);
+    }
+  }
+  if (kind == JointKind::cone_twist && def.swing_limit < S(std::numbers::pi)) {
+    const ConstraintRow<S> swing = detail::swing_row(pose, a.twist, b.twist);
+    stop(reversed(swing), def.swing_limit - swing.error, detail::swing_impulse);
+  }
+  if (kind == JointKind::six_dof) add_joint_bushing(joint, pose, dt, out);
+  joint.block_count = static_cast<std::uint32_t>(out.blocks.size()) - joint.first_block;
+}
+
+template <Scalar S>
+void turn_joint_rows(const Joint<S>& joint, const Transform<S>& X_WA, const Transform<S>& X_WB,
+                     const Twist<S>& motion_a, const Twist<S>& motion_b, S dt,
+                     Constraints<S>& out) {
+  ConstraintRow<S>* out_row = &out.rows[out.blocks[joint.first_block].first];
+  detail::for_each_locked_row(joint.def.kind, joint_pose(joint, X_WA, X_WB),
+                              [&](ConstraintRow<S> row) {
+                                row.impulse = out_row->impulse;
+                                row.error = -dt * row.velocity(motion_a, motion_b);
+                                *out_row++ = row;
+                              });
+}
+
+template <Scalar S>
+void store_joint_impulses(Joint<S>& joint, const Constraints<S>& constraints) {
+  joint.total = {};
+  joint.impulses.fill(S(0));
+  for (std::uint32_t i = joint.first_block; i < joint.first_block + joint.block_count; ++i) {
+    const ConstraintBlock<S>& block = constraints.blocks[i];
+    for (std::uint32_t r = 0; r < block.count; ++r) {
+      const ConstraintRow<S>& row = constraints.rows[block.first + r];
+      const bool is_angular = row.direction.isZero(S(0));
+      joint.impulses[block.first_impulse + r] = row.impulse;
+      joint.total.force += row.impulse * row.direction;
+      if (is_angular) joint.total.torque += row.impulse * row.angular_b;
+    }
+  }
+  if (!joint.is_sprung) return;
+  const Vec6<S>& impulse = constraints.soft[joint.soft_block].impulse;
+  joint.spring_impulse = {impulse.template head<3>(), impulse.template tail<3>()};
+  joint.total += joint.spring_impulse;
+}
+
+template <Scalar S>
+JointReading<S> read_joint(const Joint<S>& joint, const Body<S>& a, const Body<S>& b, S dt) {
+  const JointKind kind = joint.def.kind;
+  JointReading<S> reading;
+  reading.reaction = (S(1) / dt) * joint.total;
+  if (!has_free_axis(kind) && !has_angle(kind)) return reading;
+  const JointPose<S> pose = joint_pose(joint, a.center_pose, b.center_pose);
+  reading.position = joint_position(kind, pose, joint.angle);
+  reading.velocity = position_row(kind, pose).velocity(a.twist, b.twist);
+  reading.drive_force = joint.impulses[detail::drive_impulse] / dt;
+  if (kind == JointKind::cone_twist) {
+    reading.swing = shortest_turn<S>(Vec3<S>::UnitX(), pose.axis_b_J()).norm();
+  }
+  return reading;
+}
+
+}  // namespace bristle
