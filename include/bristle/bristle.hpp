@@ -62,6 +62,7 @@
 #include <bristle/geometry/grid_hull.hpp>
 #include <bristle/geometry/hull_faces.hpp>
 #include <bristle/geometry/mesh_contacts.hpp>
+#include <bristle/geometry/mesh_normals.hpp>
 #include <bristle/geometry/mesh_rays.hpp>
 #include <bristle/geometry/mesh_shapes.hpp>
 #include <bristle/geometry/mesh_surface.hpp>
@@ -120,6 +121,7 @@
 #include <bristle/sensors/patch_block.hpp>
 #include <bristle/sensors/patch_contacts.hpp>
 #include <bristle/sensors/patch_explicit.hpp>
+#include <bristle/sensors/patch_mesh.hpp>
 #include <bristle/sensors/patch_readings.hpp>
 #include <bristle/sensors/placement.hpp>
 #include <bristle/sensors/ray_fan.hpp>
@@ -132,6 +134,7 @@
 #include <bristle/sensors/taxel_flaws.hpp>
 #include <bristle/sensors/tile_boxes.hpp>
 #include <bristle/sensors/tuning.hpp>
+#include <bristle/sensors/wrapping.hpp>
 #include <bristle/world/contact_events.hpp>
 #include <bristle/world/contact_stage.hpp>
 #include <bristle/world/haptic_body.hpp>
