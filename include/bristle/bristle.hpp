@@ -90,6 +90,7 @@
 #include <bristle/io/obj.hpp>
 #include <bristle/io/plot_axis.hpp>
 #include <bristle/io/stl.hpp>
+#include <bristle/io/svg_heat_map.hpp>
 #include <bristle/io/svg_plot.hpp>
 #include <bristle/io/svg_writer.hpp>
 #include <bristle/io/text_scanner.hpp>
