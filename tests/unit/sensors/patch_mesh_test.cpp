@@ -53,7 +53,7 @@ TEST_CASE_TEMPLATE("cylinder_patch: an open strip lies on its cylinder, about +z
   CHECK(looks_outwards(patch));
   for (std::size_t v = 0; v < patch.mesh.vertices.size(); ++v) {
     const Vec3<S>& p = patch.mesh.vertices[v];
-    CHECK(std::hypot(p.x(), p.z()) == doctest::Approx(r));
+    CHECK(std::abs(std::hypot(p.x(), p.z()) - r) <= near_zero<S>);
     CHECK(std::abs(p.y()) <= S(0.2) + near_zero<S>);
     CHECK(std::abs(std::atan2(p.x(), p.z())) <= arc / S(2) + near_zero<S>);
     CHECK((r * patch.normals[v] - Vec3<S>(p.x(), 0, p.z())).norm() <= near_zero<S>);
@@ -90,7 +90,7 @@ TEST_CASE_TEMPLATE("half_sphere_patch: rings from the pole to the rim", S, float
     CHECK(patch.mesh.vertices[v].z() >= S(0));
   }
   for (std::size_t v = 25; v < 33; ++v) CHECK(patch.mesh.vertices[v].z() == S(0));
-  const double fine = area(half_sphere_patch<S>(S(0.3), 32, 64));
+  const S fine = area(half_sphere_patch<S>(S(0.3), 32, 64));
   CHECK(fine == doctest::Approx(2 * std::numbers::pi * 0.09).epsilon(2e-3));
 }
 
