@@ -1,5 +1,5 @@
-// The paper's Fig. 2: how deep does a sphere sink into a plane that it falls on, as a primitive and
-// as meshes, at update rates from 60 Hz to 10 kHz?
+// Figure 2 of the paper: how deep a sphere sinks into a plane that it falls on, as a primitive and
+// as meshes, at update rates from 60 Hz to 10 kHz.
 //
 // The paper shows that collision response is soft, and softer or harder with the rate and with the
 // mesh, which nobody can grip by. The bound is the way of one step at the speed of the impact,

@@ -1,5 +1,5 @@
-// The paper's Figs. 4 and 6 (a): an array of sensors pressed into a box, and a skin wrapped around
-// a fingertip pressed into a plane, as maps of depth and force.
+// Figures 4 and 6 (a) of the paper: an array of sensors pressed into a box, and a skin wrapped
+// around a fingertip pressed into a plane, as maps of depth and force.
 //
 // Both rest by their weight on sensors alone. Under the flat array depth is a plane, whose forces
 // add up to the weight and meet below the centre of mass; under the round skin it falls off from

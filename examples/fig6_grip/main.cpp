@@ -1,4 +1,4 @@
-// The paper's Fig. 6 (b): a prismatic gripper with resistive sensors holds parts at asymmetric
+// Figure 6 (b) of the paper: a prismatic gripper with resistive sensors holds parts at asymmetric
 // postures: rolled, turned, off centre, tapered, round.
 //
 // Each part sinks by m g / (mu_S sum F_N) when its weight comes on, one that is off centre turns

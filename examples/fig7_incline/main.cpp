@@ -1,4 +1,4 @@
-// The paper's Fig. 7 (b): a box is set down on an incline and stays there, for as long as one
+// Figure 7 (b) of the paper: a box is set down on an incline and stays there, for as long as one
 // likes.
 //
 // A bristle pulls with F_T = mu_S F_N s at any speed, zero included. So the box comes to rest where

@@ -1,5 +1,5 @@
-// The paper's Fig. 7 (a): a box on resistive sensors, pushed by a constant force, sticks and slips
-// up stairs of sigma_a.
+// Figure 7 (a) of the paper: a box on resistive sensors, pushed by a constant force, sticks and
+// slips up stairs of sigma_a.
 //
 // Between F_max / 2 and F_max = mu_S sigma_a m g a plate that slides goes on sliding: its bristles
 // let go at sigma_a and grip anew, which takes k sigma_a^2 / 2 a stair, so that mean friction is

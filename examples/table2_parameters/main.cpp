@@ -1,4 +1,4 @@
-// The paper's Table II: its parameter sets run as given, and beside what `tuned_for` proposes for
+// Table II of the paper: its parameter sets run as given, and beside what `tuned_for` proposes for
 // the same friction, creep, force and mass.
 //
 // The printed K_D cannot be meant in N s, as Eq. 3 has it: 42,000 times the critical damping of the
