@@ -146,7 +146,7 @@ inline Press press_skin(const Steps& steps) {
   press.carrier = press.world.add_body(tip);
   // The patch, which faces +z, is turned about x to face down, below the ball.
   const Transform<double> X_SM{exp_rotation<double>({std::numbers::pi, 0, 0}), {0, 0, -2 * radius}};
-  const TriangleMesh<double> skin = wrap<double>(
+  const TriangleMesh<double> skin = wrap_patch<double>(
       plane_patch<double>({0.024, 0.024}, {side - 1, side - 1}), sphere_mesh<double>(radius, 32),
       {.offset_along = WrapOffset::normal, .X_SM = X_SM});
   PatchDef<double> patch;

@@ -23638,8 +23638,8 @@ struct WrapReport {
 ///         normal is neither zero nor of length 1, or the definition breaks a rule.
 /// @note O((v + t) log t) for v vertices and a shape of t triangles.
 template <Scalar S>
-[[nodiscard]] TriangleMesh<S> wrap(const PatchMesh<S>& patch, const TriangleMesh<S>& shape,
-                                   const WrapDef<S>& def = {}, WrapReport* report = nullptr);
+[[nodiscard]] TriangleMesh<S> wrap_patch(const PatchMesh<S>& patch, const TriangleMesh<S>& shape,
+                                         const WrapDef<S>& def = {}, WrapReport* report = nullptr);
 
 // Implementation -----------------------------------------------------------------------------------
 
@@ -23695,8 +23695,8 @@ template <Scalar S>
 }  // namespace detail
 
 template <Scalar S>
-TriangleMesh<S> wrap(const PatchMesh<S>& patch, const TriangleMesh<S>& shape, const WrapDef<S>& def,
-                     WrapReport* report) {
+TriangleMesh<S> wrap_patch(const PatchMesh<S>& patch, const TriangleMesh<S>& shape,
+                           const WrapDef<S>& def, WrapReport* report) {
   detail::require_wrappable(patch, shape, def);
   const TriangleMesh<S> target = without_triangles<S>(shape, degenerate_triangles(shape));
   const RayMesh<S> surface(target.triangles.size(), [&target](std::uint32_t t) {

@@ -32,10 +32,10 @@ TEST_CASE("wrapped patches: regions of one body have frictions of their own") {
     for (std::size_t side = 0; side < 2; ++side) {
       const double turn = (side == 0 ? -10 : 10) * degree;
       WrapReport report;
-      const TriangleMesh<double> skin =
-          wrap<double>(cylinder_patch<double>(
-                           {.radius = 0.03, .length = 0.03, .arc = 20 * degree, .cells = {4, 6}}),
-                       finger, {.X_SM = {exp_rotation<double>({0, turn, 0}), {0, 0, 0}}}, &report);
+      const TriangleMesh<double> skin = wrap_patch<double>(
+          cylinder_patch<double>(
+              {.radius = 0.03, .length = 0.03, .arc = 20 * degree, .cells = {4, 6}}),
+          finger, {.X_SM = {exp_rotation<double>({0, turn, 0}), {0, 0, 0}}}, &report);
       REQUIRE(report.discarded() == 0);
       PatchDef<double> def;
       def.sensors = sensors_from_mesh<double>(skin, {.depth = 2e-3, .range = 4e-3});

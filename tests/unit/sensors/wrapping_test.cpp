@@ -37,15 +37,15 @@ S inner_radius(const TriangleMesh<S>& sphere) {
 
 }  // namespace
 
-TEST_CASE_TEMPLATE("wrap: a plane over a box lies on its top, and is cut where the box ends", S,
-                   float, double) {
+TEST_CASE_TEMPLATE("wrap_patch: a plane over a box lies on its top, and is cut where the box ends",
+                   S, float, double) {
   const TriangleMesh<S> box = box_mesh<S>({S(0.35), S(0.15), S(0.2)});
   // Vertices at multiples of 0.1 from -0.5 to 0.5: seven of eleven lie over the box along x, three
   // along y.
   const PatchMesh<S> patch = plane_patch<S>({1, 1}, {10, 10});
   WrapReport report;
   const TriangleMesh<S> skin =
-      wrap<S>(patch, box, {.offset = S(0.01), .X_SM = raised(S(0.5))}, &report);
+      wrap_patch<S>(patch, box, {.offset = S(0.01), .X_SM = raised(S(0.5))}, &report);
   CHECK(report.missed.size() == 121 - 7 * 3);
   CHECK(report.discarded() == report.missed.size());
   CHECK(report.dropped_faces.size() == 200 - 2 * 6 * 2);
@@ -61,8 +61,9 @@ TEST_CASE_TEMPLATE("wrap: a plane over a box lies on its top, and is cut where t
   }
 }
 
-TEST_CASE_TEMPLATE("wrap: a plane over a sphere stands off by the offset, along ray or normal", S,
-                   float, double) {
+TEST_CASE_TEMPLATE(
+    "wrap_patch: a plane over a sphere stands off by the offset, along ray or normal", S, float,
+    double) {
   const S radius = S(0.5);
   const S offset = S(0.02);
   const TriangleMesh<S> sphere = sphere_mesh<S>(radius, 16);
@@ -72,7 +73,7 @@ TEST_CASE_TEMPLATE("wrap: a plane over a sphere stands off by the offset, along 
   for (const WrapOffset along : {WrapOffset::ray, WrapOffset::normal}) {
     def.offset_along = along;
     WrapReport report;
-    const TriangleMesh<S> skin = wrap<S>(patch, sphere, def, &report);
+    const TriangleMesh<S> skin = wrap_patch<S>(patch, sphere, def, &report);
     CHECK(report.discarded() == 0);
     CHECK(report.dropped_faces.empty());
     REQUIRE(skin.vertices.size() == patch.mesh.vertices.size());
@@ -96,7 +97,7 @@ TEST_CASE_TEMPLATE("wrap: a plane over a sphere stands off by the offset, along 
   }
 }
 
-TEST_CASE_TEMPLATE("wrap: a cylinder shrinks onto a cylinder of facets", S, float, double) {
+TEST_CASE_TEMPLATE("wrap_patch: a cylinder shrinks onto a cylinder of facets", S, float, double) {
   // The shape's axis is z, the patch's y; turned onto z by a quarter about x. Every second vertex
   // of the patch looks at an edge of the shape, the others at the middles of its faces.
   const S radius = S(0.1);
@@ -107,7 +108,7 @@ TEST_CASE_TEMPLATE("wrap: a cylinder shrinks onto a cylinder of facets", S, floa
   const Transform<S> X{exp_rotation<S>({S(std::numbers::pi / 2), 0, 0}), Vec3<S>::Zero()};
   for (const S offset : {S(0), S(0.01)}) {
     WrapReport report;
-    const TriangleMesh<S> skin = wrap<S>(patch, core, {.offset = offset, .X_SM = X}, &report);
+    const TriangleMesh<S> skin = wrap_patch<S>(patch, core, {.offset = offset, .X_SM = X}, &report);
     CHECK(report.discarded() == 0);
     CHECK(skin.triangles.size() == patch.mesh.triangles.size());
     const S face = radius * S(std::cos(std::numbers::pi / n));
@@ -127,13 +128,14 @@ TEST_CASE_TEMPLATE("wrap: a cylinder shrinks onto a cylinder of facets", S, floa
   }
 }
 
-TEST_CASE_TEMPLATE("wrap: a half sphere over a box meets it where rays from the centre leave it", S,
-                   float, double) {
+TEST_CASE_TEMPLATE(
+    "wrap_patch: a half sphere over a box meets it where rays from the centre leave it", S, float,
+    double) {
   const Vec3<S> half(S(0.3), S(0.2), S(0.25));
   const S offset = S(0.015);
   const PatchMesh<S> patch = half_sphere_patch<S>(S(0.6), 7, 20);
   WrapReport report;
-  const TriangleMesh<S> skin = wrap<S>(patch, box_mesh<S>(half), {.offset = offset}, &report);
+  const TriangleMesh<S> skin = wrap_patch<S>(patch, box_mesh<S>(half), {.offset = offset}, &report);
   CHECK(report.discarded() == 0);
   REQUIRE(skin.vertices.size() == patch.mesh.vertices.size());
   for (std::size_t v = 0; v < skin.vertices.size(); ++v) {
@@ -146,7 +148,7 @@ TEST_CASE_TEMPLATE("wrap: a half sphere over a box meets it where rays from the 
   }
 }
 
-TEST_CASE_TEMPLATE("wrap: says why it discarded each vertex", S, float, double) {
+TEST_CASE_TEMPLATE("wrap_patch: says why it discarded each vertex", S, float, double) {
   // Four strips of a plane over a stair of single triangles: free, from behind, too near, good.
   const auto step = [](S x, S z, bool is_up) {
     TriangleMesh<S> one{{{x - S(0.4), -3, z}, {x + S(0.4), -3, z}, {x, 6, z}}, {{0, 1, 2}}};
@@ -167,7 +169,7 @@ TEST_CASE_TEMPLATE("wrap: says why it discarded each vertex", S, float, double) 
   for (Vec3<S>& p : patch.mesh.vertices) p.x() += S(2);
   patch.normals[4].setZero();
   WrapReport report;
-  const TriangleMesh<S> skin = wrap<S>(patch, stair, {.offset = S(0.1)}, &report);
+  const TriangleMesh<S> skin = wrap_patch<S>(patch, stair, {.offset = S(0.1)}, &report);
   using Numbers = std::vector<std::uint32_t>;
   CHECK(report.missed == Numbers{0, 5, 9});
   CHECK(report.met_from_behind == Numbers{1, 6});
@@ -179,30 +181,31 @@ TEST_CASE_TEMPLATE("wrap: says why it discarded each vertex", S, float, double) 
   CHECK(skin.triangles.empty());
   CHECK(skin.vertices.empty());
   // The last strip, which is 1 away, counts only within reach.
-  (void)wrap<S>(patch, stair, {.offset = S(0.04), .reach = S(0.5)}, &report);
+  (void)wrap_patch<S>(patch, stair, {.offset = S(0.04), .reach = S(0.5)}, &report);
   CHECK(report.missed == Numbers{0, 1, 3, 5, 6, 8, 9});
   CHECK(report.too_near.empty());
 }
 
-TEST_CASE_TEMPLATE("wrap: turns with its pose", S, float, double) {
+TEST_CASE_TEMPLATE("wrap_patch: turns with its pose", S, float, double) {
   const TriangleMesh<S> sphere = sphere_mesh<S>(S(0.5), 6);
   const Transform<S> X{exp_rotation<S>({S(0.3), S(-0.7), S(1.1)}), Vec3<S>::Zero()};
   TriangleMesh<S> turned_sphere = sphere;
   for (Vec3<S>& p : turned_sphere.vertices) p = X * p;
   const PatchMesh<S> patch = half_sphere_patch<S>(S(0.7), 5, 9);
-  const TriangleMesh<S> skin = wrap<S>(patch, sphere, {.offset = S(0.01)});
-  const TriangleMesh<S> turned = wrap<S>(patch, turned_sphere, {.offset = S(0.01), .X_SM = X});
+  const TriangleMesh<S> skin = wrap_patch<S>(patch, sphere, {.offset = S(0.01)});
+  const TriangleMesh<S> turned =
+      wrap_patch<S>(patch, turned_sphere, {.offset = S(0.01), .X_SM = X});
   REQUIRE(turned.vertices.size() == skin.vertices.size());
   for (std::size_t v = 0; v < skin.vertices.size(); ++v) {
     CHECK((turned.vertices[v] - X * skin.vertices[v]).norm() <= near_zero<S>);
   }
 }
 
-TEST_CASE_TEMPLATE("wrap: the result carries sensors, and survives both file formats", S, float,
-                   double) {
+TEST_CASE_TEMPLATE("wrap_patch: the result carries sensors, and survives both file formats", S,
+                   float, double) {
   const TriangleMesh<S> skin =
-      wrap<S>(plane_patch<S>({S(0.06), S(0.06)}, {6, 6}), sphere_mesh<S>(S(0.05), 8),
-              {.offset = S(0.001), .X_SM = raised(S(0.1))});
+      wrap_patch<S>(plane_patch<S>({S(0.06), S(0.06)}, {6, 6}), sphere_mesh<S>(S(0.05), 8),
+                    {.offset = S(0.001), .X_SM = raised(S(0.1))});
   const PlacementDef<S> def{.depth = S(0.002), .range = S(0.004)};
   const SensorLayout<S> layout = sensors_from_mesh(skin, def);
   REQUIRE(layout.size() == 72);
@@ -224,13 +227,13 @@ TEST_CASE_TEMPLATE("wrap: the result carries sensors, and survives both file for
   }
 }
 
-TEST_CASE("wrap: refuses what it cannot do, naming the field") {
+TEST_CASE("wrap_patch: refuses what it cannot do, naming the field") {
   const TriangleMesh<double> box = box_mesh<double>({1, 1, 1});
   const PatchMesh<double> patch = plane_patch<double>({1, 1}, {1, 1});
   const auto error_of = [&](const PatchMesh<double>& p, const TriangleMesh<double>& shape,
                             const WrapDef<double>& def) -> std::string {
     try {
-      (void)wrap<double>(p, shape, def);
+      (void)wrap_patch<double>(p, shape, def);
     } catch (const InvalidArgument& error) {
       return error.what();
     }
