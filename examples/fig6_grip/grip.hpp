@@ -41,9 +41,9 @@ inline const char* name_of(Posture posture) {
 
 struct GripDef {
   Posture posture = Posture::aligned;
-  double mass = 0.5;  // [kg]
-  double force = 10;  // [N] of each finger
-  double time_step = 1e-3;
+  double mass = 0.5;        // [kg]
+  double force = 10;        // [N] of each finger
+  double time_step = 1e-3;  // [s]
   bristle::Integration integration = bristle::Integration::implicit;
   bristle::SlipReset reset = bristle::SlipReset::release;
   /// Unset: tuned for a friction of 1 at a creep of 1 mm.
@@ -52,22 +52,20 @@ struct GripDef {
 
 inline constexpr double half_part = 0.025;   // [m]
 inline constexpr double half_finger = 0.01;  // [m]
-inline constexpr double pad_radius = 0.012;  // [m]
 inline constexpr double pitch = 0.002;       // [m] between sensors
-inline constexpr double depth = 0.004;       // [m] of the rays' starts below the pad
-inline constexpr double range = 0.008;       // [m]
+inline constexpr int rings = 6;              // sensors from the middle of a pad to its rim
+inline constexpr double pad_radius = rings * pitch;
+inline constexpr double depth = 0.004;  // [m] of the rays' starts below the pad
+inline constexpr double range = 0.008;  // [m]
 
 /// Sensors of a round pad on a finger's face, looking along `inwards`, the finger's x or -x.
 inline bristle::SensorLayout<double> round_pad(double inwards) {
   bristle::SensorLayout<double> pad;
-  const int reach = static_cast<int>(pad_radius / pitch);
-  for (int i = -reach; i <= reach; ++i) {
-    for (int j = -reach; j <= reach; ++j) {
-      const double y = pitch * i;
-      const double z = pitch * j;
-      if (y * y + z * z > pad_radius * pad_radius) continue;
-      pad.add(Vec3<double>(inwards * (half_finger - depth), y, z), Vec3<double>(inwards, 0, 0),
-              range);
+  for (int i = -rings; i <= rings; ++i) {
+    for (int j = -rings; j <= rings; ++j) {
+      if (i * i + j * j > rings * rings) continue;
+      pad.add(Vec3<double>(inwards * (half_finger - depth), pitch * i, pitch * j),
+              Vec3<double>(inwards, 0, 0), range);
     }
   }
   return pad;
@@ -171,8 +169,8 @@ class Grip {
       const double turn = k == 0 ? 0 : std::numbers::pi;
       slide.X_AJ.rotation = slide.X_BJ.rotation =
           exp_rotation<double>(turn * Vec3<double>::UnitZ());
+      slide.drive = {DriveMode::velocity, 0.05, def.force};
       slides_[k] = world_.add_joint(slide);
-      drive(k, def.force);
     }
   }
 
@@ -182,7 +180,7 @@ class Grip {
     world_.set_drive(slides_[0], {bristle::DriveMode::position, world_.reading(slides_[0]).position,
                                   10 * def_.force});
     run(0.2);
-    place_at_take_ = place();
+    place_when_closed_ = place();
   }
   /// Lets the weight come on.
   void lift() {
@@ -196,10 +194,6 @@ class Grip {
     const long steps = std::lround(seconds / def_.time_step);
     for (long i = 0; i < steps; ++i) world_.step();
   }
-  /// Lets both fingers press with a force [N]; the first only while it is not stopped.
-  void drive(std::size_t finger, double force) {
-    world_.set_drive(slides_[finger], {bristle::DriveMode::velocity, 0.05, force});
-  }
 
   [[nodiscard]] bristle::World<double>& world() { return world_; }
   [[nodiscard]] bristle::BodyId part() const { return part_; }
@@ -210,12 +204,12 @@ class Grip {
   [[nodiscard]] bristle::Transform<double> place() const { return world_.pose(part_); }
   /// [N] Normal forces of both pads.
   [[nodiscard]] double squeeze() const { return pad(0).total_normal() + pad(1).total_normal(); }
-  /// [m] How far the part sank since the weight came on.
+  /// [m] How far the part sank since the fingers closed.
   [[nodiscard]] double sag() const {
-    return place_at_take_.translation.z() - place().translation.z();
+    return place_when_closed_.translation.z() - place().translation.z();
   }
   /// [rad] How far it turned since then.
-  [[nodiscard]] double turn() const { return turn_between(place_at_take_, place()); }
+  [[nodiscard]] double turn() const { return turn_between(place_when_closed_, place()); }
   /// [N m] Largest torsion about x that both pads resist if all their bristles drag along at
   /// sigma_a, 2 (2/3) mu F R for pressure that is even: the sum of mu F_N r.
   [[nodiscard]] double torsion_limit() const {
@@ -251,7 +245,7 @@ class Grip {
   std::array<bristle::PatchId, 2> pads_{};
   std::array<bristle::JointId, 2> slides_{};
   bristle::SensorParameters<double> parameters_{};
-  bristle::Transform<double> place_at_take_{};
+  bristle::Transform<double> place_when_closed_{};
 };
 
 /// How a part is held. Expected: m g / (mu_S sum F_N) down, and for a part off the pads' centre
