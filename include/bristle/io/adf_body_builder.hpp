@@ -44,9 +44,14 @@ struct ScaledShape {
   }
 };
 
+/// A pose in the scalar of a world, scaled. Rotations are unit ones and stay as they are, but for
+/// the digits that another scalar takes.
 template <Scalar S>
 [[nodiscard]] Transform<S> scaled_pose(const Transform<double>& X, double scale) {
-  return {Quat<S>(X.rotation.cast<S>()).normalized(), Vec3<S>((scale * X.translation).cast<S>())};
+  const Quat<S> rotation = X.rotation.cast<S>();
+  const Vec3<S> translation = (scale * X.translation).cast<S>();
+  if constexpr (std::is_same_v<S, double>) return {rotation, translation};
+  return {rotation.normalized(), translation};
 }
 
 /// Bits of collision groups. Group g has bit g, so that bodies of group 0 are of the category that
