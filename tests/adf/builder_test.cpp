@@ -228,13 +228,13 @@ TEST_CASE("add_adf: joints stand at zero where axes and offsets say") {
   }
 }
 
-TEST_CASE("shortest_turn: brings any direction onto any other") {
+TEST_CASE("axis_turn: brings any direction onto any other") {
   for (int i = 0; i < 100; ++i) {
     const double t = std::numbers::pi * i / 99.0;
     const V from = V(0.3, -0.5, 0.8).normalized();
     const V side = from.cross(V(0.1, 0.9, 0.2)).normalized();
     const V to = std::cos(t) * from + std::sin(t) * side;
-    const Q q = detail::shortest_turn(from, to.normalized());
+    const Q q = detail::axis_turn(from, to.normalized());
     CHECK((q * from - to).norm() < 1e-14);
     // By the shortest way, but for the last degree before the opposite.
     if (t < 3.12) CHECK(q.angularDistance(Q::Identity()) == doctest::Approx(t).epsilon(1e-9));

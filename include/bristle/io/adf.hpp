@@ -127,7 +127,8 @@ class AdfBuilder {
         leave_out(sensor, "no body, or several, by the name " + printable(sensor.parent));
         continue;
       }
-      const auto [body, id] = *carrier;
+      const AdfBody* const body = carrier->first;
+      const BodyId id = carrier->second;
       if (sensor.type == AdfSensorType::proximity) {
         scene_.proximity.add(
             sensor, in_block(sensor, [&] {

@@ -19,7 +19,7 @@ namespace bristle::detail {
 /// The turn that brings one unit vector to another by the shortest way. Of the many half turns
 /// between opposite vectors the format takes the one about from x X, or from x Y where X is along
 /// it.
-[[nodiscard]] inline Quat<double> shortest_turn(const Vec3<double>& from, const Vec3<double>& to) {
+[[nodiscard]] inline Quat<double> axis_turn(const Vec3<double>& from, const Vec3<double>& to) {
   const double cosine = from.dot(to);
   if (cosine > -0.5) {
     const Vec3<double> axis = from.cross(to);
@@ -34,7 +34,7 @@ namespace bristle::detail {
   // Half a turn, or two thirds of one; what is left to do is no longer close to opposite.
   const double angle = is_opposite ? std::numbers::pi : 2.0;
   const Quat<double> first(Eigen::AngleAxis<double>(angle, axis.normalized()));
-  return (shortest_turn(first * from, to) * first).normalized();
+  return (axis_turn(first * from, to) * first).normalized();
 }
 
 /// Frames of a joint in its two bodies, with the free axis along x.
@@ -49,10 +49,10 @@ struct JointFrames {
 template <Scalar S>
 [[nodiscard]] JointFrames<S> joint_frames(const AdfJoint& joint, double parent_scale,
                                           double child_scale) {
-  const Quat<double> R_AJ = shortest_turn(Vec3<double>::UnitX(), joint.parent_axis);
+  const Quat<double> R_AJ = axis_turn(Vec3<double>::UnitX(), joint.parent_axis);
   const Quat<double> R_AB =
       Quat<double>(Eigen::AngleAxis<double>(joint.offset, joint.parent_axis)) *
-      shortest_turn(joint.child_axis, joint.parent_axis);
+      axis_turn(joint.child_axis, joint.parent_axis);
   const Quat<double> R_BJ = R_AB.conjugate() * R_AJ;
   return {scaled_pose<S>({R_AJ, joint.parent_pivot}, parent_scale),
           scaled_pose<S>({R_BJ, joint.child_pivot}, child_scale)};
