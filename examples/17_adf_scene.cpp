@@ -60,12 +60,11 @@ int main(int argc, char** argv) {
   World<double> world({.gravity = {0, 0, -9.81}, .time_step = 1e-3});
   try {
     if (argc > 1) {
-      print(add_adf<double>(world, argv[1]));
+      print(add_adf(world, argv[1]));
       run(world, 1.0);
       return 0;
     }
-    AdfScene<double> scene =
-        add_adf<double>(world, BRISTLE_EXAMPLE_DIR "/scenes/parallel_gripper.yaml");
+    AdfScene<double> scene = add_adf(world, BRISTLE_EXAMPLE_DIR "/scenes/parallel_gripper.yaml");
     print(scene);
     grip_and_lift(world, scene);
   } catch (const IoError& error) {

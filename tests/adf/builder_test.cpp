@@ -479,6 +479,7 @@ TEST_CASE("add_adf: what names nothing is left out, and said") {
   CHECK(scene.bodies.find("/n/Left Tip") == scene.bodies.find("Left Tip"));
   CHECK(scene.bodies.find("Left") == scene.bodies.find("Left Tip"));
   CHECK(scene.bodies.find("Tip") == nullptr);
+  CHECK(scene.bodies.find("LeftTip") == scene.bodies.find("Left Tip"));  // what it calls itself
   CHECK_THROWS_AS((void)scene.bodies.at("Tip"), InvalidArgument);
 }
 

@@ -407,6 +407,10 @@ TEST_CASE("read_adf: limits hold against texts that ask for more than they are l
     CAPTURE(open);
     CHECK(error_of(deep).find("scene.yaml:1: ") == 0);
   }
+  for (const char open : {'[', '{', '"'}) {
+    CAPTURE(open);
+    CHECK(error_of(std::string(AdfLimits{}.max_bytes, open)).find("scene.yaml") == 0);
+  }
   CHECK(error_of("a: &a [*a]\n") == "scene.yaml:1: alias within what it names");
   CHECK(error_of("a: &a {<<: *a}\n") == "scene.yaml:1: alias within what it names");
   CHECK(error_of("a: &a 1\nb: {<<: *a}\n") == "scene.yaml:1: <<: must name maps");

@@ -36,20 +36,23 @@ class AdfNames {
     entries_.push_back({item.qualified, item.key, item.name, std::move(value)});
   }
 
-  /// What a name stands for: the one of that qualified name, or key, or the only one whose
-  /// qualified name has it as a part. Null where there is none, or several.
+  /// What a name stands for: the one of that qualified name, or key, or the only one that calls
+  /// itself so, or the only one whose qualified name has it as a part. Null where there is none, or
+  /// several.
   [[nodiscard]] const T* find(std::string_view name) const {
     for (const auto* names : {&by_qualified_, &by_key_}) {
       const auto at = names->find(name);
       if (at != names->end()) return &entries_[at->second].value;
     }
+    std::size_t named = 0, matching = 0;
     const T* found = nullptr;
+    const T* part = nullptr;
     for (const Entry& entry : entries_) {
-      if (entry.qualified.find(name) == std::string::npos) continue;
-      if (found != nullptr) return nullptr;
-      found = &entry.value;
+      if (entry.name == name && ++named == 1) found = &entry.value;
+      if (entry.qualified.find(name) != std::string::npos && ++matching == 1) part = &entry.value;
     }
-    return found;
+    if (named > 0) return named == 1 ? found : nullptr;
+    return matching == 1 ? part : nullptr;
   }
   [[nodiscard]] T* find(std::string_view name) {
     return const_cast<T*>(std::as_const(*this).find(name));
