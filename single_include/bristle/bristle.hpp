@@ -1442,6 +1442,9 @@ enum class ContactStatus {
 /// Rotations: the exponential map, the step of a quaternion, and bases from one direction.
 // SPDX-License-Identifier: BSD-3-Clause
 
+#include <cmath>
+#include <numbers>
+
 namespace bristle {
 
 /// Quaternion of the rotation vector phi [rad]: turn by |phi| about phi. Exact for every |phi|, 0
@@ -1487,6 +1490,18 @@ template <Scalar S>
   const S sine = c.norm();
   if (sine * sine < Tolerance<S>::round_off()) return c;
   return (atan2(sine, a.dot(b)) / sine) * c;
+}
+
+/// [rad] The angle that differs from `angle` by whole turns and is nearest to `guess`.
+template <Scalar S>
+[[nodiscard]] S nearest_turn(S angle, S guess) {
+  using std::abs;
+  using std::floor;
+  constexpr S turn = S(2) * std::numbers::pi_v<S>;
+  const S turns = (guess - angle) / turn;
+  // What turns so fast that no step can count it does not count at all.
+  if (!(abs(turns) * Tolerance<S>::round_off() < S(1))) return angle;
+  return angle + turn * floor(turns + S(0.5));
 }
 
 /// Attitude after turning for `dt` with the constant world-frame angular velocity `w_W` [rad/s].
@@ -7281,7 +7296,7 @@ enum class DriveMode {
   position
 };
 
-/// Drive of the free axis of a joint.
+/// Drive of the free axis of a joint; without one it does nothing.
 template <Scalar S>
 struct JointDrive {
   /// [-] What is driven.
@@ -7412,9 +7427,11 @@ struct Joint {
   /// [-] First of this step's blocks, and how many.
   std::uint32_t first_block = 0;
   std::uint32_t block_count = 0;
-  /// [-] This step's soft block, and whether there is one.
+  /// [-] This step's soft block, whether there is one, and whether a step is short for its spring:
+  /// not more than a radian of its oscillation.
   std::uint32_t soft_block = 0;
   bool is_sprung = false;
+  bool is_resolved = false;
 };
 
 /// @throws InvalidArgument naming the field.
@@ -7443,16 +7460,6 @@ void validate(const JointBushing<S>& bushing) {
   }
 }
 
-/// Whether a joint of a kind may be driven so.
-/// @throws InvalidArgument naming the field.
-template <Scalar S>
-void validate(const JointDrive<S>& drive, JointKind kind) {
-  validate(drive);
-  detail::require(drive.mode == DriveMode::none || has_free_axis(kind), "JointDrive::mode",
-                  static_cast<int>(drive.mode),
-                  "must be none unless the joint is revolute or prismatic");
-}
-
 /// @throws InvalidArgument naming the field.
 template <Scalar S>
 void validate(const JointDef<S>& def) {
@@ -7475,7 +7482,7 @@ void validate(const JointDef<S>& def) {
   detail::require(def.swing_limit > S(0), "JointDef::swing_limit", def.swing_limit, "must be > 0");
   detail::require(kind == JointKind::cone_twist || def.swing_limit == infinity<S>,
                   "JointDef::swing_limit", def.swing_limit, "needs a cone_twist joint");
-  validate(def.drive, kind);
+  validate(def.drive);
   validate(def.spring);
   detail::require(
       has_free_axis(kind) || (def.spring.stiffness == S(0) && def.spring.damping == S(0)),
@@ -7498,7 +7505,7 @@ void validate(const JointDef<S>& def) {
 /// the motion is an ordinary differential equation. At each instant accelerations and joint
 /// wrenches follow from
 ///
-///   M a = f + J^T x,   J a = -J' v        (gyroscopic torques are in f)
+///   M a = f + J^T x,   J a = -J' v        (gyroscopic torques and springs are in f)
 ///
 /// and a Runge-Kutta method of fifth order follows them through the step, in as many substeps as
 /// its error asks for. What the integration leaves of gaps and of velocities across the joints is
@@ -7576,6 +7583,12 @@ struct JointFlowJoint {
   /// [m] Joint frames about the centres of mass, along the bodies' axes.
   Transform<S> X_CmA_J{};
   Transform<S> X_CmB_J{};
+  /// [-] Spring and damper on its free axis, if it has one.
+  JointSpring<S> spring{};
+  /// [rad] Angle at the start of the step, to within half a turn, of a hinge with a spring.
+  S angle = S(0);
+
+  [[nodiscard]] bool has_spring() const { return spring.stiffness > S(0) || spring.damping > S(0); }
 };
 
 /// Where a body is and how it moves at one instant.
@@ -7637,6 +7650,16 @@ template <Scalar S>
 template <Scalar S>
 [[nodiscard]] Twist<S> held_gap(const JointFlowJoint<S>& joint, const JointInstant<S>& at,
                                 const BodyInstant<S>& a, const BodyInstant<S>& b);
+
+/// [m or rad] Position along or about the free axis.
+/// @param guess  [rad] Angle of a hinge to within half a turn.
+template <Scalar S>
+[[nodiscard]] S axis_position(const JointFlowJoint<S>& joint, const JointInstant<S>& at,
+                              const BodyInstant<S>& a, const BodyInstant<S>& b, S guess);
+
+/// [m/s or rad/s] Its rate.
+template <Scalar S>
+[[nodiscard]] S axis_rate(const JointInstant<S>& at, const Twist<S>& a, const Twist<S>& b);
 
 // Implementation -----------------------------------------------------------------------------------
 
@@ -7709,6 +7732,24 @@ Twist<S> held_gap(const JointFlowJoint<S>& joint, const JointInstant<S>& at,
   }
   const Quat<S> turn = (b.q * joint.X_CmB_J.rotation) * (a.q * joint.X_CmA_J.rotation).conjugate();
   return {lets_slide(joint.kind) ? across(at.slide, c) : c, log_rotation<S>(turn)};
+}
+
+template <Scalar S>
+S axis_position(const JointFlowJoint<S>& joint, const JointInstant<S>& at, const BodyInstant<S>& a,
+                const BodyInstant<S>& b, S guess) {
+  using std::atan2;
+  if (lets_hinge(joint.kind)) {
+    const Quat<S> turn_J =
+        (a.q * joint.X_CmA_J.rotation).conjugate() * (b.q * joint.X_CmB_J.rotation);
+    return nearest_turn(S(2) * atan2(turn_J.x(), turn_J.w()), guess);
+  }
+  return at.slide.dot((b.x - a.x) + (at.arm_b - a.R * joint.X_CmA_J.translation));
+}
+
+template <Scalar S>
+S axis_rate(const JointInstant<S>& at, const Twist<S>& a, const Twist<S>& b) {
+  // One of the two axes is zero.
+  return at.slide.dot(b.at(at.arm_b) - a.at(at.arm_a)) + at.hinge.dot(b.angular - a.angular);
 }
 
 }  // namespace bristle
@@ -8260,9 +8301,8 @@ void JointSystem<S>::couple(const JointCoupling& coupling, const Mat3<S>& lever)
 
   const bool row_turns = lets_turn(joints_[coupling.row].kind);
   const bool column_turns = lets_turn(joints_[coupling.column].kind);
-  const bool row_hinges = lets_hinge(joints_[coupling.row].kind);
-  const bool column_hinges = lets_hinge(joints_[coupling.column].kind);
   if (!row_turns) {
+    const bool row_hinges = lets_hinge(joints_[coupling.row].kind);
     Mat3<S> block;
     for (Eigen::Index k = 0; k < 3; ++k) {
       block.row(k) = node.inverse_inertia.col(k).cross(r).transpose();  // I^-1 [r]
@@ -8273,14 +8313,18 @@ void JointSystem<S>::couple(const JointCoupling& coupling, const Mat3<S>& lever)
     if (!column_turns) {
       block = sign * node.inverse_inertia;
       if (row_hinges) block -= row.hinge * (row.hinge.transpose() * block);
-      if (column_hinges) block -= (block * column.hinge) * column.hinge.transpose();
+      if (lets_hinge(joints_[coupling.column].kind)) {
+        block -= (block * column.hinge) * column.hinge.transpose();
+      }
       matrix_.at(i + 1, j + 1) += block;
     }
   }
   if (!column_turns && i != j) {
     Mat3<S> block = sign * lever;
     if (row_slides) block -= row.slide * (row.slide.transpose() * block);
-    if (column_hinges) block -= (block * column.hinge) * column.hinge.transpose();
+    if (lets_hinge(joints_[coupling.column].kind)) {
+      block -= (block * column.hinge) * column.hinge.transpose();
+    }
     matrix_.at(i, j + 1) += block;
   }
 }
@@ -8722,9 +8766,15 @@ class JointFlow {
   static constexpr std::size_t body_values = 13;  // Position, quaternion, velocity, turning.
   static constexpr std::size_t joint_values = 6;  // Impulse and angular impulse.
 
+  [[nodiscard]] bool has_springs() const {
+    return std::any_of(system_.joints().begin(), system_.joints().end(),
+                       [](const JointFlowJoint<S>& joint) { return joint.has_spring(); });
+  }
   void choose_reference();
   [[nodiscard]] bool find_held();
-  void accelerate();
+  void start_springs();
+  void add_springs(S t);
+  void accelerate(S t);
   bool move_straight(S dt);
   bool integrate(S dt);
   void carry(S t);
@@ -8739,6 +8789,8 @@ class JointFlow {
   std::vector<S> values_;
   std::vector<Twist<S>> wanted_;  // Relative motion of each joint that `solve` shall give.
   std::vector<Wrench<S>> impulses_;
+  std::vector<Wrench<S>> springs_;  // On B about B's joint origin; empty where there are none.
+  std::vector<S> spring_rates_;     // Rates of the free axes at the start.
   std::vector<bool> cannot_turn_;
   Vec3<S> reference_velocity_ = Vec3<S>::Zero();
   Vec3<S> reference_point_ = Vec3<S>::Zero();
@@ -8774,7 +8826,8 @@ bool JointFlow<S>::advance(std::span<const JointFlowBody<S>> bodies,
                !locked.linear[1] && !locked.linear[2];
   }
   choose_reference();
-  const bool moved = find_held() ? move_straight(dt) : integrate(dt);
+  start_springs();
+  const bool moved = springs_.empty() && find_held() ? move_straight(dt) : integrate(dt);
   return moved && write(end_poses, end_twists, impulses);
 }
 
@@ -8850,7 +8903,7 @@ bool JointFlow<S>::move_straight(S dt) {
   system_.place();
   if (!system_.factor()) return false;
   if (projection_.has_open_velocities(system_)) projection_.close_velocities(system_, impulses_);
-  accelerate();
+  accelerate(dt / S(2));
   for (Node& node : nodes) {
     const Vec3<S> gain = dt * node.acceleration.linear;
     node.now.x = node.def->center_pose.translation + dt * (node.now.twist.linear + gain / S(2));
@@ -8937,15 +8990,54 @@ void JointFlow<S>::read_values(const S* y) {
   }
 }
 
-/// Accelerations of all bodies and wrenches of all joints where the bodies are.
 template <Scalar S>
-void JointFlow<S>::accelerate() {
+void JointFlow<S>::start_springs() {
+  springs_.clear();
+  if (!has_springs()) return;
+  const auto joints = system_.joints();
+  springs_.resize(joints.size());
+  spring_rates_.resize(joints.size());
+  for (std::size_t i = 0; i < joints.size(); ++i) {
+    spring_rates_[i] = axis_rate(system_.at(i), system_.nodes()[joints[i].body_a].now.twist,
+                                 system_.nodes()[joints[i].body_b].now.twist);
+  }
+}
+
+/// Sets `Node::push` to loads and the pull of springs, a time t after the start of the step, where
+/// there are any.
+template <Scalar S>
+void JointFlow<S>::add_springs(S t) {
+  if (springs_.empty()) return;
+  const auto nodes = system_.nodes();
+  for (Node& node : nodes) node.push = node.def->load;
+  for (std::size_t i = 0; i < springs_.size(); ++i) {
+    const JointFlowJoint<S>& joint = system_.joints()[i];
+    if (!joint.has_spring()) continue;
+    const JointInstant<S>& at = system_.at(i);
+    Node& a = nodes[joint.body_a];
+    Node& b = nodes[joint.body_b];
+    // Whole turns are told apart by the rate at the start.
+    const S guess = joint.angle + t * spring_rates_[i];
+    const S pull = -joint.spring.stiffness *
+                       (axis_position(joint, at, a.now, b.now, guess) - joint.spring.rest) -
+                   joint.spring.damping * axis_rate(at, a.now.twist, b.now.twist);
+    springs_[i] = {pull * at.slide, pull * at.hinge};
+    b.push += Wrench<S>{springs_[i].force, springs_[i].torque + at.arm_b.cross(springs_[i].force)};
+    a.push += -Wrench<S>{springs_[i].force, springs_[i].torque + at.arm_a.cross(springs_[i].force)};
+  }
+}
+
+/// Accelerations of all bodies and wrenches of all joints where the bodies are, a time t after the
+/// start of the step.
+template <Scalar S>
+void JointFlow<S>::accelerate(S t) {
   using std::sqrt;
   ++evaluations_;
+  add_springs(t);
   S norm2 = S(0);
   for (Node& node : system_.nodes()) {
     if (!node.def->moves_by_forces) continue;
-    const Wrench<S>& load = node.def->load;
+    const Wrench<S>& load = springs_.empty() ? node.def->load : node.push;
     const Mat3<S>& R = node.now.R;
     const Vec3<S>& w = node.now.twist.angular;
     const Vec3<S> L_B = node.def->inertia_B * Vec3<S>(R.transpose() * w);
@@ -8975,7 +9067,7 @@ bool JointFlow<S>::derivative(S t, const S* y, S* dy) {
   carry(t);
   system_.place();
   if (!system_.factor()) return false;
-  accelerate();
+  accelerate(t);
   Vec3<S> torque = Vec3<S>::Zero();
   for (const Node& node : system_.nodes()) {
     if (!node.def->moves_by_forces) continue;
@@ -8991,11 +9083,15 @@ bool JointFlow<S>::derivative(S t, const S* y, S* dy) {
     const Wrench<S>& load = node.def->load;
     torque += load.torque + (node.now.x - reference_point_).cross(load.force);
   }
-  for (const Wrench<S>& wrench : system_.wrenches()) {
+  for (std::size_t i = 0; i < impulses_.size(); ++i) {
     Eigen::Map<Eigen::Matrix<S, joint_values, 1>> rate(dy);
     dy += joint_values;
+    const Wrench<S>& wrench = system_.wrenches()[i];
     rate.template head<3>() = wrench.force;
     rate.template tail<3>() = wrench.torque;
+    if (springs_.empty()) continue;
+    rate.template head<3>() += springs_[i].force;
+    rate.template tail<3>() += springs_[i].torque;
   }
   Eigen::Map<Vec3<S>> rate(dy);
   rate = torque;
@@ -9065,7 +9161,7 @@ bool JointFlow<S>::write(std::span<Transform<S>> end_poses, std::span<Twist<S>> 
 /// between a and b; its rate is w . (a x b) / |a x b|.
 // SPDX-License-Identifier: BSD-3-Clause
 
-#include <cmath>
+#include <array>
 #include <numbers>
 
 namespace bristle {
@@ -9090,10 +9186,6 @@ struct JointPose {
 template <Scalar S>
 [[nodiscard]] JointPose<S> joint_pose(const Joint<S>& joint, const Transform<S>& X_WA,
                                       const Transform<S>& X_WB);
-
-/// [rad] The angle that differs from `angle` by whole turns and is nearest to `guess`.
-template <Scalar S>
-[[nodiscard]] S nearest_turn(S angle, S guess);
 
 /// [m or rad] Position of a joint that has one: along its slide, or its angle.
 /// @param guess  [rad] Angle to within half a turn.
@@ -9130,17 +9222,6 @@ JointPose<S> joint_pose(const Joint<S>& joint, const Transform<S>& X_WA, const T
   pose.offset_J = pose.axes_W.transpose() * offset_W;
   pose.turn_J = R_WJa.conjugate() * R_WJb;
   return pose;
-}
-
-template <Scalar S>
-S nearest_turn(S angle, S guess) {
-  using std::abs;
-  using std::floor;
-  constexpr S turn = S(2) * std::numbers::pi_v<S>;
-  const S turns = (guess - angle) / turn;
-  // What turns so fast that no step can count it does not count at all.
-  if (!(abs(turns) * Tolerance<S>::round_off() < S(1))) return angle;
-  return angle + turn * floor(turns + S(0.5));
 }
 
 template <Scalar S>
@@ -9208,7 +9289,8 @@ bool is_within_stops(const JointDef<S>& def, const JointPose<S>& pose, S positio
 
 /// @file
 /// Springs and dampers of joints as soft blocks, by implicit Euler: stable for any constants and
-/// step, and never a source of energy.
+/// step, and never a source of energy. Where the step resolves them mechanisms may integrate them
+/// instead (joint_flow.hpp), without its loss.
 ///
 /// A spring k, d along a position x with x' = j . v pulls with -k (x - rest) - d x'. With both at
 /// the end of the step, x + dt x', its impulse is affine in the velocity there:
@@ -9226,9 +9308,10 @@ namespace bristle {
 /// Adds the spring on the free axis of a joint, if it has one.
 /// @param along  Row of the position.
 /// @param position  [m or rad] At the start of the step.
+/// @param mobility  [1/kg or 1/(kg m^2)] Largest that force along the row can meet.
 template <Scalar S>
 void add_joint_spring(Joint<S>& joint, const JointPose<S>& pose, const ConstraintRow<S>& along,
-                      S position, S dt, Constraints<S>& out);
+                      S position, S mobility, S dt, Constraints<S>& out);
 
 /// Adds the springs of a `six_dof` joint.
 template <Scalar S>
@@ -9250,6 +9333,7 @@ SoftBlock<S>& open_joint_soft_block(Joint<S>& joint, const JointPose<S>& pose,
   soft.impulse << joint.spring_impulse.force, joint.spring_impulse.torque;
   joint.soft_block = static_cast<std::uint32_t>(out.soft.size());
   joint.is_sprung = true;
+  joint.is_resolved = false;
   out.soft.push_back(soft);
   return out.soft.back();
 }
@@ -9272,9 +9356,8 @@ template <Scalar S>
 
 template <Scalar S>
 void add_joint_spring(Joint<S>& joint, const JointPose<S>& pose, const ConstraintRow<S>& along,
-                      S position, S dt, Constraints<S>& out) {
+                      S position, S mobility, S dt, Constraints<S>& out) {
   const JointSpring<S>& spring = joint.def.spring;
-  if (spring.stiffness == S(0) && spring.damping == S(0)) return;
   SoftBlock<S>& soft = detail::open_joint_soft_block(joint, pose, out);
   const bool turns = has_angle(joint.def.kind);
   Vec6<S> j = Vec6<S>::Zero();
@@ -9283,7 +9366,9 @@ void add_joint_spring(Joint<S>& joint, const JointPose<S>& pose, const Constrain
   } else {
     j.template head<3>() = along.direction;
   }
-  soft.matrix = (dt * dt * spring.stiffness + dt * spring.damping) * j * j.transpose();
+  const S held = dt * dt * spring.stiffness + dt * spring.damping;
+  joint.is_resolved = held * mobility <= S(1);
+  soft.matrix = held * j * j.transpose();
   soft.offset = (-dt * spring.stiffness * (position - spring.rest)) * j;
 }
 
@@ -9488,10 +9573,14 @@ void add_joint_rows(Joint<S>& joint, std::uint32_t joint_slot, const Body<S>& a,
     row.error = distance;
     single_row(BlockKind::stop, row, -max(S(0), distance) / dt, S(0), infinity<S>, slot);
   };
-  if (has_free_axis(kind) || has_angle(kind)) {
+  const bool is_driven = has_free_axis(kind) && def.drive.mode != DriveMode::none;
+  const bool has_lower = def.lower_limit > -infinity<S>;
+  const bool has_upper = def.upper_limit < infinity<S>;
+  const bool has_spring = def.spring.stiffness > S(0) || def.spring.damping > S(0);
+  if (is_driven || has_lower || has_upper || has_spring) {
     const S position = joint_position(kind, pose, joint.angle);
     const ConstraintRow<S> along = position_row(kind, pose);
-    if (def.drive.mode != DriveMode::none) {
+    if (is_driven) {
       const S limit = def.drive.max_force * dt;
       const S wanted = def.drive.mode == DriveMode::velocity
                            ? def.drive.target
@@ -9499,13 +9588,15 @@ void add_joint_rows(Joint<S>& joint, std::uint32_t joint_slot, const Body<S>& a,
                                                     detail::axis_mobility(kind, pose, a, b), dt);
       single_row(BlockKind::bounded, along, wanted, -limit, limit, detail::drive_impulse);
     }
-    if (def.lower_limit > -infinity<S>) {
-      stop(along, position - def.lower_limit, detail::lower_impulse);
+    if (has_lower) stop(along, position - def.lower_limit, detail::lower_impulse);
+    if (has_upper) stop(reversed(along), def.upper_limit - position, detail::upper_impulse);
+    if (has_spring) {
+      const S mobility = kind == JointKind::prismatic
+                             ? a.inverse_mass + b.inverse_mass
+                             : along.angular_a.dot(a.inverse_inertia_W() * along.angular_a) +
+                                   along.angular_b.dot(b.inverse_inertia_W() * along.angular_b);
+      add_joint_spring(joint, pose, along, position, mobility, dt, out);
     }
-    if (def.upper_limit < infinity<S>) {
-      stop(reversed(along), def.upper_limit - position, detail::upper_impulse);
-    }
-    add_joint_spring(joint, pose, along, position, dt, out);
   }
   if (kind == JointKind::cone_twist && def.swing_limit < std::numbers::pi_v<S>) {
     const ConstraintRow<S> swing = detail::swing_row(pose, a.twist, b.twist);
@@ -25336,22 +25427,27 @@ class MechanismStage {
   }
 
   /// Whether an island has a mechanism whose motion may be integrated: joints without drives and
-  /// stops that hold, which are decisions of a step and not forces; and no sensors, whose law is
-  /// integrated with symplectic Euler. Stops that are free do no harm unless contacts may push the
-  /// joint there.
+  /// stops that hold, which are decisions of a step and not forces; no springs that are stiff for
+  /// the step; and no sensors, whose law is integrated with symplectic Euler. Stops that are free
+  /// do no harm unless contacts may push the joint there.
   [[nodiscard]] static bool applies_to(const State& state, const Island& island,
                                        const SolveContext<S>& context) {
-    if (island.blocks.empty() || !island.soft.empty()) return false;
-    if (state.def.integrator != Integrator::trapezoidal) return false;
+    if (island.blocks.empty() || state.def.integrator != Integrator::trapezoidal) return false;
     bool has_stops = false;
+    std::size_t springs = 0;
     for (const std::uint32_t i : island.blocks) {
       const ConstraintBlock<S>& block = state.constraints.blocks[i];
-      if (block.kind == BlockKind::equality) continue;
+      if (block.kind == BlockKind::equality) {
+        const Joint<S>& joint = state.joints.at(block.joint);
+        springs += joint.is_sprung && joint.is_resolved ? 1u : 0u;
+        continue;
+      }
       const ConstraintRow<S>& row = state.constraints.rows[block.first];
       const bool is_free = block.kind == BlockKind::stop && row.impulse == S(0) && row.error > S(0);
       if (!is_free) return false;
       has_stops = true;
     }
+    if (springs != island.soft.size()) return false;  // The others are stiff springs or patches.
     if (!island.contacts.empty() && (has_stops || IslandSolver<S>::is_large(context))) return false;
     return std::none_of(island.bodies.begin(), island.bodies.end(),
                         [&](std::uint32_t slot) { return state.solver_bodies[slot].is_sensed; });
@@ -25377,6 +25473,7 @@ class MechanismStage {
     for (const std::uint32_t i : island.blocks) {
       if (state.constraints.blocks[i].kind != BlockKind::equality) continue;
       const Joint<S>& joint = state.joints.at(state.constraints.blocks[i].joint);
+      if (joint.is_sprung) state.constraints.soft[joint.soft_block].impulse.setZero();
       const std::uint32_t a = joint.def.body_a.index;
       const std::uint32_t b = joint.def.body_b.index;
       turn_joint_rows(joint, end_pose(state, a), end_pose(state, b),
@@ -25470,7 +25567,7 @@ class MechanismStage {
       if (parent_[is_a ? block.body_a : block.body_b] != group) continue;
       const Joint<S>& joint = state.joints.at(block.joint);
       joints_.push_back({joint.def.kind, number(block.body_a), number(block.body_b), joint.X_CmA_J,
-                         joint.X_CmB_J});
+                         joint.X_CmB_J, joint.def.spring, joint.angle});
       joint_slots_.push_back(block.joint);
     }
     for (const std::uint32_t slot : slots_) local_[slot] = none;
@@ -26330,15 +26427,17 @@ class SolveStage {
     return context;
   }
 
-  void solve_island(State& state, const SensorStage<S, Backend>& sensors, const Island& island) {
+  void solve_island(State& state, const SensorStage<S, Backend>& sensors, Island island) {
     SolveContext<S> context = context_of(state, island);
     Constraints<S>& constraints = state.constraints;
     std::span<SolverBody<S>> bodies = state.solver_bodies;
     context.factor_work =
         solver_.factor_work(island, constraints, bodies.size(), context.settings.max_direct_work);
     if (mechanisms_.applies_to(state, island, context) && mechanisms_.advance(state, island)) {
-      // Where nothing touches the mechanism there is nothing left to solve.
+      // Where nothing touches the mechanism there is nothing left to solve. Springs are done.
       if (island.contacts.empty()) return;
+      island.soft = {};
+      context.integrator = Integrator::trapezoidal;
     } else if (context.integrator == Integrator::symplectic_euler) {
       for (const std::uint32_t slot : island.bodies) bodies[slot].free_motion = bodies[slot].free;
     }
@@ -27862,7 +27961,7 @@ template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S>
 void World<S, Backend>::set_drive(JointId id, const JointDrive<S>& drive) {
   Joint<S>& joint = state_.joints.get(id, "JointId");
-  validate(drive, joint.def.kind);
+  validate(drive);
   joint.def.drive = drive;
   detail::disturb(state_, joint.def.body_a);
   detail::disturb(state_, joint.def.body_b);

@@ -108,13 +108,20 @@ Mat3<S> link_inertia() {
 }
 
 /// Chain of n such links along x; body 0 is fixed at the origin, where it hangs.
+/// @param twist  [rad] Angle about x from y to the axis of the first joint, and from each to the
+///               next.
 template <typename S>
-Mechanism<S> chain(int n, bool is_anchored = true) {
+Mechanism<S> chain(int n, bool is_anchored = true, JointKind kind = JointKind::ball,
+                   S twist = S(0)) {
+  using std::cos;
+  using std::sin;
   Mechanism<S> m;
   if (is_anchored) m.add_fixed();
   for (int i = 0; i < n; ++i) {
     const std::uint32_t link = m.add(S(1), link_inertia<S>(), {S(0.2) * S(i) + S(0.1), 0, 0});
-    if (link > 0) m.join(JointKind::ball, link - 1, link, {S(0.2) * S(i), 0, 0});
+    if (link == 0) continue;
+    const S angle = twist * S(i + 1);
+    m.join(kind, link - 1, link, {S(0.2) * S(i), 0, 0}, {S(0), cos(angle), sin(angle)});
   }
   return m;
 }

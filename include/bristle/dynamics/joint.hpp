@@ -43,7 +43,7 @@ enum class DriveMode {
   position
 };
 
-/// Drive of the free axis of a joint.
+/// Drive of the free axis of a joint; without one it does nothing.
 template <Scalar S>
 struct JointDrive {
   /// [-] What is driven.
@@ -174,9 +174,11 @@ struct Joint {
   /// [-] First of this step's blocks, and how many.
   std::uint32_t first_block = 0;
   std::uint32_t block_count = 0;
-  /// [-] This step's soft block, and whether there is one.
+  /// [-] This step's soft block, whether there is one, and whether a step is short for its spring:
+  /// not more than a radian of its oscillation.
   std::uint32_t soft_block = 0;
   bool is_sprung = false;
+  bool is_resolved = false;
 };
 
 /// @throws InvalidArgument naming the field.
@@ -205,16 +207,6 @@ void validate(const JointBushing<S>& bushing) {
   }
 }
 
-/// Whether a joint of a kind may be driven so.
-/// @throws InvalidArgument naming the field.
-template <Scalar S>
-void validate(const JointDrive<S>& drive, JointKind kind) {
-  validate(drive);
-  detail::require(drive.mode == DriveMode::none || has_free_axis(kind), "JointDrive::mode",
-                  static_cast<int>(drive.mode),
-                  "must be none unless the joint is revolute or prismatic");
-}
-
 /// @throws InvalidArgument naming the field.
 template <Scalar S>
 void validate(const JointDef<S>& def) {
@@ -237,7 +229,7 @@ void validate(const JointDef<S>& def) {
   detail::require(def.swing_limit > S(0), "JointDef::swing_limit", def.swing_limit, "must be > 0");
   detail::require(kind == JointKind::cone_twist || def.swing_limit == infinity<S>,
                   "JointDef::swing_limit", def.swing_limit, "needs a cone_twist joint");
-  validate(def.drive, kind);
+  validate(def.drive);
   validate(def.spring);
   detail::require(
       has_free_axis(kind) || (def.spring.stiffness == S(0) && def.spring.damping == S(0)),

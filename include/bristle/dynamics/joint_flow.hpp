@@ -6,7 +6,7 @@
 /// the motion is an ordinary differential equation. At each instant accelerations and joint
 /// wrenches follow from
 ///
-///   M a = f + J^T x,   J a = -J' v        (gyroscopic torques are in f)
+///   M a = f + J^T x,   J a = -J' v        (gyroscopic torques and springs are in f)
 ///
 /// and a Runge-Kutta method of fifth order follows them through the step, in as many substeps as
 /// its error asks for. What the integration leaves of gaps and of velocities across the joints is
@@ -71,9 +71,15 @@ class JointFlow {
   static constexpr std::size_t body_values = 13;  // Position, quaternion, velocity, turning.
   static constexpr std::size_t joint_values = 6;  // Impulse and angular impulse.
 
+  [[nodiscard]] bool has_springs() const {
+    return std::any_of(system_.joints().begin(), system_.joints().end(),
+                       [](const JointFlowJoint<S>& joint) { return joint.has_spring(); });
+  }
   void choose_reference();
   [[nodiscard]] bool find_held();
-  void accelerate();
+  void start_springs();
+  void add_springs(S t);
+  void accelerate(S t);
   bool move_straight(S dt);
   bool integrate(S dt);
   void carry(S t);
@@ -88,6 +94,8 @@ class JointFlow {
   std::vector<S> values_;
   std::vector<Twist<S>> wanted_;  // Relative motion of each joint that `solve` shall give.
   std::vector<Wrench<S>> impulses_;
+  std::vector<Wrench<S>> springs_;  // On B about B's joint origin; empty where there are none.
+  std::vector<S> spring_rates_;     // Rates of the free axes at the start.
   std::vector<bool> cannot_turn_;
   Vec3<S> reference_velocity_ = Vec3<S>::Zero();
   Vec3<S> reference_point_ = Vec3<S>::Zero();
@@ -123,7 +131,8 @@ bool JointFlow<S>::advance(std::span<const JointFlowBody<S>> bodies,
                !locked.linear[1] && !locked.linear[2];
   }
   choose_reference();
-  const bool moved = find_held() ? move_straight(dt) : integrate(dt);
+  start_springs();
+  const bool moved = springs_.empty() && find_held() ? move_straight(dt) : integrate(dt);
   return moved && write(end_poses, end_twists, impulses);
 }
 
@@ -199,7 +208,7 @@ bool JointFlow<S>::move_straight(S dt) {
   system_.place();
   if (!system_.factor()) return false;
   if (projection_.has_open_velocities(system_)) projection_.close_velocities(system_, impulses_);
-  accelerate();
+  accelerate(dt / S(2));
   for (Node& node : nodes) {
     const Vec3<S> gain = dt * node.acceleration.linear;
     node.now.x = node.def->center_pose.translation + dt * (node.now.twist.linear + gain / S(2));
@@ -286,15 +295,54 @@ void JointFlow<S>::read_values(const S* y) {
   }
 }
 
-/// Accelerations of all bodies and wrenches of all joints where the bodies are.
 template <Scalar S>
-void JointFlow<S>::accelerate() {
+void JointFlow<S>::start_springs() {
+  springs_.clear();
+  if (!has_springs()) return;
+  const auto joints = system_.joints();
+  springs_.resize(joints.size());
+  spring_rates_.resize(joints.size());
+  for (std::size_t i = 0; i < joints.size(); ++i) {
+    spring_rates_[i] = axis_rate(system_.at(i), system_.nodes()[joints[i].body_a].now.twist,
+                                 system_.nodes()[joints[i].body_b].now.twist);
+  }
+}
+
+/// Sets `Node::push` to loads and the pull of springs, a time t after the start of the step, where
+/// there are any.
+template <Scalar S>
+void JointFlow<S>::add_springs(S t) {
+  if (springs_.empty()) return;
+  const auto nodes = system_.nodes();
+  for (Node& node : nodes) node.push = node.def->load;
+  for (std::size_t i = 0; i < springs_.size(); ++i) {
+    const JointFlowJoint<S>& joint = system_.joints()[i];
+    if (!joint.has_spring()) continue;
+    const JointInstant<S>& at = system_.at(i);
+    Node& a = nodes[joint.body_a];
+    Node& b = nodes[joint.body_b];
+    // Whole turns are told apart by the rate at the start.
+    const S guess = joint.angle + t * spring_rates_[i];
+    const S pull = -joint.spring.stiffness *
+                       (axis_position(joint, at, a.now, b.now, guess) - joint.spring.rest) -
+                   joint.spring.damping * axis_rate(at, a.now.twist, b.now.twist);
+    springs_[i] = {pull * at.slide, pull * at.hinge};
+    b.push += Wrench<S>{springs_[i].force, springs_[i].torque + at.arm_b.cross(springs_[i].force)};
+    a.push += -Wrench<S>{springs_[i].force, springs_[i].torque + at.arm_a.cross(springs_[i].force)};
+  }
+}
+
+/// Accelerations of all bodies and wrenches of all joints where the bodies are, a time t after the
+/// start of the step.
+template <Scalar S>
+void JointFlow<S>::accelerate(S t) {
   using std::sqrt;
   ++evaluations_;
+  add_springs(t);
   S norm2 = S(0);
   for (Node& node : system_.nodes()) {
     if (!node.def->moves_by_forces) continue;
-    const Wrench<S>& load = node.def->load;
+    const Wrench<S>& load = springs_.empty() ? node.def->load : node.push;
     const Mat3<S>& R = node.now.R;
     const Vec3<S>& w = node.now.twist.angular;
     const Vec3<S> L_B = node.def->inertia_B * Vec3<S>(R.transpose() * w);
@@ -324,7 +372,7 @@ bool JointFlow<S>::derivative(S t, const S* y, S* dy) {
   carry(t);
   system_.place();
   if (!system_.factor()) return false;
-  accelerate();
+  accelerate(t);
   Vec3<S> torque = Vec3<S>::Zero();
   for (const Node& node : system_.nodes()) {
     if (!node.def->moves_by_forces) continue;
@@ -340,11 +388,15 @@ bool JointFlow<S>::derivative(S t, const S* y, S* dy) {
     const Wrench<S>& load = node.def->load;
     torque += load.torque + (node.now.x - reference_point_).cross(load.force);
   }
-  for (const Wrench<S>& wrench : system_.wrenches()) {
+  for (std::size_t i = 0; i < impulses_.size(); ++i) {
     Eigen::Map<Eigen::Matrix<S, joint_values, 1>> rate(dy);
     dy += joint_values;
+    const Wrench<S>& wrench = system_.wrenches()[i];
     rate.template head<3>() = wrench.force;
     rate.template tail<3>() = wrench.torque;
+    if (springs_.empty()) continue;
+    rate.template head<3>() += springs_[i].force;
+    rate.template tail<3>() += springs_[i].torque;
   }
   Eigen::Map<Vec3<S>> rate(dy);
   rate = torque;

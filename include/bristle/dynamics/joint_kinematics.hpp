@@ -50,6 +50,12 @@ struct JointFlowJoint {
   /// [m] Joint frames about the centres of mass, along the bodies' axes.
   Transform<S> X_CmA_J{};
   Transform<S> X_CmB_J{};
+  /// [-] Spring and damper on its free axis, if it has one.
+  JointSpring<S> spring{};
+  /// [rad] Angle at the start of the step, to within half a turn, of a hinge with a spring.
+  S angle = S(0);
+
+  [[nodiscard]] bool has_spring() const { return spring.stiffness > S(0) || spring.damping > S(0); }
 };
 
 /// Where a body is and how it moves at one instant.
@@ -111,6 +117,16 @@ template <Scalar S>
 template <Scalar S>
 [[nodiscard]] Twist<S> held_gap(const JointFlowJoint<S>& joint, const JointInstant<S>& at,
                                 const BodyInstant<S>& a, const BodyInstant<S>& b);
+
+/// [m or rad] Position along or about the free axis.
+/// @param guess  [rad] Angle of a hinge to within half a turn.
+template <Scalar S>
+[[nodiscard]] S axis_position(const JointFlowJoint<S>& joint, const JointInstant<S>& at,
+                              const BodyInstant<S>& a, const BodyInstant<S>& b, S guess);
+
+/// [m/s or rad/s] Its rate.
+template <Scalar S>
+[[nodiscard]] S axis_rate(const JointInstant<S>& at, const Twist<S>& a, const Twist<S>& b);
 
 // Implementation -----------------------------------------------------------------------------------
 
@@ -183,6 +199,24 @@ Twist<S> held_gap(const JointFlowJoint<S>& joint, const JointInstant<S>& at,
   }
   const Quat<S> turn = (b.q * joint.X_CmB_J.rotation) * (a.q * joint.X_CmA_J.rotation).conjugate();
   return {lets_slide(joint.kind) ? across(at.slide, c) : c, log_rotation<S>(turn)};
+}
+
+template <Scalar S>
+S axis_position(const JointFlowJoint<S>& joint, const JointInstant<S>& at, const BodyInstant<S>& a,
+                const BodyInstant<S>& b, S guess) {
+  using std::atan2;
+  if (lets_hinge(joint.kind)) {
+    const Quat<S> turn_J =
+        (a.q * joint.X_CmA_J.rotation).conjugate() * (b.q * joint.X_CmB_J.rotation);
+    return nearest_turn(S(2) * atan2(turn_J.x(), turn_J.w()), guess);
+  }
+  return at.slide.dot((b.x - a.x) + (at.arm_b - a.R * joint.X_CmA_J.translation));
+}
+
+template <Scalar S>
+S axis_rate(const JointInstant<S>& at, const Twist<S>& a, const Twist<S>& b) {
+  // One of the two axes is zero.
+  return at.slide.dot(b.at(at.arm_b) - a.at(at.arm_a)) + at.hinge.dot(b.angular - a.angular);
 }
 
 }  // namespace bristle

@@ -12,7 +12,7 @@
 #include <bristle/dynamics/joint.hpp>
 #include <bristle/math/rotation.hpp>
 
-#include <cmath>
+#include <array>
 #include <numbers>
 
 namespace bristle {
@@ -37,10 +37,6 @@ struct JointPose {
 template <Scalar S>
 [[nodiscard]] JointPose<S> joint_pose(const Joint<S>& joint, const Transform<S>& X_WA,
                                       const Transform<S>& X_WB);
-
-/// [rad] The angle that differs from `angle` by whole turns and is nearest to `guess`.
-template <Scalar S>
-[[nodiscard]] S nearest_turn(S angle, S guess);
 
 /// [m or rad] Position of a joint that has one: along its slide, or its angle.
 /// @param guess  [rad] Angle to within half a turn.
@@ -77,17 +73,6 @@ JointPose<S> joint_pose(const Joint<S>& joint, const Transform<S>& X_WA, const T
   pose.offset_J = pose.axes_W.transpose() * offset_W;
   pose.turn_J = R_WJa.conjugate() * R_WJb;
   return pose;
-}
-
-template <Scalar S>
-S nearest_turn(S angle, S guess) {
-  using std::abs;
-  using std::floor;
-  constexpr S turn = S(2) * std::numbers::pi_v<S>;
-  const S turns = (guess - angle) / turn;
-  // What turns so fast that no step can count it does not count at all.
-  if (!(abs(turns) * Tolerance<S>::round_off() < S(1))) return angle;
-  return angle + turn * floor(turns + S(0.5));
 }
 
 template <Scalar S>

@@ -183,10 +183,14 @@ void add_joint_rows(Joint<S>& joint, std::uint32_t joint_slot, const Body<S>& a,
     row.error = distance;
     single_row(BlockKind::stop, row, -max(S(0), distance) / dt, S(0), infinity<S>, slot);
   };
-  if (has_free_axis(kind) || has_angle(kind)) {
+  const bool is_driven = has_free_axis(kind) && def.drive.mode != DriveMode::none;
+  const bool has_lower = def.lower_limit > -infinity<S>;
+  const bool has_upper = def.upper_limit < infinity<S>;
+  const bool has_spring = def.spring.stiffness > S(0) || def.spring.damping > S(0);
+  if (is_driven || has_lower || has_upper || has_spring) {
     const S position = joint_position(kind, pose, joint.angle);
     const ConstraintRow<S> along = position_row(kind, pose);
-    if (def.drive.mode != DriveMode::none) {
+    if (is_driven) {
       const S limit = def.drive.max_force * dt;
       const S wanted = def.drive.mode == DriveMode::velocity
                            ? def.drive.target
@@ -194,13 +198,15 @@ void add_joint_rows(Joint<S>& joint, std::uint32_t joint_slot, const Body<S>& a,
                                                     detail::axis_mobility(kind, pose, a, b), dt);
       single_row(BlockKind::bounded, along, wanted, -limit, limit, detail::drive_impulse);
     }
-    if (def.lower_limit > -infinity<S>) {
-      stop(along, position - def.lower_limit, detail::lower_impulse);
+    if (has_lower) stop(along, position - def.lower_limit, detail::lower_impulse);
+    if (has_upper) stop(reversed(along), def.upper_limit - position, detail::upper_impulse);
+    if (has_spring) {
+      const S mobility = kind == JointKind::prismatic
+                             ? a.inverse_mass + b.inverse_mass
+                             : along.angular_a.dot(a.inverse_inertia_W() * along.angular_a) +
+                                   along.angular_b.dot(b.inverse_inertia_W() * along.angular_b);
+      add_joint_spring(joint, pose, along, position, mobility, dt, out);
     }
-    if (def.upper_limit < infinity<S>) {
-      stop(reversed(along), def.upper_limit - position, detail::upper_impulse);
-    }
-    add_joint_spring(joint, pose, along, position, dt, out);
   }
   if (kind == JointKind::cone_twist && def.swing_limit < std::numbers::pi_v<S>) {
     const ConstraintRow<S> swing = detail::swing_row(pose, a.twist, b.twist);

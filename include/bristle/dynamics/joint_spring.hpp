@@ -1,6 +1,7 @@
 /// @file
 /// Springs and dampers of joints as soft blocks, by implicit Euler: stable for any constants and
-/// step, and never a source of energy.
+/// step, and never a source of energy. Where the step resolves them mechanisms may integrate them
+/// instead (joint_flow.hpp), without its loss.
 ///
 /// A spring k, d along a position x with x' = j . v pulls with -k (x - rest) - d x'. With both at
 /// the end of the step, x + dt x', its impulse is affine in the velocity there:
@@ -22,9 +23,10 @@ namespace bristle {
 /// Adds the spring on the free axis of a joint, if it has one.
 /// @param along  Row of the position.
 /// @param position  [m or rad] At the start of the step.
+/// @param mobility  [1/kg or 1/(kg m^2)] Largest that force along the row can meet.
 template <Scalar S>
 void add_joint_spring(Joint<S>& joint, const JointPose<S>& pose, const ConstraintRow<S>& along,
-                      S position, S dt, Constraints<S>& out);
+                      S position, S mobility, S dt, Constraints<S>& out);
 
 /// Adds the springs of a `six_dof` joint.
 template <Scalar S>
@@ -46,6 +48,7 @@ SoftBlock<S>& open_joint_soft_block(Joint<S>& joint, const JointPose<S>& pose,
   soft.impulse << joint.spring_impulse.force, joint.spring_impulse.torque;
   joint.soft_block = static_cast<std::uint32_t>(out.soft.size());
   joint.is_sprung = true;
+  joint.is_resolved = false;
   out.soft.push_back(soft);
   return out.soft.back();
 }
@@ -68,9 +71,8 @@ template <Scalar S>
 
 template <Scalar S>
 void add_joint_spring(Joint<S>& joint, const JointPose<S>& pose, const ConstraintRow<S>& along,
-                      S position, S dt, Constraints<S>& out) {
+                      S position, S mobility, S dt, Constraints<S>& out) {
   const JointSpring<S>& spring = joint.def.spring;
-  if (spring.stiffness == S(0) && spring.damping == S(0)) return;
   SoftBlock<S>& soft = detail::open_joint_soft_block(joint, pose, out);
   const bool turns = has_angle(joint.def.kind);
   Vec6<S> j = Vec6<S>::Zero();
@@ -79,7 +81,9 @@ void add_joint_spring(Joint<S>& joint, const JointPose<S>& pose, const Constrain
   } else {
     j.template head<3>() = along.direction;
   }
-  soft.matrix = (dt * dt * spring.stiffness + dt * spring.damping) * j * j.transpose();
+  const S held = dt * dt * spring.stiffness + dt * spring.damping;
+  joint.is_resolved = held * mobility <= S(1);
+  soft.matrix = held * j * j.transpose();
   soft.offset = (-dt * spring.stiffness * (position - spring.rest)) * j;
 }
 

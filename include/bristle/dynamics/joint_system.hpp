@@ -269,9 +269,8 @@ void JointSystem<S>::couple(const JointCoupling& coupling, const Mat3<S>& lever)
 
   const bool row_turns = lets_turn(joints_[coupling.row].kind);
   const bool column_turns = lets_turn(joints_[coupling.column].kind);
-  const bool row_hinges = lets_hinge(joints_[coupling.row].kind);
-  const bool column_hinges = lets_hinge(joints_[coupling.column].kind);
   if (!row_turns) {
+    const bool row_hinges = lets_hinge(joints_[coupling.row].kind);
     Mat3<S> block;
     for (Eigen::Index k = 0; k < 3; ++k) {
       block.row(k) = node.inverse_inertia.col(k).cross(r).transpose();  // I^-1 [r]
@@ -282,14 +281,18 @@ void JointSystem<S>::couple(const JointCoupling& coupling, const Mat3<S>& lever)
     if (!column_turns) {
       block = sign * node.inverse_inertia;
       if (row_hinges) block -= row.hinge * (row.hinge.transpose() * block);
-      if (column_hinges) block -= (block * column.hinge) * column.hinge.transpose();
+      if (lets_hinge(joints_[coupling.column].kind)) {
+        block -= (block * column.hinge) * column.hinge.transpose();
+      }
       matrix_.at(i + 1, j + 1) += block;
     }
   }
   if (!column_turns && i != j) {
     Mat3<S> block = sign * lever;
     if (row_slides) block -= row.slide * (row.slide.transpose() * block);
-    if (column_hinges) block -= (block * column.hinge) * column.hinge.transpose();
+    if (lets_hinge(joints_[coupling.column].kind)) {
+      block -= (block * column.hinge) * column.hinge.transpose();
+    }
     matrix_.at(i, j + 1) += block;
   }
 }

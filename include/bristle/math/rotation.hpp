@@ -5,6 +5,9 @@
 
 #include <bristle/math/types.hpp>
 
+#include <cmath>
+#include <numbers>
+
 namespace bristle {
 
 /// Quaternion of the rotation vector phi [rad]: turn by |phi| about phi. Exact for every |phi|, 0
@@ -50,6 +53,18 @@ template <Scalar S>
   const S sine = c.norm();
   if (sine * sine < Tolerance<S>::round_off()) return c;
   return (atan2(sine, a.dot(b)) / sine) * c;
+}
+
+/// [rad] The angle that differs from `angle` by whole turns and is nearest to `guess`.
+template <Scalar S>
+[[nodiscard]] S nearest_turn(S angle, S guess) {
+  using std::abs;
+  using std::floor;
+  constexpr S turn = S(2) * std::numbers::pi_v<S>;
+  const S turns = (guess - angle) / turn;
+  // What turns so fast that no step can count it does not count at all.
+  if (!(abs(turns) * Tolerance<S>::round_off() < S(1))) return angle;
+  return angle + turn * floor(turns + S(0.5));
 }
 
 /// Attitude after turning for `dt` with the constant world-frame angular velocity `w_W` [rad/s].

@@ -35,22 +35,27 @@ class MechanismStage {
   }
 
   /// Whether an island has a mechanism whose motion may be integrated: joints without drives and
-  /// stops that hold, which are decisions of a step and not forces; and no sensors, whose law is
-  /// integrated with symplectic Euler. Stops that are free do no harm unless contacts may push the
-  /// joint there.
+  /// stops that hold, which are decisions of a step and not forces; no springs that are stiff for
+  /// the step; and no sensors, whose law is integrated with symplectic Euler. Stops that are free
+  /// do no harm unless contacts may push the joint there.
   [[nodiscard]] static bool applies_to(const State& state, const Island& island,
                                        const SolveContext<S>& context) {
-    if (island.blocks.empty() || !island.soft.empty()) return false;
-    if (state.def.integrator != Integrator::trapezoidal) return false;
+    if (island.blocks.empty() || state.def.integrator != Integrator::trapezoidal) return false;
     bool has_stops = false;
+    std::size_t springs = 0;
     for (const std::uint32_t i : island.blocks) {
       const ConstraintBlock<S>& block = state.constraints.blocks[i];
-      if (block.kind == BlockKind::equality) continue;
+      if (block.kind == BlockKind::equality) {
+        const Joint<S>& joint = state.joints.at(block.joint);
+        springs += joint.is_sprung && joint.is_resolved ? 1u : 0u;
+        continue;
+      }
       const ConstraintRow<S>& row = state.constraints.rows[block.first];
       const bool is_free = block.kind == BlockKind::stop && row.impulse == S(0) && row.error > S(0);
       if (!is_free) return false;
       has_stops = true;
     }
+    if (springs != island.soft.size()) return false;  // The others are stiff springs or patches.
     if (!island.contacts.empty() && (has_stops || IslandSolver<S>::is_large(context))) return false;
     return std::none_of(island.bodies.begin(), island.bodies.end(),
                         [&](std::uint32_t slot) { return state.solver_bodies[slot].is_sensed; });
@@ -76,6 +81,7 @@ class MechanismStage {
     for (const std::uint32_t i : island.blocks) {
       if (state.constraints.blocks[i].kind != BlockKind::equality) continue;
       const Joint<S>& joint = state.joints.at(state.constraints.blocks[i].joint);
+      if (joint.is_sprung) state.constraints.soft[joint.soft_block].impulse.setZero();
       const std::uint32_t a = joint.def.body_a.index;
       const std::uint32_t b = joint.def.body_b.index;
       turn_joint_rows(joint, end_pose(state, a), end_pose(state, b),
@@ -169,7 +175,7 @@ class MechanismStage {
       if (parent_[is_a ? block.body_a : block.body_b] != group) continue;
       const Joint<S>& joint = state.joints.at(block.joint);
       joints_.push_back({joint.def.kind, number(block.body_a), number(block.body_b), joint.X_CmA_J,
-                         joint.X_CmB_J});
+                         joint.X_CmB_J, joint.def.spring, joint.angle});
       joint_slots_.push_back(block.joint);
     }
     for (const std::uint32_t slot : slots_) local_[slot] = none;

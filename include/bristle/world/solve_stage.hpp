@@ -191,15 +191,17 @@ class SolveStage {
     return context;
   }
 
-  void solve_island(State& state, const SensorStage<S, Backend>& sensors, const Island& island) {
+  void solve_island(State& state, const SensorStage<S, Backend>& sensors, Island island) {
     SolveContext<S> context = context_of(state, island);
     Constraints<S>& constraints = state.constraints;
     std::span<SolverBody<S>> bodies = state.solver_bodies;
     context.factor_work =
         solver_.factor_work(island, constraints, bodies.size(), context.settings.max_direct_work);
     if (mechanisms_.applies_to(state, island, context) && mechanisms_.advance(state, island)) {
-      // Where nothing touches the mechanism there is nothing left to solve.
+      // Where nothing touches the mechanism there is nothing left to solve. Springs are done.
       if (island.contacts.empty()) return;
+      island.soft = {};
+      context.integrator = Integrator::trapezoidal;
     } else if (context.integrator == Integrator::symplectic_euler) {
       for (const std::uint32_t slot : island.bodies) bodies[slot].free_motion = bodies[slot].free;
     }

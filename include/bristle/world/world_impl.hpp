@@ -90,7 +90,7 @@ template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S>
 void World<S, Backend>::set_drive(JointId id, const JointDrive<S>& drive) {
   Joint<S>& joint = state_.joints.get(id, "JointId");
-  validate(drive, joint.def.kind);
+  validate(drive);
   joint.def.drive = drive;
   detail::disturb(state_, joint.def.body_a);
   detail::disturb(state_, joint.def.body_b);
