@@ -183,6 +183,36 @@ TEST_CASE("add_adf: the box on the incline stays on its sole") {
   CHECK(felt.total_shear() > 0.5 * 9.81 * std::sin(0.349));
 }
 
+TEST_CASE_TEMPLATE("add_adf: every scene runs in every scalar", S, float, double) {
+  for (const char* name : {"parallel_gripper.yaml", "chain.yaml", "inclined_box.yaml"}) {
+    CAPTURE(name);
+    World<S> world({.gravity = {0, 0, S(-9.81)}, .time_step = S(1e-3)});
+    const AdfScene<S> scene = add_adf(world, scenes / name);
+    for (int i = 0; i < 500; ++i) world.step();
+    for (const auto& body : scene.bodies) {
+      // Slower than what has fallen all the time.
+      CHECK(world.body(body.value).twist.linear.norm() < S(0.5 * 9.81));
+    }
+  }
+}
+
+TEST_CASE("add_adf: a sensor of today's form supersedes the one in its body") {
+  World<double> world;
+  const auto path = scenes / "scene.yaml";
+  const std::string body =
+      "high resolution path: high_res\nbodies: [A]\nA: {mass: 1, collision shape: SPHERE, "
+      "collision "
+      "geometry: {radius: 1}, resistive surface: {mesh: pad.stl, range: 0.02}}\n";
+  const std::string sensor = "sensors: [S]\nS: {type: Resistance, parent: A, mesh: sole.stl}\n";
+  const AdfScene<double> old = add_adf(world, read_adf(body, path));
+  CHECK(old.patches.size() == 1);
+  CHECK(world.reading(old.patches.at("A/resistive surface")).size() == 8);
+  const AdfScene<double> both = add_adf(world, read_adf(body + sensor, path));
+  CHECK(both.patches.size() == 1);
+  CHECK(world.reading(both.patches.at("S")).size() == 32);
+  CHECK(has_note(both.report, "A/resistive surface", "a sensor of today's form"));
+}
+
 TEST_CASE("add_adf: joints stand at zero where axes and offsets say") {
   // Parent axis p, child axis c and offset t: the child's attitude at zero is that of c turned the
   // shortest way onto p, then turned by t about p.

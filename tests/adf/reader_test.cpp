@@ -172,9 +172,9 @@ TEST_CASE("read_adf: joints of every spelling") {
       {"cone twist", AdfJointType::cone_twist},
       {"six dof", AdfJointType::six_dof},
       {"six dof spring", AdfJointType::six_dof_spring}};
-  for (const auto& [word, type] : spellings) {
-    CAPTURE(word);
-    CHECK(joint_of(std::string("  type: ") + word + "\n").type == type);
+  for (const auto& spelling : spellings) {
+    CAPTURE(spelling.first);
+    CHECK(joint_of(std::string("  type: ") + spelling.first + "\n").type == spelling.second);
   }
   const AdfJoint joint = joint_of(
       "  type: torsion spring\n  joint limits: {low: -1, high: 3}\n  stiffness: 5\n  damping: 6\n"
