@@ -1,0 +1,178 @@
+/// @file
+/// Loads scenes in AMBF's description format (ADF) into a world. Opt-in: needs yaml-cpp, which the
+/// CMake target `bristle::adf` links.
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <bristle/io/adf_body_builder.hpp>
+#include <bristle/io/adf_joint_builder.hpp>
+#include <bristle/io/adf_meshes.hpp>
+#include <bristle/io/adf_model.hpp>
+#include <bristle/io/adf_reader.hpp>
+#include <bristle/io/adf_scene.hpp>
+#include <bristle/io/adf_sensor_builder.hpp>
+#include <bristle/world/world.hpp>
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace bristle {
+
+/// Adds the bodies, joints and sensors of a description to a world (docs/adf.md says what becomes
+/// of each key).
+///
+/// Joints and sensors that name a body the description has not got are left out, and reported.
+///
+/// @throws AdfError that names line, key and rule of what the world cannot take, or of a mesh that
+///         is not there; IoError for a mesh that cannot be understood. The world is unchanged then.
+template <Scalar S, typename Backend>
+AdfScene<S> add_adf(World<S, Backend>& world, const AdfModel& model,
+                    const AdfBuildDef<S>& def = {});
+
+/// Reads a file and adds it to a world.
+/// @throws as `load_adf` and `add_adf`.
+template <Scalar S, typename Backend>
+AdfScene<S> add_adf(World<S, Backend>& world, const std::filesystem::path& path,
+                    const AdfBuildDef<S>& def = {}) {
+  return add_adf(world, load_adf(path, def.limits), def);
+}
+
+// Implementation -----------------------------------------------------------------------------------
+
+namespace detail {
+
+/// Adds the parts of a model one after the other.
+template <Scalar S, typename Backend>
+class AdfBuilder {
+ public:
+  AdfBuilder(World<S, Backend>& world, const AdfModel& model, const AdfBuildDef<S>& def)
+      : world_(world), model_(model), def_(def), meshes_(model, def.limits) {
+    scene_.report = model.report;
+  }
+
+  [[nodiscard]] AdfScene<S> build() {
+    add_bodies();
+    add_joints();
+    add_sensors();
+    return std::move(scene_);
+  }
+
+ private:
+  using Found = std::pair<const AdfBody*, BodyId>;
+
+  /// Does something for a block; what the world refuses is then an error of that block.
+  template <typename Do>
+  auto in_block(const AdfItem& item, Do&& action) {
+    try {
+      return action();
+    } catch (const InvalidArgument& error) {
+      raise(AdfError(model_.file.string(), item.line, item.key + ": " + error.field(),
+                     error.value(), error.rule()));
+    }
+  }
+
+  void add_bodies() {
+    AdfBodyBuilder<S> builder(model_, def_, world_.def().gravity, meshes_, scene_.report);
+    for (const AdfBody& body : model_.bodies) {
+      const BodyId id = in_block(body, [&] { return world_.add_body(builder.body(body)); });
+      scene_.bodies.add(body, id);
+      found_.add(body, {&body, id});
+    }
+    if (!model_.ignore_inter_collision || scene_.bodies.size() == 0) return;
+    // The slot of the first body makes a group that no other model of the world has.
+    const auto first = static_cast<std::int32_t>(scene_.bodies.begin()->value.index);
+    for (const auto& body : scene_.bodies) {
+      CollisionFilter filter = world_.body(body.value).filter;
+      filter.group = -first_exclusion_group - first;
+      world_.set_filter(body.value, filter);
+    }
+  }
+
+  void add_joints() {
+    AdfJointBuilder<S> builder(def_, scene_.report);
+    for (const AdfJoint& joint : model_.joints) {
+      const Found* const parent = found_.find(joint.parent);
+      const Found* const child = found_.find(joint.child);
+      if (parent == nullptr || child == nullptr) {
+        leave_out(joint, "no body, or several, by the name " +
+                             printable(parent == nullptr ? joint.parent : joint.child));
+        continue;
+      }
+      if (!world_.body(parent->second).is_dynamic() && !world_.body(child->second).is_dynamic()) {
+        leave_out(joint, "neither body moves");
+        continue;
+      }
+      scene_.joints.add(joint, in_block(joint, [&] {
+                          JointDef<S> joint_def = builder.joint(
+                              joint, *parent->first, *child->first, world_.pose(parent->second),
+                              world_.pose(child->second));
+                          joint_def.body_a = parent->second;
+                          joint_def.body_b = child->second;
+                          return world_.add_joint(joint_def);
+                        }));
+    }
+  }
+
+  void add_sensors() {
+    AdfSensorBuilder<S> builder(model_, def_, meshes_, scene_.report);
+    std::vector<BodyId> with_patch;
+    for (const AdfSensor& sensor : model_.sensors) {
+      const Found* const carrier = found_.find(sensor.parent);
+      if (carrier == nullptr) {
+        leave_out(sensor, "no body, or several, by the name " + printable(sensor.parent));
+        continue;
+      }
+      const AdfBody* const body = carrier->first;
+      const BodyId id = carrier->second;
+      if (sensor.type == AdfSensorType::proximity) {
+        scene_.proximity.add(
+            sensor, in_block(sensor, [&] {
+              return AdfProximity<S>{id, ProximityArray<S>(builder.rays(sensor, body))};
+            }));
+        continue;
+      }
+      // Blocks of sensors come first; where a body has one, the older form is a leftover.
+      if (sensor.is_legacy_surface &&
+          std::find(with_patch.begin(), with_patch.end(), id) != with_patch.end()) {
+        leave_out(sensor, "its body has a sensor of today's form");
+        continue;
+      }
+      scene_.patches.add(sensor, in_block(sensor, [&] {
+                           return world_.add_patch(id, builder.patch(sensor, body));
+                         }));
+      with_patch.push_back(id);
+    }
+  }
+
+  void leave_out(const AdfItem& item, const std::string& reason) {
+    scene_.report.add(AdfNoteKind::left_out, printable(item.key), reason, item.line);
+  }
+
+  /// Groups up to here are the caller's.
+  static constexpr std::int32_t first_exclusion_group = 1'000'000;
+
+  World<S, Backend>& world_;
+  const AdfModel& model_;
+  const AdfBuildDef<S>& def_;
+  AdfMeshes<S> meshes_;
+  AdfScene<S> scene_;
+  AdfNames<Found> found_;
+};
+
+}  // namespace detail
+
+template <Scalar S, typename Backend>
+AdfScene<S> add_adf(World<S, Backend>& world, const AdfModel& model, const AdfBuildDef<S>& def) {
+  // On a copy, so that a fault half way leaves nothing behind.
+  World<S, Backend> with_model = world;
+  AdfScene<S> scene = detail::AdfBuilder<S, Backend>(with_model, model, def).build();
+  world = std::move(with_model);
+  return scene;
+}
+
+}  // namespace bristle

@@ -1,0 +1,30 @@
+/// @file
+/// What loaders do with a mesh after reading it.
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <bristle/core/error.hpp>
+#include <bristle/geometry/mesh_validation.hpp>
+#include <bristle/geometry/quickhull.hpp>
+#include <bristle/geometry/triangle_mesh.hpp>
+#include <bristle/sensors/placement.hpp>
+
+namespace bristle::test {
+
+/// Calls an action that may refuse its data.
+template <typename Action>
+void may_refuse(Action&& action) {
+  try {
+    action();
+  } catch (const InvalidArgument&) {
+    // A mesh that can be read need not be good for anything.
+  }
+}
+
+inline void use_mesh(const TriangleMesh<double>& mesh) {
+  may_refuse([&] { validate_solid(weld(mesh)); });
+  may_refuse([&] { (void)convex_hull(mesh); });
+  may_refuse([&] { (void)sensors_from_mesh<double>(mesh, {.vertices = true, .edges = true}); });
+}
+
+}  // namespace bristle::test
