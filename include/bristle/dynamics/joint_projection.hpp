@@ -28,7 +28,18 @@ class JointProjection {
   /// @return False when gaps stay open.
   [[nodiscard]] bool close_gaps(JointSystem<S>& system);
 
+  /// [m] The largest gap; turns count times the system's size.
+  [[nodiscard]] S find_gaps(const JointSystem<S>& system);
+
+  /// Closes gaps from afar: they may be as large as the mechanism. Bodies turn by half a radian in
+  /// a pass at most, and each pass factors where they are, so that Newton finds its way.
+  /// @param enough  [m] Gaps that count as closed, as `find_gaps` measures them.
+  /// @return False when gaps stay open.
+  [[nodiscard]] bool close_wide_gaps(JointSystem<S>& system, S enough);
+
  private:
+  static void displace(JointSystem<S>& system, S share);
+
   std::vector<Twist<S>> wanted_;  // Relative motion of each joint that `solve` shall give.
 };
 
@@ -77,8 +88,37 @@ void JointProjection<S>::close_velocities(JointSystem<S>& system, std::span<Wren
 }
 
 template <Scalar S>
-bool JointProjection<S>::close_gaps(JointSystem<S>& system) {
+S JointProjection<S>::find_gaps(const JointSystem<S>& system) {
+  using std::max;
+  using std::sqrt;
+  const S size = system.size();
   wanted_.resize(system.joints().size());
+  S gap2 = S(0);
+  for (std::size_t i = 0; i < wanted_.size(); ++i) {
+    const Twist<S> left = system.gap(i);
+    gap2 = max(gap2, left.linear.squaredNorm() + size * size * left.angular.squaredNorm());
+    wanted_[i] = Twist<S>{} - left;
+  }
+  return sqrt(gap2);
+}
+
+/// Moves the bodies by a share of the change that was solved for.
+template <Scalar S>
+void JointProjection<S>::displace(JointSystem<S>& system, S share) {
+  for (auto& node : system.nodes()) {
+    if (!node.def->moves_by_forces) continue;
+    node.now.x += share * node.change.linear;
+    // A turn to first order, like the rest of Newton's step; the length is set right at the end.
+    const Vec3<S> half = share * node.change.angular / S(2);
+    const Quat<S>& q = node.now.q;
+    const Quat<S> change = Quat<S>(S(0), half.x(), half.y(), half.z()) * q;
+    node.now.set_axes(Quat<S>(Eigen::Matrix<S, 4, 1>(q.coeffs() + change.coeffs())));
+  }
+  system.place();
+}
+
+template <Scalar S>
+bool JointProjection<S>::close_gaps(JointSystem<S>& system) {
   using std::max;
   using std::sqrt;
   constexpr int most_passes = 8;
@@ -89,31 +129,33 @@ bool JointProjection<S>::close_gaps(JointSystem<S>& system) {
   const S closed = S(256) * Tolerance<S>::round_off() * size + resolved;
   S gap = S(0);
   for (int pass = 0; pass < most_passes; ++pass) {
-    S gap2 = S(0);
-    for (std::size_t i = 0; i < wanted_.size(); ++i) {
-      const Twist<S> left = system.gap(i);
-      gap2 = max(gap2, left.linear.squaredNorm() + size * size * left.angular.squaredNorm());
-      wanted_[i] = Twist<S>{} - left;
-    }
-    gap = sqrt(gap2);
+    gap = find_gaps(system);
     // One pass closes gaps, and another what they have for derivatives.
     if (gap <= closed && (pass > 0 || derivatives_of<S> == 0)) return true;
     // The matrix is of a place nearby, good for gaps that are small.
     if (pass > 0 && gap > S(1e-3) * size && !system.factor()) return false;
     system.solve(wanted_);
-    for (auto& node : system.nodes()) {
-      if (!node.def->moves_by_forces) continue;
-      node.now.x += node.change.linear;
-      // A turn to first order, like the rest of Newton's step; the length is set right at the end.
-      const Vec3<S> half = node.change.angular / S(2);
-      const Quat<S>& q = node.now.q;
-      const Quat<S> change = Quat<S>(S(0), half.x(), half.y(), half.z()) * q;
-      node.now.set_axes(Quat<S>(Eigen::Matrix<S, 4, 1>(q.coeffs() + change.coeffs())));
-    }
-    system.place();
+    displace(system, S(1));
     if (gap * gap <= closed * size) return true;
   }
   return gap <= Tolerance<S>::equal() * size + resolved;
+}
+
+template <Scalar S>
+bool JointProjection<S>::close_wide_gaps(JointSystem<S>& system, S enough) {
+  using std::max;
+  using std::min;
+  constexpr int most_passes = 32;
+  const S most_turn = S(0.5);
+  for (int pass = 0; pass < most_passes; ++pass) {
+    if (find_gaps(system) <= enough) return true;
+    if (!system.factor()) return false;
+    system.solve(wanted_);
+    S turn = S(0);
+    for (const auto& node : system.nodes()) turn = max(turn, node.change.angular.norm());
+    displace(system, turn > most_turn ? S(most_turn / turn) : S(1));
+  }
+  return false;
 }
 
 template <Scalar S>

@@ -10,6 +10,7 @@
 
 #include <bristle/dynamics/island_solver.hpp>
 #include <bristle/dynamics/joint_flow.hpp>
+#include <bristle/dynamics/joint_projection.hpp>
 #include <bristle/dynamics/joint_rows.hpp>
 #include <bristle/world/world_state.hpp>
 
@@ -95,6 +96,17 @@ class MechanismStage {
     return true;
   }
 
+  /// Takes the bodies of an island back to their joints where the motion that was solved for throws
+  /// them off. It is a line along the directions of the start of the step; a light link that is
+  /// struck may turn by radians in one step, and ended far from its joint, through what it lies on.
+  void close_wide_gaps(State& state, const Island& island) {
+    if (!turns_far(state, island)) return;
+    find_groups(state, island);
+    for (const std::uint32_t slot : island.bodies) {
+      if (parent_[slot] == slot && gather(state, island, slot)) close_wide_gaps(state);
+    }
+  }
+
   /// Moves a body of a mechanism to where it was integrated to, and by what impulses added.
   void move(Body<S>& body, const SolverBody<S>& solved, std::uint32_t slot, S dt) const {
     const Twist<S> rest = solved.motion - solved.free_motion;
@@ -155,7 +167,9 @@ class MechanismStage {
     });
   }
 
-  bool advance_group(State& state, const Island& island, std::uint32_t group) {
+  /// Lists the bodies and joints of a group. False where it has no joints: a lone body that
+  /// contacts connect to a mechanism.
+  bool gather(const State& state, const Island& island, std::uint32_t group) {
     bodies_.clear();
     joints_.clear();
     slots_.clear();
@@ -179,7 +193,11 @@ class MechanismStage {
       joint_slots_.push_back(block.joint);
     }
     for (const std::uint32_t slot : slots_) local_[slot] = none;
-    if (joints_.empty()) return true;  // A lone body that contacts connect to a mechanism.
+    return !joints_.empty();
+  }
+
+  bool advance_group(State& state, const Island& island, std::uint32_t group) {
+    if (!gather(state, island, group)) return true;
     poses_.resize(bodies_.size());
     twists_.resize(bodies_.size());
     impulses_.resize(joints_.size());
@@ -207,6 +225,53 @@ class MechanismStage {
     end_poses_[slot] = poses_[k];
   }
 
+  /// Whether joints hold bodies of which one turns by so much that the chord of its way misses the
+  /// arc by some hundredths of the radius.
+  [[nodiscard]] static bool turns_far(const State& state, const Island& island) {
+    const S most = S(0.25) / state.def.time_step;
+    return !island.blocks.empty() &&
+           std::any_of(island.bodies.begin(), island.bodies.end(), [&](std::uint32_t slot) {
+             const SolverBody<S>& body = state.solver_bodies[slot];
+             const Twist<S> solved =
+                 body.follows_joints ? body.motion - body.free_motion : body.motion;
+             return solved.angular.squaredNorm() > most * most;
+           });
+  }
+
+  /// Closes the gaps that the gathered group will have at the end of the step, where they are wide.
+  void close_wide_gaps(State& state) {
+    for (std::size_t k = 0; k < slots_.size(); ++k) {
+      bodies_[k].center_pose = end_of_step(state, slots_[k]);
+    }
+    system_.set(bodies_, joints_);
+    system_.place();
+    const S wide = S(1e-2) * system_.size();
+    if (projection_.find_gaps(system_) <= wide) return;
+    // What is left is for the position correction of the next step.
+    if (!projection_.close_wide_gaps(system_, S(0.1) * wide)) return;
+    for (std::size_t k = 0; k < slots_.size(); ++k) {
+      SolverBody<S>& body = state.solver_bodies[slots_[k]];
+      if (!body.moves) continue;
+      body.motion = body.free_motion;
+      body.follows_joints = true;
+      const auto& found = system_.nodes()[k].now;
+      end_poses_[slots_[k]] = {found.q.normalized(), found.x};
+    }
+  }
+
+  /// Where a body is at the end of the step, by the motion that was solved for.
+  [[nodiscard]] Transform<S> end_of_step(const State& state, std::uint32_t slot) const {
+    const SolverBody<S>& solved = state.solver_bodies[slot];
+    if (!solved.moves) return end_pose(state, slot);
+    Body<S> body = state.bodies.at(slot);
+    if (solved.follows_joints) {
+      move(body, solved, slot, state.def.time_step);
+    } else {
+      step_pose(body, solved.motion, state.def.time_step);
+    }
+    return body.center_pose;
+  }
+
   /// Where a body is at the end of the smooth motion.
   [[nodiscard]] Transform<S> end_pose(const State& state, std::uint32_t slot) const {
     if (state.solver_bodies[slot].follows_joints) return end_poses_[slot];
@@ -216,6 +281,8 @@ class MechanismStage {
   }
 
   JointFlow<S> flow_{};
+  JointSystem<S> system_;
+  JointProjection<S> projection_;
   bool has_flow_ = false;
   std::vector<Transform<S>> end_poses_;        // By slot, of bodies that are carried.
   std::vector<Wrench<S>> joint_impulses_;      // By slot.

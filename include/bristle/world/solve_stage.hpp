@@ -229,12 +229,36 @@ class SolveStage {
     }
     solver_.place(island, constraints, bodies, context, report);
     if (context.integrator == Integrator::trapezoidal) keep_angular_momentum(state, island);
+    if (!IslandSolver<S>::is_large(context)) limit_corrections(state, island, context);
+    mechanisms_.close_wide_gaps(state, island);
     state.report.position_sweeps += static_cast<std::uint64_t>(report.position_sweeps);
     state.report.direct_islands += report.factorisations > 0 ? 1 : 0;
     state.report.sweeps += static_cast<std::uint64_t>(report.sweeps);
     state.report.factorisations += static_cast<std::uint64_t>(report.factorisations);
     state.report.residual = std::max(state.report.residual, report.residual);
     state.report.capped_islands += report.residual > context.velocity_tolerance ? 1u : 0u;
+  }
+
+  /// Takes position corrections a part of the way where they would turn a body by more than half a
+  /// radian. They are solved for along the directions of the start of the step: beyond that they
+  /// mean nothing, and where a light link stands across its chain they have no bound.
+  void limit_corrections(State& state, const Island& island, const SolveContext<S>& context) const {
+    using std::max;
+    using std::sqrt;
+    S turn2 = S(0);
+    for (const std::uint32_t slot : island.bodies) {
+      const SolverBody<S>& body = state.solver_bodies[slot];
+      const Twist<S> correction = body.motion - mean_motion(body, context.integrator);
+      turn2 = max(turn2, correction.angular.squaredNorm());
+    }
+    const S most = S(0.5) / context.dt;
+    if (turn2 <= most * most) return;
+    const S share = most / sqrt(turn2);
+    for (const std::uint32_t slot : island.bodies) {
+      SolverBody<S>& body = state.solver_bodies[slot];
+      const Twist<S> mean = mean_motion(body, context.integrator);
+      body.motion = mean + share * (body.motion - mean);
+    }
   }
 
   /// Gives an island that nothing else holds back the angular momentum that its constraints took.
