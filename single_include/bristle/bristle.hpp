@@ -8459,7 +8459,18 @@ class JointProjection {
   /// @return False when gaps stay open.
   [[nodiscard]] bool close_gaps(JointSystem<S>& system);
 
+  /// [m] The largest gap; turns count times the system's size.
+  [[nodiscard]] S find_gaps(const JointSystem<S>& system);
+
+  /// Closes gaps from afar: they may be as large as the mechanism. Bodies turn by half a radian in
+  /// a pass at most, and each pass factors where they are, so that Newton finds its way.
+  /// @param enough  [m] Gaps that count as closed, as `find_gaps` measures them.
+  /// @return False when gaps stay open.
+  [[nodiscard]] bool close_wide_gaps(JointSystem<S>& system, S enough);
+
  private:
+  static void displace(JointSystem<S>& system, S share);
+
   std::vector<Twist<S>> wanted_;  // Relative motion of each joint that `solve` shall give.
 };
 
@@ -8508,8 +8519,37 @@ void JointProjection<S>::close_velocities(JointSystem<S>& system, std::span<Wren
 }
 
 template <Scalar S>
-bool JointProjection<S>::close_gaps(JointSystem<S>& system) {
+S JointProjection<S>::find_gaps(const JointSystem<S>& system) {
+  using std::max;
+  using std::sqrt;
+  const S size = system.size();
   wanted_.resize(system.joints().size());
+  S gap2 = S(0);
+  for (std::size_t i = 0; i < wanted_.size(); ++i) {
+    const Twist<S> left = system.gap(i);
+    gap2 = max(gap2, left.linear.squaredNorm() + size * size * left.angular.squaredNorm());
+    wanted_[i] = Twist<S>{} - left;
+  }
+  return sqrt(gap2);
+}
+
+/// Moves the bodies by a share of the change that was solved for.
+template <Scalar S>
+void JointProjection<S>::displace(JointSystem<S>& system, S share) {
+  for (auto& node : system.nodes()) {
+    if (!node.def->moves_by_forces) continue;
+    node.now.x += share * node.change.linear;
+    // A turn to first order, like the rest of Newton's step; the length is set right at the end.
+    const Vec3<S> half = share * node.change.angular / S(2);
+    const Quat<S>& q = node.now.q;
+    const Quat<S> change = Quat<S>(S(0), half.x(), half.y(), half.z()) * q;
+    node.now.set_axes(Quat<S>(Eigen::Matrix<S, 4, 1>(q.coeffs() + change.coeffs())));
+  }
+  system.place();
+}
+
+template <Scalar S>
+bool JointProjection<S>::close_gaps(JointSystem<S>& system) {
   using std::max;
   using std::sqrt;
   constexpr int most_passes = 8;
@@ -8520,31 +8560,33 @@ bool JointProjection<S>::close_gaps(JointSystem<S>& system) {
   const S closed = S(256) * Tolerance<S>::round_off() * size + resolved;
   S gap = S(0);
   for (int pass = 0; pass < most_passes; ++pass) {
-    S gap2 = S(0);
-    for (std::size_t i = 0; i < wanted_.size(); ++i) {
-      const Twist<S> left = system.gap(i);
-      gap2 = max(gap2, left.linear.squaredNorm() + size * size * left.angular.squaredNorm());
-      wanted_[i] = Twist<S>{} - left;
-    }
-    gap = sqrt(gap2);
+    gap = find_gaps(system);
     // One pass closes gaps, and another what they have for derivatives.
     if (gap <= closed && (pass > 0 || derivatives_of<S> == 0)) return true;
     // The matrix is of a place nearby, good for gaps that are small.
     if (pass > 0 && gap > S(1e-3) * size && !system.factor()) return false;
     system.solve(wanted_);
-    for (auto& node : system.nodes()) {
-      if (!node.def->moves_by_forces) continue;
-      node.now.x += node.change.linear;
-      // A turn to first order, like the rest of Newton's step; the length is set right at the end.
-      const Vec3<S> half = node.change.angular / S(2);
-      const Quat<S>& q = node.now.q;
-      const Quat<S> change = Quat<S>(S(0), half.x(), half.y(), half.z()) * q;
-      node.now.set_axes(Quat<S>(Eigen::Matrix<S, 4, 1>(q.coeffs() + change.coeffs())));
-    }
-    system.place();
+    displace(system, S(1));
     if (gap * gap <= closed * size) return true;
   }
   return gap <= Tolerance<S>::equal() * size + resolved;
+}
+
+template <Scalar S>
+bool JointProjection<S>::close_wide_gaps(JointSystem<S>& system, S enough) {
+  using std::max;
+  using std::min;
+  constexpr int most_passes = 32;
+  const S most_turn = S(0.5);
+  for (int pass = 0; pass < most_passes; ++pass) {
+    if (find_gaps(system) <= enough) return true;
+    if (!system.factor()) return false;
+    system.solve(wanted_);
+    S turn = S(0);
+    for (const auto& node : system.nodes()) turn = max(turn, node.change.angular.norm());
+    displace(system, turn > most_turn ? S(most_turn / turn) : S(1));
+  }
+  return false;
 }
 
 template <Scalar S>
@@ -26063,6 +26105,17 @@ class MechanismStage {
     return true;
   }
 
+  /// Takes the bodies of an island back to their joints where the motion that was solved for throws
+  /// them off. It is a line along the directions of the start of the step; a light link that is
+  /// struck may turn by radians in one step, and ended far from its joint, through what it lies on.
+  void close_wide_gaps(State& state, const Island& island) {
+    if (!turns_far(state, island)) return;
+    find_groups(state, island);
+    for (const std::uint32_t slot : island.bodies) {
+      if (parent_[slot] == slot && gather(state, island, slot)) close_wide_gaps(state);
+    }
+  }
+
   /// Moves a body of a mechanism to where it was integrated to, and by what impulses added.
   void move(Body<S>& body, const SolverBody<S>& solved, std::uint32_t slot, S dt) const {
     const Twist<S> rest = solved.motion - solved.free_motion;
@@ -26123,7 +26176,9 @@ class MechanismStage {
     });
   }
 
-  bool advance_group(State& state, const Island& island, std::uint32_t group) {
+  /// Lists the bodies and joints of a group. False where it has no joints: a lone body that
+  /// contacts connect to a mechanism.
+  bool gather(const State& state, const Island& island, std::uint32_t group) {
     bodies_.clear();
     joints_.clear();
     slots_.clear();
@@ -26147,7 +26202,11 @@ class MechanismStage {
       joint_slots_.push_back(block.joint);
     }
     for (const std::uint32_t slot : slots_) local_[slot] = none;
-    if (joints_.empty()) return true;  // A lone body that contacts connect to a mechanism.
+    return !joints_.empty();
+  }
+
+  bool advance_group(State& state, const Island& island, std::uint32_t group) {
+    if (!gather(state, island, group)) return true;
     poses_.resize(bodies_.size());
     twists_.resize(bodies_.size());
     impulses_.resize(joints_.size());
@@ -26175,6 +26234,53 @@ class MechanismStage {
     end_poses_[slot] = poses_[k];
   }
 
+  /// Whether joints hold bodies of which one turns by so much that the chord of its way misses the
+  /// arc by some hundredths of the radius.
+  [[nodiscard]] static bool turns_far(const State& state, const Island& island) {
+    const S most = S(0.25) / state.def.time_step;
+    return !island.blocks.empty() &&
+           std::any_of(island.bodies.begin(), island.bodies.end(), [&](std::uint32_t slot) {
+             const SolverBody<S>& body = state.solver_bodies[slot];
+             const Twist<S> solved =
+                 body.follows_joints ? body.motion - body.free_motion : body.motion;
+             return solved.angular.squaredNorm() > most * most;
+           });
+  }
+
+  /// Closes the gaps that the gathered group will have at the end of the step, where they are wide.
+  void close_wide_gaps(State& state) {
+    for (std::size_t k = 0; k < slots_.size(); ++k) {
+      bodies_[k].center_pose = end_of_step(state, slots_[k]);
+    }
+    system_.set(bodies_, joints_);
+    system_.place();
+    const S wide = S(1e-2) * system_.size();
+    if (projection_.find_gaps(system_) <= wide) return;
+    // What is left is for the position correction of the next step.
+    if (!projection_.close_wide_gaps(system_, S(0.1) * wide)) return;
+    for (std::size_t k = 0; k < slots_.size(); ++k) {
+      SolverBody<S>& body = state.solver_bodies[slots_[k]];
+      if (!body.moves) continue;
+      body.motion = body.free_motion;
+      body.follows_joints = true;
+      const auto& found = system_.nodes()[k].now;
+      end_poses_[slots_[k]] = {found.q.normalized(), found.x};
+    }
+  }
+
+  /// Where a body is at the end of the step, by the motion that was solved for.
+  [[nodiscard]] Transform<S> end_of_step(const State& state, std::uint32_t slot) const {
+    const SolverBody<S>& solved = state.solver_bodies[slot];
+    if (!solved.moves) return end_pose(state, slot);
+    Body<S> body = state.bodies.at(slot);
+    if (solved.follows_joints) {
+      move(body, solved, slot, state.def.time_step);
+    } else {
+      step_pose(body, solved.motion, state.def.time_step);
+    }
+    return body.center_pose;
+  }
+
   /// Where a body is at the end of the smooth motion.
   [[nodiscard]] Transform<S> end_pose(const State& state, std::uint32_t slot) const {
     if (state.solver_bodies[slot].follows_joints) return end_poses_[slot];
@@ -26184,6 +26290,8 @@ class MechanismStage {
   }
 
   JointFlow<S> flow_{};
+  JointSystem<S> system_;
+  JointProjection<S> projection_;
   bool has_flow_ = false;
   std::vector<Transform<S>> end_poses_;        // By slot, of bodies that are carried.
   std::vector<Wrench<S>> joint_impulses_;      // By slot.
@@ -27041,12 +27149,36 @@ class SolveStage {
     }
     solver_.place(island, constraints, bodies, context, report);
     if (context.integrator == Integrator::trapezoidal) keep_angular_momentum(state, island);
+    if (!IslandSolver<S>::is_large(context)) limit_corrections(state, island, context);
+    mechanisms_.close_wide_gaps(state, island);
     state.report.position_sweeps += static_cast<std::uint64_t>(report.position_sweeps);
     state.report.direct_islands += report.factorisations > 0 ? 1 : 0;
     state.report.sweeps += static_cast<std::uint64_t>(report.sweeps);
     state.report.factorisations += static_cast<std::uint64_t>(report.factorisations);
     state.report.residual = std::max(state.report.residual, report.residual);
     state.report.capped_islands += report.residual > context.velocity_tolerance ? 1u : 0u;
+  }
+
+  /// Takes position corrections a part of the way where they would turn a body by more than half a
+  /// radian. They are solved for along the directions of the start of the step: beyond that they
+  /// mean nothing, and where a light link stands across its chain they have no bound.
+  void limit_corrections(State& state, const Island& island, const SolveContext<S>& context) const {
+    using std::max;
+    using std::sqrt;
+    S turn2 = S(0);
+    for (const std::uint32_t slot : island.bodies) {
+      const SolverBody<S>& body = state.solver_bodies[slot];
+      const Twist<S> correction = body.motion - mean_motion(body, context.integrator);
+      turn2 = max(turn2, correction.angular.squaredNorm());
+    }
+    const S most = S(0.5) / context.dt;
+    if (turn2 <= most * most) return;
+    const S share = most / sqrt(turn2);
+    for (const std::uint32_t slot : island.bodies) {
+      SolverBody<S>& body = state.solver_bodies[slot];
+      const Twist<S> mean = mean_motion(body, context.integrator);
+      body.motion = mean + share * (body.motion - mean);
+    }
   }
 
   /// Gives an island that nothing else holds back the angular momentum that its constraints took.
