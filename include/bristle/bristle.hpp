@@ -39,6 +39,7 @@
 #include <bristle/dynamics/manifold_mobility.hpp>
 #include <bristle/dynamics/manifold_sweeps.hpp>
 #include <bristle/dynamics/material.hpp>
+#include <bristle/dynamics/passive_bounces.hpp>
 #include <bristle/dynamics/proximal_solver.hpp>
 #include <bristle/dynamics/saved_impulses.hpp>
 #include <bristle/dynamics/sequential_solver.hpp>

@@ -128,18 +128,28 @@ TEST_CASE("random_scenes: sensors") {
   check_class("sensors", {.compounds = true, .sensors = true}, 40001, 150, {});
 }
 
-// One is known: at 20133 a bounce of a chain gives it a quarter more than its energy. Of 600 scenes
-// seven break a bound: three by such bounces, up to 2.7 times (what a bounce aims at takes the
-// smooth motion's change of velocity for that of a constant force), four by a centre 0.6 to 1.3
-// sizes below the floor for a few steps, where it was turned by radians in one.
+// One is known: at 20085 the centre of a light link is 0.8 sizes below the floor for a few steps,
+// where it was turned by radians in one. Of 600 scenes three break a bound, all in this way.
 TEST_CASE("random_scenes: joints") {
   check_class("joints", {.compounds = true, .joints = true}, 20001, 150, {.known_failures = 1});
 }
 
-// Of 500 scenes three break a bound, by bounces that give up to half of the energy more.
+// Of 500 scenes one breaks a bound, by 6 % more energy than is allowed.
 TEST_CASE("random_scenes: joints and sensors") {
   check_class("joints and sensors", {.compounds = true, .joints = true, .sensors = true}, 30001,
               100, {});
+}
+
+// Chains that fall on an end, with friction: Newton's law of restitution gave them 1.5, 2.7, 1.3
+// and 1.5 times their energy.
+TEST_CASE("random_scenes: bounces of chains give no energy") {
+  for (const std::uint64_t seed : {20375u, 20493u, 30198u, 30345u}) {
+    CAPTURE(seed);
+    const bool has_sensors = seed > 30000;
+    const Findings f = run_scene(seed, {.compounds = true, .joints = true, .sensors = has_sensors});
+    CHECK(f.is_intact());
+    CHECK(f.energy <= 1.1);
+  }
 }
 
 // Islands of bodies of a gram on levers of a decimetre, struck at hundreds of radians per second,

@@ -50,6 +50,17 @@ class SavedImpulses {
     }
   }
 
+  /// Goes a share of the way back to them.
+  void blend(S share, const Island& island, Constraints<S>& constraints) const {
+    for (std::size_t k = 0; k < contacts_.size(); ++k) {
+      auto& impulse = constraints.contacts[island.contacts[k]].impulse;
+      for (std::size_t i = 0; i < 3; ++i) impulse[i] += share * (contacts_[k][i] - impulse[i]);
+    }
+    std::size_t r = 0;
+    for_each_row(island, constraints,
+                 [&](ConstraintRow<S>& row) { row.impulse += share * (rows_[r++] - row.impulse); });
+  }
+
  private:
   struct Soft {
     Vec6<S> impulse, motion;

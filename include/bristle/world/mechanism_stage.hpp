@@ -225,10 +225,10 @@ class MechanismStage {
     end_poses_[slot] = poses_[k];
   }
 
-  /// Whether joints hold bodies of which one turns by so much that the chord of its way misses the
-  /// arc by some hundredths of the radius.
+  /// Whether joints hold bodies of which one turns by more than half a radian: the chord of its way
+  /// misses the arc by an eighth of the radius.
   [[nodiscard]] static bool turns_far(const State& state, const Island& island) {
-    const S most = S(0.25) / state.def.time_step;
+    const S most = S(0.5) / state.def.time_step;
     return !island.blocks.empty() &&
            std::any_of(island.bodies.begin(), island.bodies.end(), [&](std::uint32_t slot) {
              const SolverBody<S>& body = state.solver_bodies[slot];
@@ -245,7 +245,7 @@ class MechanismStage {
     }
     system_.set(bodies_, joints_);
     system_.place();
-    const S wide = S(1e-2) * system_.size();
+    const S wide = S(3e-2) * system_.size();
     if (projection_.find_gaps(system_) <= wide) return;
     // What is left is for the position correction of the next step.
     if (!projection_.close_wide_gaps(system_, S(0.1) * wide)) return;

@@ -7,6 +7,7 @@
 #include <bristle/dynamics/integrator.hpp>
 #include <bristle/dynamics/island_solver.hpp>
 #include <bristle/dynamics/islands.hpp>
+#include <bristle/dynamics/passive_bounces.hpp>
 #include <bristle/sensors/passes.hpp>
 #include <bristle/world/mechanism_stage.hpp>
 #include <bristle/world/sensor_stage.hpp>
@@ -227,9 +228,10 @@ class SolveStage {
       discard(state, sensors, island);
       return;
     }
+    bounces_.calm(island, constraints, bodies, context, solver_, report);
     solver_.place(island, constraints, bodies, context, report);
     if (context.integrator == Integrator::trapezoidal) keep_angular_momentum(state, island);
-    if (!IslandSolver<S>::is_large(context)) limit_corrections(state, island, context);
+    if (!island.blocks.empty()) limit_corrections(state, island, context);
     mechanisms_.close_wide_gaps(state, island);
     state.report.position_sweeps += static_cast<std::uint64_t>(report.position_sweeps);
     state.report.direct_islands += report.factorisations > 0 ? 1 : 0;
@@ -239,9 +241,10 @@ class SolveStage {
     state.report.capped_islands += report.residual > context.velocity_tolerance ? 1u : 0u;
   }
 
-  /// Takes position corrections a part of the way where they would turn a body by more than half a
-  /// radian. They are solved for along the directions of the start of the step: beyond that they
-  /// mean nothing, and where a light link stands across its chain they have no bound.
+  /// Takes position corrections of joined bodies a part of the way where they would turn one by
+  /// more than half a radian. They are solved for along the directions of the start of the step:
+  /// beyond that they mean nothing, and where a light link stands across its chain they have no
+  /// bound.
   void limit_corrections(State& state, const Island& island, const SolveContext<S>& context) const {
     using std::max;
     using std::sqrt;
@@ -330,6 +333,7 @@ class SolveStage {
   IslandBuilder<S> islands_;
   MechanismStage<S, Backend> mechanisms_;
   IslandSolver<S> solver_;
+  PassiveBounces<S> bounces_;
 };
 
 }  // namespace bristle
