@@ -204,6 +204,10 @@ class Grip {
   [[nodiscard]] bristle::Transform<double> place() const { return world_.pose(part_); }
   /// [N] Normal forces of both pads.
   [[nodiscard]] double squeeze() const { return pad(0).total_normal() + pad(1).total_normal(); }
+  /// [N] What both pads carry, upwards.
+  [[nodiscard]] double carried() const {
+    return -(pad(0).wrench.force.z() + pad(1).wrench.force.z());
+  }
   /// [m] How far the part sank since the fingers closed.
   [[nodiscard]] double sag() const {
     return place_when_closed_.translation.z() - place().translation.z();
@@ -252,6 +256,8 @@ class Grip {
 /// a turn by its weight's torque over the torsion's stiffness, which lowers its centre, too.
 struct Held {
   double squeeze = 0;        // [N] of both pads
+  double carried = 0;        // [N] by both pads
+  double weight = 0;         // [N]
   double sag = 0;            // [m] since the weight came on
   double expected_sag = 0;   // [m]
   double turn = 0;           // [rad] likewise
@@ -260,9 +266,10 @@ struct Held {
   double drift_turn = 0;     // [rad]
 
   [[nodiscard]] bool is_lost() const { return !(squeeze > 0 && std::abs(sag) < half_part); }
-  /// Still, and where statics puts it.
+  /// Still, carried, and where statics puts it.
   [[nodiscard]] bool is_right() const {
     return !is_lost() && drift < 1e-9 && drift_turn < 1e-9 &&
+           std::abs(carried - weight) < 1e-6 * weight &&
            std::abs(sag - expected_sag) < 0.01 * expected_sag &&
            std::abs(turn - expected_turn) < 0.01 * expected_turn + 1e-6;
   }
@@ -277,15 +284,16 @@ inline Held hold(const GripDef& def, double settle = 2, double watch = 5) {
   const bristle::Transform<double> before = grip.place();
   grip.run(watch);
   const bristle::Transform<double> after = grip.place();
-  const double weight = def.mass * Grip::gravity;
   const double offset = std::abs(part_of(def).position.y());
   Held held;
   held.squeeze = grip.squeeze();
+  held.carried = grip.carried();
+  held.weight = def.mass * Grip::gravity;
   held.sag = grip.sag();
   held.turn = grip.turn();
-  held.expected_turn = weight * offset / grip.torsion_stiffness();
-  held.expected_sag =
-      weight / (grip.parameters().static_friction * held.squeeze) + offset * held.expected_turn;
+  held.expected_turn = held.weight * offset / grip.torsion_stiffness();
+  held.expected_sag = held.weight / (grip.parameters().static_friction * held.squeeze) +
+                      offset * held.expected_turn;
   held.drift = (after.translation - before.translation).norm();
   held.drift_turn = turn_between(before, after);
   return held;

@@ -26,8 +26,8 @@ const char* name_of(Integration integration) {
 const char* name_of(SlipReset reset) { return reset == SlipReset::drag ? "drag" : "release"; }
 
 bool print_postures() {
-  figure::Table table({"part", "dt [ms]", "integration", "squeeze [N]", "sag [um]", "by statics",
-                       "turn [mrad]", "by statics", "drift in 5 s [m]", "[rad]"});
+  figure::Table table({"part", "dt [ms]", "integration", "squeeze [N]", "carried [N]", "sag [um]",
+                       "by statics", "turn [mrad]", "by statics", "drift in 5 s [m]", "[rad]"});
   for (const fig6::Posture posture : fig6::postures) {
     for (const double dt : {1e-3, 1.0 / 240}) {
       for (const Integration integration : {Integration::explicit_, Integration::implicit}) {
@@ -42,6 +42,7 @@ bool print_postures() {
           continue;
         }
         row.push_back(figure::number("%.3f", held.squeeze));
+        row.push_back(figure::number("%.6f", held.carried));
         row.push_back(figure::number("%.2f", 1e6 * held.sag));
         row.push_back(figure::number("%.2f", 1e6 * held.expected_sag));
         row.push_back(figure::number("%.3f", 1e3 * held.turn, 1e-3));

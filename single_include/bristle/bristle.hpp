@@ -24240,8 +24240,9 @@ struct WrapReport {
 /// where it meets it, less the offset. In the frame of the shape; for `sensors_from_mesh`, or for
 /// `save_obj` and `save_stl`, to be edited by hand.
 ///
-/// Vertices that meet nothing are discarded with their faces; if none is left, the mesh is empty.
-/// The others keep their order. Normals need no care: they are those of the triangles.
+/// Vertices that meet nothing are discarded with their faces, and with vertices that are left
+/// without a face; if none is left, the mesh is empty. The others keep their order. Normals need no
+/// care: they are those of the triangles.
 ///
 /// Departs from Algorithm 3 in that the patch looks outwards, like the surface it becomes, so rays
 /// run against its normals; and in that a vertex whose ray meets nothing is discarded, too, where
