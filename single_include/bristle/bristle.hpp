@@ -1497,7 +1497,7 @@ template <Scalar S>
 [[nodiscard]] S nearest_turn(S angle, S guess) {
   using std::abs;
   using std::floor;
-  constexpr S turn = S(2) * std::numbers::pi_v<S>;
+  const S turn = S(2 * std::numbers::pi);
   const S turns = (guess - angle) / turn;
   // What turns so fast that no step can count it does not count at all.
   if (!(abs(turns) * Tolerance<S>::round_off() < S(1))) return angle;
@@ -9273,7 +9273,7 @@ S followed_position(const Joint<S>& joint, const JointPose<S>& pose,
 template <Scalar S>
 bool is_within_stops(const JointDef<S>& def, const JointPose<S>& pose, S position) {
   if (position < def.lower_limit || position > def.upper_limit) return false;
-  if (def.swing_limit >= std::numbers::pi_v<S>) return true;
+  if (def.swing_limit >= S(std::numbers::pi)) return true;
   return shortest_turn<S>(Vec3<S>::UnitX(), pose.axis_b_J()).norm() <= def.swing_limit;
 }
 
@@ -9341,14 +9341,17 @@ SoftBlock<S>& open_joint_soft_block(Joint<S>& joint, const JointPose<S>& pose,
 /// J(phi) of phi' = J(phi) w, w in the axes that phi turns from.
 template <Scalar S>
 [[nodiscard]] Mat3<S> rotation_vector_rate(const Vec3<S>& phi) {
+  using std::cos;
+  using std::sin;
   using std::sqrt;
-  using std::tan;
   const S angle2 = phi.squaredNorm();
+  S k = S(1) / S(12) + angle2 / S(720);
+  // Below, what the series leaves out is less than rounding.
+  if (angle2 > Tolerance<S>::equal()) {
+    const S half = sqrt(angle2) / S(2);
+    k = (S(1) - half * cos(half) / sin(half)) / angle2;
+  }
   const Mat3<S> X = skew(phi);
-  // 1/12 + angle^2 / 720 + ..., from where it is exact on.
-  const S angle = sqrt(angle2);
-  const S k = angle2 < Tolerance<S>::equal() ? S(1) / S(12) + angle2 / S(720)
-                                             : (S(1) - angle / (S(2) * tan(angle / S(2)))) / angle2;
   return Mat3<S>::Identity() - S(0.5) * X + k * X * X;
 }
 
@@ -9598,7 +9601,7 @@ void add_joint_rows(Joint<S>& joint, std::uint32_t joint_slot, const Body<S>& a,
       add_joint_spring(joint, pose, along, position, mobility, dt, out);
     }
   }
-  if (kind == JointKind::cone_twist && def.swing_limit < std::numbers::pi_v<S>) {
+  if (kind == JointKind::cone_twist && def.swing_limit < S(std::numbers::pi)) {
     const ConstraintRow<S> swing = detail::swing_row(pose, a.twist, b.twist);
     stop(reversed(swing), def.swing_limit - swing.error, detail::swing_impulse);
   }

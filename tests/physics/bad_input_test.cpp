@@ -228,37 +228,6 @@ TEST_CASE("bad_input: joints") {
                      d.upper_limit = 0;
                    }),
                bad("JointDef::lower_limit", [](auto& d) { d.lower_limit = nan_; }),
-               bad("JointDef::lower_limit",
-                   [](auto& d) {
-                     d.kind = JointKind::revolute;
-                     d.lower_limit = infinity<double>;
-                   }),
-               bad("JointDef::upper_limit",
-                   [](auto& d) {
-                     d.kind = JointKind::revolute;
-                     d.upper_limit = -infinity<double>;
-                     d.lower_limit = d.upper_limit;
-                   }),
-               bad("JointDef::lower_limit", [](auto& d) { d.lower_limit = -1; }),
-               bad("JointDef::upper_limit",
-                   [](auto& d) {
-                     d.kind = JointKind::ball;
-                     d.upper_limit = 1;
-                   }),
-               bad("JointDef::swing_limit",
-                   [](auto& d) {
-                     d.kind = JointKind::cone_twist;
-                     d.swing_limit = 0;
-                   }),
-               bad("JointDef::swing_limit", [](auto& d) { d.swing_limit = nan_; }),
-               bad("JointDef::swing_limit", [](auto& d) { d.swing_limit = 1; }),
-               bad("JointSpring::stiffness", [](auto& d) { d.spring.stiffness = -1; }),
-               bad("JointSpring::damping", [](auto& d) { d.spring.damping = nan_; }),
-               bad("JointSpring::rest", [](auto& d) { d.spring.rest = nan_; }),
-               bad("JointDef::spring", [](auto& d) { d.spring.stiffness = 1; }),
-               bad("JointBushing::stiffness[4]", [](auto& d) { d.bushing.stiffness[4] = -1; }),
-               bad("JointBushing::damping[0]", [](auto& d) { d.bushing.damping[0] = nan_; }),
-               bad("JointDef::bushing", [](auto& d) { d.bushing.damping[5] = 1; }),
                bad("JointDrive::target", [](auto& d) { d.drive.target = nan_; }),
                bad("JointDrive::max_force", [](auto& d) { d.drive.max_force = -1; }),
                bad("JointDrive::max_speed", [](auto& d) { d.drive.max_speed = 0; }),

@@ -124,7 +124,7 @@ S followed_position(const Joint<S>& joint, const JointPose<S>& pose,
 template <Scalar S>
 bool is_within_stops(const JointDef<S>& def, const JointPose<S>& pose, S position) {
   if (position < def.lower_limit || position > def.upper_limit) return false;
-  if (def.swing_limit >= std::numbers::pi_v<S>) return true;
+  if (def.swing_limit >= S(std::numbers::pi)) return true;
   return shortest_turn<S>(Vec3<S>::UnitX(), pose.axis_b_J()).norm() <= def.swing_limit;
 }
 

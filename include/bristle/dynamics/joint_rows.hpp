@@ -208,7 +208,7 @@ void add_joint_rows(Joint<S>& joint, std::uint32_t joint_slot, const Body<S>& a,
       add_joint_spring(joint, pose, along, position, mobility, dt, out);
     }
   }
-  if (kind == JointKind::cone_twist && def.swing_limit < std::numbers::pi_v<S>) {
+  if (kind == JointKind::cone_twist && def.swing_limit < S(std::numbers::pi)) {
     const ConstraintRow<S> swing = detail::swing_row(pose, a.twist, b.twist);
     stop(reversed(swing), def.swing_limit - swing.error, detail::swing_impulse);
   }

@@ -56,14 +56,17 @@ SoftBlock<S>& open_joint_soft_block(Joint<S>& joint, const JointPose<S>& pose,
 /// J(phi) of phi' = J(phi) w, w in the axes that phi turns from.
 template <Scalar S>
 [[nodiscard]] Mat3<S> rotation_vector_rate(const Vec3<S>& phi) {
+  using std::cos;
+  using std::sin;
   using std::sqrt;
-  using std::tan;
   const S angle2 = phi.squaredNorm();
+  S k = S(1) / S(12) + angle2 / S(720);
+  // Below, what the series leaves out is less than rounding.
+  if (angle2 > Tolerance<S>::equal()) {
+    const S half = sqrt(angle2) / S(2);
+    k = (S(1) - half * cos(half) / sin(half)) / angle2;
+  }
   const Mat3<S> X = skew(phi);
-  // 1/12 + angle^2 / 720 + ..., from where it is exact on.
-  const S angle = sqrt(angle2);
-  const S k = angle2 < Tolerance<S>::equal() ? S(1) / S(12) + angle2 / S(720)
-                                             : (S(1) - angle / (S(2) * tan(angle / S(2)))) / angle2;
   return Mat3<S>::Identity() - S(0.5) * X + k * X * X;
 }
 

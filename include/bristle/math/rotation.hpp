@@ -60,7 +60,7 @@ template <Scalar S>
 [[nodiscard]] S nearest_turn(S angle, S guess) {
   using std::abs;
   using std::floor;
-  constexpr S turn = S(2) * std::numbers::pi_v<S>;
+  const S turn = S(2 * std::numbers::pi);
   const S turns = (guess - angle) / turn;
   // What turns so fast that no step can count it does not count at all.
   if (!(abs(turns) * Tolerance<S>::round_off() < S(1))) return angle;
