@@ -7,9 +7,9 @@
 #include <bristle/geometry/quickhull.hpp>
 #include <bristle/geometry/shapes.hpp>
 #include <bristle/geometry/triangle_mesh.hpp>
+#include <bristle/io/adf_limits.hpp>
 #include <bristle/io/adf_model.hpp>
 #include <bristle/io/adf_report.hpp>
-#include <bristle/io/adf_tree.hpp>
 #include <bristle/io/mesh_file.hpp>
 
 #include <cstddef>

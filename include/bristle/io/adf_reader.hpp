@@ -5,6 +5,7 @@
 
 #include <bristle/io/adf_body_reader.hpp>
 #include <bristle/io/adf_joint_reader.hpp>
+#include <bristle/io/adf_limits.hpp>
 #include <bristle/io/adf_map.hpp>
 #include <bristle/io/adf_model.hpp>
 #include <bristle/io/adf_sensor_reader.hpp>

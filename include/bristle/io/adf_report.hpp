@@ -10,6 +10,7 @@
 #include <cstddef>
 #include <map>
 #include <string>
+#include <string_view>
 #include <tuple>
 #include <utility>
 #include <vector>
@@ -123,4 +124,15 @@ class AdfReport {
   std::size_t dropped_ = 0;
 };
 
+namespace detail {
+
+/// A scalar as it may stand in a message: short, and without control characters.
+[[nodiscard]] inline std::string printable(std::string_view text) {
+  std::string result;
+  for (const char c : text.substr(0, 60)) result += c < ' ' || c > '~' ? '?' : c;
+  if (text.size() > 60) result += "...";
+  return result;
+}
+
+}  // namespace detail
 }  // namespace bristle

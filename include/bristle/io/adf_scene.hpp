@@ -5,6 +5,7 @@
 
 #include <bristle/core/error.hpp>
 #include <bristle/dynamics/joint.hpp>
+#include <bristle/io/adf_limits.hpp>
 #include <bristle/io/adf_model.hpp>
 #include <bristle/io/adf_report.hpp>
 #include <bristle/sensors/patch.hpp>

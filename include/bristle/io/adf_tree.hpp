@@ -4,6 +4,7 @@
 #pragma once
 
 #include <bristle/core/error.hpp>
+#include <bristle/io/adf_limits.hpp>
 #include <bristle/io/adf_report.hpp>
 
 #include <algorithm>
@@ -24,24 +25,6 @@
 #include <yaml-cpp/parser.h>
 
 namespace bristle {
-
-/// What a description may ask for at most. The defaults are far above any real scene and far below
-/// what a machine has; whoever reads files of strangers on a small one lowers them.
-struct AdfLimits {
-  /// [-] Bytes of the file. A scene of seventy bodies has 75 000. The scanner of yaml-cpp keeps all
-  /// of an open flow list, at worst some 270 bytes for each of the file (docs/adf.md).
-  std::size_t max_bytes = std::size_t{1} << 20;
-  /// [-] Levels of maps and lists in each other.
-  std::size_t max_depth = 32;
-  /// [-] Maps, lists and scalars, and keys that maps take from others by merging.
-  std::size_t max_nodes = 200'000;
-  /// [-] Bodies, joints, sensors and actuators, and shapes of all bodies.
-  std::size_t max_items = 20'000;
-  /// [-] Rays of all sensors.
-  std::size_t max_rays = 1'000'000;
-  /// [-] Bytes of one mesh file.
-  std::size_t max_mesh_bytes = std::size_t{256} << 20;
-};
 
 namespace detail {
 
@@ -72,14 +55,6 @@ struct AdfTree {
     raise(AdfError(file, line, std::move(key), std::move(value), std::move(rule)));
   }
 };
-
-/// A scalar as it may stand in a message: short, and without control characters.
-[[nodiscard]] inline std::string printable(std::string_view text) {
-  std::string result;
-  for (const char c : text.substr(0, 60)) result += c < ' ' || c > '~' ? '?' : c;
-  if (text.size() > 60) result += "...";
-  return result;
-}
 
 /// Builds the tree from the parser's events. Depth is refused where it begins, before the parser
 /// descends, which it does by recursion.

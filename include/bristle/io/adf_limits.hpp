@@ -1,0 +1,28 @@
+/// @file
+/// What an AMBF description may ask for at most.
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstddef>
+
+namespace bristle {
+
+/// What a description may ask for at most. The defaults are far above any real scene and far below
+/// what a machine has; whoever reads files of strangers on a small one lowers them.
+struct AdfLimits {
+  /// [-] Bytes of the file. A scene of seventy bodies has 75 000. The scanner of yaml-cpp keeps all
+  /// of an open flow list, at worst some 270 bytes for each of the file (docs/adf.md).
+  std::size_t max_bytes = std::size_t{1} << 20;
+  /// [-] Levels of maps and lists in each other.
+  std::size_t max_depth = 32;
+  /// [-] Maps, lists and scalars, and keys that maps take from others by merging.
+  std::size_t max_nodes = 200'000;
+  /// [-] Bodies, joints, sensors and actuators, and shapes of all bodies.
+  std::size_t max_items = 20'000;
+  /// [-] Rays of all sensors.
+  std::size_t max_rays = 1'000'000;
+  /// [-] Bytes of one mesh file.
+  std::size_t max_mesh_bytes = std::size_t{64} << 20;
+};
+
+}  // namespace bristle
