@@ -5893,6 +5893,17 @@ class SavedImpulses {
     }
   }
 
+  /// Goes a share of the way back to them.
+  void blend(S share, const Island& island, Constraints<S>& constraints) const {
+    for (std::size_t k = 0; k < contacts_.size(); ++k) {
+      auto& impulse = constraints.contacts[island.contacts[k]].impulse;
+      for (std::size_t i = 0; i < 3; ++i) impulse[i] += share * (contacts_[k][i] - impulse[i]);
+    }
+    std::size_t r = 0;
+    for_each_row(island, constraints,
+                 [&](ConstraintRow<S>& row) { row.impulse += share * (rows_[r++] - row.impulse); });
+  }
+
  private:
   struct Soft {
     Vec6<S> impulse, motion;
@@ -9716,6 +9727,121 @@ JointReading<S> read_joint(const Joint<S>& joint, const Body<S>& a, const Body<S
   }
   return reading;
 }
+
+}  // namespace bristle
+
+// === bristle/dynamics/passive_bounces.hpp
+
+/// @file
+/// Bounces of mechanisms that give no energy.
+///
+/// Newton's law of restitution speaks of normal velocities alone. Where a chain is struck aside of
+/// its centre, friction and joints then may do work: the impulses that reverse the normal velocity
+/// leave more kinetic energy than there was (Kane and Levinson, *Dynamics*, 1985, section 5.8).
+/// Without restitution they never do: velocities then are a projection, in the metric of the
+/// masses. Impulses between the two solutions are allowed ones, since what contacts may give is
+/// convex; the last of them that gives no energy is taken.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+namespace bristle {
+
+/// Scratch memory and the algorithm. One object serves many islands, one after the other.
+template <Scalar S>
+class PassiveBounces {
+ public:
+  /// Takes back what bounces have given the mechanisms of a solved island beyond the energy of
+  /// their free motion. Islands with sensors or drives, or beside what moves by itself, are left
+  /// alone: their energy is not theirs.
+  void calm(const Island& island, Constraints<S>& constraints, std::span<SolverBody<S>> bodies,
+            const SolveContext<S>& context, IslandSolver<S>& solver, SolveReport<S>& report) {
+    if (island.blocks.empty() || island.contacts.empty() || !island.soft.empty()) return;
+    if (IslandSolver<S>::is_large(context)) return;
+    const S gained = gained_energy(island, bodies);
+    if (!(gained > S(0)) || !is_closed(island, constraints, bodies)) return;
+    saved_.save(island, constraints);
+    bouncing_.clear();
+    for (const std::uint32_t slot : island.bodies) bouncing_.push_back(bodies[slot].twist);
+    SolveContext<S> without = context;
+    without.restitution_speed = infinity<S>;
+    solver.solve(island, constraints, bodies, without, report);
+    const S share = passive_share(island, bodies, gained);
+    saved_.blend(share, island, constraints);
+    for (std::size_t k = 0; k < bouncing_.size(); ++k) {
+      Twist<S>& twist = bodies[island.bodies[k]].twist;
+      twist = twist + share * (bouncing_[k] - twist);
+    }
+  }
+
+ private:
+  /// [J] Twice a product of two motions of a body in the metric of its mass.
+  [[nodiscard]] static S product_of(const SolverBody<S>& body, const Twist<S>& u,
+                                    const Twist<S>& v) {
+    return body.mass * u.linear.dot(v.linear) + u.angular.dot(body.inertia * v.angular);
+  }
+
+  /// [J] Twice the kinetic energy beyond that at the start of the step and that of free motion, and
+  /// beyond their rounding.
+  [[nodiscard]] static S gained_energy(const Island& island,
+                                       std::span<const SolverBody<S>> bodies) {
+    S found = S(0);
+    S start = S(0);
+    S free = S(0);
+    for (const std::uint32_t slot : island.bodies) {
+      const SolverBody<S>& body = bodies[slot];
+      found += product_of(body, body.twist, body.twist);
+      start += product_of(body, body.start, body.start);
+      free += product_of(body, body.free, body.free);
+    }
+    return found - (S(1) + Tolerance<S>::equal()) * std::max(start, free);
+  }
+
+  /// Whether something bounces, and nothing but the island's own bodies brings energy in.
+  [[nodiscard]] static bool is_closed(const Island& island, const Constraints<S>& constraints,
+                                      std::span<const SolverBody<S>> bodies) {
+    const auto rests = [&](std::uint32_t slot) {
+      const SolverBody<S>& body = bodies[slot];
+      return body.moves || (body.twist.linear.isZero(S(0)) && body.twist.angular.isZero(S(0)));
+    };
+    return std::any_of(island.contacts.begin(), island.contacts.end(),
+                       [&](std::uint32_t i) { return constraints.contacts[i].target > S(0); }) &&
+           std::all_of(island.contacts.begin(), island.contacts.end(),
+                       [&](std::uint32_t i) {
+                         const ContactConstraint<S>& c = constraints.contacts[i];
+                         return rests(c.body_a) && rests(c.body_b);
+                       }) &&
+           std::all_of(island.blocks.begin(), island.blocks.end(), [&](std::uint32_t i) {
+             const ConstraintBlock<S>& block = constraints.blocks[i];
+             return block.kind != BlockKind::bounded && rests(block.body_a) && rests(block.body_b);
+           });
+  }
+
+  /// [1] How far to go from the velocities v without bounces to those with them, v + d: the root of
+  /// |v + s d|^2 = |v + d|^2 - gained.
+  [[nodiscard]] S passive_share(const Island& island, std::span<const SolverBody<S>> bodies,
+                                S gained) const {
+    using std::max;
+    using std::min;
+    using std::sqrt;
+    S along = S(0);
+    S across = S(0);
+    for (std::size_t k = 0; k < bouncing_.size(); ++k) {
+      const SolverBody<S>& body = bodies[island.bodies[k]];
+      const Twist<S> way = bouncing_[k] - body.twist;
+      along += product_of(body, body.twist, way);
+      across += product_of(body, way, way);
+    }
+    const S below = S(2) * along + across - gained;
+    if (!(below > S(0)) || !(across > S(0))) return S(0);
+    return min(S(1), max(S(0), (sqrt(along * along + across * below) - along) / across));
+  }
+
+  SavedImpulses<S> saved_;
+  std::vector<Twist<S>> bouncing_;
+};
 
 }  // namespace bristle
 
@@ -26235,10 +26361,10 @@ class MechanismStage {
     end_poses_[slot] = poses_[k];
   }
 
-  /// Whether joints hold bodies of which one turns by so much that the chord of its way misses the
-  /// arc by some hundredths of the radius.
+  /// Whether joints hold bodies of which one turns by more than half a radian: the chord of its way
+  /// misses the arc by an eighth of the radius.
   [[nodiscard]] static bool turns_far(const State& state, const Island& island) {
-    const S most = S(0.25) / state.def.time_step;
+    const S most = S(0.5) / state.def.time_step;
     return !island.blocks.empty() &&
            std::any_of(island.bodies.begin(), island.bodies.end(), [&](std::uint32_t slot) {
              const SolverBody<S>& body = state.solver_bodies[slot];
@@ -26255,7 +26381,7 @@ class MechanismStage {
     }
     system_.set(bodies_, joints_);
     system_.place();
-    const S wide = S(1e-2) * system_.size();
+    const S wide = S(3e-2) * system_.size();
     if (projection_.find_gaps(system_) <= wide) return;
     // What is left is for the position correction of the next step.
     if (!projection_.close_wide_gaps(system_, S(0.1) * wide)) return;
@@ -27148,9 +27274,10 @@ class SolveStage {
       discard(state, sensors, island);
       return;
     }
+    bounces_.calm(island, constraints, bodies, context, solver_, report);
     solver_.place(island, constraints, bodies, context, report);
     if (context.integrator == Integrator::trapezoidal) keep_angular_momentum(state, island);
-    if (!IslandSolver<S>::is_large(context)) limit_corrections(state, island, context);
+    if (!island.blocks.empty()) limit_corrections(state, island, context);
     mechanisms_.close_wide_gaps(state, island);
     state.report.position_sweeps += static_cast<std::uint64_t>(report.position_sweeps);
     state.report.direct_islands += report.factorisations > 0 ? 1 : 0;
@@ -27160,9 +27287,10 @@ class SolveStage {
     state.report.capped_islands += report.residual > context.velocity_tolerance ? 1u : 0u;
   }
 
-  /// Takes position corrections a part of the way where they would turn a body by more than half a
-  /// radian. They are solved for along the directions of the start of the step: beyond that they
-  /// mean nothing, and where a light link stands across its chain they have no bound.
+  /// Takes position corrections of joined bodies a part of the way where they would turn one by
+  /// more than half a radian. They are solved for along the directions of the start of the step:
+  /// beyond that they mean nothing, and where a light link stands across its chain they have no
+  /// bound.
   void limit_corrections(State& state, const Island& island, const SolveContext<S>& context) const {
     using std::max;
     using std::sqrt;
@@ -27251,6 +27379,7 @@ class SolveStage {
   IslandBuilder<S> islands_;
   MechanismStage<S, Backend> mechanisms_;
   IslandSolver<S> solver_;
+  PassiveBounces<S> bounces_;
 };
 
 }  // namespace bristle
