@@ -28,6 +28,8 @@ struct ConstraintRow {
   Vec3<S> angular_b = Vec3<S>::Zero();
   /// [m/s or rad/s] Wanted velocity.
   S target = S(0);
+  /// [1/kg or 1/(kg m^2)] How far a bounded row gives way: it wants target - compliance * impulse.
+  S compliance = S(0);
   /// [m or rad] Position error at the start of the step: the distance to a stop, the offset of a
   /// joint.
   S error = S(0);
@@ -142,8 +144,9 @@ void solve_block(const ConstraintBlock<S>& block, const BlockResponse<S>& K, con
       return;
     case BlockKind::bounded:
     case BlockKind::stop: {
+      const S missing = velocity[0] - rows[0].target + rows[0].compliance * rows[0].impulse;
       const S wanted =
-          rows[0].impulse + detail::scalar_change(velocity[0] - rows[0].target, K(0, 0, 1));
+          rows[0].impulse + detail::scalar_change(missing, K(0, 0, 1) + rows[0].compliance);
       const S impulse = min(max(wanted, block.lower), block.upper);
       change[0] = impulse - rows[0].impulse;
       rows[0].impulse = impulse;

@@ -39,7 +39,8 @@ struct IslandRow {
   std::array<Real, 6> jacobian_a{};
   std::array<Real, 6> jacobian_b{};
   Real target = Real(0);
-  Real response = Real(0);  // K: velocity per own impulse; 0 for a row that is left out.
+  Real response = Real(0);    // K: velocity per own impulse; 0 for a row that is left out.
+  Real compliance = Real(0);  // What the velocity gives way by per impulse.
   Real lower = Real(0);
   Real upper = Real(0);
   Real friction = Real(0);
@@ -72,10 +73,13 @@ struct IslandRow {
   [[nodiscard]] Real clamped(Real x) const {
     return kind == RowKind::free ? x : std::min(std::max(x, lower), upper);
   }
+  /// [velocity per impulse] R and what the row itself gives way by: the inverse of the slope of
+  /// lambda+.
+  [[nodiscard]] Real softness(Real eps) const { return eps * response + compliance; }
   /// What the multiplier would be without its rule, a part s of the way along the step.
   [[nodiscard]] Real proposed(Real eps, Real s) const {
     if (!(response > Real(0))) return Real(0);
-    return lambda - (velocity + shift + s * change) / (eps * response);
+    return lambda - (velocity + shift + s * change + compliance * lambda) / softness(eps);
   }
 };
 

@@ -76,6 +76,7 @@ class IslandRows {
         row.target += Real(constraints.rows[r].target);
         if (block.kind != BlockKind::equality) {
           row.kind = Kind::bounded;
+          row.compliance = Real(constraints.rows[r].compliance);
           row.lower = Real(block.lower);
           row.upper = Real(block.upper);
         }
@@ -225,7 +226,8 @@ class IslandRows {
       const Row& row = rows_[i];
       const Real K = row.response;
       if (!(K > Real(0)) || row.kind == Kind::tangent) continue;
-      const Real proposed = row.lambda - row.velocity / K;
+      const Real proposed =
+          row.lambda - (row.velocity + row.compliance * row.lambda) / (K + row.compliance);
       if (row.kind != Kind::cone) {
         largest = std::max(largest, K * abs(row.lambda - row.clamped(proposed)));
         continue;
@@ -406,7 +408,7 @@ void IslandRows<S, Real>::add_hessian(Real eps, EnvelopeMatrix<Real>& h) {
   for (std::size_t i = 0; i < rows_.size(); ++i) {
     Row& row = rows_[i];
     if (!(row.response > Real(0)) || row.kind == Kind::tangent) continue;
-    const Real stiffness = Real(1) / (eps * row.response);
+    const Real stiffness = Real(1) / row.softness(eps);
     row.side = side_of(i, eps);
     if (row.side == Side::at_bound) continue;
     if (row.kind != Kind::cone) {

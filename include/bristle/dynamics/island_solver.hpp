@@ -191,6 +191,7 @@ class IslandSolver {
       end_part(island, constraints, bodies, part.dt, parts);
     }
     end_parts(island, constraints, bodies);
+    scale_bounds(island, constraints, parts);
   }
 
   /// Parts of a step; no more than a bound on its cost, however long it is.
@@ -224,8 +225,20 @@ class IslandSolver {
     is_cold_ = 2 * fresh > island.contacts.size();
     for_each_row(island, constraints, [&](ConstraintRow<S>& row) {
       row.impulse /= parts;
+      row.compliance *= parts;
       row_totals_.push_back(S(0));
     });
+    scale_bounds(island, constraints, S(1) / parts);
+  }
+
+  /// What a drive may give in a part is its share of what it may in the step.
+  static void scale_bounds(const Island& island, Constraints<S>& constraints, S scale) {
+    for (const std::uint32_t i : island.blocks) {
+      ConstraintBlock<S>& block = constraints.blocks[i];
+      if (block.kind != BlockKind::bounded) continue;
+      block.lower *= scale;
+      block.upper *= scale;
+    }
   }
 
   /// The position problem of a part, swept.

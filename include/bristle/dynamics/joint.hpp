@@ -40,7 +40,9 @@ enum class DriveMode {
   /// The velocity target, as far as the force limit lets it.
   velocity,
   /// The position target, at up to the speed limit and as far as the force limit lets it.
-  position
+  position,
+  /// The position target by a spring and a damper (a PD controller), within the force limit.
+  spring
 };
 
 /// Drive of the free axis of a joint; without one it does nothing.
@@ -55,6 +57,11 @@ struct JointDrive {
   /// [m/s] Largest speed of a position drive, > 0; rad/s for one that turns. It goes slower where
   /// it could not brake in time.
   S max_speed = infinity<S>;
+  /// [N/m], [N s/m] Gains of a spring drive, >= 0: force per distance from the target and per
+  /// velocity, both at the end of the step, so that any gains are stable; N m/rad, N m s/rad for
+  /// one that turns.
+  S stiffness = S(0);
+  S damping = S(0);
 };
 
 /// Spring and damper on the free axis of a joint, always on. Stable for any constants and step.
@@ -187,6 +194,8 @@ void validate(const JointDrive<S>& drive) {
   detail::require_finite("JointDrive::target", drive.target);
   detail::require_not_negative("JointDrive::max_force", drive.max_force);
   detail::require(drive.max_speed > S(0), "JointDrive::max_speed", drive.max_speed, "must be > 0");
+  detail::require_not_negative("JointDrive::stiffness", drive.stiffness);
+  detail::require_not_negative("JointDrive::damping", drive.damping);
 }
 
 /// @throws InvalidArgument naming the field.

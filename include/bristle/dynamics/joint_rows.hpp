@@ -52,6 +52,38 @@ template <Scalar S>
   return distance < S(0) ? -speed : speed;
 }
 
+/// What a drive wants of the velocity along its axis at the end of the step.
+template <Scalar S>
+struct DriveAim {
+  bool acts = true;
+  S velocity = S(0);
+  S compliance = S(0);
+};
+
+/// @param position  [m or rad] Of the joint, at the start of the step.
+/// @param mobility  Callable that finds that of the axis, for a position drive.
+template <Scalar S, typename Mobility>
+[[nodiscard]] DriveAim<S> aim_drive(const JointDrive<S>& drive, S position,
+                                    const Mobility& mobility, S dt) {
+  const S distance = drive.target - position;
+  switch (drive.mode) {
+    case DriveMode::none:
+      break;
+    case DriveMode::velocity:
+      return {true, drive.target, S(0)};
+    case DriveMode::position:
+      return {true, approach_speed(drive, distance, mobility(), dt), S(0)};
+    case DriveMode::spring: {
+      // The impulse dt k (distance - dt v) - dt d v is what a row gives that wants the velocity
+      // below and gives way by 1 / (dt (dt k + d)).
+      const S held = dt * drive.stiffness + drive.damping;
+      if (!(held > S(0))) break;
+      return {true, drive.stiffness * distance / held, S(1) / (dt * held)};
+    }
+  }
+  return {false, S(0), S(0)};
+}
+
 /// Row along an axis of A's joint frame at B's joint origin.
 template <Scalar S>
 [[nodiscard]] ConstraintRow<S> linear_row(const JointPose<S>& pose, int axis) {
@@ -192,11 +224,13 @@ void add_joint_rows(Joint<S>& joint, std::uint32_t joint_slot, const Body<S>& a,
     const ConstraintRow<S> along = position_row(kind, pose);
     if (is_driven) {
       const S limit = def.drive.max_force * dt;
-      const S wanted = def.drive.mode == DriveMode::velocity
-                           ? def.drive.target
-                           : detail::approach_speed(def.drive, def.drive.target - position,
-                                                    detail::axis_mobility(kind, pose, a, b), dt);
-      single_row(BlockKind::bounded, along, wanted, -limit, limit, detail::drive_impulse);
+      const detail::DriveAim<S> aim = detail::aim_drive(
+          def.drive, position, [&] { return detail::axis_mobility(kind, pose, a, b); }, dt);
+      ConstraintRow<S> row = along;
+      row.compliance = aim.compliance;
+      if (aim.acts) {
+        single_row(BlockKind::bounded, row, aim.velocity, -limit, limit, detail::drive_impulse);
+      }
     }
     if (has_lower) stop(along, position - def.lower_limit, detail::lower_impulse);
     if (has_upper) stop(reversed(along), def.upper_limit - position, detail::upper_impulse);

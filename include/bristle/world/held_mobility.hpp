@@ -143,7 +143,8 @@ class HeldMobilityFinder {
         for (std::uint32_t r = block.first; r < block.first + block.count; ++r) {
           const ConstraintRow<S>& row = rows_.rows[r];
           const bool holds = block.kind == BlockKind::equality ||
-                             (row.impulse > block.lower && row.impulse < block.upper);
+                             (row.impulse > block.lower && row.impulse < block.upper &&
+                              value_of(row.compliance) == 0);
           if (holds) stop(row.direction, is_a ? row.angular_a : row.angular_b, held);
         }
       }

@@ -83,6 +83,8 @@ void visit_joint(Joint& joint, Visitor& visit) {
   visit.value(joint.def.drive.target);
   visit.value(joint.def.drive.max_force);
   visit.value(joint.def.drive.max_speed);
+  visit.value(joint.def.drive.stiffness);
+  visit.value(joint.def.drive.damping);
   visit.value(joint.angle);
   visit.value(std::span(joint.impulses));
   visit_wrench(joint.spring_impulse, visit);
