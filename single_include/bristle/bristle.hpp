@@ -3736,6 +3736,8 @@ struct ConstraintRow {
   Vec3<S> angular_b = Vec3<S>::Zero();
   /// [m/s or rad/s] Wanted velocity.
   S target = S(0);
+  /// [1/kg or 1/(kg m^2)] How far a bounded row gives way: it wants target - compliance * impulse.
+  S compliance = S(0);
   /// [m or rad] Position error at the start of the step: the distance to a stop, the offset of a
   /// joint.
   S error = S(0);
@@ -3850,8 +3852,9 @@ void solve_block(const ConstraintBlock<S>& block, const BlockResponse<S>& K, con
       return;
     case BlockKind::bounded:
     case BlockKind::stop: {
+      const S missing = velocity[0] - rows[0].target + rows[0].compliance * rows[0].impulse;
       const S wanted =
-          rows[0].impulse + detail::scalar_change(velocity[0] - rows[0].target, K(0, 0, 1));
+          rows[0].impulse + detail::scalar_change(missing, K(0, 0, 1) + rows[0].compliance);
       const S impulse = min(max(wanted, block.lower), block.upper);
       change[0] = impulse - rows[0].impulse;
       rows[0].impulse = impulse;
@@ -4808,7 +4811,8 @@ struct IslandRow {
   std::array<Real, 6> jacobian_a{};
   std::array<Real, 6> jacobian_b{};
   Real target = Real(0);
-  Real response = Real(0);  // K: velocity per own impulse; 0 for a row that is left out.
+  Real response = Real(0);    // K: velocity per own impulse; 0 for a row that is left out.
+  Real compliance = Real(0);  // What the velocity gives way by per impulse.
   Real lower = Real(0);
   Real upper = Real(0);
   Real friction = Real(0);
@@ -4841,10 +4845,13 @@ struct IslandRow {
   [[nodiscard]] Real clamped(Real x) const {
     return kind == RowKind::free ? x : std::min(std::max(x, lower), upper);
   }
+  /// [velocity per impulse] R and what the row itself gives way by: the inverse of the slope of
+  /// lambda+.
+  [[nodiscard]] Real softness(Real eps) const { return eps * response + compliance; }
   /// What the multiplier would be without its rule, a part s of the way along the step.
   [[nodiscard]] Real proposed(Real eps, Real s) const {
     if (!(response > Real(0))) return Real(0);
-    return lambda - (velocity + shift + s * change) / (eps * response);
+    return lambda - (velocity + shift + s * change + compliance * lambda) / softness(eps);
   }
 };
 
@@ -5061,6 +5068,7 @@ class IslandRows {
         row.target += Real(constraints.rows[r].target);
         if (block.kind != BlockKind::equality) {
           row.kind = Kind::bounded;
+          row.compliance = Real(constraints.rows[r].compliance);
           row.lower = Real(block.lower);
           row.upper = Real(block.upper);
         }
@@ -5210,7 +5218,8 @@ class IslandRows {
       const Row& row = rows_[i];
       const Real K = row.response;
       if (!(K > Real(0)) || row.kind == Kind::tangent) continue;
-      const Real proposed = row.lambda - row.velocity / K;
+      const Real proposed =
+          row.lambda - (row.velocity + row.compliance * row.lambda) / (K + row.compliance);
       if (row.kind != Kind::cone) {
         largest = std::max(largest, K * abs(row.lambda - row.clamped(proposed)));
         continue;
@@ -5391,7 +5400,7 @@ void IslandRows<S, Real>::add_hessian(Real eps, EnvelopeMatrix<Real>& h) {
   for (std::size_t i = 0; i < rows_.size(); ++i) {
     Row& row = rows_[i];
     if (!(row.response > Real(0)) || row.kind == Kind::tangent) continue;
-    const Real stiffness = Real(1) / (eps * row.response);
+    const Real stiffness = Real(1) / row.softness(eps);
     row.side = side_of(i, eps);
     if (row.side == Side::at_bound) continue;
     if (row.kind != Kind::cone) {
@@ -6886,6 +6895,7 @@ class IslandSolver {
       end_part(island, constraints, bodies, part.dt, parts);
     }
     end_parts(island, constraints, bodies);
+    scale_bounds(island, constraints, parts);
   }
 
   /// Parts of a step; no more than a bound on its cost, however long it is.
@@ -6919,8 +6929,20 @@ class IslandSolver {
     is_cold_ = 2 * fresh > island.contacts.size();
     for_each_row(island, constraints, [&](ConstraintRow<S>& row) {
       row.impulse /= parts;
+      row.compliance *= parts;
       row_totals_.push_back(S(0));
     });
+    scale_bounds(island, constraints, S(1) / parts);
+  }
+
+  /// What a drive may give in a part is its share of what it may in the step.
+  static void scale_bounds(const Island& island, Constraints<S>& constraints, S scale) {
+    for (const std::uint32_t i : island.blocks) {
+      ConstraintBlock<S>& block = constraints.blocks[i];
+      if (block.kind != BlockKind::bounded) continue;
+      block.lower *= scale;
+      block.upper *= scale;
+    }
   }
 
   /// The position problem of a part, swept.
@@ -7321,7 +7343,9 @@ enum class DriveMode {
   /// The velocity target, as far as the force limit lets it.
   velocity,
   /// The position target, at up to the speed limit and as far as the force limit lets it.
-  position
+  position,
+  /// The position target by a spring and a damper (a PD controller), within the force limit.
+  spring
 };
 
 /// Drive of the free axis of a joint; without one it does nothing.
@@ -7336,6 +7360,11 @@ struct JointDrive {
   /// [m/s] Largest speed of a position drive, > 0; rad/s for one that turns. It goes slower where
   /// it could not brake in time.
   S max_speed = infinity<S>;
+  /// [N/m], [N s/m] Gains of a spring drive, >= 0: force per distance from the target and per
+  /// velocity, both at the end of the step, so that any gains are stable; N m/rad, N m s/rad for
+  /// one that turns.
+  S stiffness = S(0);
+  S damping = S(0);
 };
 
 /// Spring and damper on the free axis of a joint, always on. Stable for any constants and step.
@@ -7468,6 +7497,8 @@ void validate(const JointDrive<S>& drive) {
   detail::require_finite("JointDrive::target", drive.target);
   detail::require_not_negative("JointDrive::max_force", drive.max_force);
   detail::require(drive.max_speed > S(0), "JointDrive::max_speed", drive.max_speed, "must be > 0");
+  detail::require_not_negative("JointDrive::stiffness", drive.stiffness);
+  detail::require_not_negative("JointDrive::damping", drive.damping);
 }
 
 /// @throws InvalidArgument naming the field.
@@ -9515,6 +9546,38 @@ template <Scalar S>
   return distance < S(0) ? -speed : speed;
 }
 
+/// What a drive wants of the velocity along its axis at the end of the step.
+template <Scalar S>
+struct DriveAim {
+  bool acts = true;
+  S velocity = S(0);
+  S compliance = S(0);
+};
+
+/// @param position  [m or rad] Of the joint, at the start of the step.
+/// @param mobility  Callable that finds that of the axis, for a position drive.
+template <Scalar S, typename Mobility>
+[[nodiscard]] DriveAim<S> aim_drive(const JointDrive<S>& drive, S position,
+                                    const Mobility& mobility, S dt) {
+  const S distance = drive.target - position;
+  switch (drive.mode) {
+    case DriveMode::none:
+      break;
+    case DriveMode::velocity:
+      return {true, drive.target, S(0)};
+    case DriveMode::position:
+      return {true, approach_speed(drive, distance, mobility(), dt), S(0)};
+    case DriveMode::spring: {
+      // The impulse dt k (distance - dt v) - dt d v is what a row gives that wants the velocity
+      // below and gives way by 1 / (dt (dt k + d)).
+      const S held = dt * drive.stiffness + drive.damping;
+      if (!(held > S(0))) break;
+      return {true, drive.stiffness * distance / held, S(1) / (dt * held)};
+    }
+  }
+  return {false, S(0), S(0)};
+}
+
 /// Row along an axis of A's joint frame at B's joint origin.
 template <Scalar S>
 [[nodiscard]] ConstraintRow<S> linear_row(const JointPose<S>& pose, int axis) {
@@ -9655,11 +9718,13 @@ void add_joint_rows(Joint<S>& joint, std::uint32_t joint_slot, const Body<S>& a,
     const ConstraintRow<S> along = position_row(kind, pose);
     if (is_driven) {
       const S limit = def.drive.max_force * dt;
-      const S wanted = def.drive.mode == DriveMode::velocity
-                           ? def.drive.target
-                           : detail::approach_speed(def.drive, def.drive.target - position,
-                                                    detail::axis_mobility(kind, pose, a, b), dt);
-      single_row(BlockKind::bounded, along, wanted, -limit, limit, detail::drive_impulse);
+      const detail::DriveAim<S> aim = detail::aim_drive(
+          def.drive, position, [&] { return detail::axis_mobility(kind, pose, a, b); }, dt);
+      ConstraintRow<S> row = along;
+      row.compliance = aim.compliance;
+      if (aim.acts) {
+        single_row(BlockKind::bounded, row, aim.velocity, -limit, limit, detail::drive_impulse);
+      }
     }
     if (has_lower) stop(along, position - def.lower_limit, detail::lower_impulse);
     if (has_upper) stop(reversed(along), def.upper_limit - position, detail::upper_impulse);
@@ -25313,7 +25378,8 @@ class HeldMobilityFinder {
         for (std::uint32_t r = block.first; r < block.first + block.count; ++r) {
           const ConstraintRow<S>& row = rows_.rows[r];
           const bool holds = block.kind == BlockKind::equality ||
-                             (row.impulse > block.lower && row.impulse < block.upper);
+                             (row.impulse > block.lower && row.impulse < block.upper &&
+                              value_of(row.compliance) == 0);
           if (holds) stop(row.direction, is_a ? row.angular_a : row.angular_b, held);
         }
       }
@@ -27759,6 +27825,8 @@ void visit_joint(Joint& joint, Visitor& visit) {
   visit.value(joint.def.drive.target);
   visit.value(joint.def.drive.max_force);
   visit.value(joint.def.drive.max_speed);
+  visit.value(joint.def.drive.stiffness);
+  visit.value(joint.def.drive.damping);
   visit.value(joint.angle);
   visit.value(std::span(joint.impulses));
   visit_wrench(joint.spring_impulse, visit);
