@@ -22,6 +22,7 @@
 #include <bristle/dynamics/contact_constraint.hpp>
 #include <bristle/dynamics/derivative_watch.hpp>
 #include <bristle/dynamics/integrator.hpp>
+#include <bristle/dynamics/island_energy.hpp>
 #include <bristle/dynamics/island_order.hpp>
 #include <bristle/dynamics/island_row.hpp>
 #include <bristle/dynamics/island_rows.hpp>

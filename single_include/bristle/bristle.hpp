@@ -4636,6 +4636,45 @@ void step_pose(Body<S>& body, const Twist<S>& motion, S dt) {
 
 }  // namespace bristle
 
+// === bristle/dynamics/island_energy.hpp
+
+/// @file
+/// Kinetic energy of an island, as found and as what it may be judged by.
+// SPDX-License-Identifier: BSD-3-Clause
+
+namespace bristle {
+
+/// [J] Twice the kinetic energy of an island's bodies.
+template <Scalar S>
+struct IslandEnergy {
+  /// With the velocities that were solved for.
+  S found = S(0);
+  /// At the start of the step, and at its end if nothing but forces acted.
+  S start = S(0);
+  S free = S(0);
+};
+
+/// [kg m^2/s^2] Product of two motions of a body in the metric of its mass.
+template <Scalar S>
+[[nodiscard]] S mass_product(const SolverBody<S>& body, const Twist<S>& u, const Twist<S>& v) {
+  return body.mass * u.linear.dot(v.linear) + u.angular.dot(body.inertia * v.angular);
+}
+
+template <Scalar S>
+[[nodiscard]] IslandEnergy<S> energy_of(const Island& island,
+                                        std::span<const SolverBody<S>> bodies) {
+  IslandEnergy<S> sum;
+  for (const std::uint32_t slot : island.bodies) {
+    const SolverBody<S>& body = bodies[slot];
+    sum.found += mass_product(body, body.twist, body.twist);
+    sum.start += mass_product(body, body.start, body.start);
+    sum.free += mass_product(body, body.free, body.free);
+  }
+  return sum;
+}
+
+}  // namespace bristle
+
 // === bristle/dynamics/island_order.hpp
 
 /// @file
@@ -6819,19 +6858,8 @@ class IslandSolver {
   /// motion would give them.
   [[nodiscard]] static bool has_gained_energy(const Island& island,
                                               std::span<const SolverBody<S>> bodies) {
-    S found = S(0);
-    S start = S(0);
-    S free = S(0);
-    for (const std::uint32_t slot : island.bodies) {
-      const SolverBody<S>& body = bodies[slot];
-      const auto twice_energy = [&](const Twist<S>& v) {
-        return body.mass * v.linear.squaredNorm() + v.angular.dot(body.inertia * v.angular);
-      };
-      found += twice_energy(body.twist);
-      start += twice_energy(body.start);
-      free += twice_energy(body.free);
-    }
-    return found > start && found > free;
+    const IslandEnergy<S> energy = energy_of<S>(island, bodies);
+    return energy.found > energy.start && energy.found > energy.free;
   }
 
   /// Sweeps an island that would not converge once more, from no impulses at all, and keeps what
@@ -9842,26 +9870,12 @@ class PassiveBounces {
   }
 
  private:
-  /// [J] Twice a product of two motions of a body in the metric of its mass.
-  [[nodiscard]] static S product_of(const SolverBody<S>& body, const Twist<S>& u,
-                                    const Twist<S>& v) {
-    return body.mass * u.linear.dot(v.linear) + u.angular.dot(body.inertia * v.angular);
-  }
-
   /// [J] Twice the kinetic energy beyond that at the start of the step and that of free motion, and
   /// beyond their rounding.
   [[nodiscard]] static S gained_energy(const Island& island,
                                        std::span<const SolverBody<S>> bodies) {
-    S found = S(0);
-    S start = S(0);
-    S free = S(0);
-    for (const std::uint32_t slot : island.bodies) {
-      const SolverBody<S>& body = bodies[slot];
-      found += product_of(body, body.twist, body.twist);
-      start += product_of(body, body.start, body.start);
-      free += product_of(body, body.free, body.free);
-    }
-    return found - (S(1) + Tolerance<S>::equal()) * std::max(start, free);
+    const IslandEnergy<S> energy = energy_of<S>(island, bodies);
+    return energy.found - (S(1) + Tolerance<S>::equal()) * std::max(energy.start, energy.free);
   }
 
   /// Whether something bounces, and nothing but the island's own bodies brings energy in.
@@ -9896,8 +9910,8 @@ class PassiveBounces {
     for (std::size_t k = 0; k < bouncing_.size(); ++k) {
       const SolverBody<S>& body = bodies[island.bodies[k]];
       const Twist<S> way = bouncing_[k] - body.twist;
-      along += product_of(body, body.twist, way);
-      across += product_of(body, way, way);
+      along += mass_product(body, body.twist, way);
+      across += mass_product(body, way, way);
     }
     const S below = S(2) * along + across - gained;
     if (!(below > S(0)) || !(across > S(0))) return S(0);

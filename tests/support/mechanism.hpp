@@ -5,7 +5,9 @@
 
 #include <bristle/dynamics/joint_flow.hpp>
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
 #include <vector>
 
 namespace bristle::test {
@@ -98,6 +100,18 @@ struct Mechanism {
     }
     return largest;
   }
+  /// [rad] Largest angle between the two axes of a hinge.
+  [[nodiscard]] S largest_tilt() const {
+    S largest = S(0);
+    for (const JointFlowJoint<S>& joint : joints) {
+      if (joint.kind != JointKind::revolute) continue;
+      const Vec3<S> x = Vec3<S>::UnitX();
+      const Vec3<S> a = bodies[joint.body_a].center_pose.rotate(joint.X_CmA_J.rotate(x));
+      const Vec3<S> b = bodies[joint.body_b].center_pose.rotate(joint.X_CmB_J.rotate(x));
+      largest = std::max(largest, a.cross(b).norm());
+    }
+    return largest;
+  }
 };
 
 /// Box of 1 kg, half sizes 0.1, 0.02, 0.02 m, about its centre.
@@ -135,6 +149,19 @@ inline double pendulum_period(double w0, double amplitude) {
     a = mean;
   }
   return 2 * 3.14159265358979323846 / (w0 * a);
+}
+
+/// [1] Largest change of energy in a run of a chain of n links, relative to n m g times half its
+/// length; infinite if a step fails.
+template <typename S>
+double chain_energy_error(Mechanism<S>& m, int n, double seconds, double dt) {
+  const double start = static_cast<double>(m.energy());
+  double worst = 0;
+  for (long i = std::lround(seconds / dt); i > 0; --i) {
+    if (!m.step(S(dt))) return std::numeric_limits<double>::infinity();
+    worst = std::max(worst, std::abs(static_cast<double>(m.energy()) - start));
+  }
+  return worst / (n * 9.81 * n * 0.1);
 }
 
 }  // namespace bristle::test

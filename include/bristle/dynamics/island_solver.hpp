@@ -9,6 +9,7 @@
 
 #include <bristle/dynamics/contact_aim.hpp>
 #include <bristle/dynamics/derivative_watch.hpp>
+#include <bristle/dynamics/island_energy.hpp>
 #include <bristle/dynamics/proximal_solver.hpp>
 #include <bristle/dynamics/saved_impulses.hpp>
 #include <bristle/dynamics/sequential_solver.hpp>
@@ -115,19 +116,8 @@ class IslandSolver {
   /// motion would give them.
   [[nodiscard]] static bool has_gained_energy(const Island& island,
                                               std::span<const SolverBody<S>> bodies) {
-    S found = S(0);
-    S start = S(0);
-    S free = S(0);
-    for (const std::uint32_t slot : island.bodies) {
-      const SolverBody<S>& body = bodies[slot];
-      const auto twice_energy = [&](const Twist<S>& v) {
-        return body.mass * v.linear.squaredNorm() + v.angular.dot(body.inertia * v.angular);
-      };
-      found += twice_energy(body.twist);
-      start += twice_energy(body.start);
-      free += twice_energy(body.free);
-    }
-    return found > start && found > free;
+    const IslandEnergy<S> energy = energy_of<S>(island, bodies);
+    return energy.found > energy.start && energy.found > energy.free;
   }
 
   /// Sweeps an island that would not converge once more, from no impulses at all, and keeps what

@@ -10,6 +10,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <bristle/dynamics/island_energy.hpp>
 #include <bristle/dynamics/island_solver.hpp>
 #include <bristle/dynamics/saved_impulses.hpp>
 
@@ -47,26 +48,12 @@ class PassiveBounces {
   }
 
  private:
-  /// [J] Twice a product of two motions of a body in the metric of its mass.
-  [[nodiscard]] static S product_of(const SolverBody<S>& body, const Twist<S>& u,
-                                    const Twist<S>& v) {
-    return body.mass * u.linear.dot(v.linear) + u.angular.dot(body.inertia * v.angular);
-  }
-
   /// [J] Twice the kinetic energy beyond that at the start of the step and that of free motion, and
   /// beyond their rounding.
   [[nodiscard]] static S gained_energy(const Island& island,
                                        std::span<const SolverBody<S>> bodies) {
-    S found = S(0);
-    S start = S(0);
-    S free = S(0);
-    for (const std::uint32_t slot : island.bodies) {
-      const SolverBody<S>& body = bodies[slot];
-      found += product_of(body, body.twist, body.twist);
-      start += product_of(body, body.start, body.start);
-      free += product_of(body, body.free, body.free);
-    }
-    return found - (S(1) + Tolerance<S>::equal()) * std::max(start, free);
+    const IslandEnergy<S> energy = energy_of<S>(island, bodies);
+    return energy.found - (S(1) + Tolerance<S>::equal()) * std::max(energy.start, energy.free);
   }
 
   /// Whether something bounces, and nothing but the island's own bodies brings energy in.
@@ -101,8 +88,8 @@ class PassiveBounces {
     for (std::size_t k = 0; k < bouncing_.size(); ++k) {
       const SolverBody<S>& body = bodies[island.bodies[k]];
       const Twist<S> way = bouncing_[k] - body.twist;
-      along += product_of(body, body.twist, way);
-      across += product_of(body, way, way);
+      along += mass_product(body, body.twist, way);
+      across += mass_product(body, way, way);
     }
     const S below = S(2) * along + across - gained;
     if (!(below > S(0)) || !(across > S(0))) return S(0);

@@ -15,18 +15,6 @@ namespace {
 
 constexpr double g = 9.81;
 
-/// Largest change of energy in a run, relative to n m g times half the length of a chain of n.
-template <typename S>
-double energy_error(Mechanism<S>& m, int n, double seconds, double dt) {
-  const double start = static_cast<double>(m.energy());
-  double worst = 0;
-  for (long i = std::lround(seconds / dt); i > 0; --i) {
-    REQUIRE(m.step(S(dt)));
-    worst = std::max(worst, std::abs(static_cast<double>(m.energy()) - start));
-  }
-  return worst / (n * g * n * 0.1);
-}
-
 }  // namespace
 
 TEST_CASE("JointFlow: a pendulum keeps its period at large swings") {
@@ -62,43 +50,54 @@ TEST_CASE("JointFlow: swinging chains keep their energy") {
     CAPTURE(bar.links);
     CAPTURE(bar.rate);
     auto m = test::chain<double>(bar.links);
-    CHECK(energy_error(m, bar.links, bar.seconds, 1 / bar.rate) < bar.error);
+    CHECK(test::chain_energy_error(m, bar.links, bar.seconds, 1 / bar.rate) < bar.error);
     CHECK(m.largest_gap() < 1e-9);
   }
 }
 
 TEST_CASE("JointFlow: works in float") {
   auto m = test::chain<float>(10);
-  CHECK(energy_error(m, 10, 3, 1.0 / 240) < 1e-3);
+  CHECK(test::chain_energy_error(m, 10, 3, 1.0 / 240) < 1e-3);
   CHECK(m.largest_gap() < 1e-4f);
 }
 
+// A chain of balls, and one of hinges each of which is turned from the one before.
 TEST_CASE("JointFlow: one substep a step is of fifth order") {
-  const auto tip_after = [](double dt) {
-    auto m = test::chain<double>(2);
-    m.flow = JointFlow<double>({.tolerance = 1e6});
-    REQUIRE(m.run(0.4, dt));
-    return m.bodies.back().center_pose.translation;
-  };
-  const V exact = tip_after(0.4 / 640);
-  const double coarse = (tip_after(0.4 / 40) - exact).norm();
-  const double fine = (tip_after(0.4 / 80) - exact).norm();
-  CHECK(std::log2(coarse / fine) > 4.5);
-  CHECK(coarse < 1e-4);
+  for (const JointKind kind : {JointKind::ball, JointKind::revolute}) {
+    const auto tip_after = [&](double dt) {
+      auto m = kind == JointKind::ball ? test::chain<double>(2)
+                                       : test::chain<double>(3, true, kind, 0.6);
+      m.flow = JointFlow<double>({.tolerance = 1e6});
+      REQUIRE(m.run(0.4, dt));
+      return m.bodies.back().center_pose.translation;
+    };
+    const V exact = tip_after(0.4 / 640);
+    const double coarse = (tip_after(0.4 / 40) - exact).norm();
+    const double fine = (tip_after(0.4 / 80) - exact).norm();
+    CHECK(std::log2(coarse / fine) > 4.5);
+    CHECK(coarse < 1e-4);
+  }
 }
 
 TEST_CASE("JointFlow: a free chain keeps its momenta in every step") {
-  auto m = test::chain<double>(6, false);
-  for (JointFlowBody<double>& body : m.bodies) body.load = {};
-  m.bodies[0].twist = {V(1, -2, 0.5), V(3, 8, -5)};
-  m.bodies[4].twist = {V(0.2, 1, 3), V(-4, 1, 6)};
-  REQUIRE(m.step(1.0 / 60));  // The jolt that makes velocities what joints allow.
-  for (int i = 0; i < 240; ++i) {
-    const Wrench<double> before = m.momentum();
-    REQUIRE(m.step(1.0 / 60));
-    const Wrench<double> after = m.momentum();
-    CHECK((after.force - before.force).norm() < 1e-12 * before.force.norm());
-    CHECK((after.torque - before.torque).norm() < 1e-12 * before.torque.norm());
+  for (const JointKind kind : {JointKind::ball, JointKind::revolute}) {
+    auto m = test::chain<double>(6, false, kind, kind == JointKind::ball ? 0.0 : 0.6);
+    for (JointFlowBody<double>& body : m.bodies) body.load = {};
+    m.bodies[0].twist = {V(1, -2, 0.5), V(3, 8, -5)};
+    m.bodies[4].twist = {V(0.2, 1, 3), V(-4, 1, 6)};
+    REQUIRE(m.step(1.0 / 60));  // The jolt that makes velocities what joints allow.
+    const double energy = m.energy();
+    for (int i = 0; i < 240; ++i) {
+      const Wrench<double> before = m.momentum();
+      REQUIRE(m.step(1.0 / 60));
+      const Wrench<double> after = m.momentum();
+      CHECK((after.force - before.force).norm() < 1e-12 * before.force.norm());
+      CHECK((after.torque - before.torque).norm() < 1e-12 * before.torque.norm());
+    }
+    if (kind == JointKind::revolute) {
+      CHECK(m.energy() == doctest::Approx(energy).epsilon(1e-2));
+      CHECK(m.largest_tilt() < 1e-9);
+    }
   }
 }
 

@@ -7,11 +7,13 @@
 #include <array>
 #include <limits>
 #include <string>
+#include <support/damage.hpp>
 #include <support/random.hpp>
 #include <support/rounds.hpp>
 #include <support/temp_folder.hpp>
 
 using namespace bristle;
+using bristle::test::damaged;
 using bristle::test::Random;
 using bristle::test::rounds;
 using bristle::test::TempFolder;
@@ -124,30 +126,12 @@ TEST_CASE_TEMPLATE("read_obj: damaged files end in IoError or a mesh, never othe
   CAPTURE(seed);
   Random random(seed);
   const std::string original = square + "vn 0 0 1\nf 1//1 2//1 3//1\nf -4/1 3 \\\n4 2\n# end\n";
-  const std::string spice = "vf 0123456789-+./\\\r\n#ne\x7f";
+  constexpr const char* words[] = {"v ", "f ",  "vn ",    "/",    "\\\n",
+                                   "#",  "-1 ", "1e999 ", "nan ", "\x7f"};
   int errors = 0;
   for (int round = 0; round < rounds(5000); ++round) {
     CAPTURE(round);
-    std::string text = original;
-    const std::size_t changes = 1 + random.index(4);
-    for (std::size_t i = 0; i < changes && !text.empty(); ++i) {
-      const std::size_t at = random.index(text.size());
-      const std::size_t length = random.index(text.size() - at + 1);
-      switch (random.index(4)) {
-        case 0:
-          text[at] = spice[random.index(spice.size())];
-          break;
-        case 1:
-          text.resize(at);
-          break;
-        case 2:
-          text.erase(at, length);
-          break;
-        default:
-          text.insert(at, text.substr(at, length));
-          break;
-      }
-    }
+    const std::string text = damaged(original, random, words);
     try {
       const TriangleMesh<S> mesh = read_obj<S>(text);
       CHECK_NOTHROW(validate_surface(mesh));

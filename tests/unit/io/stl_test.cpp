@@ -7,11 +7,13 @@
 #include <bit>
 #include <limits>
 #include <string>
+#include <support/damage.hpp>
 #include <support/random.hpp>
 #include <support/rounds.hpp>
 #include <support/temp_folder.hpp>
 
 using namespace bristle;
+using bristle::test::damaged;
 using bristle::test::Random;
 using bristle::test::rounds;
 using bristle::test::TempFolder;
@@ -161,29 +163,12 @@ TEST_CASE_TEMPLATE("read_stl: damaged files end in IoError or a mesh, never othe
   CAPTURE(seed);
   Random random(seed);
   const std::string originals[] = {one_facet + one_facet, write_stl(box_mesh<S>({1, 1, 1}))};
+  constexpr const char* words[] = {"facet ", "vertex ", "endloop", "endsolid",
+                                   "solid ", "1e999 ",  "nan ",    "-1 "};
   int errors = 0;
   for (int round = 0; round < rounds(3000); ++round) {
     CAPTURE(round);
-    std::string bytes = originals[random.index(2)];
-    const std::size_t changes = 1 + random.index(4);
-    for (std::size_t i = 0; i < changes && !bytes.empty(); ++i) {
-      const std::size_t at = random.index(bytes.size());
-      const std::size_t length = random.index(bytes.size() - at + 1);
-      switch (random.index(4)) {
-        case 0:
-          bytes[at] = static_cast<char>(random.index(256));
-          break;
-        case 1:
-          bytes.resize(at);
-          break;
-        case 2:
-          bytes.erase(at, length);
-          break;
-        default:
-          bytes.insert(at, bytes.substr(at, length));
-          break;
-      }
-    }
+    const std::string bytes = damaged(originals[random.index(2)], random, words);
     try {
       const TriangleMesh<S> mesh = read_stl<S>(bytes);
       CHECK_NOTHROW(validate_surface(mesh));
