@@ -65,6 +65,7 @@
 #include <bristle/geometry/grid_hull.hpp>
 #include <bristle/geometry/hull_faces.hpp>
 #include <bristle/geometry/mesh_contacts.hpp>
+#include <bristle/geometry/mesh_normals.hpp>
 #include <bristle/geometry/mesh_rays.hpp>
 #include <bristle/geometry/mesh_shapes.hpp>
 #include <bristle/geometry/mesh_surface.hpp>
@@ -92,6 +93,7 @@
 #include <bristle/io/obj.hpp>
 #include <bristle/io/plot_axis.hpp>
 #include <bristle/io/stl.hpp>
+#include <bristle/io/svg_heat_map.hpp>
 #include <bristle/io/svg_plot.hpp>
 #include <bristle/io/svg_writer.hpp>
 #include <bristle/io/text_scanner.hpp>
@@ -123,6 +125,7 @@
 #include <bristle/sensors/patch_block.hpp>
 #include <bristle/sensors/patch_contacts.hpp>
 #include <bristle/sensors/patch_explicit.hpp>
+#include <bristle/sensors/patch_mesh.hpp>
 #include <bristle/sensors/patch_readings.hpp>
 #include <bristle/sensors/placement.hpp>
 #include <bristle/sensors/ray_fan.hpp>
@@ -135,6 +138,7 @@
 #include <bristle/sensors/taxel_flaws.hpp>
 #include <bristle/sensors/tile_boxes.hpp>
 #include <bristle/sensors/tuning.hpp>
+#include <bristle/sensors/wrapping.hpp>
 #include <bristle/world/contact_events.hpp>
 #include <bristle/world/contact_stage.hpp>
 #include <bristle/world/haptic_body.hpp>

@@ -217,6 +217,129 @@ template <Scalar S>
 /// Rigid transform: where one frame stands in another.
 // SPDX-License-Identifier: BSD-3-Clause
 
+// === bristle/core/error.hpp
+
+/// @file
+/// The two exceptions a caller can meet, and the checks that raise them.
+///
+/// A caller's bad data ends in `InvalidArgument` or `IoError` at the call that brought it, in every
+/// build type, before anything was changed. `World::step` and everything below it never throws.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <cmath>
+#include <cstddef>
+#include <cstdio>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+#include <utility>
+
+namespace bristle {
+
+/// A caller's value breaks a rule. Reads "BodyDef::mass = -1: must be finite and > 0".
+class InvalidArgument : public std::invalid_argument {
+ public:
+  InvalidArgument(std::string field, std::string value, std::string rule)
+      : std::invalid_argument(field + " = " + value + ": " + rule),
+        field_(std::move(field)),
+        value_(std::move(value)),
+        rule_(std::move(rule)) {}
+
+  /// Name of the offending field or argument, with its struct ("BodyDef::mass").
+  [[nodiscard]] const std::string& field() const noexcept { return field_; }
+  /// The offending value as text.
+  [[nodiscard]] const std::string& value() const noexcept { return value_; }
+  /// The rule it breaks ("must be finite and > 0").
+  [[nodiscard]] const std::string& rule() const noexcept { return rule_; }
+
+ private:
+  std::string field_;
+  std::string value_;
+  std::string rule_;
+};
+
+/// A file could not be read, written or understood. Reads "part.obj:12: face with 2 corners".
+class IoError : public std::runtime_error {
+ public:
+  /// @param line  1-based line of a text file, or 0 where lines mean nothing.
+  IoError(std::string file, std::size_t line, const std::string& what)
+      : std::runtime_error(file + (line > 0 ? ":" + std::to_string(line) : "") + ": " + what),
+        file_(std::move(file)),
+        line_(line) {}
+
+  /// The file as the caller named it.
+  [[nodiscard]] const std::string& file() const noexcept { return file_; }
+  /// 1-based line, or 0 where lines mean nothing.
+  [[nodiscard]] std::size_t line() const noexcept { return line_; }
+
+ private:
+  std::string file_;
+  std::size_t line_;
+};
+
+namespace detail {
+
+/// Throws `error`, or ends the program where exceptions are compiled away.
+template <typename Exception>
+[[noreturn]] inline void raise(const Exception& error) {
+#if defined(__cpp_exceptions)
+  throw error;
+#else
+  BRISTLE_FATAL(error.what());
+#endif
+}
+
+/// Text of a number that reads back as the same float ("%.9g").
+template <typename S>
+[[nodiscard]] std::string to_text(const S& value) {
+  char buffer[32];
+  std::snprintf(buffer, sizeof buffer, "%.9g", static_cast<double>(value));
+  return buffer;
+}
+
+/// Raises InvalidArgument{field, value, rule} unless `holds`.
+template <typename S>
+void require(bool holds, std::string_view field, const S& value, std::string_view rule) {
+  if (!holds) raise(InvalidArgument(std::string(field), to_text(value), std::string(rule)));
+}
+
+template <typename S>
+void require_finite(std::string_view field, const S& value) {
+  using std::isfinite;
+  require(isfinite(value), field, value, "must be finite");
+}
+
+template <typename S>
+void require_positive(std::string_view field, const S& value) {
+  using std::isfinite;
+  require(isfinite(value) && value > S(0), field, value, "must be finite and > 0");
+}
+
+template <typename S>
+void require_not_negative(std::string_view field, const S& value) {
+  using std::isfinite;
+  require(isfinite(value) && value >= S(0), field, value, "must be finite and >= 0");
+}
+
+/// Every coefficient of an Eigen expression must be finite; the message names the first that is
+/// not.
+template <typename Matrix>
+void require_all_finite(std::string_view field, const Matrix& values) {
+  using std::isfinite;
+  for (int i = 0; i < values.size(); ++i) {
+    if (!isfinite(values.coeff(i))) {
+      raise(InvalidArgument(std::string(field) + "[" + std::to_string(i) + "]",
+                            to_text(values.coeff(i)), "must be finite"));
+    }
+  }
+}
+
+}  // namespace detail
+}  // namespace bristle
+
+#include <cmath>
+#include <string>
+
 namespace bristle {
 
 /// Pose X_AB of a frame B in a frame A: maps coordinates in B to coordinates in A.
@@ -262,6 +385,20 @@ template <Scalar S>
   const Quat<S> R_AW = X_WA.rotation.conjugate();
   return {R_AW * X_WB.rotation, R_AW * Vec3<S>(X_WB.translation - X_WA.translation)};
 }
+
+namespace detail {
+
+/// Raises InvalidArgument unless the pose is finite and its rotation of length 1.
+template <Scalar S>
+void require_pose(const std::string& field, const Transform<S>& X) {
+  using std::abs;
+  require_all_finite(field + ".translation", X.translation);
+  require_all_finite(field + ".rotation", X.rotation.coeffs());
+  require(abs(X.rotation.squaredNorm() - S(1)) <= Tolerance<S>::equal(),
+          field + ".rotation: length", X.rotation.norm(), "must be 1");
+}
+
+}  // namespace detail
 
 }  // namespace bristle
 
@@ -1931,126 +2068,6 @@ class DisjointSets {
   std::vector<std::uint32_t> parent_;
 };
 
-}  // namespace bristle
-
-// === bristle/core/error.hpp
-
-/// @file
-/// The two exceptions a caller can meet, and the checks that raise them.
-///
-/// A caller's bad data ends in `InvalidArgument` or `IoError` at the call that brought it, in every
-/// build type, before anything was changed. `World::step` and everything below it never throws.
-// SPDX-License-Identifier: BSD-3-Clause
-
-#include <cmath>
-#include <cstddef>
-#include <cstdio>
-#include <stdexcept>
-#include <string>
-#include <string_view>
-#include <utility>
-
-namespace bristle {
-
-/// A caller's value breaks a rule. Reads "BodyDef::mass = -1: must be finite and > 0".
-class InvalidArgument : public std::invalid_argument {
- public:
-  InvalidArgument(std::string field, std::string value, std::string rule)
-      : std::invalid_argument(field + " = " + value + ": " + rule),
-        field_(std::move(field)),
-        value_(std::move(value)),
-        rule_(std::move(rule)) {}
-
-  /// Name of the offending field or argument, with its struct ("BodyDef::mass").
-  [[nodiscard]] const std::string& field() const noexcept { return field_; }
-  /// The offending value as text.
-  [[nodiscard]] const std::string& value() const noexcept { return value_; }
-  /// The rule it breaks ("must be finite and > 0").
-  [[nodiscard]] const std::string& rule() const noexcept { return rule_; }
-
- private:
-  std::string field_;
-  std::string value_;
-  std::string rule_;
-};
-
-/// A file could not be read, written or understood. Reads "part.obj:12: face with 2 corners".
-class IoError : public std::runtime_error {
- public:
-  /// @param line  1-based line of a text file, or 0 where lines mean nothing.
-  IoError(std::string file, std::size_t line, const std::string& what)
-      : std::runtime_error(file + (line > 0 ? ":" + std::to_string(line) : "") + ": " + what),
-        file_(std::move(file)),
-        line_(line) {}
-
-  /// The file as the caller named it.
-  [[nodiscard]] const std::string& file() const noexcept { return file_; }
-  /// 1-based line, or 0 where lines mean nothing.
-  [[nodiscard]] std::size_t line() const noexcept { return line_; }
-
- private:
-  std::string file_;
-  std::size_t line_;
-};
-
-namespace detail {
-
-/// Throws `error`, or ends the program where exceptions are compiled away.
-template <typename Exception>
-[[noreturn]] inline void raise(const Exception& error) {
-#if defined(__cpp_exceptions)
-  throw error;
-#else
-  BRISTLE_FATAL(error.what());
-#endif
-}
-
-/// Text of a number that reads back as the same float ("%.9g").
-template <typename S>
-[[nodiscard]] std::string to_text(const S& value) {
-  char buffer[32];
-  std::snprintf(buffer, sizeof buffer, "%.9g", static_cast<double>(value));
-  return buffer;
-}
-
-/// Raises InvalidArgument{field, value, rule} unless `holds`.
-template <typename S>
-void require(bool holds, std::string_view field, const S& value, std::string_view rule) {
-  if (!holds) raise(InvalidArgument(std::string(field), to_text(value), std::string(rule)));
-}
-
-template <typename S>
-void require_finite(std::string_view field, const S& value) {
-  using std::isfinite;
-  require(isfinite(value), field, value, "must be finite");
-}
-
-template <typename S>
-void require_positive(std::string_view field, const S& value) {
-  using std::isfinite;
-  require(isfinite(value) && value > S(0), field, value, "must be finite and > 0");
-}
-
-template <typename S>
-void require_not_negative(std::string_view field, const S& value) {
-  using std::isfinite;
-  require(isfinite(value) && value >= S(0), field, value, "must be finite and >= 0");
-}
-
-/// Every coefficient of an Eigen expression must be finite; the message names the first that is
-/// not.
-template <typename Matrix>
-void require_all_finite(std::string_view field, const Matrix& values) {
-  using std::isfinite;
-  for (int i = 0; i < values.size(); ++i) {
-    if (!isfinite(values.coeff(i))) {
-      raise(InvalidArgument(std::string(field) + "[" + std::to_string(i) + "]",
-                            to_text(values.coeff(i)), "must be finite"));
-    }
-  }
-}
-
-}  // namespace detail
 }  // namespace bristle
 
 // === bristle/core/parallel.hpp
@@ -17210,6 +17227,91 @@ inline std::vector<HullFace> FaceJoin::faces() const {
 
 }  // namespace bristle::detail
 
+// === bristle/geometry/mesh_normals.hpp
+
+/// @file
+/// Normals of the faces and vertices of a triangle mesh that may have faces without one.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace bristle {
+
+/// Sum of unit normals with their weights, and whether they leave a direction.
+template <Scalar S>
+struct NormalSum {
+  /// [1] Weighted sum.
+  Vec3<S> sum = Vec3<S>::Zero();
+  /// [1] Sum of the weights; 0 where no triangle with a normal took part.
+  S weight = S(0);
+
+  void add(const Vec3<S>& normal, S w) {
+    sum += w * normal;
+    weight += w;
+  }
+  [[nodiscard]] bool has_direction() const { return sum.norm() > Tolerance<S>::equal() * weight; }
+};
+
+/// Outward unit normals of all triangles; zero for those numbered in `degenerate`, which have none.
+template <Scalar S>
+[[nodiscard]] std::vector<Vec3<S>> face_normals(const TriangleMesh<S>& mesh,
+                                                std::span<const std::uint32_t> degenerate);
+
+/// For each vertex the normals of its faces, weighted with the angles there, so that it does not
+/// matter how a flat face is cut into triangles (Thuermer and Wuethrich 1998).
+///
+/// @param normals  Of the faces, zero where there is none, as `face_normals` gives them.
+template <Scalar S>
+[[nodiscard]] std::vector<NormalSum<S>> vertex_normals(const TriangleMesh<S>& mesh,
+                                                       std::span<const Vec3<S>> normals);
+
+// Implementation -----------------------------------------------------------------------------------
+
+namespace detail {
+
+/// Angle [rad] of a triangle at its corner k.
+template <Scalar S>
+[[nodiscard]] S corner_angle(const TriangleMesh<S>& mesh, std::size_t triangle, std::size_t k) {
+  using std::atan2;
+  const auto& t = mesh.triangles[triangle];
+  const Vec3<S> a = mesh.vertices[t[(k + 1) % 3]] - mesh.vertices[t[k]];
+  const Vec3<S> b = mesh.vertices[t[(k + 2) % 3]] - mesh.vertices[t[k]];
+  return atan2(a.cross(b).norm(), a.dot(b));
+}
+
+}  // namespace detail
+
+template <Scalar S>
+std::vector<Vec3<S>> face_normals(const TriangleMesh<S>& mesh,
+                                  std::span<const std::uint32_t> degenerate) {
+  std::vector<Vec3<S>> normals;
+  normals.reserve(mesh.triangles.size());
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    normals.push_back(triangle_normal(mesh, t));
+  }
+  for (const std::uint32_t t : degenerate) normals[t].setZero();
+  return normals;
+}
+
+template <Scalar S>
+std::vector<NormalSum<S>> vertex_normals(const TriangleMesh<S>& mesh,
+                                         std::span<const Vec3<S>> normals) {
+  std::vector<NormalSum<S>> sums(mesh.vertices.size());
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    if (normals[t] == Vec3<S>::Zero()) continue;
+    for (std::size_t k = 0; k < 3; ++k) {
+      sums[mesh.triangles[t][k]].add(normals[t], detail::corner_angle(mesh, t, k));
+    }
+  }
+  return sums;
+}
+
+}  // namespace bristle
+
 // === bristle/geometry/mesh_shapes.hpp
 
 /// @file
@@ -21617,10 +21719,10 @@ inline void PlotAxis::set_logarithmic_ticks(double room) {
 
 }  // namespace bristle
 
-// === bristle/io/svg_plot.hpp
+// === bristle/io/svg_heat_map.hpp
 
 /// @file
-/// Line plots as SVG: stacked panels over one x axis, good enough for a paper.
+/// Numbers in rows and columns as coloured cells, such as the readings of a patch: SVG.
 // SPDX-License-Identifier: BSD-3-Clause
 
 // === bristle/io/svg_writer.hpp
@@ -21871,6 +21973,175 @@ text { font: 12px Helvetica, Arial, "Liberation Sans", "DejaVu Sans", sans-serif
 }
 
 }  // namespace bristle::detail
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdio>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace bristle {
+
+/// One map with a colour scale of its own.
+struct HeatMap {
+  /// [-] What stands above it.
+  std::string title{};
+  /// [-] What it shows, with its unit: "depth [1]".
+  std::string label{};
+  /// [-] Cells in a row, > 0.
+  std::size_t columns = 0;
+  /// [-] Values row by row, whole rows; the first row is drawn at the bottom, as y points up. One
+  /// that is not finite is a grey cell.
+  std::vector<double> values{};
+  /// [-] Ends of the colour scale, finite; unset: those of the values.
+  std::optional<double> low{};
+  std::optional<double> high{};
+};
+
+/// A figure of maps beside and below each other. Colours go from dark blue over green to yellow,
+/// after viridis (van der Walt and Smith 2015): evenly lighter to the eye, with any colour vision,
+/// and in print.
+struct SvgHeatMaps {
+  /// [-] What stands above the figure; empty for nothing.
+  std::string title{};
+  /// [-] The maps, row by row, at least one.
+  std::vector<HeatMap> maps{};
+  /// [-] Maps in a row, > 0.
+  std::size_t maps_in_row = 2;
+  /// [-] Width of each map without its scale, in CSS pixels (96 an inch), > 0. Cells are squares.
+  double map_width = 280;
+
+  /// Text of the SVG file. The same data give the same bytes, in every locale.
+  /// @throws InvalidArgument naming the field that breaks a rule.
+  [[nodiscard]] std::string svg() const;
+
+  /// `svg` to a file, replacing one that exists.
+  /// @throws IoError when it cannot be written in full.
+  void write_svg(const std::filesystem::path& path) const { write_file(path, svg()); }
+};
+
+// Implementation -----------------------------------------------------------------------------------
+
+namespace detail {
+
+/// Colour of a place on the scale, 0 to 1; places outside take the colour of the nearer end.
+[[nodiscard]] inline std::string heat_colour(double place) {
+  if (!std::isfinite(place)) return "#bbbbbb";
+  static constexpr std::array<std::array<int, 3>, 9> stops{{{68, 1, 84},
+                                                            {71, 44, 122},
+                                                            {59, 81, 139},
+                                                            {44, 113, 142},
+                                                            {33, 144, 141},
+                                                            {39, 173, 129},
+                                                            {92, 200, 99},
+                                                            {170, 220, 50},
+                                                            {253, 231, 37}}};
+  const double at = std::clamp(place, 0.0, 1.0) * (stops.size() - 1);
+  const std::size_t below = std::min(static_cast<std::size_t>(at), stops.size() - 2);
+  const double part = at - static_cast<double>(below);
+  char text[8];
+  std::array<unsigned, 3> mixed{};
+  for (std::size_t c = 0; c < 3; ++c) {
+    const double value = stops[below][c] + part * (stops[below + 1][c] - stops[below][c]);
+    mixed[c] = static_cast<unsigned>(std::lround(value)) & 0xffu;
+  }
+  std::snprintf(text, sizeof text, "#%02x%02x%02x", mixed[0], mixed[1], mixed[2]);
+  return text;
+}
+
+inline void validate_heat_maps(const SvgHeatMaps& figure) {
+  require_positive("SvgHeatMaps::map_width", figure.map_width);
+  require(figure.maps_in_row > 0, "SvgHeatMaps::maps_in_row", figure.maps_in_row, "must be > 0");
+  require(!figure.maps.empty(), "SvgHeatMaps::maps: size", 0, "must be > 0");
+  for (const HeatMap& map : figure.maps) {
+    require(map.columns > 0, "HeatMap::columns", map.columns, "must be > 0");
+    require(!map.values.empty() && map.values.size() % map.columns == 0, "HeatMap::values: size",
+            map.values.size(), "must be whole rows, at least one");
+    for (const std::optional<double>& end : {map.low, map.high}) {
+      require(!end || PlotAxis().shows(*end), "HeatMap: end of the scale", end.value_or(0),
+              "must be finite");
+    }
+    if (map.low && map.high) {
+      require(*map.low < *map.high, "HeatMap::high", *map.high, "must be > low");
+    }
+  }
+}
+
+/// Draws a map with its upper left corner at a place, and its scale beside it.
+inline void paint_heat_map(SvgWriter& svg, const HeatMap& map, double left, double top,
+                           double width) {
+  const std::size_t rows = map.values.size() / map.columns;
+  const double cell = width / static_cast<double>(map.columns);
+  const double height = cell * static_cast<double>(rows);
+  PlotAxis scale;
+  for (const double value : map.values) scale.include(value);
+  scale.finish({0, height / 32, map.low, map.high});
+
+  svg.text(left, top - 8, map.title, "");
+  svg.open_frame(left, top, width, height);
+  for (std::size_t i = 0; i < map.values.size(); ++i) {
+    const double x = cell * static_cast<double>(i % map.columns);
+    const double y = height - cell * static_cast<double>(i / map.columns + 1);
+    // A little more than the cell, so that no seams shine through.
+    svg.rectangle(x, y, cell + 0.7, cell + 0.7, heat_colour(scale.place(map.values[i])));
+  }
+  svg.close_frame();
+
+  const double bar = left + width + 10;
+  constexpr int shades = 48;
+  svg.open_frame(bar, top, 12, height);
+  for (int i = 0; i < shades; ++i) {
+    svg.rectangle(0, height * (shades - 1 - i) / shades, 12, height / shades + 0.7,
+                  heat_colour((i + 0.5) / shades));
+  }
+  svg.close_frame();
+  double widest = 0;
+  for (const PlotTick& tick : scale.ticks()) {
+    widest = std::max(widest, text_width(tick.label));
+    const double y = top + height * (1 - scale.place(tick.value));
+    svg.line(bar + 12, y, bar + 16, y, "class=\"axis\"");
+    svg.text(bar + 19, y + 4, tick.label, "");
+  }
+  svg.upright_text(bar + 36 + widest, top + 0.5 * height, scale.caption(map.label));
+}
+
+}  // namespace detail
+
+inline std::string SvgHeatMaps::svg() const {
+  detail::validate_heat_maps(*this);
+  detail::SvgWriter svg;
+  const double column = map_width + 110;
+  double top = 8;
+  if (!title.empty()) {
+    svg.text(12, 24, title, "class=\"title\"");
+    top = 34;
+  }
+  for (std::size_t first = 0; first < maps.size(); first += maps_in_row) {
+    double tallest = 0;
+    for (std::size_t i = first; i < std::min(first + maps_in_row, maps.size()); ++i) {
+      const HeatMap& map = maps[i];
+      const double left = 12 + column * static_cast<double>(i - first);
+      detail::paint_heat_map(svg, map, left, top + 22, map_width);
+      const auto rows = static_cast<double>(map.values.size() / map.columns);
+      tallest = std::max(tallest, map_width * rows / static_cast<double>(map.columns));
+    }
+    top += tallest + 36;
+  }
+  const double columns = static_cast<double>(std::min(maps_in_row, maps.size()));
+  return svg.document(12 + column * columns, top, title);
+}
+
+}  // namespace bristle
+
+// === bristle/io/svg_plot.hpp
+
+/// @file
+/// Line plots as SVG: stacked panels over one x axis, good enough for a paper.
+// SPDX-License-Identifier: BSD-3-Clause
 
 #include <algorithm>
 #include <cmath>
@@ -22771,6 +23042,154 @@ class PassivityObserver {
 
 }  // namespace bristle
 
+// === bristle/sensors/patch_mesh.hpp
+
+/// @file
+/// Primitive patches to wrap around a shape: plane, cylinder, half sphere, or any mesh.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <numbers>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace bristle {
+
+/// An open surface with a normal at each vertex: M in Algorithm 3. It looks outwards, as the
+/// sensors will that are placed on it.
+template <Scalar S>
+struct PatchMesh {
+  /// [m] The surface.
+  TriangleMesh<S> mesh;
+  /// [1] Outward unit normal of each vertex; zero for one that has none.
+  std::vector<Vec3<S>> normals;
+};
+
+/// Rectangle around the origin in the plane z = 0, facing +z.
+///
+/// @param size   [m] Whole sides along x and y, > 0.
+/// @param cells  [-] Along x and y, >= 1 each; a cell is two triangles.
+template <Scalar S>
+[[nodiscard]] PatchMesh<S> plane_patch(const Vec2<S>& size,
+                                       const std::array<std::uint32_t, 2>& cells);
+
+/// A cylinder's wall, or a strip of it.
+template <Scalar S>
+struct CylinderPatchDef {
+  /// [m] Radius of the cylinder, whose axis is y. > 0.
+  S radius = S(0.01);
+  /// [m] Length along y, the origin in its middle. > 0.
+  S length = S(0.01);
+  /// [rad] Arc, in (0, 2 pi], with its middle at +z; 2 pi closes the wall.
+  S arc = S(2) * S(std::numbers::pi);
+  /// [-] Cells along the arc and along y, >= 1 each and >= 3 around a closed wall; a cell is two
+  /// triangles.
+  std::array<std::uint32_t, 2> cells{16, 4};
+};
+
+/// The plane patch bent about y, facing away from the axis.
+/// @throws InvalidArgument when the definition breaks a rule.
+template <Scalar S>
+[[nodiscard]] PatchMesh<S> cylinder_patch(const CylinderPatchDef<S>& def);
+
+/// Half sphere around the origin with its pole at +z, facing away from its centre: `rings` rings
+/// of vertices from the pole, the last one its rim at z = 0.
+///
+/// @param radius    [m] > 0.
+/// @param rings     [-] >= 1.
+/// @param segments  [-] Vertices of each ring, >= 3.
+template <Scalar S>
+[[nodiscard]] PatchMesh<S> half_sphere_patch(S radius, std::uint32_t rings, std::uint32_t segments);
+
+/// Any mesh, with the mean normals of its faces at its vertices, weighted by angle. Vertices with
+/// equal coordinates are welded, so that the surface does not tear along seams.
+/// @throws InvalidArgument when the mesh is no valid surface (see `validate_surface`).
+template <Scalar S>
+[[nodiscard]] PatchMesh<S> patch_from_mesh(const TriangleMesh<S>& mesh);
+
+// Implementation -----------------------------------------------------------------------------------
+
+template <Scalar S>
+PatchMesh<S> plane_patch(const Vec2<S>& size, const std::array<std::uint32_t, 2>& cells) {
+  PatchMesh<S> patch{grid_mesh<S>(size, cells), {}};
+  patch.normals.assign(patch.mesh.vertices.size(), Vec3<S>::UnitZ());
+  return patch;
+}
+
+template <Scalar S>
+PatchMesh<S> cylinder_patch(const CylinderPatchDef<S>& def) {
+  using std::cos;
+  using std::sin;
+  constexpr S whole = S(2) * S(std::numbers::pi);
+  detail::require_positive("CylinderPatchDef::radius", def.radius);
+  detail::require_positive("CylinderPatchDef::length", def.length);
+  detail::require_positive("CylinderPatchDef::arc", def.arc);
+  detail::require(def.arc <= whole, "CylinderPatchDef::arc", def.arc, "must be <= 2 pi");
+  const std::uint32_t fewest = def.arc < whole ? 1 : 3;
+  detail::require(def.cells[0] >= fewest, "CylinderPatchDef::cells[0]", def.cells[0],
+                  "must be >= " + std::to_string(fewest));
+  detail::require(def.cells[1] >= 1, "CylinderPatchDef::cells[1]", def.cells[1], "must be >= 1");
+
+  TriangleMesh<S> mesh = grid_mesh<S>({def.arc, def.length}, def.cells);
+  for (Vec3<S>& p : mesh.vertices) {
+    p = {def.radius * sin(p.x()), p.y(), def.radius * cos(p.x())};
+  }
+  // A closed wall begins where it ends, with other rounding.
+  PatchMesh<S> patch{weld(mesh, S(16) * Tolerance<S>::round_off()), {}};
+  for (const Vec3<S>& p : patch.mesh.vertices) {
+    patch.normals.push_back(Vec3<S>(p.x(), S(0), p.z()).normalized());
+  }
+  return patch;
+}
+
+template <Scalar S>
+PatchMesh<S> half_sphere_patch(S radius, std::uint32_t rings, std::uint32_t segments) {
+  using std::cos;
+  using std::sin;
+  detail::require_positive("half_sphere_patch: radius", radius);
+  detail::require(rings >= 1, "half_sphere_patch: rings", rings, "must be >= 1");
+  detail::require(segments >= 3, "half_sphere_patch: segments", segments, "must be >= 3");
+  PatchMesh<S> patch;
+  patch.normals = {Vec3<S>::UnitZ()};
+  for (std::uint32_t i = 1; i <= rings; ++i) {
+    const S polar = S(0.5) * S(std::numbers::pi) * S(i) / S(rings);
+    // Exactly in the plane at the rim.
+    const S height = i < rings ? S(cos(polar)) : S(0);
+    for (std::uint32_t j = 0; j < segments; ++j) {
+      const S turn = S(2) * S(std::numbers::pi) * S(j) / S(segments);
+      patch.normals.push_back({sin(polar) * cos(turn), sin(polar) * sin(turn), height});
+    }
+  }
+  for (const Vec3<S>& n : patch.normals) patch.mesh.vertices.push_back(radius * n);
+  for (std::uint32_t j = 0; j < segments; ++j) {
+    const std::uint32_t next = (j + 1) % segments;
+    patch.mesh.triangles.push_back({0, 1 + j, 1 + next});
+    for (std::uint32_t inner = 1; inner + segments < patch.normals.size(); inner += segments) {
+      const std::uint32_t outer = inner + segments;
+      patch.mesh.triangles.push_back({inner + j, outer + j, outer + next});
+      patch.mesh.triangles.push_back({inner + j, outer + next, inner + next});
+    }
+  }
+  return patch;
+}
+
+template <Scalar S>
+PatchMesh<S> patch_from_mesh(const TriangleMesh<S>& mesh) {
+  validate_surface(mesh);
+  PatchMesh<S> patch{weld(mesh), {}};
+  const std::vector<Vec3<S>> faces = face_normals<S>(patch.mesh, degenerate_triangles(patch.mesh));
+  for (const NormalSum<S>& n : vertex_normals<S>(patch.mesh, faces)) {
+    patch.normals.push_back(n.has_direction() ? n.sum.normalized() : Vec3<S>(Vec3<S>::Zero()));
+  }
+  return patch;
+}
+
+}  // namespace bristle
+
 // === bristle/sensors/placement.hpp
 
 /// @file
@@ -22875,16 +23294,6 @@ void require_depth_and_range(const std::string& def, S depth, S range) {
           "must exceed depth = " + to_text(depth) + ", so that the ray ends above the surface");
 }
 
-/// Angle [rad] of a triangle at its corner k.
-template <Scalar S>
-[[nodiscard]] S corner_angle(const TriangleMesh<S>& mesh, std::size_t triangle, std::size_t k) {
-  using std::atan2;
-  const auto& t = mesh.triangles[triangle];
-  const Vec3<S> a = mesh.vertices[t[(k + 1) % 3]] - mesh.vertices[t[k]];
-  const Vec3<S> b = mesh.vertices[t[(k + 2) % 3]] - mesh.vertices[t[k]];
-  return atan2(a.cross(b).norm(), a.dot(b));
-}
-
 /// The mesh with every triangle naming the first of the vertices at its corners' places.
 template <Scalar S>
 [[nodiscard]] TriangleMesh<S> without_seams(TriangleMesh<S> mesh) {
@@ -22895,20 +23304,6 @@ template <Scalar S>
   return mesh;
 }
 
-/// Sum of unit normals with their weights, and whether they leave a direction.
-template <Scalar S>
-struct NormalSum {
-  Vec3<S> sum = Vec3<S>::Zero();
-  /// [-] Sum of the weights; 0 where no triangle with a normal took part.
-  S weight = S(0);
-
-  void add(const Vec3<S>& normal, S w) {
-    sum += w * normal;
-    weight += w;
-  }
-  [[nodiscard]] bool has_direction() const { return sum.norm() > Tolerance<S>::equal() * weight; }
-};
-
 /// Puts sensors on the faces, vertices and edges of a mesh without seams.
 template <Scalar S>
 class MeshPlacement {
@@ -22916,12 +23311,7 @@ class MeshPlacement {
   MeshPlacement(const TriangleMesh<S>& mesh, const PlacementDef<S>& def)
       : mesh_(mesh), def_(def), R_AM_(def.X_AM.rotation_matrix()) {
     report.degenerate_faces = degenerate_triangles(mesh);
-    normals_.reserve(mesh.triangles.size());
-    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-      normals_.push_back(triangle_normal(mesh, t));
-    }
-    // Zero marks the triangles that have none, and makes them count for nothing in a sum.
-    for (const std::uint32_t t : report.degenerate_faces) normals_[t].setZero();
+    normals_ = face_normals<S>(mesh, report.degenerate_faces);
   }
 
   void add_faces() {
@@ -22931,13 +23321,7 @@ class MeshPlacement {
   }
 
   void add_vertices() {
-    std::vector<NormalSum<S>> sums(mesh_.vertices.size());
-    for (std::size_t t = 0; t < normals_.size(); ++t) {
-      if (!has_normal(t)) continue;
-      for (std::size_t k = 0; k < 3; ++k) {
-        sums[mesh_.triangles[t][k]].add(normals_[t], corner_angle(mesh_, t, k));
-      }
-    }
+    const std::vector<NormalSum<S>> sums = vertex_normals<S>(mesh_, normals_);
     for (std::uint32_t v = 0; v < sums.size(); ++v) {
       if (sums[v].has_direction()) {
         add(mesh_.vertices[v], sums[v].sum, report.vertex_sensors);
@@ -22981,6 +23365,7 @@ class MeshPlacement {
   const TriangleMesh<S>& mesh_;
   const PlacementDef<S>& def_;
   Mat3<S> R_AM_;
+  /// Of the faces; zero marks those that have none.
   std::vector<Vec3<S>> normals_;
 };
 
@@ -22989,12 +23374,8 @@ class MeshPlacement {
 template <Scalar S>
 SensorLayout<S> sensors_from_mesh(const TriangleMesh<S>& mesh, const PlacementDef<S>& def,
                                   PlacementReport* report) {
-  using std::abs;
   detail::require_depth_and_range("PlacementDef", def.depth, def.range);
-  detail::require_all_finite("PlacementDef::X_AM.translation", def.X_AM.translation);
-  detail::require_all_finite("PlacementDef::X_AM.rotation", def.X_AM.rotation.coeffs());
-  detail::require(abs(def.X_AM.rotation.squaredNorm() - S(1)) <= Tolerance<S>::equal(),
-                  "PlacementDef::X_AM.rotation: length", def.X_AM.rotation.norm(), "must be 1");
+  detail::require_pose("PlacementDef::X_AM", def.X_AM);
   detail::require(def.faces || def.vertices || def.edges, "PlacementDef::faces", false,
                   "must be true where vertices and edges are false");
   validate_surface(mesh);
@@ -23196,12 +23577,25 @@ void sum_stiffness(const SensorPatch<S>& patch, const PatchPair<S>& pair, Mat6<S
   }
 }
 
-/// Whether all eigenvalues of W (dt^2 K + 2 dt D) are below 4: W^-1 4 - (dt^2 K + 2 dt D) is then
-/// positive definite, which a Cholesky factorisation decides.
+/// L with L L^T = W for a mobility W. Axes along which nothing can move make it semidefinite; L
+/// then has columns of zeros.
 template <Scalar S>
-[[nodiscard]] bool is_stable_step(const Mat6<S>& inverse_mobility, const Mat6<S>& K,
-                                  const Mat6<S>& D, S dt) {
-  Mat6<S> rest = S(4) * inverse_mobility - dt * dt * K - S(2) * dt * D;
+[[nodiscard]] Mat6<S> mobility_root(const Mat6<S>& W) {
+  using std::sqrt;
+  Mat6<S> root = Mat6<S>::Zero();
+  for (int j = 0; j < 6; ++j) {
+    const Vec6<S> rest = W.col(j) - root.leftCols(j) * root.row(j).head(j).transpose();
+    if (!(rest[j] > S(8) * Tolerance<S>::round_off() * W(j, j))) continue;
+    root.col(j).tail(6 - j) = rest.tail(6 - j) / sqrt(rest[j]);
+  }
+  return root;
+}
+
+/// Whether all eigenvalues of W (dt^2 K + 2 dt D) are below 4, with K and D as L^T K L and L^T D L:
+/// 4 - dt^2 K - 2 dt D is then positive definite, which a Cholesky factorisation decides.
+template <Scalar S>
+[[nodiscard]] bool is_stable_step(const Mat6<S>& K, const Mat6<S>& D, S dt) {
+  Mat6<S> rest = S(4) * Mat6<S>::Identity() - dt * dt * K - S(2) * dt * D;
   return factor_cholesky(rest.data(), 6);
 }
 
@@ -23214,19 +23608,20 @@ S largest_stable_step(const SensorPatch<S>& patch, MobilityOf&& mobility_of) {
     if (pair.count == 0) continue;
     Mat6<S> K, D;
     detail::sum_stiffness(patch, pair, K, D);
-    const Mat6<S> W = mobility_of(pair);
-    if (!(W.trace() > S(0)) || !(K.trace() + D.trace() > S(0))) continue;
-    const Mat6<S> inverse = W.inverse();
+    const Mat6<S> root = detail::mobility_root<S>(mobility_of(pair));
+    K = root.transpose() * K * root;
+    D = root.transpose() * D * root;
+    if (!(K.trace() + D.trace() > S(0))) continue;
     // The criterion is monotone in dt: bracket by doubling, then bisect to round-off.
     S low = S(0);
-    S high = Mode<S>{S(6) / W.trace(), K.trace(), D.trace()}.largest_stable_step();
-    for (int i = 0; i < 200 && detail::is_stable_step(inverse, K, D, high); ++i) {
+    S high = Mode<S>{S(1), K.trace(), D.trace()}.largest_stable_step();
+    for (int i = 0; i < 200 && detail::is_stable_step(K, D, high); ++i) {
       low = high;
       high *= S(2);
     }
     while (high - low > Tolerance<S>::round_off() * high) {
       const S middle = S(0.5) * (low + high);
-      (detail::is_stable_step(inverse, K, D, middle) ? low : high) = middle;
+      (detail::is_stable_step(K, D, middle) ? low : high) = middle;
     }
     smallest = std::min(smallest, low);
   }
@@ -23730,6 +24125,184 @@ PatchMeaning<S> meaning_of(const SensorParameters<S>& p, const PatchUse<S>& use,
       std::min(tangential_mode.largest_stable_step(), normal_mode.largest_stable_step());
   out.recommended_explicit_step = S(0.35) * out.largest_explicit_step;
   return out;
+}
+
+}  // namespace bristle
+
+// === bristle/sensors/wrapping.hpp
+
+/// @file
+/// Wraps a primitive patch around a shape (Algorithm 3).
+///
+/// The way to sensors on a curved surface: a patch of a simple form is laid over the shape, drawn
+/// onto it vertex by vertex, and covered with sensors by Algorithm 2. It keeps its own resolution,
+/// smooths what it is coarser than, and covers only what it lies over, so one body may carry
+/// several patches with different constants.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace bristle {
+
+/// Along what a wrapped vertex is set off from the surface.
+enum class WrapOffset {
+  /// Back along its ray, as in Algorithm 3: on faces that the ray meets at an angle the clearance
+  /// is smaller than the offset, by the cosine of that angle.
+  ray,
+  /// Along the normal of the face it met: the clearance is the offset.
+  normal
+};
+
+/// How a patch is wrapped.
+template <Scalar S>
+struct WrapDef {
+  /// [m] Distance between the shape and its patch, p_off in Algorithm 3. Finite, >= 0.
+  S offset = S(0);
+  /// [-] Along what it is measured.
+  WrapOffset offset_along = WrapOffset::ray;
+  /// [m] How far a vertex looks for the shape. > 0, may be infinite.
+  S reach = infinity<S>;
+  /// [m] Pose of the patch in the frame of the shape.
+  Transform<S> X_SM{};
+};
+
+/// What became of a patch: numbers of vertices and triangles of the patch, ascending.
+struct WrapReport {
+  /// [-] Vertices discarded because their rays meet nothing within reach,
+  std::vector<std::uint32_t> missed;
+  /// [-] or meet a face from behind, as rays do that start inside the shape,
+  std::vector<std::uint32_t> met_from_behind;
+  /// [-] or meet it closer than the offset,
+  std::vector<std::uint32_t> too_near;
+  /// [-] or because they have no normal to look along.
+  std::vector<std::uint32_t> without_normal;
+  /// [-] Triangles that lost a vertex, and were dropped.
+  std::vector<std::uint32_t> dropped_faces;
+
+  /// [-] Number of discarded vertices.
+  [[nodiscard]] std::size_t discarded() const {
+    return missed.size() + met_from_behind.size() + too_near.size() + without_normal.size();
+  }
+};
+
+/// The patch, drawn onto a shape: each vertex looks for the shape against its normal, and moves to
+/// where it meets it, less the offset. In the frame of the shape; for `sensors_from_mesh`, or for
+/// `save_obj` and `save_stl`, to be edited by hand.
+///
+/// Vertices that meet nothing are discarded with their faces; if none is left, the mesh is empty.
+/// The others keep their order. Normals need no care: they are those of the triangles.
+///
+/// Departs from Algorithm 3 in that the patch looks outwards, like the surface it becomes, so rays
+/// run against its normals; and in that a vertex whose ray meets nothing is discarded, too, where
+/// Algorithm 3 would leave it hanging where it is.
+///
+/// @param shape   Any surface, open or closed; degenerate triangles are not met.
+/// @param report  Where not null, receives what was discarded.
+/// @throws InvalidArgument when one of the meshes is no valid surface (see `validate_surface`), a
+///         normal is neither zero nor of length 1, or the definition breaks a rule.
+/// @note O((v + t) log t) for v vertices and a shape of t triangles.
+template <Scalar S>
+[[nodiscard]] TriangleMesh<S> wrap_patch(const PatchMesh<S>& patch, const TriangleMesh<S>& shape,
+                                         const WrapDef<S>& def = {}, WrapReport* report = nullptr);
+
+// Implementation -----------------------------------------------------------------------------------
+
+namespace detail {
+
+template <Scalar S>
+void require_wrappable(const PatchMesh<S>& patch, const TriangleMesh<S>& shape,
+                       const WrapDef<S>& def) {
+  using std::abs;
+  require_not_negative("WrapDef::offset", def.offset);
+  require(def.reach > S(0), "WrapDef::reach", def.reach, "must be > 0");
+  require_pose("WrapDef::X_SM", def.X_SM);
+  validate_surface(patch.mesh);
+  validate_surface(shape);
+  require(patch.normals.size() == patch.mesh.vertices.size(), "PatchMesh::normals: size",
+          patch.normals.size(),
+          "must be the number of vertices, " + std::to_string(patch.mesh.vertices.size()));
+  for (std::size_t i = 0; i < patch.normals.size(); ++i) {
+    const S length = patch.normals[i].norm();
+    require(length == S(0) || abs(length - S(1)) <= Tolerance<S>::equal(),
+            "PatchMesh::normals[" + std::to_string(i) + "]: length", length, "must be 0 or 1");
+  }
+}
+
+/// The mesh of those vertices that `is_kept` and of the triangles between them, whose numbers in
+/// the old mesh are left out of `dropped`.
+template <Scalar S>
+[[nodiscard]] TriangleMesh<S> kept_part(const TriangleMesh<S>& mesh,
+                                        const std::vector<bool>& is_kept,
+                                        std::vector<std::uint32_t>& dropped) {
+  TriangleMesh<S> part;
+  std::vector<bool> is_used(mesh.vertices.size(), false);
+  for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
+    const auto& [a, b, c] = mesh.triangles[t];
+    if (is_kept[a] && is_kept[b] && is_kept[c]) {
+      part.triangles.push_back(mesh.triangles[t]);
+      is_used[a] = is_used[b] = is_used[c] = true;
+    } else {
+      dropped.push_back(t);
+    }
+  }
+  std::vector<std::uint32_t> renumber(mesh.vertices.size());
+  for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
+    renumber[v] = static_cast<std::uint32_t>(part.vertices.size());
+    if (is_used[v]) part.vertices.push_back(mesh.vertices[v]);
+  }
+  for (auto& triangle : part.triangles) {
+    for (std::uint32_t& v : triangle) v = renumber[v];
+  }
+  return part;
+}
+
+}  // namespace detail
+
+template <Scalar S>
+TriangleMesh<S> wrap_patch(const PatchMesh<S>& patch, const TriangleMesh<S>& shape,
+                           const WrapDef<S>& def, WrapReport* report) {
+  detail::require_wrappable(patch, shape, def);
+  const TriangleMesh<S> target = without_triangles<S>(shape, degenerate_triangles(shape));
+  const RayMesh<S> surface(target.triangles.size(), [&target](std::uint32_t t) {
+    const auto& [a, b, c] = target.triangles[t];
+    return std::array<Vec3<S>, 3>{target.vertices[a], target.vertices[b], target.vertices[c]};
+  });
+
+  WrapReport result;
+  TriangleMesh<S> moved = patch.mesh;
+  std::vector<bool> is_kept(moved.vertices.size(), false);
+  for (std::uint32_t v = 0; v < moved.vertices.size(); ++v) {
+    if (patch.normals[v] == Vec3<S>::Zero()) {
+      result.without_normal.push_back(v);
+      continue;
+    }
+    const Ray<S> ray{def.X_SM * moved.vertices[v],
+                     Vec3<S>(-def.X_SM.rotate(patch.normals[v]).normalized()), def.reach};
+    const detail::MeshCrossings<S> met = detail::mesh_crossings(surface, ray);
+    if (!(met.distance <= ray.length && met.distance < infinity<S>)) {
+      result.missed.push_back(v);
+      continue;
+    }
+    const Vec3<S> normal = triangle_normal(target, met.triangle);
+    if (!(normal.dot(ray.direction) < S(0))) {
+      result.met_from_behind.push_back(v);
+    } else if (met.distance < def.offset) {
+      result.too_near.push_back(v);
+    } else {
+      const Vec3<S> out = def.offset_along == WrapOffset::ray ? Vec3<S>(-ray.direction) : normal;
+      moved.vertices[v] = ray.origin + met.distance * ray.direction + def.offset * out;
+      is_kept[v] = true;
+    }
+  }
+  moved = detail::kept_part(moved, is_kept, result.dropped_faces);
+  if (report != nullptr) *report = std::move(result);
+  return moved;
 }
 
 }  // namespace bristle

@@ -87,6 +87,34 @@ TEST_CASE("stability: the 6x6 criterion meets the simulation within 1 % (R20)") 
   }
 }
 
+TEST_CASE("stability: locked axes leave the limit of what can still move") {
+  const auto limit = [](bool can_sink, double damping) {
+    World<double> world({.time_step = 1e-6});
+    world.add_body({.motion = Motion::fixed, .shape = HalfSpace<double>{}, .filter = {1, 0, 0}});
+    const BodyId plate = world.add_body(
+        {.mass = 0.5,
+         .shape = Box<double>{{0.1, 0.1, 0.005}},
+         .position = {0, 0, 0.006},
+         .locked = {.linear = {true, true, !can_sink}, .angular = {true, true, true}}});
+    PatchDef<double> def;
+    def.sensors = sensor_grid<double>({.center = {0, 0, -0.005},
+                                       .side_u = {0, 0.2, 0},
+                                       .side_v = {0.2, 0, 0},
+                                       .count_u = 4,
+                                       .count_v = 4});
+    def.parameters = {1, damping, 5000, 0.1, 1e-3};
+    const PatchId patch = world.add_patch(plate, def);
+    world.step();
+    return world.largest_stable_step(patch);
+  };
+  for (const double damping : {0.0, 0.05}) {
+    // The normal mode alone: n K_N / L against m, with n K_D / L.
+    const Mode<double> mode{0.5, 16 / 0.01, 16 * damping / 0.01};
+    CHECK(limit(true, damping) == doctest::Approx(mode.largest_stable_step()).epsilon(1e-9));
+    CHECK(limit(false, damping) == infinity<double>);
+  }
+}
+
 TEST_CASE("stability: a damping of 50 N s, read as a rate, throws an explicit plate (R14)") {
   // a + 2 b = n (K_N dt^2 + 2 K_D dt) / (L m) = 80, 320, 2000 for n = 4, 16, 100; the limit is 4.
   struct Row {

@@ -107,6 +107,23 @@ template <Scalar S>
 template <Scalar S>
 inline constexpr S plate_ray = S(0.01);
 
+/// [m] Shift of the centre of mass down the incline, at rest on the sensors alone: the bristles'
+/// stretch, plus what the plate's tilt on its springs moves its centre at height h,
+/// m g sin(angle) h^2 / sum (K_N / L) x_i^2.
+template <Scalar S>
+[[nodiscard]] S plate_rest_shift(const PlateDef<S>& def) {
+  using std::sin;
+  using std::tan;
+  const S n = S(def.per_side * def.per_side);
+  const S ray = plate_ray<S>;
+  const S h = def.half_height - ray / S(2) + ray * (S(1) - plate_rest_depth(def));
+  // Mean of x^2 on a cell-centred grid of N points over 0.2 m: (0.1^2 / 3) (1 - 1 / N^2).
+  const S mean_x2 = S(0.01) / S(3) * (S(1) - S(1) / n);
+  const S tilt_stiffness = def.parameters.normal_stiffness / ray * n * mean_x2;
+  return tan(def.incline) / def.parameters.static_friction +
+         def.mass * def.gravity * sin(def.incline) * h * h / tilt_stiffness;
+}
+
 /// Builds the scene, at rest in height unless a drop is asked for.
 template <Scalar S, typename Backend = AnalyticBackend>
 [[nodiscard]] PlateScene<S, Backend> make_plate(const PlateDef<S>& def) {

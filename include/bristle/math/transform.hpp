@@ -3,7 +3,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <bristle/core/error.hpp>
 #include <bristle/math/types.hpp>
+
+#include <cmath>
+#include <string>
 
 namespace bristle {
 
@@ -50,5 +54,19 @@ template <Scalar S>
   const Quat<S> R_AW = X_WA.rotation.conjugate();
   return {R_AW * X_WB.rotation, R_AW * Vec3<S>(X_WB.translation - X_WA.translation)};
 }
+
+namespace detail {
+
+/// Raises InvalidArgument unless the pose is finite and its rotation of length 1.
+template <Scalar S>
+void require_pose(const std::string& field, const Transform<S>& X) {
+  using std::abs;
+  require_all_finite(field + ".translation", X.translation);
+  require_all_finite(field + ".rotation", X.rotation.coeffs());
+  require(abs(X.rotation.squaredNorm() - S(1)) <= Tolerance<S>::equal(),
+          field + ".rotation: length", X.rotation.norm(), "must be 1");
+}
+
+}  // namespace detail
 
 }  // namespace bristle

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <bristle/core/error.hpp>
+#include <bristle/geometry/mesh_normals.hpp>
 #include <bristle/geometry/mesh_validation.hpp>
 #include <bristle/geometry/triangle_mesh.hpp>
 #include <bristle/math/transform.hpp>
@@ -107,16 +108,6 @@ void require_depth_and_range(const std::string& def, S depth, S range) {
           "must exceed depth = " + to_text(depth) + ", so that the ray ends above the surface");
 }
 
-/// Angle [rad] of a triangle at its corner k.
-template <Scalar S>
-[[nodiscard]] S corner_angle(const TriangleMesh<S>& mesh, std::size_t triangle, std::size_t k) {
-  using std::atan2;
-  const auto& t = mesh.triangles[triangle];
-  const Vec3<S> a = mesh.vertices[t[(k + 1) % 3]] - mesh.vertices[t[k]];
-  const Vec3<S> b = mesh.vertices[t[(k + 2) % 3]] - mesh.vertices[t[k]];
-  return atan2(a.cross(b).norm(), a.dot(b));
-}
-
 /// The mesh with every triangle naming the first of the vertices at its corners' places.
 template <Scalar S>
 [[nodiscard]] TriangleMesh<S> without_seams(TriangleMesh<S> mesh) {
@@ -127,20 +118,6 @@ template <Scalar S>
   return mesh;
 }
 
-/// Sum of unit normals with their weights, and whether they leave a direction.
-template <Scalar S>
-struct NormalSum {
-  Vec3<S> sum = Vec3<S>::Zero();
-  /// [-] Sum of the weights; 0 where no triangle with a normal took part.
-  S weight = S(0);
-
-  void add(const Vec3<S>& normal, S w) {
-    sum += w * normal;
-    weight += w;
-  }
-  [[nodiscard]] bool has_direction() const { return sum.norm() > Tolerance<S>::equal() * weight; }
-};
-
 /// Puts sensors on the faces, vertices and edges of a mesh without seams.
 template <Scalar S>
 class MeshPlacement {
@@ -148,12 +125,7 @@ class MeshPlacement {
   MeshPlacement(const TriangleMesh<S>& mesh, const PlacementDef<S>& def)
       : mesh_(mesh), def_(def), R_AM_(def.X_AM.rotation_matrix()) {
     report.degenerate_faces = degenerate_triangles(mesh);
-    normals_.reserve(mesh.triangles.size());
-    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-      normals_.push_back(triangle_normal(mesh, t));
-    }
-    // Zero marks the triangles that have none, and makes them count for nothing in a sum.
-    for (const std::uint32_t t : report.degenerate_faces) normals_[t].setZero();
+    normals_ = face_normals<S>(mesh, report.degenerate_faces);
   }
 
   void add_faces() {
@@ -163,13 +135,7 @@ class MeshPlacement {
   }
 
   void add_vertices() {
-    std::vector<NormalSum<S>> sums(mesh_.vertices.size());
-    for (std::size_t t = 0; t < normals_.size(); ++t) {
-      if (!has_normal(t)) continue;
-      for (std::size_t k = 0; k < 3; ++k) {
-        sums[mesh_.triangles[t][k]].add(normals_[t], corner_angle(mesh_, t, k));
-      }
-    }
+    const std::vector<NormalSum<S>> sums = vertex_normals<S>(mesh_, normals_);
     for (std::uint32_t v = 0; v < sums.size(); ++v) {
       if (sums[v].has_direction()) {
         add(mesh_.vertices[v], sums[v].sum, report.vertex_sensors);
@@ -213,6 +179,7 @@ class MeshPlacement {
   const TriangleMesh<S>& mesh_;
   const PlacementDef<S>& def_;
   Mat3<S> R_AM_;
+  /// Of the faces; zero marks those that have none.
   std::vector<Vec3<S>> normals_;
 };
 
@@ -221,12 +188,8 @@ class MeshPlacement {
 template <Scalar S>
 SensorLayout<S> sensors_from_mesh(const TriangleMesh<S>& mesh, const PlacementDef<S>& def,
                                   PlacementReport* report) {
-  using std::abs;
   detail::require_depth_and_range("PlacementDef", def.depth, def.range);
-  detail::require_all_finite("PlacementDef::X_AM.translation", def.X_AM.translation);
-  detail::require_all_finite("PlacementDef::X_AM.rotation", def.X_AM.rotation.coeffs());
-  detail::require(abs(def.X_AM.rotation.squaredNorm() - S(1)) <= Tolerance<S>::equal(),
-                  "PlacementDef::X_AM.rotation: length", def.X_AM.rotation.norm(), "must be 1");
+  detail::require_pose("PlacementDef::X_AM", def.X_AM);
   detail::require(def.faces || def.vertices || def.edges, "PlacementDef::faces", false,
                   "must be true where vertices and edges are false");
   validate_surface(mesh);

@@ -74,12 +74,25 @@ void sum_stiffness(const SensorPatch<S>& patch, const PatchPair<S>& pair, Mat6<S
   }
 }
 
-/// Whether all eigenvalues of W (dt^2 K + 2 dt D) are below 4: W^-1 4 - (dt^2 K + 2 dt D) is then
-/// positive definite, which a Cholesky factorisation decides.
+/// L with L L^T = W for a mobility W. Axes along which nothing can move make it semidefinite; L
+/// then has columns of zeros.
 template <Scalar S>
-[[nodiscard]] bool is_stable_step(const Mat6<S>& inverse_mobility, const Mat6<S>& K,
-                                  const Mat6<S>& D, S dt) {
-  Mat6<S> rest = S(4) * inverse_mobility - dt * dt * K - S(2) * dt * D;
+[[nodiscard]] Mat6<S> mobility_root(const Mat6<S>& W) {
+  using std::sqrt;
+  Mat6<S> root = Mat6<S>::Zero();
+  for (int j = 0; j < 6; ++j) {
+    const Vec6<S> rest = W.col(j) - root.leftCols(j) * root.row(j).head(j).transpose();
+    if (!(rest[j] > S(8) * Tolerance<S>::round_off() * W(j, j))) continue;
+    root.col(j).tail(6 - j) = rest.tail(6 - j) / sqrt(rest[j]);
+  }
+  return root;
+}
+
+/// Whether all eigenvalues of W (dt^2 K + 2 dt D) are below 4, with K and D as L^T K L and L^T D L:
+/// 4 - dt^2 K - 2 dt D is then positive definite, which a Cholesky factorisation decides.
+template <Scalar S>
+[[nodiscard]] bool is_stable_step(const Mat6<S>& K, const Mat6<S>& D, S dt) {
+  Mat6<S> rest = S(4) * Mat6<S>::Identity() - dt * dt * K - S(2) * dt * D;
   return factor_cholesky(rest.data(), 6);
 }
 
@@ -92,19 +105,20 @@ S largest_stable_step(const SensorPatch<S>& patch, MobilityOf&& mobility_of) {
     if (pair.count == 0) continue;
     Mat6<S> K, D;
     detail::sum_stiffness(patch, pair, K, D);
-    const Mat6<S> W = mobility_of(pair);
-    if (!(W.trace() > S(0)) || !(K.trace() + D.trace() > S(0))) continue;
-    const Mat6<S> inverse = W.inverse();
+    const Mat6<S> root = detail::mobility_root<S>(mobility_of(pair));
+    K = root.transpose() * K * root;
+    D = root.transpose() * D * root;
+    if (!(K.trace() + D.trace() > S(0))) continue;
     // The criterion is monotone in dt: bracket by doubling, then bisect to round-off.
     S low = S(0);
-    S high = Mode<S>{S(6) / W.trace(), K.trace(), D.trace()}.largest_stable_step();
-    for (int i = 0; i < 200 && detail::is_stable_step(inverse, K, D, high); ++i) {
+    S high = Mode<S>{S(1), K.trace(), D.trace()}.largest_stable_step();
+    for (int i = 0; i < 200 && detail::is_stable_step(K, D, high); ++i) {
       low = high;
       high *= S(2);
     }
     while (high - low > Tolerance<S>::round_off() * high) {
       const S middle = S(0.5) * (low + high);
-      (detail::is_stable_step(inverse, K, D, middle) ? low : high) = middle;
+      (detail::is_stable_step(K, D, middle) ? low : high) = middle;
     }
     smallest = std::min(smallest, low);
   }
