@@ -9,7 +9,6 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
-#include <cstdint>
 #include <numbers>
 #include <vector>
 
@@ -48,7 +47,6 @@ struct HandDef {
   double half_height = 0.06;      // [m] and along it
   Vec3<double> start = Vec3<double>::Zero();
   PadGrid grid{};
-  std::uint32_t cast_every = 1;  // [-] steps from one cast of the rays to the next
   bristle::Integration integration = bristle::Integration::implicit;
 };
 
@@ -197,7 +195,6 @@ class Hand {
     }
     pad.parameters = def_.grid.parameters();
     pad.integration = def_.integration;
-    pad.cast_every = def_.cast_every;
     pad.sees = driver_filter.category;
     pads_[k] = world.add_patch(fingers_[k], pad);
 

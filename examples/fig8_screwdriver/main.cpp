@@ -82,8 +82,7 @@ void draw(const Task& task) {
     point(slip, at.time, 1e3 * at.slip);
   }
   for (const Phase& phase : task.phases()) {
-    const bool is_shown = phase.is_turn() || phase.name == "lift" || phase.name == "insert";
-    if (is_shown) plot.phases.push_back({phase.begin, phase.end, phase.name});
+    if (phase.is_shown()) plot.phases.push_back({phase.begin, phase.end, phase.name});
   }
   plot.panels = {{.y_label = "turn [deg]", .series = {shaft, cast}},
                  {.y_label = "tip at [mm]", .series = {height}},

@@ -10,8 +10,8 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
-#include <cstdint>
 #include <ctime>
+#include <functional>
 #include <numbers>
 #include <string>
 #include <vector>
@@ -23,7 +23,7 @@ namespace fig8 {
 inline bristle::SolverDef<double> bounded_solver() {
   bristle::SolverDef<double> solver;
   solver.max_newton_steps = 15;
-  solver.max_sweeps = 20;
+  solver.max_sweeps = 10;
   return solver;
 }
 
@@ -31,8 +31,7 @@ struct TaskDef {
   int turns = 3;
   double time_step = 1e-3;  // [s]
   bristle::Integration integration = bristle::Integration::implicit;
-  PadGrid grid{};                // of each of the four pads
-  std::uint32_t cast_every = 1;  // [-] steps from one cast of their rays to the next
+  PadGrid grid{};  // of each of the four pads
   bristle::SolverDef<double> solver = bounded_solver();
 };
 
@@ -53,6 +52,8 @@ struct Phase {
   double cpu_time = 0;       // [s] of all its steps
 
   [[nodiscard]] bool is_turn() const { return name.starts_with("turn"); }
+  /// Whether plots name it.
+  [[nodiscard]] bool is_shown() const { return is_turn() || name == "lift" || name == "insert"; }
   [[nodiscard]] double real_time_factor() const { return (end - begin) / cpu_time; }
 };
 
@@ -100,11 +101,9 @@ class Task {
       const auto name = [i](const char* what) { return what + (" " + std::to_string(i)); };
       Goal turned = major_seated;
       turned.turn = stroke;
-      minor().close(world_, soft);
-      play(name("soften"), 0.2, {major_seated, minor_seated});
+      play(name("soften"), 0.3, {major_seated, minor_seated}, minor_from(firm, soft));
       play(name("turn"), 1.0, {turned, minor_seated});
-      minor().close(world_, firm);
-      play(name("tighten"), 0.3, {turned, minor_seated});
+      play(name("tighten"), 0.3, {turned, minor_seated}, minor_from(soft, firm));
       take(minor());
       major().open(world_);
       play(name("release"), 0.5, {turned, minor_seated});
@@ -174,7 +173,6 @@ class Task {
   [[nodiscard]] static HandDef major_def(const TaskDef& def) {
     return {.start = {0, stand_y + 0.25, standing_height + major_grip},
             .grid = def.grid,
-            .cast_every = def.cast_every,
             .integration = def.integration};
   }
   [[nodiscard]] static HandDef minor_def(const TaskDef& def) {
@@ -183,7 +181,6 @@ class Task {
             .half_height = 0.05,
             .start = {0, 0, clear_height + minor_grip},
             .grid = def.grid,
-            .cast_every = def.cast_every,
             .integration = def.integration};
   }
   [[nodiscard]] Hand& major() { return hands_[0]; }
@@ -195,8 +192,16 @@ class Task {
     holder_ = &hand;
   }
 
-  /// Moves the hands to their goals.
-  void play(const std::string& name, double seconds, const Goals& goals);
+  /// Moves the hands to their goals. `during` is told how far that is, from 0 to 1, before each
+  /// step.
+  void play(
+      const std::string& name, double seconds, const Goals& goals,
+      const std::function<void(double)>& during = [](double) {});
+  /// Changes the force of the minor hand little by little, so that its fingers do not jump.
+  [[nodiscard]] std::function<void(double)> minor_from(double before, double after) {
+    return
+        [this, before, after](double s) { minor().close(world_, before + s * (after - before)); };
+  }
   void step();
   [[nodiscard]] double cast_turn() const { return world_.reading(bench_.turning).position; }
   [[nodiscard]] double height() const { return world_.pose(bench_.driver).translation.z(); }
@@ -220,7 +225,8 @@ class Task {
 /// From 0 to 1 with speed and acceleration zero at both ends.
 inline double smooth_step(double u) { return u * u * u * (10 - u * (15 - 6 * u)); }
 
-inline void Task::play(const std::string& name, double seconds, const Goals& goals) {
+inline void Task::play(const std::string& name, double seconds, const Goals& goals,
+                       const std::function<void(double)>& during) {
   if (!lost_in_.empty()) return;
   Phase phase;
   phase.name = name;
@@ -236,6 +242,7 @@ inline void Task::play(const std::string& name, double seconds, const Goals& goa
       hands_[k].move_to(world_, {from[k].place + s * (goals[k].place - from[k].place),
                                  from[k].turn + s * (goals[k].turn - from[k].turn)});
     }
+    during(s);
     step();
     if (is_lost()) lost_in_ = name;
     const Sample& now = samples_.back();
