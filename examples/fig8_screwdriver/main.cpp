@@ -33,6 +33,7 @@ bool print_phases(const Task& task) {
   for (const Phase& phase : task.phases()) {
     const bool has_turned = !phase.is_turn() || (phase.driver_turn > Task::wanted_turn &&
                                                  phase.cast_turn > Task::wanted_turn);
+    const bool has_held = phase.slip < Task::slip_bound && phase.released == 0;
     table.add(
         {phase.name, figure::number("%.1f", phase.end), phase.holder,
          figure::number("%.2f", 1e3 * phase.height),
@@ -42,12 +43,11 @@ bool print_phases(const Task& task) {
          figure::number("%g", static_cast<double>(phase.released)),
          figure::number("%.2f", phase.squeeze_major), figure::number("%.2f", phase.squeeze_minor),
          figure::number("%.2f", phase.torque), figure::number("%.1f", phase.real_time_factor())},
-        has_turned && phase.slip < Task::slip_bound);
+        has_turned && has_held);
   }
   std::printf(
-      "A driver of %.1f kg in two hands, implicit steps of 1 ms, %d sensors. Slip of the hand "
-      "that\n"
-      "holds must stay below %.3f mm, shaft and cast must turn by %.0f degrees a turn:\n",
+      "A driver of %.1f kg in two hands, implicit steps of 1 ms, %d sensors. The hand that holds\n"
+      "must slip by less than %.3f mm, shaft and cast must turn by %.0f degrees a turn:\n",
       fig8::driver_mass, 4 * fig8::PadGrid{}.count(), 1e3 * Task::slip_bound,
       Task::wanted_turn / fig8::degree);
   table.print();

@@ -19,7 +19,7 @@
 namespace fig8 {
 
 /// Bounds on the cost of the worst step, as a task in real time wants them: where the tip slides on
-/// the cast, the defaults spend three times as long on digits that nobody sees.
+/// the cast, the defaults take three times as long for the same motion (fig9_real_time).
 inline bristle::SolverDef<double> bounded_solver() {
   bristle::SolverDef<double> solver;
   solver.max_newton_steps = 15;
@@ -153,7 +153,7 @@ class Task {
   [[nodiscard]] bool is_right() const {
     const Account& sum = account();
     return lost_in_.empty() && std::abs(height() - seated_height) < 1e-4 &&
-           least_turn() > wanted_turn && slip() < slip_bound &&
+           least_turn() > wanted_turn && slip() < slip_bound && released() == 0 &&
            std::abs(sum.error()) < 0.01 * sum.drives && sum.lost_momentum < 1e-12 &&
            sum.lost_angular < 1e-12;
   }
