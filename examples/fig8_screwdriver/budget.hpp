@@ -7,6 +7,7 @@
 #include <bristle/math/spatial.hpp>
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <utility>
 #include <vector>

@@ -28,7 +28,7 @@ inline bristle::SolverDef<double> bounded_solver() {
 }
 
 struct TaskDef {
-  int turns = 3;
+  int turns = 3;            // [-] of the wrist
   double time_step = 1e-3;  // [s]
   bristle::Integration integration = bristle::Integration::implicit;
   PadGrid grid{};  // of each of the four pads
@@ -77,6 +77,8 @@ class Task {
         bench_(world_),
         hands_{Hand(world_, bench_, major_def(def)), Hand(world_, bench_, minor_def(def))},
         budget_(world_, bench_, hands_) {}
+  Task(const Task&) = delete;
+  Task& operator=(const Task&) = delete;
 
   /// Does it all; ends early when the driver is lost.
   void run() {
@@ -89,12 +91,12 @@ class Task {
     const Goal minor_seated{{0, 0, seated_height + minor_grip}, 0};
 
     play("reach", 0.8, {above_stand, minor_rest});
-    major().close(world_, firm);
+    major_hand().close(world_, firm);
     play("grip", 0.6, {above_stand, minor_rest});
-    take(major());
+    take(major_hand());
     play("lift", 1.0, {lifted, minor_rest});
     play("carry", 1.6, {above_cast, minor_rest});
-    minor().close(world_, firm);
+    minor_hand().close(world_, firm);
     play("guide", 0.6, {above_cast, minor_rest});
     play("insert", 1.2, {major_seated, minor_seated});
     for (int i = 1; i <= def_.turns; ++i) {
@@ -104,13 +106,13 @@ class Task {
       play(name("soften"), 0.3, {major_seated, minor_seated}, minor_from(firm, soft));
       play(name("turn"), 1.0, {turned, minor_seated});
       play(name("tighten"), 0.3, {turned, minor_seated}, minor_from(soft, firm));
-      take(minor());
-      major().open(world_);
+      take(minor_hand());
+      major_hand().open(world_);
       play(name("release"), 0.5, {turned, minor_seated});
       play(name("go back"), 0.7, {major_seated, minor_seated});
-      major().close(world_, firm);
+      major_hand().close(world_, firm);
       play(name("re-grip"), 0.6, {major_seated, minor_seated});
-      take(major());
+      take(major_hand());
     }
     play("rest", 0.5, {major_seated, minor_seated});
   }
@@ -183,8 +185,8 @@ class Task {
             .grid = def.grid,
             .integration = def.integration};
   }
-  [[nodiscard]] Hand& major() { return hands_[0]; }
-  [[nodiscard]] Hand& minor() { return hands_[1]; }
+  [[nodiscard]] Hand& major_hand() { return hands_[0]; }
+  [[nodiscard]] Hand& minor_hand() { return hands_[1]; }
 
   /// From now on this hand is the one that holds.
   void take(Hand& hand) {
@@ -199,8 +201,9 @@ class Task {
       const std::function<void(double)>& during = [](double) {});
   /// Changes the force of the minor hand little by little, so that its fingers do not jump.
   [[nodiscard]] std::function<void(double)> minor_from(double before, double after) {
-    return
-        [this, before, after](double s) { minor().close(world_, before + s * (after - before)); };
+    return [this, before, after](double s) {
+      minor_hand().close(world_, before + s * (after - before));
+    };
   }
   void step();
   [[nodiscard]] double cast_turn() const { return world_.reading(bench_.turning).position; }
