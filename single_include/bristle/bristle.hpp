@@ -9311,6 +9311,10 @@ struct JointPose {
   [[nodiscard]] Vec3<S> axis_b_J() const { return turn_J * Vec3<S>::UnitX(); }
 };
 
+/// [rad] Angle between the x axes of both frames.
+template <Scalar S>
+[[nodiscard]] S joint_swing(const JointPose<S>& pose);
+
 /// @param X_WA, X_WB  Centres of mass in the world, with the bodies' axes.
 template <Scalar S>
 [[nodiscard]] JointPose<S> joint_pose(const Joint<S>& joint, const Transform<S>& X_WA,
@@ -9351,6 +9355,15 @@ JointPose<S> joint_pose(const Joint<S>& joint, const Transform<S>& X_WA, const T
   pose.offset_J = pose.axes_W.transpose() * offset_W;
   pose.turn_J = R_WJa.conjugate() * R_WJb;
   return pose;
+}
+
+template <Scalar S>
+S joint_swing(const JointPose<S>& pose) {
+  using std::atan2;
+  using std::sqrt;
+  // Unlike the length of the shortest turn it tells opposite axes from equal ones.
+  const Vec3<S> b_J = pose.axis_b_J();
+  return atan2(sqrt(b_J.y() * b_J.y() + b_J.z() * b_J.z()), b_J.x());
 }
 
 template <Scalar S>
@@ -9403,7 +9416,7 @@ template <Scalar S>
 bool is_within_stops(const JointDef<S>& def, const JointPose<S>& pose, S position) {
   if (position < def.lower_limit || position > def.upper_limit) return false;
   if (def.swing_limit >= S(std::numbers::pi)) return true;
-  return shortest_turn<S>(Vec3<S>::UnitX(), pose.axis_b_J()).norm() <= def.swing_limit;
+  return joint_swing(pose) <= def.swing_limit;
 }
 
 }  // namespace bristle
@@ -9668,14 +9681,16 @@ template <Scalar S>
 }
 
 /// Row whose velocity is the rate of the swing of a `cone_twist`, and the swing as its error.
-/// Without a swing it is about the axis that the bodies swing about at present.
+/// Without a swing, or with axes that are opposite, it is about the axis that the bodies swing
+/// about at present.
 template <Scalar S>
 [[nodiscard]] ConstraintRow<S> swing_row(const JointPose<S>& pose, const Twist<S>& a,
                                          const Twist<S>& b) {
   const Vec3<S> turn_J = shortest_turn<S>(Vec3<S>::UnitX(), pose.axis_b_J());
-  const S swing = turn_J.norm();
-  if (swing > Tolerance<S>::equal()) {
-    return angular_row<S>(pose.axes_W * (turn_J / swing), swing);
+  const S swing = joint_swing(pose);
+  const S length = turn_J.norm();
+  if (length > Tolerance<S>::equal()) {
+    return angular_row<S>(pose.axes_W * (turn_J / length), swing);
   }
   Vec3<S> rate_J = pose.axes_W.transpose() * (b.angular - a.angular);
   rate_J.x() = S(0);
@@ -9816,7 +9831,7 @@ JointReading<S> read_joint(const Joint<S>& joint, const Body<S>& a, const Body<S
   reading.velocity = position_row(kind, pose).velocity(a.twist, b.twist);
   reading.drive_force = joint.impulses[detail::drive_impulse] / dt;
   if (kind == JointKind::cone_twist) {
-    reading.swing = shortest_turn<S>(Vec3<S>::UnitX(), pose.axis_b_J()).norm();
+    reading.swing = joint_swing(pose);
   }
   return reading;
 }

@@ -62,6 +62,27 @@ TEST_CASE("add_adf: joints stand at zero where axes and offsets say") {
   }
 }
 
+TEST_CASE("add_adf: joints with three axes have them where the format has them") {
+  for (const char* type : {"cone twist", "six dof", "six dof spring"}) {
+    CAPTURE(type);
+    const AdfJoint joint =
+        read_adf(std::string("joints: [J]\nJ: {type: ") + type +
+                     ", parent: A, child: B, parent pivot: {x: 0, y: 0, z: 0}, child pivot: {x: "
+                     "0, y: 0, z: 0}, parent axis: {x: 0, y: 0, z: 1}, child axis: {x: 0, y: 0, z: "
+                     "1}, joint offset: 0.3, offset: 0.5}\n",
+                 "scene.yaml")
+            .joints.at(0);
+    const auto frames = detail::joint_frames<double>(joint, 1.0, 1.0);
+    // z along the axis, x and y turned about it.
+    CHECK((frames.X_AJ.rotate(V::UnitZ()) - joint.parent_axis).norm() < 1e-15);
+    CHECK((frames.X_BJ.rotate(V::UnitZ()) - joint.child_axis).norm() < 1e-15);
+    CHECK((frames.X_AJ.rotate(V::UnitX()) - V(std::cos(0.3), std::sin(0.3), 0)).norm() < 1e-15);
+    // The child stands by its own offset alone.
+    const Q R = frames.X_AJ.rotation * frames.X_BJ.rotation.conjugate();
+    CHECK(R.angularDistance(Q(Eigen::AngleAxis<double>(0.5, V::UnitZ()))) < 1e-15);
+  }
+}
+
 TEST_CASE("axis_turn: brings any direction onto any other") {
   for (int i = 0; i < 100; ++i) {
     const double t = std::numbers::pi * i / 99.0;

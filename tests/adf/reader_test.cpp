@@ -191,6 +191,11 @@ TEST_CASE("read_adf: joints of every spelling") {
   REQUIRE(joint.controller.has_value());
   CHECK(joint.controller->P == 7.0);
   CHECK(joint.offset == 0.25);
+  // Two names for where the child stands; the other is the frame's.
+  const AdfJoint turned = joint_of("  type: hinge\n  child offset: 1\n  joint offset: 2\n");
+  CHECK(turned.offset == 1.0);
+  CHECK(turned.frame_offset == 2.0);
+  CHECK(joint_of("  type: hinge\n  child offset: 1\n  offset: 3\n").offset == 3.0);
   CHECK_FALSE(joint.ignore_inter_collision);
   // Limits count only as a pair.
   CHECK_FALSE(joint_of("  type: hinge\n  joint limits: {}\n").limits.has_value());
@@ -309,6 +314,18 @@ TEST_CASE("read_adf: what is not read is reported, once each") {
   CHECK(report.text().find("line 7: unsupported: body/collision margin (2 times): ") !=
         std::string::npos);
 
+  // What a type of joint has no use for is not lost either.
+  const AdfModel joints =
+      read("joints: [J, K]\nJ:\n" + pivots + "  type: cone twist\n  damping: 1\nK:\n" + pivots +
+           "  type: six dof\n  controller output type: FORCE\n");
+  for (const char* key : {"joint/damping", "joint/controller output type"}) {
+    CAPTURE(key);
+    REQUIRE(note_of(joints.report, key) != nullptr);
+    CHECK(note_of(joints.report, key)->kind == AdfNoteKind::unsupported);
+  }
+  REQUIRE(note_of(joints.report, "joint/type") != nullptr);
+  CHECK(note_of(joints.report, "joint/type")->kind == AdfNoteKind::changed);
+
   // Of a key that stands twice the first counts.
   const AdfModel twice = read(with_body("  scale: 2\n  scale: 3\n"));
   CHECK(twice.bodies[0].scale == 2.0);
@@ -415,6 +432,17 @@ TEST_CASE("read_adf: limits hold against texts that ask for more than they are l
   CHECK(error_of("a: &a {<<: *a}\n") == "scene.yaml:1: alias within what it names");
   CHECK(error_of("a: &a 1\nb: {<<: *a}\n") == "scene.yaml:1: <<: must name maps");
 
+  // What each of many blocks would copy is short.
+  const std::string longest(1024, 'n');
+  CHECK(error_of("namespace: " + longest + "\n") == "no error");
+  CHECK(error_of("namespace: " + longest + "n\n").find("must not be longer than 1024 bytes") !=
+        std::string::npos);
+  std::string groups = "0";
+  for (int i = 1; i < 1000; ++i) groups += ", 0";
+  CHECK(error_of(with_body("  collision groups: [" + groups + "]\n")) == "no error");
+  CHECK(error_of(with_body("  collision groups: [" + groups + ", 0]\n")) ==
+        "scene.yaml:4: BODY A/collision groups: must have at most 1000 entries");
+
   AdfLimits small;
   small.max_bytes = 10;
   CHECK(error_of("a: 1234567\n", small) == "scene.yaml: larger than 10 bytes");
@@ -426,6 +454,18 @@ TEST_CASE("read_adf: limits hold against texts that ask for more than they are l
   CHECK(error_of("sensors: [S]\nS: {parent: A, type: Proximity, parametric: {resolution: 3, "
                  "horizontal angle: 1, vertical angle: 1, start offset: 0}}\n",
                  small) == "scene.yaml:2: S: more than 8 rays");
+}
+
+TEST_CASE("read_adf: what the Blender add-on writes for nothing") {
+  const AdfModel model = read(
+      "bodies: [BODY A]\ncameras: 'CAMERA '\nlights: []\n"
+      "BODY A: {mass: 0.0, inertia: {ix: 0.0, iy: 0.0, iz: 0.0}}\n");
+  CHECK(model.bodies.at(0).mass == 0.0);
+  REQUIRE(note_of(model.report, "cameras") != nullptr);
+  CHECK(note_of(model.report, "cameras")->kind == AdfNoteKind::unsupported);
+  CHECK(note_of(model.report, "lights") == nullptr);
+  CHECK(error_of("bodies: [A]\nA: {mass: 1, inertia: {ix: 0, iy: 1, iz: 1}}\n") ==
+        "scene.yaml:2: A/inertia/ix = 0: must be finite and > 0");
 }
 
 TEST_CASE("load_adf: files") {

@@ -81,6 +81,17 @@ TEST_CASE("cone_twist: three rows are locked, and stops add one each") {
   CHECK(none.world.report().rows == 3);
 }
 
+TEST_CASE("cone_twist: a rod outside its cone comes back, from the opposite side too") {
+  for (const double angle : {0.8, 2.0, pi - 1e-9, pi}) {
+    CAPTURE(angle);
+    Hanging hanging = make_hanging({.swing_limit = 0.7}, angle);
+    hanging.world.set_gravity(V::Zero());
+    CHECK(hanging.reading().swing == doctest::Approx(angle));
+    for (int i = 0; i < 240; ++i) hanging.world.step();
+    CHECK(hanging.reading().swing == doctest::Approx(0.7).epsilon(1e-6));
+  }
+}
+
 TEST_CASE("cone_twist: a rod swinging about stays within its cone") {
   const double limit = 2.5;  // It hangs at pi.
   Hanging hanging = make_hanging({.swing_limit = limit}, 1);

@@ -33,6 +33,10 @@ struct JointPose {
   [[nodiscard]] Vec3<S> axis_b_J() const { return turn_J * Vec3<S>::UnitX(); }
 };
 
+/// [rad] Angle between the x axes of both frames.
+template <Scalar S>
+[[nodiscard]] S joint_swing(const JointPose<S>& pose);
+
 /// @param X_WA, X_WB  Centres of mass in the world, with the bodies' axes.
 template <Scalar S>
 [[nodiscard]] JointPose<S> joint_pose(const Joint<S>& joint, const Transform<S>& X_WA,
@@ -73,6 +77,15 @@ JointPose<S> joint_pose(const Joint<S>& joint, const Transform<S>& X_WA, const T
   pose.offset_J = pose.axes_W.transpose() * offset_W;
   pose.turn_J = R_WJa.conjugate() * R_WJb;
   return pose;
+}
+
+template <Scalar S>
+S joint_swing(const JointPose<S>& pose) {
+  using std::atan2;
+  using std::sqrt;
+  // Unlike the length of the shortest turn it tells opposite axes from equal ones.
+  const Vec3<S> b_J = pose.axis_b_J();
+  return atan2(sqrt(b_J.y() * b_J.y() + b_J.z() * b_J.z()), b_J.x());
 }
 
 template <Scalar S>
@@ -125,7 +138,7 @@ template <Scalar S>
 bool is_within_stops(const JointDef<S>& def, const JointPose<S>& pose, S position) {
   if (position < def.lower_limit || position > def.upper_limit) return false;
   if (def.swing_limit >= S(std::numbers::pi)) return true;
-  return shortest_turn<S>(Vec3<S>::UnitX(), pose.axis_b_J()).norm() <= def.swing_limit;
+  return joint_swing(pose) <= def.swing_limit;
 }
 
 }  // namespace bristle

@@ -146,14 +146,16 @@ template <Scalar S>
 }
 
 /// Row whose velocity is the rate of the swing of a `cone_twist`, and the swing as its error.
-/// Without a swing it is about the axis that the bodies swing about at present.
+/// Without a swing, or with axes that are opposite, it is about the axis that the bodies swing
+/// about at present.
 template <Scalar S>
 [[nodiscard]] ConstraintRow<S> swing_row(const JointPose<S>& pose, const Twist<S>& a,
                                          const Twist<S>& b) {
   const Vec3<S> turn_J = shortest_turn<S>(Vec3<S>::UnitX(), pose.axis_b_J());
-  const S swing = turn_J.norm();
-  if (swing > Tolerance<S>::equal()) {
-    return angular_row<S>(pose.axes_W * (turn_J / swing), swing);
+  const S swing = joint_swing(pose);
+  const S length = turn_J.norm();
+  if (length > Tolerance<S>::equal()) {
+    return angular_row<S>(pose.axes_W * (turn_J / length), swing);
   }
   Vec3<S> rate_J = pose.axes_W.transpose() * (b.angular - a.angular);
   rate_J.x() = S(0);
@@ -294,7 +296,7 @@ JointReading<S> read_joint(const Joint<S>& joint, const Body<S>& a, const Body<S
   reading.velocity = position_row(kind, pose).velocity(a.twist, b.twist);
   reading.drive_force = joint.impulses[detail::drive_impulse] / dt;
   if (kind == JointKind::cone_twist) {
-    reading.swing = shortest_turn<S>(Vec3<S>::UnitX(), pose.axis_b_J()).norm();
+    reading.swing = joint_swing(pose);
   }
   return reading;
 }

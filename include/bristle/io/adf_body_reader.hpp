@@ -99,9 +99,10 @@ inline void read_adf_inertia(AdfMap& map, AdfBody& body) {
   if (map.has("inertial offset")) body.inertial_offset = map.pose("inertial offset");
   if (map.has("inertia")) {
     AdfMap inertia = map.map("inertia");
-    body.inertia =
-        Vec3<double>(inertia.number("ix", adf_positive), inertia.number("iy", adf_positive),
-                     inertia.number("iz", adf_positive));
+    // Bodies that do not move are written with zeros.
+    const AdfRule& rule = body.mass > 0.0 ? adf_positive : adf_not_negative;
+    body.inertia = Vec3<double>(inertia.number("ix", rule), inertia.number("iy", rule),
+                                inertia.number("iz", rule));
     inertia.finish();
   }
 }

@@ -37,22 +37,33 @@ namespace bristle::detail {
   return (axis_turn(first * from, to) * first).normalized();
 }
 
-/// Frames of a joint in its two bodies, with the free axis along x.
+/// Frames of a joint in its two bodies.
 template <Scalar S>
 struct JointFrames {
   Transform<S> X_AJ;
   Transform<S> X_BJ;
 };
 
+/// Which axis of its frame lies along the axis of a joint: the free one, x. Those with limits or
+/// springs about all three axes have them in the frame of the format, whose z lies along the axis.
+[[nodiscard]] inline Vec3<double> frame_axis(AdfJointType type) {
+  const bool has_three = type == AdfJointType::cone_twist || type == AdfJointType::six_dof ||
+                         type == AdfJointType::six_dof_spring;
+  return has_three ? Vec3<double>::UnitZ() : Vec3<double>::UnitX();
+}
+
 /// At zero the child, turned so that its axis lies along the parent's, is turned by the offset
 /// about it.
 template <Scalar S>
 [[nodiscard]] JointFrames<S> joint_frames(const AdfJoint& joint, double parent_scale,
                                           double child_scale) {
-  const Quat<double> R_AJ = axis_turn(Vec3<double>::UnitX(), joint.parent_axis);
+  const auto about_axis = [&joint](double angle) {
+    return Quat<double>(Eigen::AngleAxis<double>(angle, joint.parent_axis));
+  };
+  const Quat<double> R_AJ =
+      about_axis(joint.frame_offset) * axis_turn(frame_axis(joint.type), joint.parent_axis);
   const Quat<double> R_AB =
-      Quat<double>(Eigen::AngleAxis<double>(joint.offset, joint.parent_axis)) *
-      axis_turn(joint.child_axis, joint.parent_axis);
+      about_axis(joint.offset) * axis_turn(joint.child_axis, joint.parent_axis);
   const Quat<double> R_BJ = R_AB.conjugate() * R_AJ;
   return {scaled_pose<S>({R_AJ, joint.parent_pivot}, parent_scale),
           scaled_pose<S>({R_BJ, joint.child_pivot}, child_scale)};

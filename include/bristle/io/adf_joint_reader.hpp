@@ -72,6 +72,11 @@ inline void read_adf_axis(AdfMap& map, AdfJoint& joint) {
   joint.equilibrium = map.number("equilibrium point", middle, adf_finite);
 }
 
+/// Springs and dampers of joints that have none here.
+inline void skip_adf_springs(AdfMap& map) {
+  map.skip({"stiffness", "damping", "equilibrium point"}, "joints of this type have no springs");
+}
+
 inline void read_adf_controller(AdfMap& map, AdfJoint& joint) {
   if (map.has("controller")) {
     AdfMap gains = map.map("controller");
@@ -96,10 +101,10 @@ inline void read_adf_joint(AdfMap& map, AdfJoint& joint) {
   joint.child_pivot = map.vector("child pivot");
   joint.parent_axis = map.direction("parent axis");
   joint.child_axis = map.direction("child axis");
-  joint.offset = map.number("joint offset", map.number("offset", 0.0, adf_finite), adf_finite);
-  if (map.has("child offset")) {
-    joint.offset -= map.number("child offset", adf_finite);
-  }
+  // Two names of one thing; where both are given the shorter counts.
+  const double child_offset = map.number("child offset", 0.0, adf_finite);
+  joint.offset = map.number("offset", child_offset, adf_finite);
+  joint.frame_offset = map.number("joint offset", 0.0, adf_finite);
   switch (joint.type) {
     case AdfJointType::revolute:
     case AdfJointType::prismatic:
@@ -110,25 +115,33 @@ inline void read_adf_joint(AdfMap& map, AdfJoint& joint) {
     case AdfJointType::cone_twist:
       if (map.has("joint limits")) joint.cone_limits = map.vector("joint limits");
       if (!(joint.cone_limits.minCoeff() >= 0.0)) map.fail("joint limits", "must be >= 0");
+      skip_adf_springs(map);
       break;
     case AdfJointType::six_dof_spring:
       joint.six_stiffness = read_adf_six(map, "stiffness");
       joint.six_damping = read_adf_six(map, "damping");
       map.skip({"equilibrium point"},
                "springs of six degrees of freedom rest where the frames meet");
-      [[fallthrough]];
-    case AdfJointType::six_dof:
       map.skip({"joint limits"}, "joints of six degrees of freedom have no stops");
       break;
-    case AdfJointType::fixed:
+    case AdfJointType::six_dof:
+      map.note(AdfNoteKind::changed, "type",
+               "six dof: holds nothing, since its stops are not read");
+      map.skip({"joint limits"}, "joints of six degrees of freedom have no stops");
+      skip_adf_springs(map);
+      break;
     case AdfJointType::point_to_point:
+      map.skip({"joint limits"}, "ball joints have no stops");
+      skip_adf_springs(map);
+      break;
+    case AdfJointType::fixed:
       break;
   }
   read_adf_controller(map, joint);
   joint.ignore_inter_collision = map.flag("ignore inter-collision", true);
-  map.pass({"joint limits", "stiffness", "damping", "equilibrium point", "offset"});
+  map.pass({"joint limits", "stiffness", "damping", "equilibrium point"});
   map.skip({"joint erp", "joint cfm"}, "joints are solved exactly");
-  map.skip({"enable motor"}, "a joint is free until it is given a drive");
+  map.skip({"enable motor", "controller output type"}, "a joint is free until it is given a drive");
   map.skip({"enable feedback", "passive", "publish frequency", "plugins"}, "communication");
   map.skip({"detached", "origin", "axis"}, "not used by the format's own reader");
 }

@@ -65,6 +65,12 @@ class AdfMap {
     return node != nullptr && node->kind != AdfNode::Kind::null;
   }
 
+  /// Whether a list is behind a key.
+  [[nodiscard]] bool has_list(std::string_view key) const {
+    const AdfNode* node = find(key);
+    return node != nullptr && node->kind == AdfNode::Kind::list;
+  }
+
   [[nodiscard]] double number(std::string_view key, const AdfRule& rule) {
     return to_number(key, require(key), rule);
   }
@@ -160,10 +166,15 @@ class AdfMap {
     }
     return result;
   }
-  /// The whole numbers of a list, each in [0, high].
+  /// The whole numbers of a list, each in [0, high]; no more of them than there are different ones,
+  /// since many blocks may name one list by aliases.
   [[nodiscard]] std::vector<std::size_t> counts(std::string_view key, std::size_t high) {
     std::vector<std::size_t> result;
-    for (const std::uint32_t item : items(key)) {
+    const std::vector<std::uint32_t> list = items(key);
+    if (list.size() > high + 1) {
+      fail(key, "must have at most " + std::to_string(high + 1) + " entries");
+    }
+    for (const std::uint32_t item : list) {
       result.push_back(to_count(element_name(key, result.size()), tree_->nodes[item], 0, high));
     }
     return result;

@@ -98,7 +98,8 @@ struct AdfRange {
 };
 
 /// A joint. It stands at zero where the child, turned so that its axis lies along the parent's by
-/// the shortest way, is turned by `offset` about that axis.
+/// the shortest way, is turned by `offset` about that axis. Its frame is that of the parent, turned
+/// so that z (of a slide x) lies along the axis, and by `frame_offset` about it.
 struct AdfJoint : AdfItem {
   AdfJointType type = AdfJointType::fixed;
   /// [-] Names of the two bodies.
@@ -110,8 +111,9 @@ struct AdfJoint : AdfItem {
   /// [1] Its axis there, of length 1.
   Vec3<double> parent_axis = Vec3<double>::UnitZ();
   Vec3<double> child_axis = Vec3<double>::UnitZ();
-  /// [rad] See above.
+  /// [rad] See above: `offset` of the format, or `child offset`, and `joint offset`.
   double offset = 0.0;
+  double frame_offset = 0.0;
   /// [m or rad] Stops of the free axis; unset: none.
   std::optional<AdfRange> limits{};
   /// [N/m or N m/rad], [N s/m or N m s/rad], [m or rad] Passive spring and damper, and where the
@@ -119,7 +121,7 @@ struct AdfJoint : AdfItem {
   double stiffness = 0.0;
   double damping = 0.0;
   double equilibrium = 0.0;
-  /// [rad] Of a cone twist: largest turn about the joint's axis, and tilts of it.
+  /// [rad] Of a cone twist: largest turn about x of the joint's frame, and tilts of x.
   Vec3<double> cone_limits = Vec3<double>::Constant(0.7);
   /// Of a spring of six degrees of freedom: along and about x, y, z.
   std::array<double, 6> six_stiffness{};

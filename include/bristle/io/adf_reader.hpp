@@ -126,6 +126,11 @@ class AdfReader {
   void leave_out_the_rest() {
     for (const char* list :
          {"soft bodies", "ghost objects", "vehicles", "volumes", "cameras", "lights"}) {
+      // The Blender add-on writes `cameras: 'CAMERA '` where there is none.
+      if (!root_.has_list(list)) {
+        root_.skip({list}, "one of the kinds that are not read");
+        continue;
+      }
       for_each(list, list, [&](AdfMap& map, const AdfItem& item) {
         leave_out(map, item, "one of the kinds that are not read");
       });

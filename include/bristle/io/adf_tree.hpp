@@ -83,6 +83,10 @@ class AdfTreeBuilder final : public YAML::EventHandler {
   void OnScalar(const YAML::Mark& mark, const std::string&, YAML::anchor_t anchor,
                 const std::string& value) override {
     const std::uint32_t node = add(mark, anchor, AdfNode::Kind::scalar);
+    if (value.size() > max_text) {
+      tree_.fail(line_, "", printable(value),
+                 "must not be longer than " + std::to_string(max_text) + " bytes");
+    }
     tree_.nodes[node].text = value;
     finish(node);
   }
@@ -102,6 +106,9 @@ class AdfTreeBuilder final : public YAML::EventHandler {
 
  private:
   static constexpr std::uint32_t none = 0xffffffffu;
+  /// [-] Bytes of a scalar. Readers copy names and paths for each block that an alias gives them
+  /// to, so that the length of one counts as often as there are blocks.
+  static constexpr std::size_t max_text = 1024;
 
   /// A map or list whose end has not come.
   struct Open {
