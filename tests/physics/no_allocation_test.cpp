@@ -61,6 +61,37 @@ TEST_CASE_TEMPLATE("no_allocation: a gripper with drives, joints and pads", S, f
   }
 }
 
+TEST_CASE_TEMPLATE("no_allocation: a chain of joints of all kinds", S, float, double) {
+  // Integrated as a mechanism, and with a drive, by the solver.
+  for (const DriveMode mode : {DriveMode::none, DriveMode::spring}) {
+    World<S> world(WorldDef<S>{.time_step = S(1.0 / 240)});
+    BodyId above = world.add_body({.motion = Motion::fixed});
+    for (const JointKind kind : {JointKind::revolute, JointKind::ball, JointKind::cone_twist,
+                                 JointKind::prismatic, JointKind::six_dof, JointKind::fixed}) {
+      BodyDef<S> link;
+      link.mass = S(1);
+      link.shape = Box<S>{{S(0.02), S(0.02), S(0.05)}};
+      link.position = world.pose(above).translation - Vec3<S>(S(0.03), 0, S(0.1));
+      const BodyId body = world.add_body(link);
+      JointDef<S> joint;
+      joint.kind = kind;
+      joint.body_a = above;
+      joint.body_b = body;
+      joint.X_BJ.translation = Vec3<S>(S(0.03), 0, S(0.1));
+      if (kind == JointKind::cone_twist) joint.swing_limit = S(0.5);
+      if (kind == JointKind::six_dof) joint.bushing.stiffness.setConstant(S(2e3));
+      if (kind == JointKind::revolute || kind == JointKind::prismatic) {
+        joint.spring = {S(50), S(0.5), S(0)};
+        joint.drive = {mode, S(0.1), S(20)};
+        joint.drive.stiffness = S(30);
+      }
+      world.add_joint(joint);
+      above = body;
+    }
+    CHECK(allocations_of(world, 120, 300) == 0);
+  }
+}
+
 TEST_CASE("no_allocation: a stack on hard contact, and one that is swept on sensors") {
   StackDef<double> def;
   auto hard = make_stack<double>(def);
