@@ -5,6 +5,9 @@
 
 #include <doctest/doctest.h>
 
+#include <cmath>
+#include <numbers>
+
 using fig8b::Measured;
 using fig8b::Phase;
 
