@@ -15,9 +15,12 @@
 
 #include <bristle/io/svg_plot.hpp>
 
+#include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <cstdio>
-#include <string>
+#include <numbers>
+#include <vector>
 
 namespace {
 
