@@ -8866,7 +8866,7 @@ template <Scalar S>
 class JointFlow {
  public:
   /// @throws InvalidArgument if the settings are not valid.
-  explicit JointFlow(const JointFlowDef<S>& def = {}) : def_(def) { validate(def); }
+  explicit JointFlow(JointFlowDef<S> def = {}) : def_(def) { validate(def_); }
 
   /// Finds the state of one connected group of bodies, one step later. Joints may be in a state
   /// that they do not allow: velocities are closed by impulses at the start, gaps at the end.
@@ -9472,7 +9472,8 @@ SoftBlock<S>& open_joint_soft_block(Joint<S>& joint, const JointPose<S>& pose,
   soft.body_b = joint.def.body_b.index;
   soft.arm_a = pose.arm_a;
   soft.arm_b = pose.arm_b;
-  soft.impulse << joint.spring_impulse.force, joint.spring_impulse.torque;
+  soft.impulse.template head<3>() = joint.spring_impulse.force;
+  soft.impulse.template tail<3>() = joint.spring_impulse.torque;
   joint.soft_block = static_cast<std::uint32_t>(out.soft.size());
   joint.is_sprung = true;
   joint.is_resolved = false;
@@ -25976,7 +25977,9 @@ class HapticLoop {
   [[nodiscard]] Vec6<S> motion_of(const Skin& skin, const SoftBlock<S>& block) const {
     const Twist<S>& twist = tools_[skin.tool].twist;
     Vec6<S> motion;
-    motion << twist.at(block.arm_a), twist.angular;
+    // By halves: g++ 12 takes the comma form for a read beyond three floats.
+    motion.template head<3>() = twist.at(block.arm_a);
+    motion.template tail<3>() = twist.angular;
     return motion;
   }
   [[nodiscard]] std::uint32_t number_of(std::uint32_t slot) const {

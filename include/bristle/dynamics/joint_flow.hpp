@@ -42,7 +42,7 @@ template <Scalar S>
 class JointFlow {
  public:
   /// @throws InvalidArgument if the settings are not valid.
-  explicit JointFlow(const JointFlowDef<S>& def = {}) : def_(def) { validate(def); }
+  explicit JointFlow(JointFlowDef<S> def = {}) : def_(def) { validate(def_); }
 
   /// Finds the state of one connected group of bodies, one step later. Joints may be in a state
   /// that they do not allow: velocities are closed by impulses at the start, gaps at the end.

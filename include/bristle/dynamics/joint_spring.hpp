@@ -45,7 +45,8 @@ SoftBlock<S>& open_joint_soft_block(Joint<S>& joint, const JointPose<S>& pose,
   soft.body_b = joint.def.body_b.index;
   soft.arm_a = pose.arm_a;
   soft.arm_b = pose.arm_b;
-  soft.impulse << joint.spring_impulse.force, joint.spring_impulse.torque;
+  soft.impulse.template head<3>() = joint.spring_impulse.force;
+  soft.impulse.template tail<3>() = joint.spring_impulse.torque;
   joint.soft_block = static_cast<std::uint32_t>(out.soft.size());
   joint.is_sprung = true;
   joint.is_resolved = false;

@@ -228,7 +228,9 @@ class HapticLoop {
   [[nodiscard]] Vec6<S> motion_of(const Skin& skin, const SoftBlock<S>& block) const {
     const Twist<S>& twist = tools_[skin.tool].twist;
     Vec6<S> motion;
-    motion << twist.at(block.arm_a), twist.angular;
+    // By halves: g++ 12 takes the comma form for a read beyond three floats.
+    motion.template head<3>() = twist.at(block.arm_a);
+    motion.template tail<3>() = twist.angular;
     return motion;
   }
   [[nodiscard]] std::uint32_t number_of(std::uint32_t slot) const {
