@@ -373,6 +373,9 @@ TEST_CASE("read_adf: an error names file, line, key, value and rule") {
   CHECK(error_of("joints: [J]\nJ:\n" + pivots +
                  "  type: hinge\n  joint limits: {low: 2, high: 1}\n") ==
         "scene.yaml:10: J/joint limits/low = 2: must be <= high");
+  CHECK(error_of("joints: [J]\nJ:\n" + pivots +
+                 "  type: cone twist\n  joint limits: {x: 0, y: 0, z: 1}\n") ==
+        "scene.yaml:10: J/joint limits: must have x >= 0, y and z > 0");
   CHECK(error_of("sensors: [S]\nS: {parent: A, type: Proximity}\n") ==
         "scene.yaml:2: S/array: must be given, or mesh, or parametric: where the rays are");
   CHECK(error_of("sensors: [S]\nS: {parent: A, type: Proximity, range: 0}\n") ==

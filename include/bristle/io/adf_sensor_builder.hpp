@@ -85,7 +85,8 @@ class AdfSensorBuilder {
  private:
   [[nodiscard]] SensorLayout<S> on_mesh(const AdfSensor& sensor, const AdfBody* carrier,
                                         const Transform<S>& X_AC) {
-    const TriangleMesh<S>& mesh = meshes_.load(sensor, sensor.mesh, AdfResolution::high, carrier);
+    const TriangleMesh<S>& mesh =
+        meshes_.load(sensor, "mesh", sensor.mesh, AdfResolution::high, carrier);
     count(sensor, mesh.triangles.size());
     rays_ -= mesh.triangles.size();
     PlacementReport placed;
