@@ -218,6 +218,29 @@ TEST_CASE("add_adf: meshes are found by their folders, and closed ones stay as t
   CHECK(world.body_count() == 0);
 }
 
+TEST_CASE("add_adf: damping of bristles joins sliding friction where both are unscaled") {
+  const auto parameters = [](const std::string& variable, Law law, bool is_reported) {
+    const AdfModel model = read_adf(
+        "sensors: [S]\nS: {type: Resistance, parent: A, friction: {dynamic: 2, damping: "
+        "30, variable: " +
+            variable + "}, array: [{offset: {x: 0, y: 0, z: 0}, direction: {x: 1, y: 0, z: 0}}]}\n",
+        "scene.yaml");
+    AdfBuildDef<double> def;
+    def.law.law = law;
+    detail::AdfMeshes<double> meshes(model, def.limits);
+    AdfReport report;
+    const PatchDef<double> patch = detail::AdfSensorBuilder<double>(model, def, meshes, report)
+                                       .patch(model.sensors[0], nullptr);
+    CHECK(has_note(report, "sensor/friction/damping", "not taken") == is_reported);
+    return patch.parameters.sliding_friction;
+  };
+  // 30 N/m a step of 1 ms.
+  CHECK(parameters("false", Law::paper, false) == doctest::Approx(2.03));
+  CHECK(parameters("true", Law::paper, false) == doctest::Approx(2.03));
+  CHECK(parameters("false", Law::ambf, false) == doctest::Approx(2.03));
+  CHECK(parameters("true", Law::ambf, true) == 2.0);
+}
+
 TEST_CASE("add_adf: fans reach from the first angle to the last") {
   World<double> world;
   AdfScene<double> scene = add(world, "bodies: [A]\n" + ball("A") +
