@@ -61,6 +61,7 @@ TEST_CASE("AdfNames: whole names are found without a search, parts by one pass o
   CHECK(searched == 16 + 17);  // the second match settles it
   // A part that begins again within itself.
   names.add(item("C", "/n/aabaabaaa", "C"), 5);
+  REQUIRE(names.find("aabaaa", searched) != nullptr);
   CHECK(*names.find("aabaaa", searched) == 5);
   CHECK(names.find("aabab", searched) == nullptr);
 }
