@@ -1,5 +1,5 @@
-// The scene files of AMBF itself, where they are at hand: in ../shared/ambf beside this tree, or
-// where BRISTLE_AMBF_DIR says.
+// The scene files of AMBF itself, where they are at hand: the environment's BRISTLE_AMBF_DIR names
+// their folder.
 // SPDX-License-Identifier: BSD-3-Clause
 #include <bristle/io/adf.hpp>
 #include <bristle/world/world.hpp>
@@ -18,15 +18,19 @@ using namespace bristle;
 namespace {
 
 std::vector<std::filesystem::path> ambf_files() {
-  const char* named = std::getenv("BRISTLE_AMBF_DIR");
-  const std::filesystem::path folder = named != nullptr ? named : BRISTLE_AMBF_DIR;
   std::vector<std::filesystem::path> files;
+  const char* const folder = std::getenv("BRISTLE_AMBF_DIR");
+  if (folder == nullptr) {
+    MESSAGE("skipped: BRISTLE_AMBF_DIR is not set");
+    return files;
+  }
   std::error_code error;
   for (const auto& entry : std::filesystem::recursive_directory_iterator(folder, error)) {
     if (entry.path().extension() == ".yaml") files.push_back(entry.path());
   }
   std::sort(files.begin(), files.end());
-  if (files.empty()) MESSAGE("skipped: no scene files in ", folder.string());
+  // A folder that is named and holds none is a slip.
+  CHECK_MESSAGE(!files.empty(), "no scene files in ", std::string(folder));
   return files;
 }
 

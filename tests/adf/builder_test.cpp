@@ -200,11 +200,45 @@ TEST_CASE("add_adf: meshes are found by their folders, and closed ones stay as t
                        doctest::Contains("A/mesh = none.stl: must be a file; none of these is: "),
                        AdfError);
   CHECK_THROWS_WITH_AS(add_adf<double>(world, model_of("bodies: [A]\nA: {mesh: broken.stl}\n")),
-                       doctest::Contains("broken.stl:"), IoError);
+                       doctest::Contains("scene.yaml:4: A/mesh = broken.stl: must be a mesh that "
+                                         "can be read: "),
+                       AdfError);
+  CHECK_THROWS_WITH_AS(
+      add_adf<double>(world, model_of("bodies: [A]\nA: {collision mesh: broken.stl}\n")),
+      doctest::Contains("scene.yaml:4: A/collision mesh = broken.stl: "), AdfError);
+  TriangleMesh<double> sheet = box_mesh<double>({1, 1, 1});
+  for (V& v : sheet.vertices) v.z() = 0.0;
+  save_stl(folder.path() / "low" / "sheet.stl", sheet);
+  CHECK_THROWS_WITH_AS(add_adf<double>(world, model_of("bodies: [A]\nA: {mesh: sheet.stl}\n")),
+                       doctest::Contains("A/mesh = sheet.stl: must have a convex hull: "),
+                       AdfError);
   AdfBuildDef<double> small;
   small.limits.max_mesh_bytes = 100;
   CHECK_THROWS_AS(add_adf(world, model_of("bodies: [A]\nA: {mesh: a.stl}\n"), small), AdfError);
   CHECK(world.body_count() == 0);
+}
+
+TEST_CASE("add_adf: damping of bristles joins sliding friction where both are unscaled") {
+  const auto parameters = [](const std::string& variable, Law law, bool is_reported) {
+    const AdfModel model = read_adf(
+        "sensors: [S]\nS: {type: Resistance, parent: A, friction: {dynamic: 2, damping: "
+        "30, variable: " +
+            variable + "}, array: [{offset: {x: 0, y: 0, z: 0}, direction: {x: 1, y: 0, z: 0}}]}\n",
+        "scene.yaml");
+    AdfBuildDef<double> def;
+    def.law.law = law;
+    detail::AdfMeshes<double> meshes(model, def.limits);
+    AdfReport report;
+    const PatchDef<double> patch = detail::AdfSensorBuilder<double>(model, def, meshes, report)
+                                       .patch(model.sensors[0], nullptr);
+    CHECK(has_note(report, "sensor/friction/damping", "not taken") == is_reported);
+    return patch.parameters.sliding_friction;
+  };
+  // 30 N/m a step of 1 ms.
+  CHECK(parameters("false", Law::paper, false) == doctest::Approx(2.03));
+  CHECK(parameters("true", Law::paper, false) == doctest::Approx(2.03));
+  CHECK(parameters("false", Law::ambf, false) == doctest::Approx(2.03));
+  CHECK(parameters("true", Law::ambf, true) == 2.0);
 }
 
 TEST_CASE("add_adf: fans reach from the first angle to the last") {
@@ -248,11 +282,27 @@ TEST_CASE("add_adf: what names nothing is left out, and said") {
 
 TEST_CASE("add_adf: what the world refuses is an error of its block, and the world stays") {
   CHECK(error_of("bodies: [A, B]\n" + ball("A") + "B: {mass: 1}\n") ==
-        "scene.yaml:3: B: BodyDef::inertia = unset: must be set where there is no shape with a "
+        "scene.yaml:3: B/inertia = unset: must be set where there is no shape with a "
         "finite volume");
   CHECK(error_of("bodies: [A]\nA: {mass: 1, collision shape: PLANE, collision geometry: {normal: "
                  "{x: 0, y: 0, z: 1}, offset: 0}}\n")
-            .find("scene.yaml:2: A: ") == 0);
+            .find("scene.yaml:2: A/collision shape = ") == 0);
+  // Each number is finite, their products are not.
+  CHECK(error_of("bodies: [A]\nA: {mass: 1, scale: 1e308, collision shape: BOX, collision "
+                 "geometry: {x: 100, y: 1, z: 1}}\n")
+            .find("scene.yaml:2: A/collision geometry = ") == 0);
+  CHECK(error_of("bodies: [A, B]\nA: {mass: 0, scale: 1e308}\n" + ball("B") +
+                 "joints: [J]\nJ: {type: fixed, parent: A, child: B, parent pivot: {x: 100, y: 0, "
+                 "z: 0}, child pivot: {x: 0, y: 0, z: 0}, parent axis: {x: 0, y: 0, z: 1}, child "
+                 "axis: {x: 0, y: 0, z: 1}}\n")
+            .find("scene.yaml:5: J/parent pivot = inf") == 0);
+  AdfBuildDef<double> slow;
+  slow.authored_step = 1e10;
+  CHECK(
+      error_of("bodies: [A]\n" + ball("A") +
+                   "sensors: [S]\nS: {type: Resistance, parent: A, contact damping: 1e300, array: "
+                   "[{offset: {x: 0, y: 0, z: 0}, direction: {x: 1, y: 0, z: 0}}]}\n",
+               slow) == "scene.yaml:4: S/contact damping = inf: must be finite and >= 0");
   AdfBuildDef<double> few;
   few.limits.max_rays = 3;
   CHECK(error_of("bodies: [A]\n" + ball("A") +

@@ -274,7 +274,8 @@ TEST_CASE("read_adf: aliases, and keys merged from other maps") {
   CHECK(model.bodies[1].mass == 2.0);  // the first of several sources wins
   CHECK(model.bodies[1].restitution == 0.5);
   // What an alias names is no stray key.
-  CHECK(model.report.notes().empty());
+  REQUIRE(model.report.notes().size() == 1);
+  CHECK(model.report.notes()[0].key == "body/damping");
 }
 
 TEST_CASE("read_adf: names") {
@@ -310,7 +311,10 @@ TEST_CASE("read_adf: what is not read is reported, once each") {
     REQUIRE(note_of(report, key) != nullptr);
     CHECK(note_of(report, key)->kind == AdfNoteKind::left_out);
   }
-  CHECK(report.notes().size() == 8);
+  // The damping that the format has where a body says nothing of it is lost too.
+  REQUIRE(note_of(report, "body/damping") != nullptr);
+  CHECK(note_of(report, "body/damping")->count == 2);
+  CHECK(report.notes().size() == 9);
   CHECK(report.text().find("line 7: unsupported: body/collision margin (2 times): ") !=
         std::string::npos);
 
@@ -373,6 +377,9 @@ TEST_CASE("read_adf: an error names file, line, key, value and rule") {
   CHECK(error_of("joints: [J]\nJ:\n" + pivots +
                  "  type: hinge\n  joint limits: {low: 2, high: 1}\n") ==
         "scene.yaml:10: J/joint limits/low = 2: must be <= high");
+  CHECK(error_of("joints: [J]\nJ:\n" + pivots +
+                 "  type: cone twist\n  joint limits: {x: 0, y: 0, z: 1}\n") ==
+        "scene.yaml:10: J/joint limits: must have x >= 0, y and z > 0");
   CHECK(error_of("sensors: [S]\nS: {parent: A, type: Proximity}\n") ==
         "scene.yaml:2: S/array: must be given, or mesh, or parametric: where the rays are");
   CHECK(error_of("sensors: [S]\nS: {parent: A, type: Proximity, range: 0}\n") ==

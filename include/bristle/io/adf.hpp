@@ -5,9 +5,11 @@
 #pragma once
 
 #include <bristle/io/adf_body_builder.hpp>
+#include <bristle/io/adf_fields.hpp>
 #include <bristle/io/adf_joint_builder.hpp>
 #include <bristle/io/adf_meshes.hpp>
 #include <bristle/io/adf_model.hpp>
+#include <bristle/io/adf_names.hpp>
 #include <bristle/io/adf_reader.hpp>
 #include <bristle/io/adf_scene.hpp>
 #include <bristle/io/adf_sensor_builder.hpp>
@@ -17,7 +19,9 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <map>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -28,8 +32,9 @@ namespace bristle {
 ///
 /// Joints and sensors that name a body the description has not got are left out, and reported.
 ///
-/// @throws AdfError that names line, key and rule of what the world cannot take, or of a mesh that
-///         is not there; IoError for a mesh that cannot be understood. The world is unchanged then.
+/// @throws AdfError that names line, key and rule of what the world cannot take, of a mesh that is
+///         not there or cannot be understood, or of what exceeds a limit. The world is unchanged
+///         then.
 template <Scalar S, typename Backend>
 AdfScene<S> add_adf(World<S, Backend>& world, const AdfModel& model,
                     const AdfBuildDef<S>& def = {});
@@ -71,9 +76,28 @@ class AdfBuilder {
     try {
       return action();
     } catch (const InvalidArgument& error) {
-      raise(AdfError(model_.file.string(), item.line, item.key + ": " + error.field(),
+      const std::string_view key = adf_key_of(error.field());
+      if (key.empty()) {
+        raise(AdfError(model_.file.string(), item.line, item.key, "", error.what()));
+      }
+      raise(AdfError(model_.file.string(), item.line, item.key + "/" + std::string(key),
                      error.value(), error.rule()));
     }
+  }
+
+  /// The body that a joint or sensor names under a key; null where none or several match. Each name
+  /// is looked for once.
+  [[nodiscard]] const Found* body_of(const AdfItem& item, const char* key,
+                                     const std::string& name) {
+    const auto known = looked_up_.find(name);
+    if (known != looked_up_.end()) return known->second;
+    const Found* const found = found_.find(name, searched_);
+    if (searched_ > def_.limits.max_searched_bytes) {
+      raise(AdfError(model_.file.string(), item.line, item.key + "/" + key, printable(name),
+                     "must be a whole name: parts of names were looked for in more than " +
+                         std::to_string(def_.limits.max_searched_bytes) + " bytes"));
+    }
+    return looked_up_[name] = found;
   }
 
   void add_bodies() {
@@ -96,8 +120,8 @@ class AdfBuilder {
   void add_joints() {
     AdfJointBuilder<S> builder(def_, scene_.report);
     for (const AdfJoint& joint : model_.joints) {
-      const Found* const parent = found_.find(joint.parent);
-      const Found* const child = found_.find(joint.child);
+      const Found* const parent = body_of(joint, "parent", joint.parent);
+      const Found* const child = body_of(joint, "child", joint.child);
       if (parent == nullptr || child == nullptr) {
         leave_out(joint, "no body, or several, by the name " +
                              printable(parent == nullptr ? joint.parent : joint.child));
@@ -122,7 +146,7 @@ class AdfBuilder {
     AdfSensorBuilder<S> builder(model_, def_, meshes_, scene_.report);
     std::vector<BodyId> with_patch;
     for (const AdfSensor& sensor : model_.sensors) {
-      const Found* const carrier = found_.find(sensor.parent);
+      const Found* const carrier = body_of(sensor, "parent", sensor.parent);
       if (carrier == nullptr) {
         leave_out(sensor, "no body, or several, by the name " + printable(sensor.parent));
         continue;
@@ -162,6 +186,8 @@ class AdfBuilder {
   AdfMeshes<S> meshes_;
   AdfScene<S> scene_;
   AdfNames<Found> found_;
+  std::map<std::string, const Found*> looked_up_;
+  std::size_t searched_ = 0;  // [-] Bytes.
 };
 
 }  // namespace detail

@@ -7,6 +7,7 @@
 #include <bristle/io/adf_meshes.hpp>
 #include <bristle/io/adf_model.hpp>
 #include <bristle/io/adf_scene.hpp>
+#include <bristle/io/adf_solids.hpp>
 
 #include <cstddef>
 #include <cstdint>
@@ -104,7 +105,7 @@ class AdfBodyBuilder {
       : model_(model),
         def_(def),
         gravity_(gravity),
-        meshes_(meshes),
+        solids_(model, def.limits, meshes, report),
         report_(report),
         groups_(model) {}
 
@@ -137,19 +138,8 @@ class AdfBodyBuilder {
                                .material = material(body)});
     }
     if (body.shapes.empty() && !body.collision_mesh.empty()) {
-      result.shapes.push_back({.shape = mesh_shape(body), .material = material(body)});
+      result.shapes.push_back({.shape = solids_.of(body), .material = material(body)});
     }
-  }
-
-  [[nodiscard]] Shape<S> mesh_shape(const AdfBody& body) {
-    TriangleMesh<S> mesh = meshes_.load(body, body.collision_mesh, AdfResolution::low, &body);
-    for (Vec3<S>& v : mesh.vertices) v *= S(body.scale);
-    if (body.mesh_type == AdfMeshType::concave) {
-      if (std::optional<TriangleMesh<S>> solid = closed_solid(mesh)) return std::move(*solid);
-      report_.add(AdfNoteKind::changed, body.key + "/collision mesh",
-                  "no closed solid: its convex hull is taken", body.line);
-    }
-    return convex_hull(mesh);
   }
 
   static void set_inertia(const AdfBody& body, BodyDef<S>& result) {
@@ -186,7 +176,7 @@ class AdfBodyBuilder {
   const AdfModel& model_;
   const AdfBuildDef<S>& def_;
   Vec3<S> gravity_;
-  AdfMeshes<S>& meshes_;
+  AdfSolids<S> solids_;
   AdfReport& report_;
   AdfGroups groups_;
 };

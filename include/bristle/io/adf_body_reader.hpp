@@ -146,9 +146,13 @@ inline std::optional<AdfSensor> read_adf_body(AdfMap& map, AdfBody& body) {
   if (map.has("gravity")) body.gravity = map.vector("gravity");
   std::optional<AdfSensor> sensor = read_adf_surface_sensor(map, body);
 
-  map.skip({"damping"},
-           "bodies have no damping of their own; the default of the format is 0.04 "
-           "and 0.1 of the velocities a second");
+  if (body.mass > 0.0 || map.has("damping")) {
+    // A body that says nothing of it has some in AMBF.
+    map.note(AdfNoteKind::unsupported, "damping",
+             "bodies have no damping of their own; the default of the format is 0.04 "
+             "and 0.1 of the velocities a second");
+  }
+  map.pass({"damping"});
   map.skip({"collision margin"}, "shapes have their exact size");
   map.skip({"controller", "controller output type"},
            "nothing drives a free body: World::move_to, "

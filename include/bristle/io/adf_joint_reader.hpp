@@ -114,7 +114,9 @@ inline void read_adf_joint(AdfMap& map, AdfJoint& joint) {
       break;
     case AdfJointType::cone_twist:
       if (map.has("joint limits")) joint.cone_limits = map.vector("joint limits");
-      if (!(joint.cone_limits.minCoeff() >= 0.0)) map.fail("joint limits", "must be >= 0");
+      if (!(joint.cone_limits.x() >= 0.0 && joint.cone_limits.tail<2>().minCoeff() > 0.0)) {
+        map.fail("joint limits", "must have x >= 0, y and z > 0");
+      }
       skip_adf_springs(map);
       break;
     case AdfJointType::six_dof_spring:

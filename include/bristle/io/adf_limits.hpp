@@ -23,6 +23,11 @@ struct AdfLimits {
   std::size_t max_rays = 1'000'000;
   /// [-] Bytes of one mesh file.
   std::size_t max_mesh_bytes = std::size_t{64} << 20;
+  /// [-] Triangles that bodies collide with: those of each body's solid, and of each mesh once for
+  /// each scale in which it is made into a solid.
+  std::size_t max_triangles = 1'000'000;
+  /// [-] Bytes of names in which names that are no whole ones are looked for.
+  std::size_t max_searched_bytes = std::size_t{1} << 28;
 };
 
 }  // namespace bristle

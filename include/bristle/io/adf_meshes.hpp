@@ -3,9 +3,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <bristle/geometry/mesh_validation.hpp>
-#include <bristle/geometry/quickhull.hpp>
-#include <bristle/geometry/shapes.hpp>
+#include <bristle/core/error.hpp>
 #include <bristle/geometry/triangle_mesh.hpp>
 #include <bristle/io/adf_limits.hpp>
 #include <bristle/io/adf_model.hpp>
@@ -17,11 +15,9 @@
 #include <filesystem>
 #include <initializer_list>
 #include <map>
-#include <optional>
 #include <string>
 #include <system_error>
 #include <utility>
-#include <vector>
 
 namespace bristle::detail {
 
@@ -40,25 +36,36 @@ class AdfMeshes {
   /// second choice; the folder of the description itself comes last. Paths of the body, where it
   /// has any, replace the model's.
   ///
-  /// @throws AdfError when none of the folders has the file or it is too large, IoError when it
-  ///         cannot be understood.
-  [[nodiscard]] const TriangleMesh<S>& load(const AdfItem& item, const std::string& file,
-                                            AdfResolution first, const AdfBody* body) {
-    const std::filesystem::path path = find(item, file, first, body);
-    const auto known = meshes_.find(path.string());
-    if (known != meshes_.end()) return known->second;
+  /// @param key   Of the item, that names the file.
+  /// @throws AdfError when none of the folders has the file, it is too large, or it cannot be
+  ///         understood.
+  [[nodiscard]] const TriangleMesh<S>& load(const AdfItem& item, const char* key,
+                                            const std::string& file, AdfResolution first,
+                                            const AdfBody* body) {
+    const std::filesystem::path path = find(item, key, file, first, body);
     std::error_code error;
+    // One file has many names: "a.stl", "./a.stl".
+    const std::string one_name = std::filesystem::canonical(path, error).string();
+    const auto known = meshes_.find(one_name);
+    if (known != meshes_.end()) return known->second;
     const std::uintmax_t size = std::filesystem::file_size(path, error);
     if (!error && size > limits_.max_mesh_bytes) {
-      fail(item, file,
+      fail(item, key, file,
            "must not be larger than " + std::to_string(limits_.max_mesh_bytes) + " bytes");
     }
-    return meshes_.emplace(path.string(), weld(load_mesh<S>(path))).first->second;
+    try {
+      return meshes_.emplace(one_name, weld(load_mesh<S>(path))).first->second;
+    } catch (const IoError& fault) {
+      fail(item, key, file, std::string("must be a mesh that can be read: ") + fault.what());
+    } catch (const InvalidArgument& fault) {
+      fail(item, key, file, std::string("must be a mesh that can be read: ") + fault.what());
+    }
   }
 
  private:
-  [[nodiscard]] std::filesystem::path find(const AdfItem& item, const std::string& file,
-                                           AdfResolution first, const AdfBody* body) const {
+  [[nodiscard]] std::filesystem::path find(const AdfItem& item, const char* key,
+                                           const std::string& file, AdfResolution first,
+                                           const AdfBody* body) const {
     const std::filesystem::path here = model_.file.parent_path();
     std::string high = model_.high_resolution_path;
     std::string low = model_.low_resolution_path;
@@ -71,11 +78,12 @@ class AdfMeshes {
       if (std::filesystem::is_regular_file(folder / file, error)) return folder / file;
       places += (places.empty() ? "" : ", ") + printable((folder / file).string());
     }
-    fail(item, file, "must be a file; none of these is: " + places);
+    fail(item, key, file, "must be a file; none of these is: " + places);
   }
 
-  [[noreturn]] void fail(const AdfItem& item, const std::string& file, std::string rule) const {
-    raise(AdfError(model_.file.string(), item.line, item.key + "/mesh", printable(file),
+  [[noreturn]] void fail(const AdfItem& item, const char* key, const std::string& file,
+                         std::string rule) const {
+    raise(AdfError(model_.file.string(), item.line, item.key + "/" + key, printable(file),
                    std::move(rule)));
   }
 
@@ -83,23 +91,5 @@ class AdfMeshes {
   const AdfLimits& limits_;
   std::map<std::string, TriangleMesh<S>> meshes_;
 };
-
-/// A mesh as a solid: without triangles that have no area, and turned right side out. None where
-/// it does not close.
-template <Scalar S>
-[[nodiscard]] std::optional<TriangleMesh<S>> closed_solid(const TriangleMesh<S>& mesh) {
-  const std::vector<std::uint32_t> flat = degenerate_triangles(mesh);
-  TriangleMesh<S> solid = flat.empty() ? mesh : without_triangles<S>(mesh, flat);
-  if (solid.triangles.empty()) return std::nullopt;
-  if (signed_volume(solid) < S(0)) {
-    for (auto& t : solid.triangles) std::swap(t[1], t[2]);
-  }
-  try {
-    validate_solid(solid);
-  } catch (const InvalidArgument&) {
-    return std::nullopt;
-  }
-  return solid;
-}
 
 }  // namespace bristle::detail

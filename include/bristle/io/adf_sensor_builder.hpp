@@ -72,8 +72,7 @@ class AdfSensorBuilder {
     result.parameters = {.normal_stiffness = S(sensor.contact_stiffness),
                          .normal_damping = S(sensor.contact_damping) * def_.authored_step,
                          .static_friction = S(sensor.static_friction),
-                         .sliding_friction = S(sensor.dynamic_friction) +
-                                             S(sensor.friction_damping) * def_.authored_step,
+                         .sliding_friction = S(sensor.dynamic_friction) + bristle_damping(sensor),
                          .breakaway_distance = S(sensor.contact_area)};
     result.integration = def_.integration;
     result.options = def_.law;
@@ -85,7 +84,8 @@ class AdfSensorBuilder {
  private:
   [[nodiscard]] SensorLayout<S> on_mesh(const AdfSensor& sensor, const AdfBody* carrier,
                                         const Transform<S>& X_AC) {
-    const TriangleMesh<S>& mesh = meshes_.load(sensor, sensor.mesh, AdfResolution::high, carrier);
+    const TriangleMesh<S>& mesh =
+        meshes_.load(sensor, "mesh", sensor.mesh, AdfResolution::high, carrier);
     count(sensor, mesh.triangles.size());
     rays_ -= mesh.triangles.size();
     PlacementReport placed;
@@ -98,6 +98,20 @@ class AdfSensorBuilder {
                   sensor.line);
     }
     return result;
+  }
+
+  /// [N s/m] What `friction: damping` adds to the sliding friction. The paper's law leaves both
+  /// unscaled; AMBF's has the one grow with the normal force, and not the other.
+  [[nodiscard]] S bristle_damping(const AdfSensor& sensor) {
+    if (def_.law.law == Law::ambf && sensor.variable_friction) {
+      if (sensor.friction_damping > 0.0) {
+        report_.add(AdfNoteKind::changed, "sensor/friction/damping",
+                    "not taken: sliding friction of the AMBF law grows with the normal force here",
+                    sensor.line);
+      }
+      return S(0);
+    }
+    return S(sensor.friction_damping) * def_.authored_step;
   }
 
   void count(const AdfSensor& sensor, std::size_t more) {
