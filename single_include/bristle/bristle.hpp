@@ -9373,16 +9373,27 @@ S joint_position(JointKind kind, const JointPose<S>& pose, S guess) {
   return nearest_turn(S(2) * atan2(pose.turn_J.x(), pose.turn_J.w()), guess);
 }
 
+namespace detail {
+
+/// Row along an axis of A's joint frame at B's joint origin.
+template <Scalar S>
+[[nodiscard]] ConstraintRow<S> linear_row(const JointPose<S>& pose, int axis) {
+  ConstraintRow<S> row;
+  row.direction = pose.axes_W.col(axis);
+  row.angular_a = pose.arm_a.cross(row.direction);
+  row.angular_b = pose.arm_b.cross(row.direction);
+  return row;
+}
+
+}  // namespace detail
+
 template <Scalar S>
 ConstraintRow<S> position_row(JointKind kind, const JointPose<S>& pose) {
   using std::max;
   ConstraintRow<S> row;
   switch (kind) {
     case JointKind::prismatic:
-      row.direction = pose.axes_W.col(0);
-      row.angular_a = pose.arm_a.cross(row.direction);
-      row.angular_b = pose.arm_b.cross(row.direction);
-      break;
+      return detail::linear_row(pose, 0);
     case JointKind::revolute:
       row.angular_a = row.angular_b = pose.axes_W.col(0);
       break;
@@ -9592,8 +9603,8 @@ template <Scalar S>
 template <Scalar S>
 struct DriveAim {
   bool acts = true;
-  S velocity = S(0);
-  S compliance = S(0);
+  S velocity = S(0);    // [m/s or rad/s]
+  S compliance = S(0);  // Of the row: how far it gives way.
 };
 
 /// @param position  [m or rad] Of the joint, at the start of the step.
@@ -9620,17 +9631,6 @@ template <Scalar S, typename Mobility>
   return {false, S(0), S(0)};
 }
 
-/// Row along an axis of A's joint frame at B's joint origin.
-template <Scalar S>
-[[nodiscard]] ConstraintRow<S> linear_row(const JointPose<S>& pose, int axis) {
-  ConstraintRow<S> row;
-  row.direction = pose.axes_W.col(axis);
-  row.angular_a = pose.arm_a.cross(row.direction);
-  row.angular_b = pose.arm_b.cross(row.direction);
-  row.error = pose.offset_J[axis];
-  return row;
-}
-
 /// Row on the turning of B relative to A about an axis.
 template <Scalar S>
 [[nodiscard]] ConstraintRow<S> angular_row(const Vec3<S>& axis, S error) {
@@ -9645,7 +9645,9 @@ template <Scalar S, typename Use>
 void for_each_locked_row(JointKind kind, const JointPose<S>& pose, Use&& use) {
   if (kind == JointKind::six_dof) return;
   for (int axis = kind == JointKind::prismatic ? 1 : 0; axis < 3; ++axis) {
-    use(linear_row(pose, axis));
+    ConstraintRow<S> row = linear_row(pose, axis);
+    row.error = pose.offset_J[axis];
+    use(row);
   }
   if (kind == JointKind::ball || kind == JointKind::cone_twist) return;
   const bool has_hinge = kind == JointKind::revolute;
@@ -9864,7 +9866,8 @@ class PassiveBounces {
  public:
   /// Takes back what bounces have given the mechanisms of a solved island beyond the energy of
   /// their free motion. Islands with sensors or drives, or beside what moves by itself, are left
-  /// alone: their energy is not theirs.
+  /// alone: their energy is not theirs. So are large ones, whose impulses are sums over parts of
+  /// the step.
   void calm(const Island& island, Constraints<S>& constraints, std::span<SolverBody<S>> bodies,
             const SolveContext<S>& context, IslandSolver<S>& solver, SolveReport<S>& report) {
     if (island.blocks.empty() || island.contacts.empty() || !island.soft.empty()) return;
@@ -26486,6 +26489,7 @@ class MechanismStage {
     for (std::size_t k = 0; k < slots_.size(); ++k) {
       SolverBody<S>& body = state.solver_bodies[slots_[k]];
       if (!body.moves) continue;
+      // `move` takes it there.
       body.motion = body.free_motion;
       body.follows_joints = true;
       const auto& found = system_.nodes()[k].now;
@@ -27367,15 +27371,17 @@ class SolveStage {
     solve_in_passes(context.settings.max_passes, solve_once, relinearise);
     // What the sensors gave is the sum of their evaluated impulses.
     if (!island.soft.empty()) apply_impulses(island, constraints, bodies);
+    bounces_.calm(island, constraints, bodies, context, solver_, report);
     for (const std::uint32_t slot : island.bodies) {
       if (is_finite(bodies[slot].twist)) continue;
       discard(state, sensors, island);
       return;
     }
-    bounces_.calm(island, constraints, bodies, context, solver_, report);
     solver_.place(island, constraints, bodies, context, report);
     if (context.integrator == Integrator::trapezoidal) keep_angular_momentum(state, island);
-    if (!island.blocks.empty()) limit_corrections(state, island, context);
+    if (!island.blocks.empty() && !IslandSolver<S>::is_large(context)) {
+      limit_corrections(state, island, context);
+    }
     mechanisms_.close_wide_gaps(state, island);
     state.report.position_sweeps += static_cast<std::uint64_t>(report.position_sweeps);
     state.report.direct_islands += report.factorisations > 0 ? 1 : 0;

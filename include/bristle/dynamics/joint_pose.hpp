@@ -95,16 +95,27 @@ S joint_position(JointKind kind, const JointPose<S>& pose, S guess) {
   return nearest_turn(S(2) * atan2(pose.turn_J.x(), pose.turn_J.w()), guess);
 }
 
+namespace detail {
+
+/// Row along an axis of A's joint frame at B's joint origin.
+template <Scalar S>
+[[nodiscard]] ConstraintRow<S> linear_row(const JointPose<S>& pose, int axis) {
+  ConstraintRow<S> row;
+  row.direction = pose.axes_W.col(axis);
+  row.angular_a = pose.arm_a.cross(row.direction);
+  row.angular_b = pose.arm_b.cross(row.direction);
+  return row;
+}
+
+}  // namespace detail
+
 template <Scalar S>
 ConstraintRow<S> position_row(JointKind kind, const JointPose<S>& pose) {
   using std::max;
   ConstraintRow<S> row;
   switch (kind) {
     case JointKind::prismatic:
-      row.direction = pose.axes_W.col(0);
-      row.angular_a = pose.arm_a.cross(row.direction);
-      row.angular_b = pose.arm_b.cross(row.direction);
-      break;
+      return detail::linear_row(pose, 0);
     case JointKind::revolute:
       row.angular_a = row.angular_b = pose.axes_W.col(0);
       break;

@@ -56,8 +56,8 @@ template <Scalar S>
 template <Scalar S>
 struct DriveAim {
   bool acts = true;
-  S velocity = S(0);
-  S compliance = S(0);
+  S velocity = S(0);    // [m/s or rad/s]
+  S compliance = S(0);  // Of the row: how far it gives way.
 };
 
 /// @param position  [m or rad] Of the joint, at the start of the step.
@@ -84,17 +84,6 @@ template <Scalar S, typename Mobility>
   return {false, S(0), S(0)};
 }
 
-/// Row along an axis of A's joint frame at B's joint origin.
-template <Scalar S>
-[[nodiscard]] ConstraintRow<S> linear_row(const JointPose<S>& pose, int axis) {
-  ConstraintRow<S> row;
-  row.direction = pose.axes_W.col(axis);
-  row.angular_a = pose.arm_a.cross(row.direction);
-  row.angular_b = pose.arm_b.cross(row.direction);
-  row.error = pose.offset_J[axis];
-  return row;
-}
-
 /// Row on the turning of B relative to A about an axis.
 template <Scalar S>
 [[nodiscard]] ConstraintRow<S> angular_row(const Vec3<S>& axis, S error) {
@@ -109,7 +98,9 @@ template <Scalar S, typename Use>
 void for_each_locked_row(JointKind kind, const JointPose<S>& pose, Use&& use) {
   if (kind == JointKind::six_dof) return;
   for (int axis = kind == JointKind::prismatic ? 1 : 0; axis < 3; ++axis) {
-    use(linear_row(pose, axis));
+    ConstraintRow<S> row = linear_row(pose, axis);
+    row.error = pose.offset_J[axis];
+    use(row);
   }
   if (kind == JointKind::ball || kind == JointKind::cone_twist) return;
   const bool has_hinge = kind == JointKind::revolute;

@@ -26,7 +26,8 @@ class PassiveBounces {
  public:
   /// Takes back what bounces have given the mechanisms of a solved island beyond the energy of
   /// their free motion. Islands with sensors or drives, or beside what moves by itself, are left
-  /// alone: their energy is not theirs.
+  /// alone: their energy is not theirs. So are large ones, whose impulses are sums over parts of
+  /// the step.
   void calm(const Island& island, Constraints<S>& constraints, std::span<SolverBody<S>> bodies,
             const SolveContext<S>& context, IslandSolver<S>& solver, SolveReport<S>& report) {
     if (island.blocks.empty() || island.contacts.empty() || !island.soft.empty()) return;

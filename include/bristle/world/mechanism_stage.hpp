@@ -252,6 +252,7 @@ class MechanismStage {
     for (std::size_t k = 0; k < slots_.size(); ++k) {
       SolverBody<S>& body = state.solver_bodies[slots_[k]];
       if (!body.moves) continue;
+      // `move` takes it there.
       body.motion = body.free_motion;
       body.follows_joints = true;
       const auto& found = system_.nodes()[k].now;

@@ -223,15 +223,17 @@ class SolveStage {
     solve_in_passes(context.settings.max_passes, solve_once, relinearise);
     // What the sensors gave is the sum of their evaluated impulses.
     if (!island.soft.empty()) apply_impulses(island, constraints, bodies);
+    bounces_.calm(island, constraints, bodies, context, solver_, report);
     for (const std::uint32_t slot : island.bodies) {
       if (is_finite(bodies[slot].twist)) continue;
       discard(state, sensors, island);
       return;
     }
-    bounces_.calm(island, constraints, bodies, context, solver_, report);
     solver_.place(island, constraints, bodies, context, report);
     if (context.integrator == Integrator::trapezoidal) keep_angular_momentum(state, island);
-    if (!island.blocks.empty()) limit_corrections(state, island, context);
+    if (!island.blocks.empty() && !IslandSolver<S>::is_large(context)) {
+      limit_corrections(state, island, context);
+    }
     mechanisms_.close_wide_gaps(state, island);
     state.report.position_sweeps += static_cast<std::uint64_t>(report.position_sweeps);
     state.report.direct_islands += report.factorisations > 0 ? 1 : 0;
