@@ -39,26 +39,42 @@ TEST_CASE("JointFlow: a pendulum keeps its period at large swings") {
   }
 }
 
+/// A chain of ball joints, of hinges in a plane, and of hinges that each are turned from the last.
+struct ChainKind {
+  JointKind kind;
+  double turn;
+};
+constexpr ChainKind chain_kinds[] = {
+    {JointKind::ball, 0}, {JointKind::revolute, 0}, {JointKind::revolute, 0.6}};
+
 TEST_CASE("JointFlow: swinging chains keep their energy") {
   struct Bar {
     int links;
     double rate, seconds, error;
   };
-  // Chain of ten at 1/60: adaptive substeps, whose errors the whip of the chain multiplies.
-  for (const Bar& bar : {Bar{2, 60, 10, 2.1e-3}, Bar{2, 240, 10, 2e-6}, Bar{2, 1000, 10, 1e-9},
-                         Bar{10, 60, 10, 6e-3}, Bar{10, 240, 10, 1e-3}, Bar{10, 1000, 3, 1.1e-5}}) {
-    CAPTURE(bar.links);
-    CAPTURE(bar.rate);
-    auto m = test::chain<double>(bar.links);
-    CHECK(test::chain_energy_error(m, bar.links, bar.seconds, 1 / bar.rate) < bar.error);
-    CHECK(m.largest_gap() < 1e-9);
+  for (const ChainKind& kind : chain_kinds) {
+    // Chain of ten at 1/60: adaptive substeps, whose errors the whip of the chain multiplies.
+    for (const Bar& bar :
+         {Bar{2, 60, 10, 2.1e-3}, Bar{2, 240, 10, 2e-6}, Bar{2, 1000, 10, 1e-9},
+          Bar{10, 60, 10, 6e-3}, Bar{10, 240, 10, 1e-3}, Bar{10, 1000, 3, 1.1e-5}}) {
+      CAPTURE(kind.turn);
+      CAPTURE(bar.links);
+      CAPTURE(bar.rate);
+      auto m = test::chain<double>(bar.links, true, kind.kind, kind.turn);
+      CHECK(test::chain_energy_error(m, bar.links, bar.seconds, 1 / bar.rate) < bar.error);
+      CHECK(m.largest_gap() < 1e-9);
+      CHECK(m.largest_tilt() < 1e-9);
+    }
   }
 }
 
 TEST_CASE("JointFlow: works in float") {
-  auto m = test::chain<float>(10);
-  CHECK(test::chain_energy_error(m, 10, 3, 1.0 / 240) < 1e-3);
-  CHECK(m.largest_gap() < 1e-4f);
+  for (const ChainKind& kind : chain_kinds) {
+    auto m = test::chain<float>(10, true, kind.kind, static_cast<float>(kind.turn));
+    CHECK(test::chain_energy_error(m, 10, 3, 1.0 / 240) < 1e-3);
+    CHECK(m.largest_gap() < 1e-4f);
+    CHECK(m.largest_tilt() < 1e-4f);
+  }
 }
 
 // A chain of balls, and one of hinges each of which is turned from the one before.
