@@ -33,9 +33,8 @@ void add_row(figure::Table& table, const Scene& scene, const Steps& steps) {
   press.run(4);
   const auto felt = press.world.reading(press.patch);
   const bool is_lost = felt.touching() == 0;
-  std::vector<figure::Cell> row{
-      scene.name, figure::number("%.3g", 1e3 * steps.time_step),
-      steps.integration == Integration::implicit ? "implicit" : "explicit"};
+  std::vector<figure::Cell> row{scene.name, figure::number("%.3g", 1e3 * steps.time_step),
+                                figure::name_of(steps.integration)};
   if (is_lost) {
     row.push_back("lost");
   } else {

@@ -20,9 +20,6 @@ using bristle::Integration;
 using bristle::SlipReset;
 using fig6::GripDef;
 
-const char* name_of(Integration integration) {
-  return integration == Integration::implicit ? "implicit" : "explicit";
-}
 const char* name_of(SlipReset reset) { return reset == SlipReset::drag ? "drag" : "release"; }
 
 bool print_postures() {
@@ -34,7 +31,7 @@ bool print_postures() {
         const fig6::Held held =
             fig6::hold({.posture = posture, .time_step = dt, .integration = integration});
         std::vector<figure::Cell> row{fig6::name_of(posture), figure::number("%.3g", 1e3 * dt),
-                                      name_of(integration)};
+                                      figure::name_of(integration)};
         // Explicit steps of 1/240 s are too long for these pads.
         if (held.is_lost() && integration == Integration::explicit_ && dt > 2e-3) {
           row.push_back("lost");

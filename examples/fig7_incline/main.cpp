@@ -31,8 +31,7 @@ void add_row(figure::Table& table, const Incline& incline) {
   std::vector<figure::Cell> row{
       figure::text("%.0f", incline.degrees) + (incline.law == Law::ambf ? " AMBF's law" : ""),
       sensors + (fig7::plate_of(incline).has_contact ? " and contact" : ""),
-      figure::number("%.3g", 1e3 * incline.time_step),
-      incline.integration == Integration::implicit ? "implicit" : "explicit"};
+      figure::number("%.3g", 1e3 * incline.time_step), figure::name_of(incline.integration)};
   if (incline.law == Law::ambf) {
     row.resize(6);
   } else {

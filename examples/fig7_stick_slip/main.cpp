@@ -22,10 +22,6 @@ using bristle::Integration;
 using fig7::Push;
 using fig7::Stairs;
 
-const char* name_of(Integration integration) {
-  return integration == Integration::implicit ? "implicit" : "explicit";
-}
-
 /// The first 80 ms of a push.
 bristle::Trace record(const Push& push) {
   bristle::Trace trace{{"time", "ms"}, {"place", "mm"}, {"speed", "m/s"}, {"friction", "F_max"}};
@@ -84,7 +80,7 @@ int main() {
         const Stairs measured = fig7::climb(push, dt < 1e-4 ? 1 : 4);
         table.add(
             {figure::number("%.2f", force.part), figure::number("%.4f", force.damping_ratio),
-             figure::number("%.3g", 1e3 * dt), name_of(integration),
+             figure::number("%.3g", 1e3 * dt), figure::name_of(integration),
              figure::number("%.3f", 1e3 * measured.height),
              figure::number("%.3f", 1e3 * measured.period),
              figure::number("%.3f", 1e3 * expected.period),

@@ -102,8 +102,7 @@ bool print_steps() {
     for (const double dt : {1e-3, 1.0 / 240}) {
       Task task({.time_step = dt, .integration = integration});
       task.run();
-      std::vector<figure::Cell> row{integration == Integration::implicit ? "implicit" : "explicit",
-                                    figure::number("%.3g", 1e3 * dt)};
+      std::vector<figure::Cell> row{figure::name_of(integration), figure::number("%.3g", 1e3 * dt)};
       // Explicit steps of 1/240 s are too long for these pads.
       if (!task.lost_in().empty() && integration == Integration::explicit_ && dt > 2e-3) {
         row.push_back("lost: " + task.lost_in());

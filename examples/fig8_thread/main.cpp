@@ -30,10 +30,6 @@ using fig8b::Phase;
 using fig8b::Task;
 using fig8b::TaskDef;
 
-const char* name_of(Integration integration) {
-  return integration == Integration::implicit ? "implicit" : "explicit";
-}
-
 /// Curves over the time of one run.
 struct Curves {
   bristle::PlotSeries left{"side of -y", {}, {}};
@@ -116,7 +112,7 @@ bool is_lost_explicitly(const TaskDef& def, const Measured& m) {
 void add_row(figure::Table& table, const TaskDef& def, const Measured& m) {
   using figure::number;
   std::vector<figure::Cell> row{fig8b::name_of(m.phase), number("%.3g", 1e3 * def.time_step),
-                                name_of(def.integration)};
+                                figure::name_of(def.integration)};
   if (is_lost_explicitly(def, m)) {
     row.push_back("lost");
     table.add(row);
@@ -174,7 +170,7 @@ int main() {
         if (measured.is_lost || is_lost_explicitly(def, measured)) break;
       }
       const std::chrono::duration<double> passed = std::chrono::steady_clock::now() - start;
-      std::fprintf(stderr, "%s, %.3g ms: %.1f ms a step\n", name_of(integration), 1e3 * dt,
+      std::fprintf(stderr, "%s, %.3g ms: %.1f ms a step\n", figure::name_of(integration), 1e3 * dt,
                    1e3 * passed.count() * dt / task.time());
     }
   }

@@ -28,10 +28,6 @@ struct Case {
   TaskDef def;
 };
 
-const char* name_of(Integration integration) {
-  return integration == Integration::implicit ? "implicit" : "explicit";
-}
-
 std::vector<Case> cases() {
   std::vector<Case> all;
   for (const Integration integration : {Integration::implicit, Integration::explicit_}) {
@@ -70,7 +66,7 @@ std::vector<figure::Cell> row_of(const Case& each, const Task& task,
     if (step.cpu_time < each.def.time_step) in_time += 1;
   }
   return {each.name,
-          name_of(each.def.integration),
+          figure::name_of(each.def.integration),
           figure::number("%.2f", task.real_time_factor()),
           figure::number("%.2f", *std::min_element(curve.y.begin(), curve.y.end())),
           figure::number("%.2f", 1e3 * longest),
@@ -107,7 +103,7 @@ int main() {
   bristle::SvgPlot plot{.title = "Real-time factor of the screwdriver task at 1 kHz (Fig. 9)",
                         .x_label = "time [s]"};
   for (const Integration integration : {Integration::implicit, Integration::explicit_}) {
-    plot.panels.push_back({.y_label = std::string("factor, ") + name_of(integration),
+    plot.panels.push_back({.y_label = std::string("factor, ") + figure::name_of(integration),
                            .series = {},
                            .references = {{1, "real time"}},
                            .is_logarithmic = true});

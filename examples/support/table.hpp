@@ -4,6 +4,7 @@
 #pragma once
 
 #include <bristle/io/file.hpp>
+#include <bristle/sensors/sensor_parameters.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -24,6 +25,11 @@ struct Cell {
   Cell(const char* words) : shown(words), recorded(words) {}
   Cell(std::string words) : shown(words), recorded(std::move(words)) {}
 };
+
+/// How a row calls the way its patches were integrated.
+inline const char* name_of(bristle::Integration integration) {
+  return integration == bristle::Integration::implicit ? "implicit" : "explicit";
+}
 
 /// Text of a number by a format of printf for a double.
 inline std::string text(const char* format, double value) {
