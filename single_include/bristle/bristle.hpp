@@ -25411,9 +25411,16 @@ class HeldMobilityFinder {
         for (std::uint32_t r = block.first; r < block.first + block.count; ++r) {
           const ConstraintRow<S>& row = rows_.rows[r];
           const bool holds = block.kind == BlockKind::equality ||
-                             (row.impulse > block.lower && row.impulse < block.upper &&
-                              value_of(row.compliance) == 0);
-          if (holds) stop(row.direction, is_a ? row.angular_a : row.angular_b, held);
+                             (row.impulse > block.lower && row.impulse < block.upper);
+          if (!holds) continue;
+          const Vec3<S>& angular = is_a ? row.angular_a : row.angular_b;
+          if (value_of(row.compliance) == 0) {
+            stop(row.direction, angular, held);
+          } else {
+            Vec6<S> j;
+            j << row.direction, angular;
+            soften((S(1) / row.compliance) * j * j.transpose(), Vec3<S>::Zero(), held);
+          }
         }
       }
     }

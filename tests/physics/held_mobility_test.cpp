@@ -102,8 +102,19 @@ TEST_CASE("held_mobility: what slides is free to go on sliding, and what bounces
   CHECK(was_hit);
 }
 
+// A drive by a spring and a damper adds what it resists with over a step.
 TEST_CASE("held_mobility: a slide leaves its axis, its drive takes that, too, up to its force") {
-  for (const double max_force : {0.0, 1000.0, 0.5}) {
+  const double dt = 1.0 / 60;
+  const double k = 200, d = 2;
+  struct Case {
+    DriveMode mode;
+    double max_force, mobility;
+  };
+  for (const Case& c : {Case{DriveMode::none, 0, 1 / mass}, Case{DriveMode::velocity, 1000, 0},
+                        Case{DriveMode::velocity, 0.5, 1 / mass},
+                        Case{DriveMode::spring, 1000, 1 / (mass + dt * dt * k + dt * d)},
+                        Case{DriveMode::spring, 0.1, 1 / mass}}) {
+    CAPTURE(c.mobility);
     StylusScene<double> scene({});
     const BodyId frame = scene.world.add_body({.motion = Motion::fixed});
     const BodyId box = scene.world.add_body(cube(1));
@@ -115,11 +126,11 @@ TEST_CASE("held_mobility: a slide leaves its axis, its drive takes that, too, up
     slide.X_AJ.rotation = slide.X_BJ.rotation =
         exp_rotation<double>(-0.5 * 3.14159265358979323846 * Vec3<double>::UnitY());
     slide.X_AJ.translation = {0, 0, 1};
-    if (max_force > 0) slide.drive = {DriveMode::velocity, 0, max_force, 1};
+    slide.drive = {.mode = c.mode, .max_force = c.max_force, .stiffness = k, .damping = d};
     scene.world.add_joint(slide);
     const auto held = mobility_of(scene, box, 3);
     Vec6<double> expected = Vec6<double>::Zero();
-    if (max_force < 1) expected[2] = 1 / mass;
+    expected[2] = c.mobility;
     check_diagonal(held.matrix, expected);
   }
 }
