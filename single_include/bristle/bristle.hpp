@@ -3498,6 +3498,736 @@ Body<S> make_body(const BodyDef<S>& def, const MassProperties<S>& of_shape) {
 /// overlapping. For a contact at rest the second is half of the first.
 // SPDX-License-Identifier: BSD-3-Clause
 
+// === bristle/math/lane_value.hpp
+
+/// @file
+/// What lets one formula serve a single scalar and a Pack of them.
+///
+/// A formula over a `Value` T is written with the operators, with `dot`, `cross`, `select`, and
+/// with `any` and `all` where a branch may skip work that no lane needs. For T = S it is the plain
+/// scalar formula; for T = Pack<S> it is the same one lane by lane, so that a test of the first
+/// tests the second.
+// SPDX-License-Identifier: BSD-3-Clause
+
+// === bristle/math/pack3.hpp
+
+/// @file
+/// Vectors in lanes: as many points or directions as a Pack has lanes, coordinate by coordinate.
+// SPDX-License-Identifier: BSD-3-Clause
+
+// === bristle/math/simd.hpp
+
+/// @file
+/// Several scalars at once: the one place that knows vector registers.
+///
+/// `Pack<S>` fills one register of the machine the program is compiled for and is written in the
+/// vector extensions of GCC and Clang, so that the same code serves every instruction set. Its
+/// width is that of a native register and never more: GCC spills wider types to memory, which costs
+/// ten times what they save. Elsewhere, for scalars that are not built in, and with BRISTLE_NO_SIMD
+/// it is an array of as many lanes in plain C++.
+///
+/// How many lanes there are depends on how a file is compiled, and so do functions over packs,
+/// under the same names: **all files of a program that use the library must be compiled for the
+/// same instruction set** (-march) and agree on BRISTLE_NO_SIMD, as with any templates over vector
+/// types. What is stored holds arrays of scalars and no Pack, so its layout is the same for all.
+// SPDX-License-Identifier: BSD-3-Clause
+
+// === bristle/math/lane_register.hpp
+
+/// @file
+/// The registers under `Pack` and `Mask` (simd.hpp): their width, the array that stands for one
+/// where there is none, and how they are compared.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <bit>
+#include <concepts>
+#include <cstddef>
+#include <cstdint>
+
+#if defined(__GNUC__) && !defined(BRISTLE_NO_SIMD)
+#define BRISTLE_HAS_SIMD 1
+// All of the instruction sets is 36,000 lines, a quarter of what a user's file would compile.
+#if defined(__AVX__)
+#include <immintrin.h>
+#elif defined(__SSE2__)
+#include <emmintrin.h>
+#endif
+#else
+#define BRISTLE_HAS_SIMD 0
+#endif
+
+namespace bristle {
+
+/// [bytes] Of a register.
+#if BRISTLE_HAS_SIMD && defined(__AVX512F__)
+inline constexpr std::size_t simd_bytes = 64;
+#elif BRISTLE_HAS_SIMD && defined(__AVX__)
+inline constexpr std::size_t simd_bytes = 32;
+#else
+inline constexpr std::size_t simd_bytes = 16;
+#endif
+
+namespace detail {
+
+/// Whether S comes in registers.
+template <Scalar S>
+inline constexpr bool has_register = BRISTLE_HAS_SIMD != 0 &&
+                                     (std::same_as<S, float> || std::same_as<S, double>);
+
+}  // namespace detail
+
+/// [-] Lanes of a Pack<S>, at most 16.
+template <Scalar S>
+inline constexpr std::size_t lanes = detail::has_register<S> ? simd_bytes / sizeof(S) : 4;
+
+// Every function here is a few instructions and is inlined even without optimisation: a register
+// passed through memory costs more than what is done with it.
+#if defined(__GNUC__)
+#define BRISTLE_LANES [[gnu::always_inline]] inline
+#else
+#define BRISTLE_LANES inline
+#endif
+// And what a loop over packs needs rarely is not, lest its values take the registers of the rest.
+#if defined(__GNUC__)
+#define BRISTLE_OUTLINED [[gnu::noinline]]
+#else
+#define BRISTLE_OUTLINED
+#endif
+
+namespace detail {
+
+/// What stands for a register where there is none.
+template <typename T>
+struct LaneArray {
+  T v[4];
+
+  T& operator[](std::size_t i) { return v[i]; }
+  const T& operator[](std::size_t i) const { return v[i]; }
+
+  template <typename F>
+  static auto each(F&& f) -> LaneArray<decltype(f(0))> {
+    return {{f(0), f(1), f(2), f(3)}};
+  }
+  friend auto operator+(const LaneArray& a, const LaneArray& b) {
+    return each([&](int i) { return T(a.v[i] + b.v[i]); });
+  }
+  friend auto operator-(const LaneArray& a, const LaneArray& b) {
+    return each([&](int i) { return T(a.v[i] - b.v[i]); });
+  }
+  friend auto operator*(const LaneArray& a, const LaneArray& b) {
+    return each([&](int i) { return T(a.v[i] * b.v[i]); });
+  }
+  friend auto operator/(const LaneArray& a, const LaneArray& b) {
+    return each([&](int i) { return T(a.v[i] / b.v[i]); });
+  }
+  friend auto operator-(const LaneArray& a) {
+    return each([&](int i) { return T(-a.v[i]); });
+  }
+  friend auto operator<(const LaneArray& a, const LaneArray& b) {
+    return each([&](int i) { return a.v[i] < b.v[i]; });
+  }
+  friend auto operator<=(const LaneArray& a, const LaneArray& b) {
+    return each([&](int i) { return a.v[i] <= b.v[i]; });
+  }
+  friend auto operator==(const LaneArray& a, const LaneArray& b) {
+    return each([&](int i) { return value_of(a.v[i]) == value_of(b.v[i]); });
+  }
+  friend auto operator&(const LaneArray& a, const LaneArray& b) {
+    return each([&](int i) { return bool(a.v[i] & b.v[i]); });
+  }
+  friend auto operator|(const LaneArray& a, const LaneArray& b) {
+    return each([&](int i) { return bool(a.v[i] | b.v[i]); });
+  }
+  friend auto operator^(const LaneArray& a, const LaneArray& b) {
+    return each([&](int i) { return bool(a.v[i] ^ b.v[i]); });
+  }
+  friend auto operator~(const LaneArray& a) {
+    return each([&](int i) { return !a.v[i]; });
+  }
+};
+
+/// The register of a scalar. Its comparisons give registers of integers, all bits of a lane equal.
+template <Scalar S>
+struct Register {
+  using Type = LaneArray<S>;
+};
+#if BRISTLE_HAS_SIMD
+template <>
+struct Register<float> {
+  typedef float Type __attribute__((vector_size(simd_bytes)));
+};
+template <>
+struct Register<double> {
+  typedef double Type __attribute__((vector_size(simd_bytes)));
+};
+#endif
+
+/// Comparisons, and what is made of them.
+template <Scalar S>
+struct Compare {
+  using Lanes = typename Register<S>::Type;
+  using Truth = decltype(Lanes{} < Lanes{});
+
+  BRISTLE_LANES static Truth less(const Lanes& a, const Lanes& b) { return a < b; }
+  BRISTLE_LANES static Truth less_equal(const Lanes& a, const Lanes& b) { return a <= b; }
+  BRISTLE_LANES static Truth equal(const Lanes& a, const Lanes& b) { return a == b; }
+  BRISTLE_LANES static Lanes select(const Truth& m, const Lanes& yes, const Lanes& no) {
+    if constexpr (has_register<S>) {
+      return m ? yes : no;
+    } else {
+      return Lanes::each([&](int i) { return m.v[i] ? yes.v[i] : no.v[i]; });
+    }
+  }
+  BRISTLE_LANES static std::uint32_t bits(const Truth& m) {
+#if BRISTLE_HAS_SIMD && defined(__AVX__)
+    if constexpr (std::same_as<S, float>)
+      return static_cast<std::uint32_t>(_mm256_movemask_ps(std::bit_cast<__m256>(m)));
+    if constexpr (std::same_as<S, double>)
+      return static_cast<std::uint32_t>(_mm256_movemask_pd(std::bit_cast<__m256d>(m)));
+#elif BRISTLE_HAS_SIMD && defined(__SSE2__)
+    if constexpr (std::same_as<S, float>)
+      return static_cast<std::uint32_t>(_mm_movemask_ps(std::bit_cast<__m128>(m)));
+    if constexpr (std::same_as<S, double>)
+      return static_cast<std::uint32_t>(_mm_movemask_pd(std::bit_cast<__m128d>(m)));
+#endif
+    std::uint32_t result = 0;
+    for (std::size_t i = 0; i < lanes<S>; ++i) result |= m[i] ? 1u << i : 0u;
+    return result;
+  }
+};
+
+#if BRISTLE_HAS_SIMD && defined(__AVX512F__)
+// With registers for masks of their own. GCC 12 takes comparisons that are joined and then selected
+// by apart lane by lane, so it is told.
+template <>
+struct Compare<float> {
+  using Lanes = Register<float>::Type;
+  using Truth = std::uint16_t;
+
+  BRISTLE_LANES static Truth less(const Lanes& a, const Lanes& b) {
+    return _mm512_cmp_ps_mask(a, b, _CMP_LT_OQ);
+  }
+  BRISTLE_LANES static Truth less_equal(const Lanes& a, const Lanes& b) {
+    return _mm512_cmp_ps_mask(a, b, _CMP_LE_OQ);
+  }
+  BRISTLE_LANES static Truth equal(const Lanes& a, const Lanes& b) {
+    return _mm512_cmp_ps_mask(a, b, _CMP_EQ_OQ);
+  }
+  BRISTLE_LANES static Lanes select(Truth m, const Lanes& yes, const Lanes& no) {
+    return Lanes(_mm512_mask_blend_ps(m, no, yes));
+  }
+  BRISTLE_LANES static std::uint32_t bits(Truth m) { return m; }
+};
+template <>
+struct Compare<double> {
+  using Lanes = Register<double>::Type;
+  using Truth = std::uint8_t;
+
+  BRISTLE_LANES static Truth less(const Lanes& a, const Lanes& b) {
+    return _mm512_cmp_pd_mask(a, b, _CMP_LT_OQ);
+  }
+  BRISTLE_LANES static Truth less_equal(const Lanes& a, const Lanes& b) {
+    return _mm512_cmp_pd_mask(a, b, _CMP_LE_OQ);
+  }
+  BRISTLE_LANES static Truth equal(const Lanes& a, const Lanes& b) {
+    return _mm512_cmp_pd_mask(a, b, _CMP_EQ_OQ);
+  }
+  BRISTLE_LANES static Lanes select(Truth m, const Lanes& yes, const Lanes& no) {
+    return Lanes(_mm512_mask_blend_pd(m, no, yes));
+  }
+  BRISTLE_LANES static std::uint32_t bits(Truth m) { return m; }
+};
+#endif
+
+}  // namespace detail
+}  // namespace bristle
+
+#include <bit>
+#include <cmath>
+#include <concepts>
+#include <cstddef>
+#include <cstdint>
+#include <utility>
+
+namespace bristle {
+
+/// A truth value for each lane.
+template <Scalar S>
+class Mask;
+
+/// A scalar for each lane. Operators work lane by lane; a scalar stands for itself in all lanes.
+template <Scalar S>
+class Pack;
+
+// Of a Mask: [-] bit i is lane i; whether it holds in one lane, in all, in none.
+template <Scalar S>
+[[nodiscard]] std::uint32_t bits(const Mask<S>& m);
+template <Scalar S>
+[[nodiscard]] bool any(const Mask<S>& m);
+template <Scalar S>
+[[nodiscard]] bool all(const Mask<S>& m);
+template <Scalar S>
+[[nodiscard]] bool none(const Mask<S>& m);
+
+/// [-] The bits of the first n lanes.
+[[nodiscard]] constexpr std::uint32_t first_bits(std::size_t n) {
+  return n >= 32 ? ~0u : (1u << n) - 1u;
+}
+
+/// `yes` where the mask holds, `no` elsewhere.
+template <Scalar S>
+[[nodiscard]] Pack<S> select(const Mask<S>& m, const Pack<S>& yes, const Pack<S>& no);
+
+/// Of the whole pack, lane by lane in halves: lane i with lane i + n / 2, and so on, so that the
+/// rounding of a sum depends on the width and on nothing else.
+template <Scalar S>
+[[nodiscard]] S sum_of_lanes(const Pack<S>& a);
+template <Scalar S>
+[[nodiscard]] S min_of_lanes(const Pack<S>& a);
+template <Scalar S>
+[[nodiscard]] S max_of_lanes(const Pack<S>& a);
+
+// Implementation -----------------------------------------------------------------------------------
+
+template <Scalar S>
+class Mask {
+ public:
+  using Register = typename detail::Compare<S>::Truth;
+
+  Mask() = default;
+  BRISTLE_LANES explicit Mask(const Register& r) : r_(r) {}
+
+  /// Holds in the first n lanes.
+  [[nodiscard]] BRISTLE_LANES static Mask first(std::size_t n);
+  /// Holds in lane i where bit i is set: the inverse of `bits`.
+  [[nodiscard]] BRISTLE_LANES static Mask from_bits(std::uint32_t set);
+
+  [[nodiscard]] BRISTLE_LANES const Register& get() const { return r_; }
+
+  [[nodiscard]] BRISTLE_LANES friend Mask operator&(const Mask& a, const Mask& b) {
+    return Mask(static_cast<Register>(a.r_ & b.r_));
+  }
+  [[nodiscard]] BRISTLE_LANES friend Mask operator|(const Mask& a, const Mask& b) {
+    return Mask(static_cast<Register>(a.r_ | b.r_));
+  }
+  [[nodiscard]] BRISTLE_LANES friend Mask operator!(const Mask& a) {
+    return Mask(static_cast<Register>(~a.r_));
+  }
+  [[nodiscard]] BRISTLE_LANES friend Mask operator^(const Mask& a, const Mask& b) {
+    return Mask(static_cast<Register>(a.r_ ^ b.r_));
+  }
+
+ private:
+  Register r_;
+};
+
+template <Scalar S>
+class Pack {
+ public:
+  using Register = typename detail::Register<S>::Type;
+  static constexpr std::size_t size = lanes<S>;
+
+  /// Not set to anything.
+  Pack() = default;
+  BRISTLE_LANES explicit Pack(const Register& r) : r_(r) {}
+  /// The same in all lanes.
+  BRISTLE_LANES Pack(S value)  // NOLINT: a scalar in a formula of packs is one
+      : Pack(make([&](std::size_t) { return value; })) {}
+
+  /// Lane i from p[i]; any alignment.
+  [[nodiscard]] BRISTLE_LANES static Pack load(const S* p) {
+    Pack a;
+    if constexpr (detail::has_register<S>) {
+      __builtin_memcpy(&a.r_, p, sizeof a.r_);
+    } else {
+      for (std::size_t i = 0; i < size; ++i) a.r_[i] = p[i];
+    }
+    return a;
+  }
+  /// The first n lanes from p; the others are `rest`, and nothing of p behind n is read.
+  [[nodiscard]] BRISTLE_LANES static Pack load_first(const S* p, std::size_t n, S rest) {
+    Pack a(rest);
+    for (std::size_t i = 0; i < n && i < size; ++i) a.r_[i] = p[i];
+    return a;
+  }
+  /// Lane i from p[at[i]].
+  template <std::integral Index>
+  [[nodiscard]] BRISTLE_LANES static Pack gather(const S* p, const Index* at) {
+    return make([&](std::size_t i) { return p[at[i]]; });
+  }
+  /// 0, 1, 2, ...
+  [[nodiscard]] BRISTLE_LANES static Pack numbers() {
+    return make([](std::size_t i) { return S(i); });
+  }
+
+  BRISTLE_LANES void store(S* p) const {
+    if constexpr (detail::has_register<S>) {
+      __builtin_memcpy(p, &r_, sizeof r_);
+    } else {
+      for (std::size_t i = 0; i < size; ++i) p[i] = r_[i];
+    }
+  }
+  /// The first n lanes; nothing behind them is written.
+  BRISTLE_LANES void store_first(S* p, std::size_t n) const {
+    for (std::size_t i = 0; i < n && i < size; ++i) p[i] = r_[i];
+  }
+
+  /// Lane i to p[at[i]], in the order of the lanes.
+  template <std::integral Index>
+  BRISTLE_LANES void scatter(S* p, const Index* at) const {
+    scatter(p, at, std::make_index_sequence<size>());
+  }
+
+  [[nodiscard]] BRISTLE_LANES S operator[](std::size_t i) const { return r_[i]; }
+  [[nodiscard]] BRISTLE_LANES const Register& get() const { return r_; }
+
+  [[nodiscard]] BRISTLE_LANES friend Pack operator+(const Pack& a, const Pack& b) {
+    return Pack(a.r_ + b.r_);
+  }
+  [[nodiscard]] BRISTLE_LANES friend Pack operator-(const Pack& a, const Pack& b) {
+    return Pack(a.r_ - b.r_);
+  }
+  [[nodiscard]] BRISTLE_LANES friend Pack operator*(const Pack& a, const Pack& b) {
+    return Pack(a.r_ * b.r_);
+  }
+  [[nodiscard]] BRISTLE_LANES friend Pack operator/(const Pack& a, const Pack& b) {
+    return Pack(a.r_ / b.r_);
+  }
+  [[nodiscard]] BRISTLE_LANES friend Pack operator-(const Pack& a) { return Pack(-a.r_); }
+  BRISTLE_LANES Pack& operator+=(const Pack& b) { return *this = *this + b; }
+  BRISTLE_LANES Pack& operator-=(const Pack& b) { return *this = *this - b; }
+  BRISTLE_LANES Pack& operator*=(const Pack& b) { return *this = *this * b; }
+  BRISTLE_LANES Pack& operator/=(const Pack& b) { return *this = *this / b; }
+
+  // False in lanes with a NaN, as between scalars; != is true there.
+  [[nodiscard]] BRISTLE_LANES friend Mask<S> operator<(const Pack& a, const Pack& b) {
+    return Mask<S>(detail::Compare<S>::less(a.r_, b.r_));
+  }
+  [[nodiscard]] BRISTLE_LANES friend Mask<S> operator<=(const Pack& a, const Pack& b) {
+    return Mask<S>(detail::Compare<S>::less_equal(a.r_, b.r_));
+  }
+  [[nodiscard]] BRISTLE_LANES friend Mask<S> operator>(const Pack& a, const Pack& b) {
+    return b < a;
+  }
+  [[nodiscard]] BRISTLE_LANES friend Mask<S> operator>=(const Pack& a, const Pack& b) {
+    return b <= a;
+  }
+  [[nodiscard]] BRISTLE_LANES friend Mask<S> operator==(const Pack& a, const Pack& b) {
+    return Mask<S>(detail::Compare<S>::equal(a.r_, b.r_));
+  }
+  [[nodiscard]] BRISTLE_LANES friend Mask<S> operator!=(const Pack& a, const Pack& b) {
+    return !(a == b);
+  }
+
+  /// The second where one of the two is NaN, as `a < b ? a : b` has it.
+  [[nodiscard]] BRISTLE_LANES friend Pack min(const Pack& a, const Pack& b) {
+    if constexpr (detail::has_register<S>) return Pack(a.r_ < b.r_ ? a.r_ : b.r_);
+    return select(a < b, a, b);
+  }
+  /// The second where one of the two is NaN, as `a > b ? a : b` has it.
+  [[nodiscard]] BRISTLE_LANES friend Pack max(const Pack& a, const Pack& b) {
+    if constexpr (detail::has_register<S>) return Pack(b.r_ < a.r_ ? a.r_ : b.r_);
+    return select(b < a, a, b);
+  }
+  [[nodiscard]] BRISTLE_LANES friend Pack abs(const Pack& a) {
+    if constexpr (detail::has_register<S>) {
+      // Everything but the sign.
+      using Bits = decltype(a.r_ < a.r_);
+      const Bits sign = std::bit_cast<Bits>(Pack(S(-0.0)).r_);
+      return Pack(std::bit_cast<Register>(std::bit_cast<Bits>(a.r_) & ~sign));
+    } else {
+      using std::abs;
+      return Pack(Register::each([&](int i) { return S(abs(a.r_.v[i])); }));
+    }
+  }
+  /// Rounded correctly.
+  [[nodiscard]] BRISTLE_LANES friend Pack sqrt(const Pack& a) {
+#if BRISTLE_HAS_SIMD && defined(__AVX512F__)
+    if constexpr (std::same_as<S, float>) return Pack(Register(_mm512_maskz_sqrt_ps(0xffff, a.r_)));
+    if constexpr (std::same_as<S, double>) return Pack(Register(_mm512_maskz_sqrt_pd(0xff, a.r_)));
+#elif BRISTLE_HAS_SIMD && defined(__AVX__)
+    if constexpr (std::same_as<S, float>) return Pack(Register(_mm256_sqrt_ps(a.r_)));
+    if constexpr (std::same_as<S, double>) return Pack(Register(_mm256_sqrt_pd(a.r_)));
+#elif BRISTLE_HAS_SIMD && defined(__SSE2__)
+    if constexpr (std::same_as<S, float>) return Pack(Register(_mm_sqrt_ps(a.r_)));
+    if constexpr (std::same_as<S, double>) return Pack(Register(_mm_sqrt_pd(a.r_)));
+#endif
+    using std::sqrt;
+    return make([&](std::size_t i) { return sqrt(a.r_[i]); });
+  }
+
+ private:
+  // All lanes at once: set one after the other, they would be blended in one after the other.
+  template <typename F, std::size_t... i>
+  BRISTLE_LANES static Pack make(const F& f, std::index_sequence<i...>) {
+    return Pack(Register{f(i)...});
+  }
+  template <typename F>
+  BRISTLE_LANES static Pack make(const F& f) {
+    return make(f, std::make_index_sequence<size>());
+  }
+  template <typename Index, std::size_t... i>
+  BRISTLE_LANES void scatter(S* p, const Index* at, std::index_sequence<i...>) const {
+    ((p[at[i]] = r_[i]), ...);
+  }
+
+  Register r_;
+};
+
+template <Scalar S>
+BRISTLE_LANES Mask<S> Mask<S>::first(std::size_t n) {
+  return Pack<S>::numbers() < Pack<S>(S(n));
+}
+
+template <Scalar S>
+BRISTLE_LANES Mask<S> Mask<S>::from_bits(std::uint32_t set) {
+  if constexpr (std::unsigned_integral<Register>) {
+    return Mask(static_cast<Register>(set));
+  } else if constexpr (detail::has_register<S>) {
+    using Integer = std::remove_cvref_t<decltype(Register{}[0])>;
+    Register own{};
+    for (std::size_t i = 0; i < lanes<S>; ++i) own[i] = Integer(1) << i;
+    return Mask(((Register{} + Integer(set)) & own) == own);
+  } else {
+    return Mask(Register::each([&](int i) { return (set >> i & 1u) != 0; }));
+  }
+}
+
+template <Scalar S>
+BRISTLE_LANES std::uint32_t bits(const Mask<S>& m) {
+  return detail::Compare<S>::bits(m.get());
+}
+template <Scalar S>
+BRISTLE_LANES bool any(const Mask<S>& m) {
+  return bits(m) != 0;
+}
+template <Scalar S>
+BRISTLE_LANES bool all(const Mask<S>& m) {
+  return bits(m) == (1u << lanes<S>)-1u;
+}
+template <Scalar S>
+BRISTLE_LANES bool none(const Mask<S>& m) {
+  return bits(m) == 0;
+}
+
+template <Scalar S>
+BRISTLE_LANES Pack<S> select(const Mask<S>& m, const Pack<S>& yes, const Pack<S>& no) {
+  return Pack<S>(detail::Compare<S>::select(m.get(), yes.get(), no.get()));
+}
+
+namespace detail {
+
+/// Lane i from lane i + by, around the end.
+template <std::size_t by, Scalar S, std::size_t... i>
+BRISTLE_LANES Pack<S> rotated(const Pack<S>& a, std::index_sequence<i...>) {
+#if BRISTLE_HAS_SIMD
+#if __has_builtin(__builtin_shufflevector)
+  if constexpr (has_register<S>) {
+    return Pack<S>(__builtin_shufflevector(a.get(), a.get(), ((i + by) % lanes<S>)...));
+  }
+#endif
+#endif
+  const S values[] = {a[(i + by) % lanes<S>]...};
+  return Pack<S>::load(values);
+}
+
+/// Joins the lanes of a pack two by two, halving their number each time.
+template <std::size_t half, Scalar S, typename Join>
+BRISTLE_LANES S join_lanes(const Pack<S>& a, const Join& join) {
+  const Pack<S> joined = join(a, rotated<half>(a, std::make_index_sequence<lanes<S>>()));
+  if constexpr (half > 1) {
+    return join_lanes<half / 2>(joined, join);
+  } else {
+    return joined[0];
+  }
+}
+
+}  // namespace detail
+
+template <Scalar S>
+BRISTLE_LANES S sum_of_lanes(const Pack<S>& a) {
+  return detail::join_lanes<lanes<S> / 2>(a,
+                                          [](const Pack<S>& x, const Pack<S>& y) { return x + y; });
+}
+template <Scalar S>
+BRISTLE_LANES S min_of_lanes(const Pack<S>& a) {
+  return detail::join_lanes<lanes<S> / 2>(
+      a, [](const Pack<S>& x, const Pack<S>& y) { return min(x, y); });
+}
+template <Scalar S>
+BRISTLE_LANES S max_of_lanes(const Pack<S>& a) {
+  return detail::join_lanes<lanes<S> / 2>(
+      a, [](const Pack<S>& x, const Pack<S>& y) { return max(x, y); });
+}
+
+}  // namespace bristle
+
+#include <cstddef>
+
+namespace bristle {
+
+/// A vector for each lane. Like Pack, never stored.
+template <Scalar S>
+struct Pack3 {
+  Pack<S> x, y, z;
+
+  /// From the same place of three arrays.
+  [[nodiscard]] BRISTLE_LANES static Pack3 load(const S* x, const S* y, const S* z) {
+    return {Pack<S>::load(x), Pack<S>::load(y), Pack<S>::load(z)};
+  }
+  /// The same in all lanes.
+  [[nodiscard]] BRISTLE_LANES static Pack3 all(const Vec3<S>& v) {
+    return {Pack<S>(v[0]), Pack<S>(v[1]), Pack<S>(v[2])};
+  }
+  BRISTLE_LANES void store(S* to_x, S* to_y, S* to_z) const {
+    x.store(to_x);
+    y.store(to_y);
+    z.store(to_z);
+  }
+  [[nodiscard]] BRISTLE_LANES Vec3<S> operator[](std::size_t i) const { return {x[i], y[i], z[i]}; }
+
+  [[nodiscard]] BRISTLE_LANES friend Pack3 operator+(const Pack3& a, const Pack3& b) {
+    return {a.x + b.x, a.y + b.y, a.z + b.z};
+  }
+  [[nodiscard]] BRISTLE_LANES friend Pack3 operator-(const Pack3& a, const Pack3& b) {
+    return {a.x - b.x, a.y - b.y, a.z - b.z};
+  }
+  [[nodiscard]] BRISTLE_LANES friend Pack3 operator-(const Pack3& a) { return {-a.x, -a.y, -a.z}; }
+  [[nodiscard]] BRISTLE_LANES friend Pack3 operator*(const Pack<S>& s, const Pack3& a) {
+    return {s * a.x, s * a.y, s * a.z};
+  }
+  BRISTLE_LANES Pack3& operator+=(const Pack3& b) { return *this = *this + b; }
+  BRISTLE_LANES Pack3& operator-=(const Pack3& b) { return *this = *this - b; }
+  [[nodiscard]] BRISTLE_LANES friend Pack<S> dot(const Pack3& a, const Pack3& b) {
+    return a.x * b.x + a.y * b.y + a.z * b.z;
+  }
+  [[nodiscard]] BRISTLE_LANES friend Pack3 cross(const Pack3& a, const Pack3& b) {
+    return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+  }
+  [[nodiscard]] BRISTLE_LANES friend Pack3 select(const Mask<S>& m, const Pack3& yes,
+                                                  const Pack3& no) {
+    return {select(m, yes.x, no.x), select(m, yes.y, no.y), select(m, yes.z, no.z)};
+  }
+};
+
+/// M v in every lane.
+template <Scalar S>
+[[nodiscard]] BRISTLE_LANES Pack3<S> product(const Mat3<S>& M, const Pack3<S>& v) {
+  const S* m = M.data();  // Column by column.
+  return {m[0] * v.x + m[3] * v.y + m[6] * v.z, m[1] * v.x + m[4] * v.y + m[7] * v.z,
+          m[2] * v.x + m[5] * v.y + m[8] * v.z};
+}
+
+}  // namespace bristle
+
+#include <cmath>
+
+namespace bristle {
+
+namespace detail {
+
+template <typename T>
+struct ValueTraits {};
+
+template <Scalar S>
+struct ValueTraits<S> {
+  using One = S;
+  using Vector = Vec3<S>;
+  using Truth = bool;
+};
+
+template <Scalar S>
+struct ValueTraits<Pack<S>> {
+  using One = S;
+  using Vector = Pack3<S>;
+  using Truth = Mask<S>;
+};
+
+}  // namespace detail
+
+/// A scalar, or a scalar for each lane.
+template <typename T>
+concept Value = requires {
+  typename detail::ValueTraits<T>::One;
+};
+
+/// The scalar of a value: S of S and of Pack<S>.
+template <Value T>
+using ScalarOf = typename detail::ValueTraits<T>::One;
+/// Three of them: Vec3<S> or Pack3<S>.
+template <Value T>
+using Vector3 = typename detail::ValueTraits<T>::Vector;
+/// What comparing two of them gives: bool or Mask<S>.
+template <Value T>
+using Truth = typename detail::ValueTraits<T>::Truth;
+
+// Of single values, what simd.hpp and pack3.hpp have for lanes.
+[[nodiscard]] BRISTLE_LANES bool any(bool m) { return m; }
+[[nodiscard]] BRISTLE_LANES bool all(bool m) { return m; }
+template <Scalar S>
+[[nodiscard]] BRISTLE_LANES S select(bool m, S yes, S no) {
+  return m ? yes : no;
+}
+template <typename A, typename B>
+[[nodiscard]] BRISTLE_LANES Vec3<typename A::Scalar> select(bool m, const Eigen::MatrixBase<A>& yes,
+                                                            const Eigen::MatrixBase<B>& no) {
+  if (m) return yes;
+  return no;
+}
+template <typename A, typename B>
+[[nodiscard]] BRISTLE_LANES typename A::Scalar dot(const Eigen::MatrixBase<A>& a,
+                                                   const Eigen::MatrixBase<B>& b) {
+  return a.dot(b);
+}
+template <typename A, typename B>
+[[nodiscard]] BRISTLE_LANES Vec3<typename A::Scalar> cross(const Eigen::MatrixBase<A>& a,
+                                                           const Eigen::MatrixBase<B>& b) {
+  return a.cross(b);
+}
+
+/// A vector without length.
+template <Value T>
+[[nodiscard]] BRISTLE_LANES Vector3<T> zero_vector() {
+  if constexpr (Scalar<T>) {
+    return Vec3<T>::Zero();
+  } else {
+    return {T(ScalarOf<T>(0)), T(ScalarOf<T>(0)), T(ScalarOf<T>(0))};
+  }
+}
+
+/// The same vector for all lanes.
+template <Value T>
+[[nodiscard]] BRISTLE_LANES Vector3<T> spread(const Vec3<ScalarOf<T>>& v) {
+  if constexpr (Scalar<T>) {
+    return v;
+  } else {
+    return Pack3<ScalarOf<T>>::all(v);
+  }
+}
+
+/// Sum over the lanes.
+template <Scalar S>
+[[nodiscard]] BRISTLE_LANES S sum_of_lanes(S a) {
+  return a;
+}
+template <Scalar S>
+[[nodiscard]] BRISTLE_LANES Vec3<S> sum_of_lanes(const Pack3<S>& a) {
+  return {sum_of_lanes(a.x), sum_of_lanes(a.y), sum_of_lanes(a.z)};
+}
+
+/// The remainder of a / b, of the sign of a, exactly. Where no lane has more than one b in a that is
+/// a difference, which is exact there (Sterbenz); else lane by lane.
+template <Scalar S>
+[[nodiscard]] BRISTLE_LANES Pack<S> fmod(const Pack<S>& a, const Pack<S>& b) {
+  using std::fmod;
+  if (all((a >= Pack<S>(S(0))) & (a < b + b))) return select(a < b, a, a - b);
+  S rest[lanes<S>];
+  for (std::size_t i = 0; i < lanes<S>; ++i) rest[i] = fmod(a[i], b[i]);
+  return Pack<S>::load(rest);
+}
+
+}  // namespace bristle
+
 #include <array>
 #include <cmath>
 #include <cstdint>
@@ -3613,26 +4343,27 @@ template <Scalar S>
 /// Friction of a contact: the exact 2x2 solution if it lies in the disk of `radius`; else one
 /// projected-gradient step of length 1 / lambda_max, whose fixed point is the point of the disk's
 /// edge that opposes the slip (Coulomb's direction, also where the 2x2 matrix is not isotropic).
-template <Scalar S>
-void solve_friction(const ContactResponse<S>& K, S v1, S v2, S radius, S& t1, S& t2) {
+/// @tparam Response  Has what `ContactResponse` says of the tangential part.
+template <Value T, typename Response>
+BRISTLE_LANES void solve_friction(const Response& K, const T& v1, const T& v2, const T& radius,
+                                  T& t1, T& t2) {
   using std::sqrt;
-  if (K.inverse_determinant > S(0)) {
-    const S x = t1 - (K.c * v1 - K.b * v2) * K.inverse_determinant;
-    const S y = t2 - (K.a * v2 - K.b * v1) * K.inverse_determinant;
-    if (x * x + y * y <= radius * radius) {
-      t1 = x;
-      t2 = y;
-      return;
-    }
+  const T zero = ScalarOf<T>(0);
+  const T x = t1 - (K.c * v1 - K.b * v2) * K.inverse_determinant;
+  const T y = t2 - (K.a * v2 - K.b * v1) * K.inverse_determinant;
+  const Truth<T> sticks = (K.inverse_determinant > zero) & (x * x + y * y <= radius * radius);
+  if (all(sticks)) {
+    t1 = x;
+    t2 = y;
+    return;
   }
-  t1 -= v1 * K.inverse_largest;
-  t2 -= v2 * K.inverse_largest;
-  const S size2 = t1 * t1 + t2 * t2;
-  if (size2 > radius * radius) {
-    const S shrink = radius / sqrt(size2);
-    t1 *= shrink;
-    t2 *= shrink;
-  }
+  const T u1 = t1 - v1 * K.inverse_largest;
+  const T u2 = t2 - v2 * K.inverse_largest;
+  const T size2 = u1 * u1 + u2 * u2;
+  const T one = ScalarOf<T>(1);
+  const T shrink = select(size2 > radius * radius, radius / sqrt(size2), one);
+  t1 = select(sticks, x, shrink * u1);
+  t2 = select(sticks, y, shrink * u2);
 }
 
 }  // namespace detail
@@ -5980,7 +6711,14 @@ class SavedImpulses {
 /// All points of a manifold keep their own normal impulse but share one friction: two tangents at
 /// the centre of pressure and a torsion about the normal, bounded by what the normal impulses
 /// allow. What it gives up is friction that differs from point to point within one patch, which
-/// rigid bodies leave undetermined anyway.
+/// rigid bodies leave undetermined anyway. Manifolds without a moving body in common are solved
+/// side by side, in lanes (`ManifoldBlock`), with the results of one after the other.
+// SPDX-License-Identifier: BSD-3-Clause
+
+// === bristle/dynamics/manifold_block.hpp
+
+/// @file
+/// Several manifolds in the lanes of registers, and the solution of each of them alone.
 ///
 /// A manifold sees six numbers: the velocity of b relative to a at the centre of pressure and the
 /// relative angular velocity, along its axes. With the point's lever e = r x n about the centre,
@@ -5989,6 +6727,320 @@ class SavedImpulses {
 /// two bodies are read once, all points and the friction are solved among these six numbers, and
 /// one force and one torque are given to the bodies, however many points there are.
 // SPDX-License-Identifier: BSD-3-Clause
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace bristle {
+
+/// Velocities of bodies, close to each other, to be read and written in lanes.
+template <Scalar S>
+class VelocityTable {
+ public:
+  /// [-] Numbers a body: six, and two that let it begin where a cache line does.
+  static constexpr std::uint32_t stride = 8;
+
+  void resize(std::size_t bodies) { numbers_.resize(std::max(numbers_.size(), stride * bodies)); }
+  void set(std::size_t body, const Twist<S>& v) {
+    S* p = numbers_.data() + stride * body;
+    for (std::size_t i = 0; i < 3; ++i) {
+      p[i] = v.linear[static_cast<int>(i)];
+      p[i + 3] = v.angular[static_cast<int>(i)];
+    }
+  }
+  [[nodiscard]] Twist<S> operator[](std::size_t body) const {
+    const S* p = numbers_.data() + stride * body;
+    return {{p[0], p[1], p[2]}, {p[3], p[4], p[5]}};
+  }
+  /// Linear velocity (part 0) or angular velocity (part 1) of a body for each lane.
+  /// @param at  [-] Number of the body times `stride`.
+  [[nodiscard]] BRISTLE_LANES Pack3<S> load(std::size_t part, const std::uint32_t* at) const {
+    const S* p = numbers_.data() + 3 * part;
+    return {Pack<S>::gather(p, at), Pack<S>::gather(p + 1, at), Pack<S>::gather(p + 2, at)};
+  }
+  /// The inverse; lanes with the same body write one after the other.
+  BRISTLE_LANES void store(std::size_t part, const std::uint32_t* at, const Pack3<S>& v) {
+    S* p = numbers_.data() + 3 * part;
+    v.x.scatter(p, at);
+    v.y.scatter(p + 1, at);
+    v.z.scatter(p + 2, at);
+  }
+
+ private:
+  std::vector<S> numbers_;
+};
+
+/// One point of each of the manifolds of a block. Zero where a manifold has fewer points.
+/// @tparam n  [-] Lanes, as the file is compiled for: part of the type, as it decides its layout.
+template <Scalar S, std::size_t n = lanes<S>>
+struct alignas(64) ManifoldPoints {
+  using Row = std::array<S, n>;
+  /// Lever of a unit normal impulse about the centre of pressure, along the tangents.
+  Row e1{}, e2{};
+  /// What it does to the normal velocity of the centre, and to the turn about the tangents.
+  Row linear{}, turn1{}, turn2{};
+  Row response{}, inverse_response{};
+  /// Distance from the centre of pressure: the arm of torsion.
+  Row radius{};
+  Row target{}, impulse{};
+  /// Of the position problem: gap by step, the share that moves the bodies and the least of it, and
+  /// what `inverse_response` is for it; 0 where bodies fly apart after a bounce.
+  Row approach{}, placed{}, least_placed{}, inverse_placing{};
+};
+
+/// As many manifolds as a register has lanes; unused lanes are zero and do nothing.
+template <Scalar S, std::size_t n = lanes<S>>
+struct alignas(64) ManifoldBlock {
+  using Row = std::array<S, n>;
+  struct Row3 {
+    Row x{}, y{}, z{};
+
+    void set(std::size_t lane, const Vec3<S>& v) {
+      x[lane] = v[0];
+      y[lane] = v[1];
+      z[lane] = v[2];
+    }
+  };
+  /// What a body's velocities do with impulses: where they are read, where they are written (apart
+  /// from all others where nothing moves them), arm to the centre of pressure, inverse mass by
+  /// axis and the upper part of the inverse inertia, row by row.
+  struct Side {
+    std::array<std::uint32_t, n> from{}, to{};
+    Row3 arm{}, inverse_mass{};
+    std::array<Row, 6> inverse_inertia{};
+    /// Whether only the first of the six counts, for all three axes.
+    bool is_isotropic = true;
+  };
+
+  /// [-] Lanes in use; places of their points, as many as the longest has.
+  std::uint32_t used = 0;
+  std::uint32_t first_point = 0;
+  std::uint32_t points = 0;
+  /// [-] Of each lane, its contacts as they are counted in the island.
+  std::array<std::uint32_t, n> first_contact{}, contacts{};
+
+  Side a, b;
+  /// Normal and tangents, world axes.
+  Row3 normal, tangent1, tangent2;
+  /// What normal impulses do across: velocity along the tangents and spin about the normal, for
+  /// units of force along the normal and of torque about the tangents.
+  std::array<std::array<Row, 3>, 3> across{};
+  Row friction{};
+  Row radius{};  // The largest of its points.
+  /// Tangential part of the response to forces, as in `ContactResponse`, and that to torsion.
+  Row response_a{}, response_b{}, response_c{}, inverse_determinant{};
+  Row largest_response{}, inverse_largest{};
+  Row torsion_response{}, inverse_torsion_response{};
+  Row friction_impulse1{}, friction_impulse2{}, torsion{};
+};
+
+/// The arithmetic of one block.
+template <Scalar S>
+class ManifoldKernel {
+ public:
+  using T = Pack<S>;
+  using Block = ManifoldBlock<S>;
+  using Points = ManifoldPoints<S>;
+  using Row = typename Block::Row;
+
+  ManifoldKernel(Block& block, std::span<Points> points)
+      : m_(block), points_(points.subspan(block.first_point, block.points)) {}
+
+  /// Writes the normal velocities at all points to their places in `out`.
+  void write_speeds(const VelocityTable<S>& velocities, std::span<Row> out) const {
+    const Relative v = relative(motion(velocities));
+    for (std::size_t k = 0; k < points_.size(); ++k) {
+      speed(points_[k], v).store(out[m_.first_point + k].data());
+    }
+  }
+  /// Adds what all impulses do.
+  void apply(VelocityTable<S>& velocities) const {
+    Load load;
+    for (const Points& p : points_) load.add(p, row(p.impulse));
+    push(velocities, motion(velocities), load, row(m_.friction_impulse1), row(m_.friction_impulse2),
+         row(m_.torsion));
+  }
+  /// One turn of the velocity problem.
+  /// @return [m/s] Largest velocity change.
+  BRISTLE_LANES T solve(VelocityTable<S>& velocities);
+  /// One turn of the position problem.
+  BRISTLE_LANES T place(VelocityTable<S>& displacements);
+
+ private:
+  /// Of the two bodies.
+  struct Motion {
+    Pack3<S> v_a, w_a, v_b, w_b;
+  };
+  /// Velocity of b relative to a at the centre, along the axes.
+  struct Relative {
+    T n, v1, v2;     // Along the normal and the tangents.
+    T spin, w1, w2;  // About them.
+  };
+  /// Sums of normal impulses: force, torque about the tangents.
+  struct Load {
+    T n = S(0), l1 = S(0), l2 = S(0);
+
+    BRISTLE_LANES void add(const Points& p, const T& x) {
+      n += x;
+      l1 += x * row(p.e1);
+      l2 += x * row(p.e2);
+    }
+    BRISTLE_LANES void add(const Points& p, const T& x, Relative& v) {
+      add(p, x);
+      v.n += x * row(p.linear);
+      v.w1 += x * row(p.turn1);
+      v.w2 += x * row(p.turn2);
+    }
+  };
+  /// What `detail::solve_friction` asks for.
+  struct TangentialResponse {
+    T a, b, c, inverse_determinant, inverse_largest;
+  };
+
+  [[nodiscard]] BRISTLE_LANES static T row(const Row& r) { return T::load(r.data()); }
+  [[nodiscard]] BRISTLE_LANES static Pack3<S> row(const typename Block::Row3& r) {
+    return Pack3<S>::load(r.x.data(), r.y.data(), r.z.data());
+  }
+  [[nodiscard]] BRISTLE_LANES static T speed(const Points& p, const Relative& v) {
+    return v.n + row(p.e1) * v.w1 + row(p.e2) * v.w2;
+  }
+  [[nodiscard]] BRISTLE_LANES T across(std::size_t i, const Load& load) const {
+    return row(m_.across[i][0]) * load.n + row(m_.across[i][1]) * load.l1 +
+           row(m_.across[i][2]) * load.l2;
+  }
+  [[nodiscard]] BRISTLE_LANES Motion motion(const VelocityTable<S>& velocities) const {
+    return {velocities.load(0, m_.a.from.data()), velocities.load(1, m_.a.from.data()),
+            velocities.load(0, m_.b.from.data()), velocities.load(1, m_.b.from.data())};
+  }
+  [[nodiscard]] BRISTLE_LANES Relative relative(const Motion& of) const {
+    const Pack3<S> v =
+        (of.v_b - of.v_a) + (cross(of.w_b, row(m_.b.arm)) - cross(of.w_a, row(m_.a.arm)));
+    const Pack3<S> w = of.w_b - of.w_a;
+    const Pack3<S> n = row(m_.normal), t1 = row(m_.tangent1), t2 = row(m_.tangent2);
+    return {dot(n, v), dot(t1, v), dot(t2, v), dot(n, w), dot(t1, w), dot(t2, w)};
+  }
+  /// Gives b an impulse and an angular impulse at the centre, and a their opposites.
+  BRISTLE_LANES void push(VelocityTable<S>& velocities, const Motion& before, const Load& load,
+                          const T& along1, const T& along2, const T& spin) const {
+    const Pack3<S> n = row(m_.normal), t1 = row(m_.tangent1), t2 = row(m_.tangent2);
+    const Pack3<S> force = load.n * n + along1 * t1 + along2 * t2;
+    const Pack3<S> torque = spin * n + load.l1 * t1 + load.l2 * t2;
+    push(m_.a, velocities, before.v_a, before.w_a, -force, -torque);
+    push(m_.b, velocities, before.v_b, before.w_b, force, torque);
+  }
+  BRISTLE_LANES static void push(const typename Block::Side& side, VelocityTable<S>& velocities,
+                                 const Pack3<S>& v, const Pack3<S>& w, const Pack3<S>& force,
+                                 const Pack3<S>& torque) {
+    const Pack3<S> l = torque + cross(row(side.arm), force);
+    const auto& I = side.inverse_inertia;
+    Pack3<S> turn = row(I[0]) * l;
+    if (!side.is_isotropic) {
+      const T xy = row(I[1]), xz = row(I[2]), yz = row(I[4]);
+      turn.x += xy * l.y + xz * l.z;
+      turn.y = xy * l.x + row(I[3]) * l.y + yz * l.z;
+      turn.z = xz * l.x + yz * l.y + row(I[5]) * l.z;
+    }
+    const Pack3<S> m = row(side.inverse_mass);
+    const Pack3<S> move{m.x * force.x, m.y * force.y, m.z * force.z};
+    velocities.store(0, side.to.data(), v + move);
+    velocities.store(1, side.to.data(), w + turn);
+  }
+  BRISTLE_LANES void rub(const T& most, const T& most_torsion, const Relative& v);
+
+  Block& m_;
+  std::span<Points> points_;
+};
+
+// Implementation -----------------------------------------------------------------------------------
+
+template <Scalar S>
+BRISTLE_LANES Pack<S> ManifoldKernel<S>::solve(VelocityTable<S>& velocities) {
+  const Motion before_turn = motion(velocities);
+  Relative v = relative(before_turn);
+  Load load;
+  T largest = S(0);
+  T sum = S(0);
+  T moment = S(0);
+  for (Points& p : points_) {
+    const T before = row(p.impulse);
+    // In this order a velocity that is no number gives no impulse.
+    const T wanted = max(before + (row(p.target) - speed(p, v)) * row(p.inverse_response), T(S(0)));
+    const T change = wanted - before;
+    wanted.store(p.impulse.data());
+    sum += wanted;
+    moment += wanted * row(p.radius);
+    load.add(p, change, v);
+    largest = max(abs(change) * row(p.response), largest);
+  }
+  v.v1 += across(0, load);
+  v.v2 += across(1, load);
+  v.spin += across(2, load);
+  const T before1 = row(m_.friction_impulse1);
+  const T before2 = row(m_.friction_impulse2);
+  const T before_torsion = row(m_.torsion);
+  rub(row(m_.friction) * sum, row(m_.friction) * moment, v);
+  const T change1 = row(m_.friction_impulse1) - before1;
+  const T change2 = row(m_.friction_impulse2) - before2;
+  const T twist = row(m_.torsion) - before_torsion;
+  largest = max(max(abs(change1), abs(change2)) * row(m_.largest_response), largest);
+  largest = max(abs(twist) * row(m_.torsion_response) * row(m_.radius), largest);
+  if (any(largest > T(S(0)))) push(velocities, before_turn, load, change1, change2, twist);
+  return largest;
+}
+
+/// Friction of a manifold: force and torsion together within an ellipsoid, whose axes are the force
+/// `most` alone and the torsion `most_torsion` alone.
+template <Scalar S>
+BRISTLE_LANES void ManifoldKernel<S>::rub(const T& most, const T& most_torsion, const Relative& v) {
+  const TangentialResponse K{row(m_.response_a), row(m_.response_b), row(m_.response_c),
+                             row(m_.inverse_determinant), row(m_.inverse_largest)};
+  const T zero = S(0);
+  T x1 = row(m_.friction_impulse1);
+  T x2 = row(m_.friction_impulse2);
+  detail::solve_friction(K, v.v1, v.v2, most, x1, x2);
+  const Mask<S> twists = most_torsion > zero;
+  T torsion = select(twists, row(m_.torsion) - v.spin * row(m_.inverse_torsion_response), zero);
+  const T turn = select(twists, torsion / most_torsion, zero);
+  const T size2 = (x1 * x1 + x2 * x2) / (most * most) + turn * turn;
+  const Mask<S> is_beyond = size2 > T(S(1));
+  if (any(is_beyond)) {
+    const T shrink = select(is_beyond, T(S(1)) / sqrt(size2), T(S(1)));
+    torsion *= shrink;
+    x1 *= shrink;
+    x2 *= shrink;
+  }
+  const Mask<S> presses = most > zero;
+  select(presses, x1, zero).store(m_.friction_impulse1.data());
+  select(presses, x2, zero).store(m_.friction_impulse2.data());
+  select(presses, torsion, zero).store(m_.torsion.data());
+}
+
+template <Scalar S>
+BRISTLE_LANES Pack<S> ManifoldKernel<S>::place(VelocityTable<S>& displacements) {
+  const Motion before_turn = motion(displacements);
+  Relative v = relative(before_turn);
+  Load load;
+  T largest = S(0);
+  for (Points& p : points_) {
+    const T before = row(p.placed);
+    const T left = row(p.approach) + speed(p, v);
+    const T wanted = max(before - left * row(p.inverse_placing), row(p.least_placed));
+    const T change = wanted - before;
+    wanted.store(p.placed.data());
+    load.add(p, change, v);
+    largest = max(abs(change) * row(p.response), largest);
+  }
+  const T zero = S(0);
+  if (any(largest > zero)) push(displacements, before_turn, load, zero, zero, zero);
+  return largest;
+}
+
+}  // namespace bristle
 
 // === bristle/dynamics/manifold_mobility.hpp
 
@@ -6036,6 +7088,75 @@ struct ManifoldMobility {
 
 }  // namespace bristle
 
+// === bristle/dynamics/manifold_order.hpp
+
+/// @file
+/// Which manifolds may be solved side by side.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <span>
+#include <tuple>
+#include <vector>
+
+namespace bristle {
+
+/// The contacts of one manifold, and the bodies between which they are.
+struct ManifoldSpan {
+  /// [-] First contact, as it is counted in the island, and their number.
+  std::uint32_t first = 0;
+  std::uint32_t count = 0;
+  /// [-] Slots of the bodies, and whether impulses move them.
+  std::uint32_t body_a = 0;
+  std::uint32_t body_b = 0;
+  bool moves_a = false;
+  bool moves_b = false;
+};
+
+/// Sorts manifolds into rounds. Those of a round have no body in common that moves, and whoever
+/// shares one with an earlier manifold is in a later round: so sweeps over the rounds, there or
+/// back, give what sweeps over the list would, to the last bit, however many of a round are solved
+/// at once.
+class ManifoldOrder {
+ public:
+  struct Place {
+    std::uint32_t round = 0;
+    /// [-] Contacts; of a round, manifolds with as many stand together, those with most first.
+    std::uint32_t count = 0;
+    std::uint32_t manifold = 0;
+  };
+
+  /// @param slots  [-] Number of bodies.
+  void build(std::span<const ManifoldSpan> manifolds, std::size_t slots) {
+    places_.clear();
+    next_round_.resize(std::max(next_round_.size(), slots), 0);
+    for (std::uint32_t k = 0; k < manifolds.size(); ++k) {
+      const ManifoldSpan& m = manifolds[k];
+      std::uint32_t round = 0;
+      if (m.moves_a) round = std::max(round, next_round_[m.body_a]);
+      if (m.moves_b) round = std::max(round, next_round_[m.body_b]);
+      if (m.moves_a) next_round_[m.body_a] = round + 1;
+      if (m.moves_b) next_round_[m.body_b] = round + 1;
+      places_.push_back({round, m.count, k});
+    }
+    for (const ManifoldSpan& m : manifolds) next_round_[m.body_a] = next_round_[m.body_b] = 0;
+    std::sort(places_.begin(), places_.end(), [](const Place& a, const Place& b) {
+      return std::tuple(a.round, b.count, a.manifold) < std::tuple(b.round, a.count, b.manifold);
+    });
+  }
+
+  [[nodiscard]] std::span<const Place> places() const { return places_; }
+
+ private:
+  std::vector<Place> places_;
+  std::vector<std::uint32_t> next_round_;  // By slot; 0 between two calls.
+};
+
+}  // namespace bristle
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -6058,207 +7179,125 @@ class ManifoldSweeps {
   void aim(const Island& island, Constraints<S>& constraints, std::span<const SolverBody<S>> bodies,
            const SolveContext<S>& context);
 
-  /// Adds what all impulses do to the bodies' velocities.
-  void apply(std::span<SolverBody<S>> bodies) const {
-    for (const Manifold& m : manifolds_) {
-      Load load;
-      for (const Point& p : points_of(m)) load.add(p, p.impulse);
-      SolverBody<S>& a = bodies[m.a];
-      SolverBody<S>& b = bodies[m.b];
-      push(m, {load.n, m.friction_impulse[0], m.friction_impulse[1]}, {m.torsion, load.l1, load.l2},
-           a, b, a.twist, b.twist);
+  /// Reads the bodies' velocities, or their displacements. All that follows works on what was read.
+  template <typename Of>
+  void load(std::span<const SolverBody<S>> bodies, Of&& of) {
+    velocities_.resize(slots_.size() + 1);
+    for (std::size_t k = 0; k < slots_.size(); ++k) velocities_.set(k + 1, of(bodies[slots_[k]]));
+  }
+  /// Writes back those of the bodies that are moved.
+  template <typename Of>
+  void unload(std::span<SolverBody<S>> bodies, Of&& of) const {
+    for (std::size_t k = 0; k < slots_.size(); ++k) {
+      SolverBody<S>& body = bodies[slots_[k]];
+      if (body.moves) of(body) = velocities_[k + 1];
     }
   }
 
+  /// Adds what all impulses do to the velocities.
+  void apply() {
+    for (Block& block : blocks_) Kernel(block, points_).apply(velocities_);
+  }
   /// One sweep over all contacts, there or back.
   /// @return [m/s] Largest velocity change.
-  S sweep(std::span<SolverBody<S>> bodies, bool backwards) {
-    return for_each_manifold(backwards, [&](Manifold& m) { return solve(m, bodies); });
+  S sweep(bool backwards) {
+    return for_each_block(backwards, [this](Kernel block) { return block.solve(velocities_); });
   }
 
-  /// Starts the position problem: shares of the impulses (`place_contact`), which `store` must
-  /// have written back.
-  void start_placing(const Island& island, Constraints<S>& constraints,
-                     std::span<const SolverBody<S>> bodies, Integrator integrator) const {
+  /// Shares of the impulses by default and for bounces (`place_contact`), which `store` must have
+  /// written back.
+  void place_contacts(const Island& island, Constraints<S>& constraints,
+                      std::span<const SolverBody<S>> bodies, Integrator integrator) {
     for_each_speed(island, constraints, bodies, velocity_of,
                    [&](ContactConstraint<S>& c, S speed) { place_contact(c, speed, integrator); });
   }
 
   /// Lets gaps follow the motion of a part of the step.
   void move_gaps(const Island& island, Constraints<S>& constraints,
-                 std::span<const SolverBody<S>> bodies, S dt) const {
+                 std::span<const SolverBody<S>> bodies, S dt) {
     for_each_speed(island, constraints, bodies, motion_of,
                    [&](ContactConstraint<S>& c, S speed) { c.gap += dt * speed; });
   }
 
+  /// Takes over the shares of the impulses that the contacts have, for sweeps of the position
+  /// problem; `store_placed` writes them back.
+  void start_placing(const Island& island, const Constraints<S>& constraints, S dt);
   /// One sweep of the position problem.
-  S place(const Island& island, Constraints<S>& constraints, std::span<SolverBody<S>> bodies, S dt,
-          bool backwards) {
-    const S per_step = S(1) / dt;
-    return for_each_manifold(backwards, [&](const Manifold& m) {
-      return place(m, island, constraints, bodies, per_step);
-    });
+  S place(bool backwards) {
+    return for_each_block(backwards, [this](Kernel block) { return block.place(velocities_); });
   }
+  void store_placed(const Island& island, Constraints<S>& constraints) const;
 
   /// Writes the impulses back to the constraints: friction is spread over the points in proportion
   /// to their normal impulses, so that its force and its torsion stay what they are.
   void store(const Island& island, Constraints<S>& constraints) const;
 
  private:
-  /// Three numbers without Eigen around them: in a function as large as a sweep its products would
-  /// become calls and its vectors memory.
-  struct Triple {
-    S x, y, z;
-  };
-  [[nodiscard]] static Triple triple(const Vec3<S>& v) { return {v[0], v[1], v[2]}; }
-  [[nodiscard]] static Triple cross(const Triple& u, const Triple& v) {
-    return {u.y * v.z - u.z * v.y, u.z * v.x - u.x * v.z, u.x * v.y - u.y * v.x};
-  }
-  [[nodiscard]] static S dot(const Triple& u, const Triple& v) {
-    return u.x * v.x + u.y * v.y + u.z * v.z;
-  }
+  using Kernel = ManifoldKernel<S>;
+  using Block = ManifoldBlock<S>;
+  using Points = ManifoldPoints<S>;
+  using Row = typename Block::Row;
 
-  /// Velocity of b relative to a at a manifold's centre, along its axes.
-  struct Relative {
-    S n, v1, v2;     // Along the normal and the tangents.
-    S spin, w1, w2;  // About them.
-  };
-
-  struct Point {
-    /// Lever of a unit normal impulse about the centre of pressure, along the tangents.
-    S e1 = S(0), e2 = S(0);
-    /// What it does to the normal velocity of the centre, and to the turn about the tangents.
-    S linear = S(0), turn1 = S(0), turn2 = S(0);
-    S response = S(0);
-    S inverse_response = S(0);
-    S target = S(0);
-    S impulse = S(0);
-    S radius = S(0);  // Distance from the centre of pressure: the arm of torsion.
-
-    [[nodiscard]] S speed(const Relative& v) const { return v.n + e1 * v.w1 + e2 * v.w2; }
-  };
-
-  struct Manifold {
-    std::uint32_t a = 0;
-    std::uint32_t b = 0;
-    std::uint32_t first = 0;
-    std::uint32_t count = 0;
-    /// Normal and tangents, world axes.
-    Triple n, t1, t2;
-    /// From each centre of mass to the centre of pressure, world axes.
-    Triple arm_a, arm_b;
-    /// What normal impulses do across: velocity along the tangents and spin about the normal, for
-    /// units of force along the normal and of torque about the tangents.
-    std::array<std::array<S, 3>, 3> across;
-    S friction = S(0);
-    S radius = S(0);  // The largest of its points.
-    ContactResponse<S> response;
-    S torsion_response = S(0);
-    S inverse_torsion_response = S(0);
-    std::array<S, 2> friction_impulse{};
-    S torsion = S(0);
-
-    [[nodiscard]] Triple in_world(const Triple& v) const {
-      return {n.x * v.x + t1.x * v.y + t2.x * v.z, n.y * v.x + t1.y * v.y + t2.y * v.z,
-              n.z * v.x + t1.z * v.y + t2.z * v.z};
+  template <typename Turn>
+  S for_each_block(bool backwards, Turn&& turn) {
+    Pack<S> largest = S(0);
+    const std::size_t count = blocks_.size();
+    for (std::size_t k = 0; k < count; ++k) {
+      largest = max(turn(Kernel(blocks_[backwards ? count - 1 - k : k], points_)), largest);
     }
-  };
+    return max_of_lanes(largest);
+  }
 
-  [[nodiscard]] static Relative relative(const Manifold& m, const Twist<S>& a, const Twist<S>& b) {
-    const Triple wa = triple(a.angular);
-    const Triple wb = triple(b.angular);
-    const Triple at_a = cross(wa, m.arm_a);
-    const Triple at_b = cross(wb, m.arm_b);
-    const Triple v{(b.linear[0] - a.linear[0]) + (at_b.x - at_a.x),
-                   (b.linear[1] - a.linear[1]) + (at_b.y - at_a.y),
-                   (b.linear[2] - a.linear[2]) + (at_b.z - at_a.z)};
-    const Triple w{wb.x - wa.x, wb.y - wa.y, wb.z - wa.z};
-    return {dot(m.n, v), dot(m.t1, v), dot(m.t2, v), dot(m.n, w), dot(m.t1, w), dot(m.t2, w)};
-  }
-  /// Gives b an impulse and an angular impulse at the centre, along the manifold's axes, and a
-  /// their opposites.
-  static void push(const Manifold& m, const Triple& along, const Triple& about,
-                   const SolverBody<S>& a, const SolverBody<S>& b, Twist<S>& twist_a,
-                   Twist<S>& twist_b) {
-    const Triple force = m.in_world(along);
-    const Triple torque = m.in_world(about);
-    if (a.moves) push(a, S(-1), force, torque, m.arm_a, twist_a);
-    if (b.moves) push(b, S(1), force, torque, m.arm_b, twist_b);
-  }
-  static void push(const SolverBody<S>& body, S sign, const Triple& force, const Triple& torque,
-                   const Triple& arm, Twist<S>& twist) {
-    const Triple lever = cross(arm, force);
-    const Triple total{sign * (torque.x + lever.x), sign * (torque.y + lever.y),
-                       sign * (torque.z + lever.z)};
-    const S* m = body.inverse_mass.data();
-    const S* I = body.inverse_inertia.data();  // Symmetric.
-    S* v = twist.linear.data();
-    S* w = twist.angular.data();
-    v[0] += sign * m[0] * force.x;
-    v[1] += sign * m[1] * force.y;
-    v[2] += sign * m[2] * force.z;
-    if (body.is_isotropic) {
-      w[0] += I[0] * total.x;
-      w[1] += I[0] * total.y;
-      w[2] += I[0] * total.z;
-    } else {
-      w[0] += I[0] * total.x + I[1] * total.y + I[2] * total.z;
-      w[1] += I[3] * total.x + I[4] * total.y + I[5] * total.z;
-      w[2] += I[6] * total.x + I[7] * total.y + I[8] * total.z;
+  /// Calls use(contact of the island, rows of its point, lane) for all points of a block, or of
+  /// all.
+  template <typename Use>
+  static void for_each_point(const Block& block, Use&& use) {
+    for (std::size_t lane = 0; lane < block.used; ++lane) {
+      for (std::uint32_t k = 0; k < block.contacts[lane]; ++k) {
+        use(block.first_contact[lane] + k, block.first_point + k, lane);
+      }
     }
   }
-
-  /// Sums of a manifold's normal impulses: force, torque about the tangents.
-  struct Load {
-    S n = S(0), l1 = S(0), l2 = S(0);
-
-    void add(const Point& p, S x) {
-      n += x;
-      l1 += x * p.e1;
-      l2 += x * p.e2;
-    }
-    void add(const Point& p, S x, Relative& v) {
-      add(p, x);
-      v.n += x * p.linear;
-      v.w1 += x * p.turn1;
-      v.w2 += x * p.turn2;
-    }
-  };
-
-  [[nodiscard]] std::span<const Point> points_of(const Manifold& m) const {
-    return std::span(points_).subspan(m.first, m.count);
+  template <typename Use>
+  void for_each_point(Use&& use) const {
+    for (const Block& block : blocks_) for_each_point(block, use);
+  }
+  /// Normal velocities at all points.
+  template <typename Of>
+  void find_speeds(std::span<const SolverBody<S>> bodies, Of&& of, std::vector<Row>& speeds) {
+    load(bodies, of);
+    speeds.resize(points_.size());
+    for (Block& block : blocks_) Kernel(block, points_).write_speeds(velocities_, speeds);
   }
   /// Calls use(contact, normal velocity) for all contacts.
   template <typename Of, typename Use>
   void for_each_speed(const Island& island, Constraints<S>& constraints,
-                      std::span<const SolverBody<S>> bodies, Of&& of, Use&& use) const {
-    for (const Manifold& m : manifolds_) {
-      const Relative v = relative(m, of(bodies[m.a]), of(bodies[m.b]));
-      for (std::uint32_t k = m.first; k < m.first + m.count; ++k) {
-        use(constraints.contacts[island.contacts[k]], points_[k].speed(v));
-      }
-    }
+                      std::span<const SolverBody<S>> bodies, Of&& of, Use&& use) {
+    find_speeds(bodies, of, speeds_);
+    for_each_point([&](std::uint32_t contact, std::uint32_t point, std::size_t lane) {
+      use(constraints.contacts[island.contacts[contact]], speeds_[point][lane]);
+    });
   }
 
-  template <typename Visit>
-  S for_each_manifold(bool backwards, Visit&& visit) {
-    S largest = S(0);
-    const std::size_t count = manifolds_.size();
-    for (std::size_t k = 0; k < count; ++k) {
-      largest = std::max(largest, visit(manifolds_[backwards ? count - 1 - k : k]));
-    }
-    return largest;
-  }
+  void find_manifolds(const Island& island, const Constraints<S>& constraints,
+                      std::span<const SolverBody<S>> bodies);
+  void add_manifold(const ManifoldSpan& manifold, const Island& island,
+                    const Constraints<S>& constraints, std::span<const SolverBody<S>> bodies);
+  void add_side(typename Block::Side& side, std::size_t lane, std::uint32_t slot,
+                const SolverBody<S>& body, const Vec3<S>& arm);
+  void store(const Block& block, std::size_t lane, const Island& island,
+             Constraints<S>& constraints) const;
 
-  void add_manifold(std::span<const std::uint32_t> contacts, const Constraints<S>& constraints,
-                    std::span<const SolverBody<S>> bodies);
-  S solve(Manifold& m, std::span<SolverBody<S>> bodies);
-  S place(const Manifold& m, const Island& island, Constraints<S>& constraints,
-          std::span<SolverBody<S>> bodies, S per_step);
-  static S rub(Manifold& m, S most, S most_torsion, const Relative& v);
+  std::vector<ManifoldSpan> manifolds_;
+  ManifoldOrder order_;
+  std::vector<Block> blocks_;
+  std::vector<Points> points_;
 
-  std::vector<Manifold> manifolds_;
-  std::vector<Point> points_;
+  // Bodies have places in the table from 1 on. What nothing moves is written to place 0.
+  std::vector<std::uint32_t> slots_;  // By place less 1.
+  std::vector<std::uint32_t> place_;  // By slot; 0 where it has none.
+  VelocityTable<S> velocities_;
+  std::vector<Row> speeds_, free_speeds_, motion_speeds_;
 };
 
 // Implementation -----------------------------------------------------------------------------------
@@ -6266,242 +7305,241 @@ class ManifoldSweeps {
 template <Scalar S>
 void ManifoldSweeps<S>::start(const Island& island, const Constraints<S>& constraints,
                               std::span<const SolverBody<S>> bodies) {
-  manifolds_.clear();
+  for (const std::uint32_t slot : slots_) place_[slot] = 0;
+  slots_.clear();
+  place_.resize(std::max(place_.size(), bodies.size()), 0);
+  blocks_.clear();
   points_.clear();
-  const auto belong_together = [&](std::uint32_t i, std::uint32_t j) {
-    return i + 1 == j && are_of_one_manifold(constraints.contacts[i], constraints.contacts[j]);
-  };
-  for (std::size_t k = 0; k < island.contacts.size();) {
-    std::size_t end = k + 1;
-    while (end < island.contacts.size() &&
-           belong_together(island.contacts[end - 1], island.contacts[end])) {
-      ++end;
+  find_manifolds(island, constraints, bodies);
+  order_.build(manifolds_, bodies.size());
+  std::uint32_t round = 0;
+  for (const ManifoldOrder::Place& place : order_.places()) {
+    if (blocks_.empty() || blocks_.back().used == lanes<S> || place.round != round) {
+      Block& block = blocks_.emplace_back();
+      block.first_point = static_cast<std::uint32_t>(points_.size());
+      // Its first manifold has the most.
+      block.points = place.count;
+      points_.resize(points_.size() + place.count);
+      round = place.round;
     }
-    add_manifold(island.contacts.subspan(k, end - k), constraints, bodies);
-    k = end;
+    add_manifold(manifolds_[place.manifold], island, constraints, bodies);
   }
 }
 
 template <Scalar S>
-void ManifoldSweeps<S>::add_manifold(std::span<const std::uint32_t> contacts,
+void ManifoldSweeps<S>::find_manifolds(const Island& island, const Constraints<S>& constraints,
+                                       std::span<const SolverBody<S>> bodies) {
+  manifolds_.clear();
+  for (std::uint32_t k = 0; k < island.contacts.size(); ++k) {
+    const std::uint32_t i = island.contacts[k];
+    const ContactConstraint<S>& c = constraints.contacts[i];
+    if (k > 0 && island.contacts[k - 1] + 1 == i &&
+        are_of_one_manifold(constraints.contacts[i - 1], c)) {
+      ++manifolds_.back().count;
+    } else {
+      manifolds_.push_back(
+          {k, 1, c.body_a, c.body_b, bodies[c.body_a].moves, bodies[c.body_b].moves});
+    }
+  }
+}
+
+template <Scalar S>
+void ManifoldSweeps<S>::add_side(typename Block::Side& side, std::size_t lane, std::uint32_t slot,
+                                 const SolverBody<S>& body, const Vec3<S>& arm) {
+  if (place_[slot] == 0) {
+    slots_.push_back(slot);
+    place_[slot] = static_cast<std::uint32_t>(slots_.size());
+  }
+  side.from[lane] = VelocityTable<S>::stride * place_[slot];
+  side.to[lane] = body.moves ? side.from[lane] : 0;
+  side.arm.set(lane, arm);
+  if (!body.moves) return;
+  side.inverse_mass.set(lane, body.inverse_mass);
+  const Mat3<S>& I = body.inverse_inertia;
+  const S upper[] = {I(0, 0), I(0, 1), I(0, 2), I(1, 1), I(1, 2), I(2, 2)};
+  for (std::size_t i = 0; i < 6; ++i) side.inverse_inertia[i][lane] = upper[i];
+  side.is_isotropic = side.is_isotropic && body.is_isotropic;
+}
+
+template <Scalar S>
+void ManifoldSweeps<S>::add_manifold(const ManifoldSpan& manifold, const Island& island,
                                      const Constraints<S>& constraints,
                                      std::span<const SolverBody<S>> bodies) {
+  using std::max;
   using std::sqrt;
-  const ContactConstraint<S>& one = constraints.contacts[contacts[0]];
-  Manifold& m = manifolds_.emplace_back();
-  m.a = one.body_a;
-  m.b = one.body_b;
-  m.first = static_cast<std::uint32_t>(points_.size());
-  m.count = static_cast<std::uint32_t>(contacts.size());
-  m.friction = one.friction;
+  Block& block = blocks_.back();
+  const std::size_t lane = block.used++;
+  const auto contact = [&](std::uint32_t k) -> const ContactConstraint<S>& {
+    return constraints.contacts[island.contacts[manifold.first + k]];
+  };
+  const ContactConstraint<S>& one = contact(0);
+  block.first_contact[lane] = manifold.first;
+  block.contacts[lane] = manifold.count;
+  block.friction[lane] = one.friction;
 
   // The centre of pressure of the last step; of points that carried nothing, their middle.
   S sum = S(0);
-  for (const std::uint32_t i : contacts) sum += constraints.contacts[i].impulse[0];
-  const S even = S(1) / S(contacts.size());
+  for (std::uint32_t k = 0; k < manifold.count; ++k) sum += contact(k).impulse[0];
+  const S even = S(1) / S(manifold.count);
   Vec3<S> arm_a = Vec3<S>::Zero();
   Vec3<S> arm_b = Vec3<S>::Zero();
-  for (const std::uint32_t i : contacts) {
-    const ContactConstraint<S>& c = constraints.contacts[i];
+  for (std::uint32_t k = 0; k < manifold.count; ++k) {
+    const ContactConstraint<S>& c = contact(k);
     const S weight = sum > S(0) ? c.impulse[0] / sum : even;
     arm_a += weight * c.arm_a;
     arm_b += weight * c.arm_b;
   }
-  m.arm_a = triple(arm_a);
-  m.arm_b = triple(arm_b);
-  m.n = triple(one.axes[0]);
-  m.t1 = triple(one.axes[1]);
-  m.t2 = triple(one.axes[2]);
+  const SolverBody<S>& a = bodies[manifold.body_a];
+  const SolverBody<S>& b = bodies[manifold.body_b];
+  add_side(block.a, lane, manifold.body_a, a, arm_a);
+  add_side(block.b, lane, manifold.body_b, b, arm_b);
+  block.normal.set(lane, one.axes[0]);
+  block.tangent1.set(lane, one.axes[1]);
+  block.tangent2.set(lane, one.axes[2]);
 
-  const ManifoldMobility<S> w(one, bodies[m.a], bodies[m.b], arm_a, arm_b);
-  m.response = w.linear;
-  m.response.prepare();
-  m.torsion_response = w.angular(0, 0);
-  m.inverse_torsion_response = m.torsion_response > S(0) ? S(1) / m.torsion_response : S(0);
-  m.across = {{{w.linear.n1, w.turn(1, 1), w.turn(2, 1)},
-               {w.linear.n2, w.turn(1, 2), w.turn(2, 2)},
-               {w.turn(0, 0), w.angular(0, 1), w.angular(0, 2)}}};
+  ManifoldMobility<S> w(one, a, b, arm_a, arm_b);
+  ContactResponse<S>& K = w.linear;
+  K.prepare();
+  block.response_a[lane] = K.a;
+  block.response_b[lane] = K.b;
+  block.response_c[lane] = K.c;
+  block.inverse_determinant[lane] = K.inverse_determinant;
+  block.largest_response[lane] = K.largest;
+  block.inverse_largest[lane] = K.inverse_largest;
+  const S spin = w.angular(0, 0);
+  block.torsion_response[lane] = spin;
+  block.inverse_torsion_response[lane] = spin > S(0) ? S(1) / spin : S(0);
+  const S across[3][3] = {{K.n1, w.turn(1, 1), w.turn(2, 1)},
+                          {K.n2, w.turn(1, 2), w.turn(2, 2)},
+                          {w.turn(0, 0), w.angular(0, 1), w.angular(0, 2)}};
+  for (std::size_t i = 0; i < 3; ++i) {
+    for (std::size_t j = 0; j < 3; ++j) block.across[i][j][lane] = across[i][j];
+  }
 
-  for (const std::uint32_t i : contacts) {
-    const ContactConstraint<S>& c = constraints.contacts[i];
-    Point& p = points_.emplace_back();
+  for (std::uint32_t k = 0; k < manifold.count; ++k) {
+    Points& p = points_[block.first_point + k];
+    S e1 = S(0);
+    S e2 = S(0);
     // A single point is the centre of pressure, and has no lever about it.
-    if (m.count > 1) {
-      const Triple from_center = triple(c.arm_a - arm_a);
-      p.e1 = dot(from_center, m.t2);
-      p.e2 = -dot(from_center, m.t1);
-      p.radius = sqrt(p.e1 * p.e1 + p.e2 * p.e2);
-      m.radius = std::max(m.radius, p.radius);
+    if (manifold.count > 1) {
+      const Vec3<S> from_center = contact(k).arm_a - arm_a;
+      e1 = from_center.dot(one.axes[2]);
+      e2 = -from_center.dot(one.axes[1]);
+      p.radius[lane] = sqrt(e1 * e1 + e2 * e2);
+      block.radius[lane] = max(block.radius[lane], p.radius[lane]);
     }
-    p.turn1 = w.turn(1, 0) + p.e1 * w.angular(1, 1) + p.e2 * w.angular(1, 2);
-    p.turn2 = w.turn(2, 0) + p.e1 * w.angular(2, 1) + p.e2 * w.angular(2, 2);
-    p.linear = w.linear.nn + p.e1 * w.turn(1, 0) + p.e2 * w.turn(2, 0);
-    p.response = p.linear + p.e1 * p.turn1 + p.e2 * p.turn2;
-    p.inverse_response = p.response > S(0) ? S(1) / p.response : S(0);
+    p.e1[lane] = e1;
+    p.e2[lane] = e2;
+    const S turn1 = w.turn(1, 0) + e1 * w.angular(1, 1) + e2 * w.angular(1, 2);
+    const S turn2 = w.turn(2, 0) + e1 * w.angular(2, 1) + e2 * w.angular(2, 2);
+    const S linear = K.nn + e1 * w.turn(1, 0) + e2 * w.turn(2, 0);
+    const S response = linear + e1 * turn1 + e2 * turn2;
+    p.turn1[lane] = turn1;
+    p.turn2[lane] = turn2;
+    p.linear[lane] = linear;
+    p.response[lane] = response;
+    p.inverse_response[lane] = response > S(0) ? S(1) / response : S(0);
   }
 }
 
 template <Scalar S>
 void ManifoldSweeps<S>::aim(const Island& island, Constraints<S>& constraints,
                             std::span<const SolverBody<S>> bodies, const SolveContext<S>& context) {
-  for (Manifold& m : manifolds_) {
-    const SolverBody<S>& a = bodies[m.a];
-    const SolverBody<S>& b = bodies[m.b];
-    const Relative start = relative(m, a.start, b.start);
-    const Relative free = relative(m, a.free, b.free);
-    const Relative motion = relative(m, a.free_motion, b.free_motion);
-    m.friction_impulse = {};
-    m.torsion = S(0);
-    for (std::uint32_t k = m.first; k < m.first + m.count; ++k) {
-      ContactConstraint<S>& c = constraints.contacts[island.contacts[k]];
-      Point& p = points_[k];
-      aim_contact<S>(c, {p.speed(start), p.speed(free), p.speed(motion)},
-                     a.follows_joints || b.follows_joints, context);
-      p.target = c.target;
-      p.impulse = c.impulse[0];
-      m.friction_impulse[0] += c.impulse[1];
-      m.friction_impulse[1] += c.impulse[2];
-      m.torsion -= p.e1 * c.impulse[1] + p.e2 * c.impulse[2];
-    }
+  const auto start = [](const SolverBody<S>& body) -> const Twist<S>& { return body.start; };
+  const auto free = [](const SolverBody<S>& body) -> const Twist<S>& { return body.free; };
+  const auto motion = [](const SolverBody<S>& body) -> const Twist<S>& { return body.free_motion; };
+  find_speeds(bodies, start, speeds_);
+  find_speeds(bodies, free, free_speeds_);
+  find_speeds(bodies, motion, motion_speeds_);
+  for (Block& block : blocks_) {
+    block.friction_impulse1 = block.friction_impulse2 = block.torsion = {};
+    for_each_point(block, [&](std::uint32_t contact, std::uint32_t point, std::size_t lane) {
+      ContactConstraint<S>& c = constraints.contacts[island.contacts[contact]];
+      aim_contact<S>(c,
+                     {speeds_[point][lane], free_speeds_[point][lane], motion_speeds_[point][lane]},
+                     bodies[c.body_a].follows_joints || bodies[c.body_b].follows_joints, context);
+      Points& p = points_[point];
+      p.target[lane] = c.target;
+      p.impulse[lane] = c.impulse[0];
+      block.friction_impulse1[lane] += c.impulse[1];
+      block.friction_impulse2[lane] += c.impulse[2];
+      block.torsion[lane] -= p.e1[lane] * c.impulse[1] + p.e2[lane] * c.impulse[2];
+    });
   }
 }
 
 template <Scalar S>
-S ManifoldSweeps<S>::solve(Manifold& m, std::span<SolverBody<S>> bodies) {
-  using std::abs;
-  using std::max;
-  SolverBody<S>& a = bodies[m.a];
-  SolverBody<S>& b = bodies[m.b];
-  Relative v = relative(m, a.twist, b.twist);
-  Load load;
-  S largest = S(0);
-  S sum = S(0);
-  S moment = S(0);
-  for (std::uint32_t k = m.first; k < m.first + m.count; ++k) {
-    Point& p = points_[k];
-    const S wanted = max(S(0), p.impulse + (p.target - p.speed(v)) * p.inverse_response);
-    const S change = wanted - p.impulse;
-    p.impulse = wanted;
-    sum += wanted;
-    moment += wanted * p.radius;
-    load.add(p, change, v);
-    largest = max(largest, abs(change) * p.response);
-  }
-  v.v1 += m.across[0][0] * load.n + m.across[0][1] * load.l1 + m.across[0][2] * load.l2;
-  v.v2 += m.across[1][0] * load.n + m.across[1][1] * load.l1 + m.across[1][2] * load.l2;
-  v.spin += m.across[2][0] * load.n + m.across[2][1] * load.l1 + m.across[2][2] * load.l2;
-  const std::array<S, 2> before = m.friction_impulse;
-  const S before_torsion = m.torsion;
-  largest = max(largest, rub(m, m.friction * sum, m.friction * moment, v));
-  if (!(largest > S(0))) return largest;
-  push(m, {load.n, m.friction_impulse[0] - before[0], m.friction_impulse[1] - before[1]},
-       {m.torsion - before_torsion, load.l1, load.l2}, a, b, a.twist, b.twist);
-  return largest;
+void ManifoldSweeps<S>::start_placing(const Island& island, const Constraints<S>& constraints,
+                                      S dt) {
+  const S per_step = S(1) / dt;
+  for_each_point([&](std::uint32_t contact, std::uint32_t point, std::size_t lane) {
+    const ContactConstraint<S>& c = constraints.contacts[island.contacts[contact]];
+    Points& p = points_[point];
+    p.approach[lane] = c.gap * per_step;
+    p.placed[lane] = c.placed;
+    p.least_placed[lane] = c.parts ? c.placed : c.least_placed;
+    p.inverse_placing[lane] = c.parts ? S(0) : p.inverse_response[lane];
+  });
 }
-
-/// Friction of a manifold: force and torsion together within an ellipsoid, whose axes are the force
-/// `most` alone and the torsion `most_torsion` alone.
 template <Scalar S>
-S ManifoldSweeps<S>::rub(Manifold& m, S most, S most_torsion, const Relative& v) {
-  using std::abs;
-  using std::max;
-  using std::sqrt;
-  S x1 = m.friction_impulse[0];
-  S x2 = m.friction_impulse[1];
-  S torsion = S(0);
-  if (most > S(0)) {
-    detail::solve_friction(m.response, v.v1, v.v2, most, x1, x2);
-    S size2 = (x1 * x1 + x2 * x2) / (most * most);
-    if (most_torsion > S(0)) {
-      torsion = m.torsion - v.spin * m.inverse_torsion_response;
-      const S turn = torsion / most_torsion;
-      size2 += turn * turn;
-    }
-    if (size2 > S(1)) {
-      const S shrink = S(1) / sqrt(size2);
-      torsion *= shrink;
-      x1 *= shrink;
-      x2 *= shrink;
-    }
-  } else {
-    x1 = x2 = S(0);
-  }
-  const S change = max(
-      max(abs(x1 - m.friction_impulse[0]), abs(x2 - m.friction_impulse[1])) * m.response.largest,
-      abs(torsion - m.torsion) * m.torsion_response * m.radius);
-  m.friction_impulse = {x1, x2};
-  m.torsion = torsion;
-  return change;
-}
-
-template <Scalar S>
-S ManifoldSweeps<S>::place(const Manifold& m, const Island& island, Constraints<S>& constraints,
-                           std::span<SolverBody<S>> bodies, S per_step) {
-  using std::abs;
-  using std::max;
-  SolverBody<S>& a = bodies[m.a];
-  SolverBody<S>& b = bodies[m.b];
-  Relative v = relative(m, a.motion, b.motion);
-  Load load;
-  S largest = S(0);
-  for (std::uint32_t k = m.first; k < m.first + m.count; ++k) {
-    ContactConstraint<S>& c = constraints.contacts[island.contacts[k]];
-    const Point& p = points_[k];
-    if (c.parts) continue;
-    const S left = c.gap * per_step + p.speed(v);
-    const S wanted = max(c.least_placed, c.placed - left * p.inverse_response);
-    const S change = wanted - c.placed;
-    c.placed = wanted;
-    load.add(p, change, v);
-    largest = max(largest, abs(change) * p.response);
-  }
-  if (largest > S(0)) {
-    push(m, {load.n, S(0), S(0)}, {S(0), load.l1, load.l2}, a, b, a.motion, b.motion);
-  }
-  return largest;
+void ManifoldSweeps<S>::store_placed(const Island& island, Constraints<S>& constraints) const {
+  for_each_point([&](std::uint32_t contact, std::uint32_t point, std::size_t lane) {
+    constraints.contacts[island.contacts[contact]].placed = points_[point].placed[lane];
+  });
 }
 
 template <Scalar S>
 void ManifoldSweeps<S>::store(const Island& island, Constraints<S>& constraints) const {
+  for (const Block& block : blocks_) {
+    for (std::size_t lane = 0; lane < block.used; ++lane) store(block, lane, island, constraints);
+  }
+}
+template <Scalar S>
+void ManifoldSweeps<S>::store(const Block& block, std::size_t lane, const Island& island,
+                              Constraints<S>& constraints) const {
   using std::abs;
   using std::copysign;
+  using std::max;
   using std::min;
   using std::sqrt;
-  for (const Manifold& m : manifolds_) {
-    const std::span<const Point> points = points_of(m);
-    S sum = S(0);
-    S e1 = S(0);
-    S e2 = S(0);
-    for (const Point& p : points) {
-      sum += p.impulse;
-      e1 += p.impulse * p.e1;
-      e2 += p.impulse * p.e2;
-    }
-    const S per_load = sum > S(0) ? S(1) / sum : S(0);
-    e1 *= per_load;
-    e2 *= per_load;
-    // The force now acts at the centre of these impulses; what it did about the former one becomes
-    // torsion.
-    const S torsion = m.torsion + e1 * m.friction_impulse[0] + e2 * m.friction_impulse[1];
-    S moment = S(0);
-    S farthest2 = S(0);
-    for (const Point& p : points) {
-      const S r2 = (p.e1 - e1) * (p.e1 - e1) + (p.e2 - e2) * (p.e2 - e2);
-      moment += p.impulse * r2;
-      farthest2 = std::max(farthest2, r2);
-    }
-    // No point may carry more than its own friction, whatever torsion was found for others.
-    const S twist =
-        moment > S(0) ? copysign(min(abs(torsion / moment), m.friction / sqrt(farthest2)), torsion)
-                      : S(0);
-    for (std::uint32_t k = 0; k < m.count; ++k) {
-      const Point& p = points[k];
-      const S share = p.impulse * per_load;
-      const S turn = twist * p.impulse;
-      constraints.contacts[island.contacts[m.first + k]].impulse = {
-          p.impulse, share * m.friction_impulse[0] - turn * (p.e1 - e1),
-          share * m.friction_impulse[1] - turn * (p.e2 - e2)};
-    }
+  const auto points = std::span(points_).subspan(block.first_point, block.contacts[lane]);
+  const S friction1 = block.friction_impulse1[lane];
+  const S friction2 = block.friction_impulse2[lane];
+  S sum = S(0);
+  S e1 = S(0);
+  S e2 = S(0);
+  for (const Points& p : points) {
+    sum += p.impulse[lane];
+    e1 += p.impulse[lane] * p.e1[lane];
+    e2 += p.impulse[lane] * p.e2[lane];
+  }
+  const S per_load = sum > S(0) ? S(1) / sum : S(0);
+  e1 *= per_load;
+  e2 *= per_load;
+  // The force now acts at the centre of these impulses; what it did about the former one becomes
+  // torsion.
+  const S torsion = block.torsion[lane] + e1 * friction1 + e2 * friction2;
+  S moment = S(0);
+  S farthest2 = S(0);
+  for (const Points& p : points) {
+    const S r1 = p.e1[lane] - e1;
+    const S r2 = p.e2[lane] - e2;
+    moment += p.impulse[lane] * (r1 * r1 + r2 * r2);
+    farthest2 = max(farthest2, r1 * r1 + r2 * r2);
+  }
+  // No point may carry more than its own friction, whatever torsion was found for others.
+  const S twist =
+      moment > S(0)
+          ? copysign(min(abs(torsion / moment), block.friction[lane] / sqrt(farthest2)), torsion)
+          : S(0);
+  for (std::uint32_t k = 0; k < points.size(); ++k) {
+    const Points& p = points[k];
+    const S load = p.impulse[lane];
+    const S share = load * per_load;
+    const S turn = twist * load;
+    constraints.contacts[island.contacts[block.first_contact[lane] + k]].impulse = {
+        load, share * friction1 - turn * (p.e1[lane] - e1),
+        share * friction2 - turn * (p.e2[lane] - e2)};
   }
 }
 
@@ -6537,21 +7575,22 @@ class SequentialSolver {
   void start_part(const Island& island, Constraints<S>& constraints,
                   std::span<SolverBody<S>> bodies, const SolveContext<S>& context) {
     manifolds_.aim(island, constraints, bodies, context);
-    if (island.blocks.empty() && island.soft.empty()) {
-      for (const std::uint32_t slot : island.bodies) bodies[slot].twist = bodies[slot].free;
-      manifolds_.apply(bodies);
-    } else {
+    if (shares_bodies(island)) {
       apply_impulses(island, constraints, bodies);
+    } else {
+      for (const std::uint32_t slot : island.bodies) bodies[slot].twist = bodies[slot].free;
+      manifolds_.load(bodies, velocity_of);
+      manifolds_.apply();
     }
   }
-  /// Starts its position problem, once impulses are written back.
-  void start_placing(const Island& island, Constraints<S>& constraints,
-                     std::span<const SolverBody<S>> bodies, Integrator integrator) const {
-    manifolds_.start_placing(island, constraints, bodies, integrator);
+  /// Places its contacts (`place_contact`), once impulses are written back.
+  void place_contacts(const Island& island, Constraints<S>& constraints,
+                      std::span<const SolverBody<S>> bodies, Integrator integrator) {
+    manifolds_.place_contacts(island, constraints, bodies, integrator);
   }
   /// Lets gaps follow its motion.
   void move_gaps(const Island& island, Constraints<S>& constraints,
-                 std::span<const SolverBody<S>> bodies, S dt) const {
+                 std::span<const SolverBody<S>> bodies, S dt) {
     manifolds_.move_gaps(island, constraints, bodies, dt);
   }
 
@@ -6572,7 +7611,10 @@ class SequentialSolver {
     for_each(island.blocks.size(), backwards, [&](std::size_t k) {
       largest = std::max(largest, sweep_block(constraints, island.blocks[k], k, bodies));
     });
-    if (by_manifold_) return std::max(largest, manifolds_.sweep(bodies, backwards));
+    if (by_manifold_) {
+      return std::max(largest, sweep_manifolds(island, bodies, velocity_of,
+                                               [&] { return manifolds_.sweep(backwards); }));
+    }
     for_each(island.contacts.size(), backwards, [&](std::size_t k) {
       largest =
           std::max(largest, sweep_contact(constraints.contacts[island.contacts[k]], k, bodies));
@@ -6580,11 +7622,26 @@ class SequentialSolver {
     return largest;
   }
 
-  /// Writes impulses that the sweeps kept to themselves back to the constraints.
-  void finish(const Island& island, Constraints<S>& constraints) const {
+  /// Writes impulses that the sweeps kept to themselves back to the constraints, and velocities.
+  void finish(const Island& island, Constraints<S>& constraints,
+              std::span<SolverBody<S>> bodies) const {
+    if (!shares_bodies(island)) manifolds_.unload(bodies, velocity_of);
     manifolds_.store(island, constraints);
   }
 
+  /// Starts sweeps of the position problem, once contacts are placed, and ends them.
+  void start_positions(const Island& island, const Constraints<S>& constraints,
+                       std::span<const SolverBody<S>> bodies, S dt) {
+    if (!by_manifold_) return;
+    manifolds_.start_placing(island, constraints, dt);
+    if (!shares_bodies(island)) manifolds_.load(bodies, motion_of);
+  }
+  void finish_positions(const Island& island, Constraints<S>& constraints,
+                        std::span<SolverBody<S>> bodies) const {
+    if (!by_manifold_) return;
+    manifolds_.store_placed(island, constraints);
+    if (!shares_bodies(island)) manifolds_.unload(bodies, motion_of);
+  }
   /// One sweep of the position problem over the displacements in `SolverBody::motion`: contacts
   /// move their bodies apart by a larger share of their impulse, or together by a smaller one,
   /// until surfaces that touch do not overlap. Velocities, and so kinetic energy, stay out of it.
@@ -6597,7 +7654,8 @@ class SequentialSolver {
       largest = std::max(largest, place_block(constraints, island.blocks[k], k, bodies, dt));
     });
     if (by_manifold_) {
-      return std::max(largest, manifolds_.place(island, constraints, bodies, dt, backwards));
+      return std::max(largest, sweep_manifolds(island, bodies, motion_of,
+                                               [&] { return manifolds_.place(backwards); }));
     }
     for_each(island.contacts.size(), backwards, [&](std::size_t k) {
       largest =
@@ -6607,6 +7665,19 @@ class SequentialSolver {
   }
 
  private:
+  /// Whether others than contacts change velocities between two sweeps over manifolds.
+  [[nodiscard]] static bool shares_bodies(const Island& island) {
+    return !island.blocks.empty() || !island.soft.empty();
+  }
+  template <typename Of, typename Sweep>
+  S sweep_manifolds(const Island& island, std::span<SolverBody<S>> bodies, Of&& of, Sweep&& sweep) {
+    if (!shares_bodies(island)) return sweep();
+    manifolds_.load(bodies, of);
+    const S largest = sweep();
+    manifolds_.unload(bodies, of);
+    return largest;
+  }
+
   void start_blocks(const Island& island, const Constraints<S>& constraints,
                     std::span<const SolverBody<S>> bodies) {
     responses_.resize(std::max(responses_.size(), island.blocks.size()));
@@ -6916,7 +7987,7 @@ class IslandSolver {
         ++report.sweeps;
         if (report.residual <= part.velocity_tolerance) break;
       }
-      sequential_.finish(island, constraints);
+      sequential_.finish(island, constraints, bodies);
       if (!island.soft.empty()) break;  // Placed when their sensors have settled.
       place_part(island, constraints, bodies, part, report);
       if (k + 1 < count) sequential_.move_gaps(island, constraints, bodies, part.dt);
@@ -6980,14 +8051,16 @@ class IslandSolver {
     for (const std::uint32_t slot : island.bodies) {
       bodies[slot].motion = mean_motion(bodies[slot], part.integrator);
     }
-    sequential_.start_placing(island, constraints, bodies, part.integrator);
+    sequential_.place_contacts(island, constraints, bodies, part.integrator);
     move_by_bounces(island, constraints, bodies, part);
+    sequential_.start_positions(island, constraints, bodies, part.dt);
     for (int n = 0; n < part.settings.large_position_sweeps; ++n) {
       const S residual =
           sequential_.sweep_positions(island, constraints, bodies, part.dt, n % 2 != 0);
       ++report.position_sweeps;
       if (residual * part.dt <= part.position_tolerance) break;
     }
+    sequential_.finish_positions(island, constraints, bodies);
   }
 
   void end_part(const Island& island, Constraints<S>& constraints, std::span<SolverBody<S>> bodies,
@@ -7056,6 +8129,7 @@ class IslandSolver {
     const S tolerance = context.position_tolerance / context.dt;
     Convergence progress(tolerance, tolerance);
     watch_.start();
+    sequential_.start_positions(island, constraints, bodies, context.dt);
     for (int n = 0; n < most_sweeps; ++n) {
       const S residual =
           sequential_.sweep_positions(island, constraints, bodies, context.dt, n % 2 != 0);
@@ -7069,6 +8143,7 @@ class IslandSolver {
         break;
       }
     }
+    sequential_.finish_positions(island, constraints, bodies);
   }
 
   /// Gives bodies the displacement of bounces, whose share is not the usual one.
@@ -11187,607 +12262,6 @@ RayHit<S> ray_cast_mesh_from_outside(const Mesh& mesh, const Ray<S>& ray) {
 /// that meets a fine mesh with cold caches does not wait for memory. Leaves keep their corners
 /// beside each other, coordinate by coordinate, as the tests read them.
 // SPDX-License-Identifier: BSD-3-Clause
-
-// === bristle/math/pack3.hpp
-
-/// @file
-/// Vectors in lanes: as many points or directions as a Pack has lanes, coordinate by coordinate.
-// SPDX-License-Identifier: BSD-3-Clause
-
-// === bristle/math/simd.hpp
-
-/// @file
-/// Several scalars at once: the one place that knows vector registers.
-///
-/// `Pack<S>` fills one register of the machine the program is compiled for and is written in the
-/// vector extensions of GCC and Clang, so that the same code serves every instruction set. Its
-/// width is that of a native register and never more: GCC spills wider types to memory, which costs
-/// ten times what they save. Elsewhere, for scalars that are not built in, and with BRISTLE_NO_SIMD
-/// it is an array of as many lanes in plain C++.
-///
-/// How many lanes there are depends on how a file is compiled, and so do functions over packs, under
-/// the same names: **all files of a program that use the library must be compiled for the same
-/// instruction set** (-march) and agree on BRISTLE_NO_SIMD, as with any templates over vector types.
-/// What is stored holds arrays of scalars and no Pack, so its layout is the same for all.
-// SPDX-License-Identifier: BSD-3-Clause
-
-// === bristle/math/lane_register.hpp
-
-/// @file
-/// The registers under `Pack` and `Mask` (simd.hpp): their width, the array that stands for one
-/// where there is none, and how they are compared.
-// SPDX-License-Identifier: BSD-3-Clause
-
-#include <bit>
-#include <concepts>
-#include <cstddef>
-#include <cstdint>
-
-#if defined(__GNUC__) && !defined(BRISTLE_NO_SIMD)
-#define BRISTLE_HAS_SIMD 1
-// All of the instruction sets is 36,000 lines, a quarter of what a user's file would compile.
-#if defined(__AVX__)
-#include <immintrin.h>
-#elif defined(__SSE2__)
-#include <emmintrin.h>
-#endif
-#else
-#define BRISTLE_HAS_SIMD 0
-#endif
-
-namespace bristle {
-
-/// [bytes] Of a register.
-#if BRISTLE_HAS_SIMD && defined(__AVX512F__)
-inline constexpr std::size_t simd_bytes = 64;
-#elif BRISTLE_HAS_SIMD && defined(__AVX__)
-inline constexpr std::size_t simd_bytes = 32;
-#else
-inline constexpr std::size_t simd_bytes = 16;
-#endif
-
-namespace detail {
-
-/// Whether S comes in registers.
-template <Scalar S>
-inline constexpr bool has_register = BRISTLE_HAS_SIMD != 0 &&
-                                     (std::same_as<S, float> || std::same_as<S, double>);
-
-}  // namespace detail
-
-/// [-] Lanes of a Pack<S>, at most 16.
-template <Scalar S>
-inline constexpr std::size_t lanes = detail::has_register<S> ? simd_bytes / sizeof(S) : 4;
-
-// Every function here is a few instructions and is inlined even without optimisation: a register
-// passed through memory costs more than what is done with it.
-#if defined(__GNUC__)
-#define BRISTLE_LANES [[gnu::always_inline]] inline
-#else
-#define BRISTLE_LANES inline
-#endif
-// And what a loop over packs needs rarely is not, lest its values take the registers of the rest.
-#if defined(__GNUC__)
-#define BRISTLE_OUTLINED [[gnu::noinline]]
-#else
-#define BRISTLE_OUTLINED
-#endif
-
-namespace detail {
-
-/// What stands for a register where there is none.
-template <typename T>
-struct LaneArray {
-  T v[4];
-
-  T& operator[](std::size_t i) { return v[i]; }
-  const T& operator[](std::size_t i) const { return v[i]; }
-
-  template <typename F>
-  static auto each(F&& f) -> LaneArray<decltype(f(0))> {
-    return {{f(0), f(1), f(2), f(3)}};
-  }
-  friend auto operator+(const LaneArray& a, const LaneArray& b) {
-    return each([&](int i) { return T(a.v[i] + b.v[i]); });
-  }
-  friend auto operator-(const LaneArray& a, const LaneArray& b) {
-    return each([&](int i) { return T(a.v[i] - b.v[i]); });
-  }
-  friend auto operator*(const LaneArray& a, const LaneArray& b) {
-    return each([&](int i) { return T(a.v[i] * b.v[i]); });
-  }
-  friend auto operator/(const LaneArray& a, const LaneArray& b) {
-    return each([&](int i) { return T(a.v[i] / b.v[i]); });
-  }
-  friend auto operator-(const LaneArray& a) {
-    return each([&](int i) { return T(-a.v[i]); });
-  }
-  friend auto operator<(const LaneArray& a, const LaneArray& b) {
-    return each([&](int i) { return a.v[i] < b.v[i]; });
-  }
-  friend auto operator<=(const LaneArray& a, const LaneArray& b) {
-    return each([&](int i) { return a.v[i] <= b.v[i]; });
-  }
-  friend auto operator==(const LaneArray& a, const LaneArray& b) {
-    return each([&](int i) { return value_of(a.v[i]) == value_of(b.v[i]); });
-  }
-  friend auto operator&(const LaneArray& a, const LaneArray& b) {
-    return each([&](int i) { return bool(a.v[i] & b.v[i]); });
-  }
-  friend auto operator|(const LaneArray& a, const LaneArray& b) {
-    return each([&](int i) { return bool(a.v[i] | b.v[i]); });
-  }
-  friend auto operator^(const LaneArray& a, const LaneArray& b) {
-    return each([&](int i) { return bool(a.v[i] ^ b.v[i]); });
-  }
-  friend auto operator~(const LaneArray& a) {
-    return each([&](int i) { return !a.v[i]; });
-  }
-};
-
-/// The register of a scalar. Its comparisons give registers of integers, all bits of a lane equal.
-template <Scalar S>
-struct Register {
-  using Type = LaneArray<S>;
-};
-#if BRISTLE_HAS_SIMD
-template <>
-struct Register<float> {
-  typedef float Type __attribute__((vector_size(simd_bytes)));
-};
-template <>
-struct Register<double> {
-  typedef double Type __attribute__((vector_size(simd_bytes)));
-};
-#endif
-
-/// Comparisons, and what is made of them.
-template <Scalar S>
-struct Compare {
-  using Lanes = typename Register<S>::Type;
-  using Truth = decltype(Lanes{} < Lanes{});
-
-  BRISTLE_LANES static Truth less(const Lanes& a, const Lanes& b) { return a < b; }
-  BRISTLE_LANES static Truth less_equal(const Lanes& a, const Lanes& b) { return a <= b; }
-  BRISTLE_LANES static Truth equal(const Lanes& a, const Lanes& b) { return a == b; }
-  BRISTLE_LANES static Lanes select(const Truth& m, const Lanes& yes, const Lanes& no) {
-    if constexpr (has_register<S>) {
-      return m ? yes : no;
-    } else {
-      return Lanes::each([&](int i) { return m.v[i] ? yes.v[i] : no.v[i]; });
-    }
-  }
-  BRISTLE_LANES static std::uint32_t bits(const Truth& m) {
-#if BRISTLE_HAS_SIMD && defined(__AVX__)
-    if constexpr (std::same_as<S, float>)
-      return static_cast<std::uint32_t>(_mm256_movemask_ps(std::bit_cast<__m256>(m)));
-    if constexpr (std::same_as<S, double>)
-      return static_cast<std::uint32_t>(_mm256_movemask_pd(std::bit_cast<__m256d>(m)));
-#elif BRISTLE_HAS_SIMD && defined(__SSE2__)
-    if constexpr (std::same_as<S, float>)
-      return static_cast<std::uint32_t>(_mm_movemask_ps(std::bit_cast<__m128>(m)));
-    if constexpr (std::same_as<S, double>)
-      return static_cast<std::uint32_t>(_mm_movemask_pd(std::bit_cast<__m128d>(m)));
-#endif
-    std::uint32_t result = 0;
-    for (std::size_t i = 0; i < lanes<S>; ++i) result |= m[i] ? 1u << i : 0u;
-    return result;
-  }
-};
-
-#if BRISTLE_HAS_SIMD && defined(__AVX512F__)
-// With registers for masks of their own. GCC 12 takes comparisons that are joined and then selected
-// by apart lane by lane, so it is told.
-template <>
-struct Compare<float> {
-  using Lanes = Register<float>::Type;
-  using Truth = std::uint16_t;
-
-  BRISTLE_LANES static Truth less(const Lanes& a, const Lanes& b) {
-    return _mm512_cmp_ps_mask(a, b, _CMP_LT_OQ);
-  }
-  BRISTLE_LANES static Truth less_equal(const Lanes& a, const Lanes& b) {
-    return _mm512_cmp_ps_mask(a, b, _CMP_LE_OQ);
-  }
-  BRISTLE_LANES static Truth equal(const Lanes& a, const Lanes& b) {
-    return _mm512_cmp_ps_mask(a, b, _CMP_EQ_OQ);
-  }
-  BRISTLE_LANES static Lanes select(Truth m, const Lanes& yes, const Lanes& no) {
-    return Lanes(_mm512_mask_blend_ps(m, no, yes));
-  }
-  BRISTLE_LANES static std::uint32_t bits(Truth m) { return m; }
-};
-template <>
-struct Compare<double> {
-  using Lanes = Register<double>::Type;
-  using Truth = std::uint8_t;
-
-  BRISTLE_LANES static Truth less(const Lanes& a, const Lanes& b) {
-    return _mm512_cmp_pd_mask(a, b, _CMP_LT_OQ);
-  }
-  BRISTLE_LANES static Truth less_equal(const Lanes& a, const Lanes& b) {
-    return _mm512_cmp_pd_mask(a, b, _CMP_LE_OQ);
-  }
-  BRISTLE_LANES static Truth equal(const Lanes& a, const Lanes& b) {
-    return _mm512_cmp_pd_mask(a, b, _CMP_EQ_OQ);
-  }
-  BRISTLE_LANES static Lanes select(Truth m, const Lanes& yes, const Lanes& no) {
-    return Lanes(_mm512_mask_blend_pd(m, no, yes));
-  }
-  BRISTLE_LANES static std::uint32_t bits(Truth m) { return m; }
-};
-#endif
-
-}  // namespace detail
-}  // namespace bristle
-
-#include <bit>
-#include <cmath>
-#include <concepts>
-#include <cstddef>
-#include <cstdint>
-#include <utility>
-
-namespace bristle {
-
-/// A truth value for each lane.
-template <Scalar S>
-class Mask;
-
-/// A scalar for each lane. Operators work lane by lane; a scalar stands for itself in all lanes.
-template <Scalar S>
-class Pack;
-
-// Of a Mask: [-] bit i is lane i; whether it holds in one lane, in all, in none.
-template <Scalar S>
-[[nodiscard]] std::uint32_t bits(const Mask<S>& m);
-template <Scalar S>
-[[nodiscard]] bool any(const Mask<S>& m);
-template <Scalar S>
-[[nodiscard]] bool all(const Mask<S>& m);
-template <Scalar S>
-[[nodiscard]] bool none(const Mask<S>& m);
-
-/// [-] The bits of the first n lanes.
-[[nodiscard]] constexpr std::uint32_t first_bits(std::size_t n) {
-  return n >= 32 ? ~0u : (1u << n) - 1u;
-}
-
-/// `yes` where the mask holds, `no` elsewhere.
-template <Scalar S>
-[[nodiscard]] Pack<S> select(const Mask<S>& m, const Pack<S>& yes, const Pack<S>& no);
-
-/// Of the whole pack, lane by lane in halves: lane i with lane i + n / 2, and so on, so that the
-/// rounding of a sum depends on the width and on nothing else.
-template <Scalar S>
-[[nodiscard]] S sum_of_lanes(const Pack<S>& a);
-template <Scalar S>
-[[nodiscard]] S min_of_lanes(const Pack<S>& a);
-template <Scalar S>
-[[nodiscard]] S max_of_lanes(const Pack<S>& a);
-
-// Implementation -----------------------------------------------------------------------------------
-
-template <Scalar S>
-class Mask {
- public:
-  using Register = typename detail::Compare<S>::Truth;
-
-  Mask() = default;
-  BRISTLE_LANES explicit Mask(const Register& r) : r_(r) {}
-
-  /// Holds in the first n lanes.
-  [[nodiscard]] BRISTLE_LANES static Mask first(std::size_t n);
-  /// Holds in lane i where bit i is set: the inverse of `bits`.
-  [[nodiscard]] BRISTLE_LANES static Mask from_bits(std::uint32_t set);
-
-  [[nodiscard]] BRISTLE_LANES const Register& get() const { return r_; }
-
-  [[nodiscard]] BRISTLE_LANES friend Mask operator&(const Mask& a, const Mask& b) {
-    return Mask(static_cast<Register>(a.r_ & b.r_));
-  }
-  [[nodiscard]] BRISTLE_LANES friend Mask operator|(const Mask& a, const Mask& b) {
-    return Mask(static_cast<Register>(a.r_ | b.r_));
-  }
-  [[nodiscard]] BRISTLE_LANES friend Mask operator!(const Mask& a) {
-    return Mask(static_cast<Register>(~a.r_));
-  }
-  [[nodiscard]] BRISTLE_LANES friend Mask operator^(const Mask& a, const Mask& b) {
-    return Mask(static_cast<Register>(a.r_ ^ b.r_));
-  }
-
- private:
-  Register r_;
-};
-
-template <Scalar S>
-class Pack {
- public:
-  using Register = typename detail::Register<S>::Type;
-  static constexpr std::size_t size = lanes<S>;
-
-  /// Not set to anything.
-  Pack() = default;
-  BRISTLE_LANES explicit Pack(const Register& r) : r_(r) {}
-  /// The same in all lanes.
-  BRISTLE_LANES Pack(S value)  // NOLINT: a scalar in a formula of packs is one
-      : Pack(make([&](std::size_t) { return value; })) {}
-
-  /// Lane i from p[i]; any alignment.
-  [[nodiscard]] BRISTLE_LANES static Pack load(const S* p) {
-    Pack a;
-    if constexpr (detail::has_register<S>) {
-      __builtin_memcpy(&a.r_, p, sizeof a.r_);
-    } else {
-      for (std::size_t i = 0; i < size; ++i) a.r_[i] = p[i];
-    }
-    return a;
-  }
-  /// The first n lanes from p; the others are `rest`, and nothing of p behind n is read.
-  [[nodiscard]] BRISTLE_LANES static Pack load_first(const S* p, std::size_t n, S rest) {
-    Pack a(rest);
-    for (std::size_t i = 0; i < n && i < size; ++i) a.r_[i] = p[i];
-    return a;
-  }
-  /// Lane i from p[at[i]].
-  template <std::integral Index>
-  [[nodiscard]] BRISTLE_LANES static Pack gather(const S* p, const Index* at) {
-    return make([&](std::size_t i) { return p[at[i]]; });
-  }
-  /// 0, 1, 2, ...
-  [[nodiscard]] BRISTLE_LANES static Pack numbers() {
-    return make([](std::size_t i) { return S(i); });
-  }
-
-  BRISTLE_LANES void store(S* p) const {
-    if constexpr (detail::has_register<S>) {
-      __builtin_memcpy(p, &r_, sizeof r_);
-    } else {
-      for (std::size_t i = 0; i < size; ++i) p[i] = r_[i];
-    }
-  }
-  /// The first n lanes; nothing behind them is written.
-  BRISTLE_LANES void store_first(S* p, std::size_t n) const {
-    for (std::size_t i = 0; i < n && i < size; ++i) p[i] = r_[i];
-  }
-
-  [[nodiscard]] BRISTLE_LANES S operator[](std::size_t i) const { return r_[i]; }
-  [[nodiscard]] BRISTLE_LANES const Register& get() const { return r_; }
-
-  [[nodiscard]] BRISTLE_LANES friend Pack operator+(const Pack& a, const Pack& b) {
-    return Pack(a.r_ + b.r_);
-  }
-  [[nodiscard]] BRISTLE_LANES friend Pack operator-(const Pack& a, const Pack& b) {
-    return Pack(a.r_ - b.r_);
-  }
-  [[nodiscard]] BRISTLE_LANES friend Pack operator*(const Pack& a, const Pack& b) {
-    return Pack(a.r_ * b.r_);
-  }
-  [[nodiscard]] BRISTLE_LANES friend Pack operator/(const Pack& a, const Pack& b) {
-    return Pack(a.r_ / b.r_);
-  }
-  [[nodiscard]] BRISTLE_LANES friend Pack operator-(const Pack& a) { return Pack(-a.r_); }
-  BRISTLE_LANES Pack& operator+=(const Pack& b) { return *this = *this + b; }
-  BRISTLE_LANES Pack& operator-=(const Pack& b) { return *this = *this - b; }
-  BRISTLE_LANES Pack& operator*=(const Pack& b) { return *this = *this * b; }
-  BRISTLE_LANES Pack& operator/=(const Pack& b) { return *this = *this / b; }
-
-  // False in lanes with a NaN, as between scalars; != is true there.
-  [[nodiscard]] BRISTLE_LANES friend Mask<S> operator<(const Pack& a, const Pack& b) {
-    return Mask<S>(detail::Compare<S>::less(a.r_, b.r_));
-  }
-  [[nodiscard]] BRISTLE_LANES friend Mask<S> operator<=(const Pack& a, const Pack& b) {
-    return Mask<S>(detail::Compare<S>::less_equal(a.r_, b.r_));
-  }
-  [[nodiscard]] BRISTLE_LANES friend Mask<S> operator>(const Pack& a, const Pack& b) {
-    return b < a;
-  }
-  [[nodiscard]] BRISTLE_LANES friend Mask<S> operator>=(const Pack& a, const Pack& b) {
-    return b <= a;
-  }
-  [[nodiscard]] BRISTLE_LANES friend Mask<S> operator==(const Pack& a, const Pack& b) {
-    return Mask<S>(detail::Compare<S>::equal(a.r_, b.r_));
-  }
-  [[nodiscard]] BRISTLE_LANES friend Mask<S> operator!=(const Pack& a, const Pack& b) {
-    return !(a == b);
-  }
-
-  /// The second where one of the two is NaN, as `a < b ? a : b` has it.
-  [[nodiscard]] BRISTLE_LANES friend Pack min(const Pack& a, const Pack& b) {
-    if constexpr (detail::has_register<S>) return Pack(a.r_ < b.r_ ? a.r_ : b.r_);
-    return select(a < b, a, b);
-  }
-  /// The second where one of the two is NaN, as `a > b ? a : b` has it.
-  [[nodiscard]] BRISTLE_LANES friend Pack max(const Pack& a, const Pack& b) {
-    if constexpr (detail::has_register<S>) return Pack(b.r_ < a.r_ ? a.r_ : b.r_);
-    return select(b < a, a, b);
-  }
-  [[nodiscard]] BRISTLE_LANES friend Pack abs(const Pack& a) {
-    if constexpr (detail::has_register<S>) {
-      // Everything but the sign.
-      using Bits = decltype(a.r_ < a.r_);
-      const Bits sign = std::bit_cast<Bits>(Pack(S(-0.0)).r_);
-      return Pack(std::bit_cast<Register>(std::bit_cast<Bits>(a.r_) & ~sign));
-    } else {
-      using std::abs;
-      return Pack(Register::each([&](int i) { return S(abs(a.r_.v[i])); }));
-    }
-  }
-  /// Rounded correctly.
-  [[nodiscard]] BRISTLE_LANES friend Pack sqrt(const Pack& a) {
-#if BRISTLE_HAS_SIMD && defined(__AVX512F__)
-    if constexpr (std::same_as<S, float>) return Pack(Register(_mm512_maskz_sqrt_ps(0xffff, a.r_)));
-    if constexpr (std::same_as<S, double>) return Pack(Register(_mm512_maskz_sqrt_pd(0xff, a.r_)));
-#elif BRISTLE_HAS_SIMD && defined(__AVX__)
-    if constexpr (std::same_as<S, float>) return Pack(Register(_mm256_sqrt_ps(a.r_)));
-    if constexpr (std::same_as<S, double>) return Pack(Register(_mm256_sqrt_pd(a.r_)));
-#elif BRISTLE_HAS_SIMD && defined(__SSE2__)
-    if constexpr (std::same_as<S, float>) return Pack(Register(_mm_sqrt_ps(a.r_)));
-    if constexpr (std::same_as<S, double>) return Pack(Register(_mm_sqrt_pd(a.r_)));
-#endif
-    using std::sqrt;
-    return make([&](std::size_t i) { return sqrt(a.r_[i]); });
-  }
-
- private:
-  // All lanes at once: set one after the other, they would be blended in one after the other.
-  template <typename F, std::size_t... i>
-  BRISTLE_LANES static Pack make(const F& f, std::index_sequence<i...>) {
-    return Pack(Register{f(i)...});
-  }
-  template <typename F>
-  BRISTLE_LANES static Pack make(const F& f) {
-    return make(f, std::make_index_sequence<size>());
-  }
-
-  Register r_;
-};
-
-template <Scalar S>
-BRISTLE_LANES Mask<S> Mask<S>::first(std::size_t n) {
-  return Pack<S>::numbers() < Pack<S>(S(n));
-}
-
-template <Scalar S>
-BRISTLE_LANES Mask<S> Mask<S>::from_bits(std::uint32_t set) {
-  if constexpr (std::unsigned_integral<Register>) {
-    return Mask(static_cast<Register>(set));
-  } else if constexpr (detail::has_register<S>) {
-    using Integer = std::remove_cvref_t<decltype(Register{}[0])>;
-    Register own{};
-    for (std::size_t i = 0; i < lanes<S>; ++i) own[i] = Integer(1) << i;
-    return Mask(((Register{} + Integer(set)) & own) == own);
-  } else {
-    return Mask(Register::each([&](int i) { return (set >> i & 1u) != 0; }));
-  }
-}
-
-template <Scalar S>
-BRISTLE_LANES std::uint32_t bits(const Mask<S>& m) {
-  return detail::Compare<S>::bits(m.get());
-}
-template <Scalar S>
-BRISTLE_LANES bool any(const Mask<S>& m) {
-  return bits(m) != 0;
-}
-template <Scalar S>
-BRISTLE_LANES bool all(const Mask<S>& m) {
-  return bits(m) == (1u << lanes<S>)-1u;
-}
-template <Scalar S>
-BRISTLE_LANES bool none(const Mask<S>& m) {
-  return bits(m) == 0;
-}
-
-template <Scalar S>
-BRISTLE_LANES Pack<S> select(const Mask<S>& m, const Pack<S>& yes, const Pack<S>& no) {
-  return Pack<S>(detail::Compare<S>::select(m.get(), yes.get(), no.get()));
-}
-
-namespace detail {
-
-/// Lane i from lane i + by, around the end.
-template <std::size_t by, Scalar S, std::size_t... i>
-BRISTLE_LANES Pack<S> rotated(const Pack<S>& a, std::index_sequence<i...>) {
-#if BRISTLE_HAS_SIMD
-#if __has_builtin(__builtin_shufflevector)
-  if constexpr (has_register<S>) {
-    return Pack<S>(__builtin_shufflevector(a.get(), a.get(), ((i + by) % lanes<S>)...));
-  }
-#endif
-#endif
-  const S values[] = {a[(i + by) % lanes<S>]...};
-  return Pack<S>::load(values);
-}
-
-/// Joins the lanes of a pack two by two, halving their number each time.
-template <std::size_t half, Scalar S, typename Join>
-BRISTLE_LANES S join_lanes(const Pack<S>& a, const Join& join) {
-  const Pack<S> joined = join(a, rotated<half>(a, std::make_index_sequence<lanes<S>>()));
-  if constexpr (half > 1) {
-    return join_lanes<half / 2>(joined, join);
-  } else {
-    return joined[0];
-  }
-}
-
-}  // namespace detail
-
-template <Scalar S>
-BRISTLE_LANES S sum_of_lanes(const Pack<S>& a) {
-  return detail::join_lanes<lanes<S> / 2>(a,
-                                          [](const Pack<S>& x, const Pack<S>& y) { return x + y; });
-}
-template <Scalar S>
-BRISTLE_LANES S min_of_lanes(const Pack<S>& a) {
-  return detail::join_lanes<lanes<S> / 2>(
-      a, [](const Pack<S>& x, const Pack<S>& y) { return min(x, y); });
-}
-template <Scalar S>
-BRISTLE_LANES S max_of_lanes(const Pack<S>& a) {
-  return detail::join_lanes<lanes<S> / 2>(
-      a, [](const Pack<S>& x, const Pack<S>& y) { return max(x, y); });
-}
-
-}  // namespace bristle
-
-#include <cstddef>
-
-namespace bristle {
-
-/// A vector for each lane. Like Pack, never stored.
-template <Scalar S>
-struct Pack3 {
-  Pack<S> x, y, z;
-
-  /// From the same place of three arrays.
-  [[nodiscard]] BRISTLE_LANES static Pack3 load(const S* x, const S* y, const S* z) {
-    return {Pack<S>::load(x), Pack<S>::load(y), Pack<S>::load(z)};
-  }
-  /// The same in all lanes.
-  [[nodiscard]] BRISTLE_LANES static Pack3 all(const Vec3<S>& v) {
-    return {Pack<S>(v[0]), Pack<S>(v[1]), Pack<S>(v[2])};
-  }
-  BRISTLE_LANES void store(S* to_x, S* to_y, S* to_z) const {
-    x.store(to_x);
-    y.store(to_y);
-    z.store(to_z);
-  }
-  [[nodiscard]] BRISTLE_LANES Vec3<S> operator[](std::size_t i) const { return {x[i], y[i], z[i]}; }
-
-  [[nodiscard]] BRISTLE_LANES friend Pack3 operator+(const Pack3& a, const Pack3& b) {
-    return {a.x + b.x, a.y + b.y, a.z + b.z};
-  }
-  [[nodiscard]] BRISTLE_LANES friend Pack3 operator-(const Pack3& a, const Pack3& b) {
-    return {a.x - b.x, a.y - b.y, a.z - b.z};
-  }
-  [[nodiscard]] BRISTLE_LANES friend Pack3 operator-(const Pack3& a) { return {-a.x, -a.y, -a.z}; }
-  [[nodiscard]] BRISTLE_LANES friend Pack3 operator*(const Pack<S>& s, const Pack3& a) {
-    return {s * a.x, s * a.y, s * a.z};
-  }
-  BRISTLE_LANES Pack3& operator+=(const Pack3& b) { return *this = *this + b; }
-  BRISTLE_LANES Pack3& operator-=(const Pack3& b) { return *this = *this - b; }
-  [[nodiscard]] BRISTLE_LANES friend Pack<S> dot(const Pack3& a, const Pack3& b) {
-    return a.x * b.x + a.y * b.y + a.z * b.z;
-  }
-  [[nodiscard]] BRISTLE_LANES friend Pack3 cross(const Pack3& a, const Pack3& b) {
-    return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
-  }
-  [[nodiscard]] BRISTLE_LANES friend Pack3 select(const Mask<S>& m, const Pack3& yes,
-                                                  const Pack3& no) {
-    return {select(m, yes.x, no.x), select(m, yes.y, no.y), select(m, yes.z, no.z)};
-  }
-};
-
-/// M v in every lane.
-template <Scalar S>
-[[nodiscard]] BRISTLE_LANES Pack3<S> product(const Mat3<S>& M, const Pack3<S>& v) {
-  const S* m = M.data();  // Column by column.
-  return {m[0] * v.x + m[3] * v.y + m[6] * v.z, m[1] * v.x + m[4] * v.y + m[7] * v.z,
-          m[2] * v.x + m[5] * v.y + m[8] * v.z};
-}
-
-}  // namespace bristle
 
 #include <algorithm>
 #include <array>
@@ -18033,125 +18507,6 @@ int solve_in_passes(int max_passes, Solve&& solve, Relinearise&& relinearise) {
 /// (T = Pack<S>).
 // SPDX-License-Identifier: BSD-3-Clause
 
-// === bristle/math/lane_value.hpp
-
-/// @file
-/// What lets one formula serve a single scalar and a Pack of them.
-///
-/// A formula over a `Value` T is written with the operators, with `dot`, `cross`, `select`, and
-/// with `any` and `all` where a branch may skip work that no lane needs. For T = S it is the plain
-/// scalar formula; for T = Pack<S> it is the same one lane by lane, so that a test of the first
-/// tests the second.
-// SPDX-License-Identifier: BSD-3-Clause
-
-#include <cmath>
-
-namespace bristle {
-
-namespace detail {
-
-template <typename T>
-struct ValueTraits {};
-
-template <Scalar S>
-struct ValueTraits<S> {
-  using One = S;
-  using Vector = Vec3<S>;
-  using Truth = bool;
-};
-
-template <Scalar S>
-struct ValueTraits<Pack<S>> {
-  using One = S;
-  using Vector = Pack3<S>;
-  using Truth = Mask<S>;
-};
-
-}  // namespace detail
-
-/// A scalar, or a scalar for each lane.
-template <typename T>
-concept Value = requires {
-  typename detail::ValueTraits<T>::One;
-};
-
-/// The scalar of a value: S of S and of Pack<S>.
-template <Value T>
-using ScalarOf = typename detail::ValueTraits<T>::One;
-/// Three of them: Vec3<S> or Pack3<S>.
-template <Value T>
-using Vector3 = typename detail::ValueTraits<T>::Vector;
-/// What comparing two of them gives: bool or Mask<S>.
-template <Value T>
-using Truth = typename detail::ValueTraits<T>::Truth;
-
-// Of single values, what simd.hpp and pack3.hpp have for lanes.
-[[nodiscard]] BRISTLE_LANES bool any(bool m) { return m; }
-[[nodiscard]] BRISTLE_LANES bool all(bool m) { return m; }
-template <Scalar S>
-[[nodiscard]] BRISTLE_LANES S select(bool m, S yes, S no) {
-  return m ? yes : no;
-}
-template <typename A, typename B>
-[[nodiscard]] BRISTLE_LANES Vec3<typename A::Scalar> select(bool m, const Eigen::MatrixBase<A>& yes,
-                                                            const Eigen::MatrixBase<B>& no) {
-  if (m) return yes;
-  return no;
-}
-template <typename A, typename B>
-[[nodiscard]] BRISTLE_LANES typename A::Scalar dot(const Eigen::MatrixBase<A>& a,
-                                                   const Eigen::MatrixBase<B>& b) {
-  return a.dot(b);
-}
-template <typename A, typename B>
-[[nodiscard]] BRISTLE_LANES Vec3<typename A::Scalar> cross(const Eigen::MatrixBase<A>& a,
-                                                           const Eigen::MatrixBase<B>& b) {
-  return a.cross(b);
-}
-
-/// A vector without length.
-template <Value T>
-[[nodiscard]] BRISTLE_LANES Vector3<T> zero_vector() {
-  if constexpr (Scalar<T>) {
-    return Vec3<T>::Zero();
-  } else {
-    return {T(ScalarOf<T>(0)), T(ScalarOf<T>(0)), T(ScalarOf<T>(0))};
-  }
-}
-
-/// The same vector for all lanes.
-template <Value T>
-[[nodiscard]] BRISTLE_LANES Vector3<T> spread(const Vec3<ScalarOf<T>>& v) {
-  if constexpr (Scalar<T>) {
-    return v;
-  } else {
-    return Pack3<ScalarOf<T>>::all(v);
-  }
-}
-
-/// Sum over the lanes.
-template <Scalar S>
-[[nodiscard]] BRISTLE_LANES S sum_of_lanes(S a) {
-  return a;
-}
-template <Scalar S>
-[[nodiscard]] BRISTLE_LANES Vec3<S> sum_of_lanes(const Pack3<S>& a) {
-  return {sum_of_lanes(a.x), sum_of_lanes(a.y), sum_of_lanes(a.z)};
-}
-
-/// The remainder of a / b, of the sign of a, exactly. Where no lane has more than one b in a that is
-/// a difference, which is exact there (Sterbenz); else lane by lane.
-template <Scalar S>
-[[nodiscard]] BRISTLE_LANES Pack<S> fmod(const Pack<S>& a, const Pack<S>& b) {
-  using std::fmod;
-  if (all((a >= Pack<S>(S(0))) & (a < b + b))) return select(a < b, a, a - b);
-  S rest[lanes<S>];
-  for (std::size_t i = 0; i < lanes<S>; ++i) rest[i] = fmod(a[i], b[i]);
-  return Pack<S>::load(rest);
-}
-
-}  // namespace bristle
-
 // === bristle/sensors/sensor_parameters.hpp
 
 /// @file
@@ -23855,7 +24210,8 @@ template <Scalar S>
   for (int j = 0; j < 6; ++j) {
     const Vec6<S> rest = W.col(j) - root.leftCols(j) * root.row(j).head(j).transpose();
     if (!(rest[j] > S(8) * Tolerance<S>::round_off() * W(j, j))) continue;
-    root.col(j).tail(6 - j) = rest.tail(6 - j) / sqrt(rest[j]);
+    // Not as blocks: of unknown length, GCC 12 sees whole AVX-512 registers read and warns.
+    for (int i = j; i < 6; ++i) root(i, j) = rest[i] / sqrt(rest[j]);
   }
   return root;
 }

@@ -8,6 +8,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <bristle/math/lane_value.hpp>
 #include <bristle/math/spatial.hpp>
 #include <bristle/math/types.hpp>
 
@@ -126,26 +127,27 @@ template <Scalar S>
 /// Friction of a contact: the exact 2x2 solution if it lies in the disk of `radius`; else one
 /// projected-gradient step of length 1 / lambda_max, whose fixed point is the point of the disk's
 /// edge that opposes the slip (Coulomb's direction, also where the 2x2 matrix is not isotropic).
-template <Scalar S>
-void solve_friction(const ContactResponse<S>& K, S v1, S v2, S radius, S& t1, S& t2) {
+/// @tparam Response  Has what `ContactResponse` says of the tangential part.
+template <Value T, typename Response>
+BRISTLE_LANES void solve_friction(const Response& K, const T& v1, const T& v2, const T& radius,
+                                  T& t1, T& t2) {
   using std::sqrt;
-  if (K.inverse_determinant > S(0)) {
-    const S x = t1 - (K.c * v1 - K.b * v2) * K.inverse_determinant;
-    const S y = t2 - (K.a * v2 - K.b * v1) * K.inverse_determinant;
-    if (x * x + y * y <= radius * radius) {
-      t1 = x;
-      t2 = y;
-      return;
-    }
+  const T zero = ScalarOf<T>(0);
+  const T x = t1 - (K.c * v1 - K.b * v2) * K.inverse_determinant;
+  const T y = t2 - (K.a * v2 - K.b * v1) * K.inverse_determinant;
+  const Truth<T> sticks = (K.inverse_determinant > zero) & (x * x + y * y <= radius * radius);
+  if (all(sticks)) {
+    t1 = x;
+    t2 = y;
+    return;
   }
-  t1 -= v1 * K.inverse_largest;
-  t2 -= v2 * K.inverse_largest;
-  const S size2 = t1 * t1 + t2 * t2;
-  if (size2 > radius * radius) {
-    const S shrink = radius / sqrt(size2);
-    t1 *= shrink;
-    t2 *= shrink;
-  }
+  const T u1 = t1 - v1 * K.inverse_largest;
+  const T u2 = t2 - v2 * K.inverse_largest;
+  const T size2 = u1 * u1 + u2 * u2;
+  const T one = ScalarOf<T>(1);
+  const T shrink = select(size2 > radius * radius, radius / sqrt(size2), one);
+  t1 = select(sticks, x, shrink * u1);
+  t2 = select(sticks, y, shrink * u2);
 }
 
 }  // namespace detail

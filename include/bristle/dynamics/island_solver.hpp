@@ -174,7 +174,7 @@ class IslandSolver {
         ++report.sweeps;
         if (report.residual <= part.velocity_tolerance) break;
       }
-      sequential_.finish(island, constraints);
+      sequential_.finish(island, constraints, bodies);
       if (!island.soft.empty()) break;  // Placed when their sensors have settled.
       place_part(island, constraints, bodies, part, report);
       if (k + 1 < count) sequential_.move_gaps(island, constraints, bodies, part.dt);
@@ -238,14 +238,16 @@ class IslandSolver {
     for (const std::uint32_t slot : island.bodies) {
       bodies[slot].motion = mean_motion(bodies[slot], part.integrator);
     }
-    sequential_.start_placing(island, constraints, bodies, part.integrator);
+    sequential_.place_contacts(island, constraints, bodies, part.integrator);
     move_by_bounces(island, constraints, bodies, part);
+    sequential_.start_positions(island, constraints, bodies, part.dt);
     for (int n = 0; n < part.settings.large_position_sweeps; ++n) {
       const S residual =
           sequential_.sweep_positions(island, constraints, bodies, part.dt, n % 2 != 0);
       ++report.position_sweeps;
       if (residual * part.dt <= part.position_tolerance) break;
     }
+    sequential_.finish_positions(island, constraints, bodies);
   }
 
   void end_part(const Island& island, Constraints<S>& constraints, std::span<SolverBody<S>> bodies,
@@ -314,6 +316,7 @@ class IslandSolver {
     const S tolerance = context.position_tolerance / context.dt;
     Convergence progress(tolerance, tolerance);
     watch_.start();
+    sequential_.start_positions(island, constraints, bodies, context.dt);
     for (int n = 0; n < most_sweeps; ++n) {
       const S residual =
           sequential_.sweep_positions(island, constraints, bodies, context.dt, n % 2 != 0);
@@ -327,6 +330,7 @@ class IslandSolver {
         break;
       }
     }
+    sequential_.finish_positions(island, constraints, bodies);
   }
 
   /// Gives bodies the displacement of bounces, whose share is not the usual one.

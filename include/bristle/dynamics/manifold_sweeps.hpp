@@ -4,19 +4,15 @@
 /// All points of a manifold keep their own normal impulse but share one friction: two tangents at
 /// the centre of pressure and a torsion about the normal, bounded by what the normal impulses
 /// allow. What it gives up is friction that differs from point to point within one patch, which
-/// rigid bodies leave undetermined anyway.
-///
-/// A manifold sees six numbers: the velocity of b relative to a at the centre of pressure and the
-/// relative angular velocity, along its axes. With the point's lever e = r x n about the centre,
-///     v_n = V_n + e_1 w_1 + e_2 w_2,
-/// and a unit impulse there changes V_n, w_1, w_2 by three numbers that are known beforehand. So
-/// two bodies are read once, all points and the friction are solved among these six numbers, and
-/// one force and one torque are given to the bodies, however many points there are.
+/// rigid bodies leave undetermined anyway. Manifolds without a moving body in common are solved
+/// side by side, in lanes (`ManifoldBlock`), with the results of one after the other.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
 #include <bristle/dynamics/contact_aim.hpp>
+#include <bristle/dynamics/manifold_block.hpp>
 #include <bristle/dynamics/manifold_mobility.hpp>
+#include <bristle/dynamics/manifold_order.hpp>
 #include <bristle/dynamics/solver_types.hpp>
 
 #include <algorithm>
@@ -41,207 +37,125 @@ class ManifoldSweeps {
   void aim(const Island& island, Constraints<S>& constraints, std::span<const SolverBody<S>> bodies,
            const SolveContext<S>& context);
 
-  /// Adds what all impulses do to the bodies' velocities.
-  void apply(std::span<SolverBody<S>> bodies) const {
-    for (const Manifold& m : manifolds_) {
-      Load load;
-      for (const Point& p : points_of(m)) load.add(p, p.impulse);
-      SolverBody<S>& a = bodies[m.a];
-      SolverBody<S>& b = bodies[m.b];
-      push(m, {load.n, m.friction_impulse[0], m.friction_impulse[1]}, {m.torsion, load.l1, load.l2},
-           a, b, a.twist, b.twist);
+  /// Reads the bodies' velocities, or their displacements. All that follows works on what was read.
+  template <typename Of>
+  void load(std::span<const SolverBody<S>> bodies, Of&& of) {
+    velocities_.resize(slots_.size() + 1);
+    for (std::size_t k = 0; k < slots_.size(); ++k) velocities_.set(k + 1, of(bodies[slots_[k]]));
+  }
+  /// Writes back those of the bodies that are moved.
+  template <typename Of>
+  void unload(std::span<SolverBody<S>> bodies, Of&& of) const {
+    for (std::size_t k = 0; k < slots_.size(); ++k) {
+      SolverBody<S>& body = bodies[slots_[k]];
+      if (body.moves) of(body) = velocities_[k + 1];
     }
   }
 
+  /// Adds what all impulses do to the velocities.
+  void apply() {
+    for (Block& block : blocks_) Kernel(block, points_).apply(velocities_);
+  }
   /// One sweep over all contacts, there or back.
   /// @return [m/s] Largest velocity change.
-  S sweep(std::span<SolverBody<S>> bodies, bool backwards) {
-    return for_each_manifold(backwards, [&](Manifold& m) { return solve(m, bodies); });
+  S sweep(bool backwards) {
+    return for_each_block(backwards, [this](Kernel block) { return block.solve(velocities_); });
   }
 
-  /// Starts the position problem: shares of the impulses (`place_contact`), which `store` must
-  /// have written back.
-  void start_placing(const Island& island, Constraints<S>& constraints,
-                     std::span<const SolverBody<S>> bodies, Integrator integrator) const {
+  /// Shares of the impulses by default and for bounces (`place_contact`), which `store` must have
+  /// written back.
+  void place_contacts(const Island& island, Constraints<S>& constraints,
+                      std::span<const SolverBody<S>> bodies, Integrator integrator) {
     for_each_speed(island, constraints, bodies, velocity_of,
                    [&](ContactConstraint<S>& c, S speed) { place_contact(c, speed, integrator); });
   }
 
   /// Lets gaps follow the motion of a part of the step.
   void move_gaps(const Island& island, Constraints<S>& constraints,
-                 std::span<const SolverBody<S>> bodies, S dt) const {
+                 std::span<const SolverBody<S>> bodies, S dt) {
     for_each_speed(island, constraints, bodies, motion_of,
                    [&](ContactConstraint<S>& c, S speed) { c.gap += dt * speed; });
   }
 
+  /// Takes over the shares of the impulses that the contacts have, for sweeps of the position
+  /// problem; `store_placed` writes them back.
+  void start_placing(const Island& island, const Constraints<S>& constraints, S dt);
   /// One sweep of the position problem.
-  S place(const Island& island, Constraints<S>& constraints, std::span<SolverBody<S>> bodies, S dt,
-          bool backwards) {
-    const S per_step = S(1) / dt;
-    return for_each_manifold(backwards, [&](const Manifold& m) {
-      return place(m, island, constraints, bodies, per_step);
-    });
+  S place(bool backwards) {
+    return for_each_block(backwards, [this](Kernel block) { return block.place(velocities_); });
   }
+  void store_placed(const Island& island, Constraints<S>& constraints) const;
 
   /// Writes the impulses back to the constraints: friction is spread over the points in proportion
   /// to their normal impulses, so that its force and its torsion stay what they are.
   void store(const Island& island, Constraints<S>& constraints) const;
 
  private:
-  /// Three numbers without Eigen around them: in a function as large as a sweep its products would
-  /// become calls and its vectors memory.
-  struct Triple {
-    S x, y, z;
-  };
-  [[nodiscard]] static Triple triple(const Vec3<S>& v) { return {v[0], v[1], v[2]}; }
-  [[nodiscard]] static Triple cross(const Triple& u, const Triple& v) {
-    return {u.y * v.z - u.z * v.y, u.z * v.x - u.x * v.z, u.x * v.y - u.y * v.x};
-  }
-  [[nodiscard]] static S dot(const Triple& u, const Triple& v) {
-    return u.x * v.x + u.y * v.y + u.z * v.z;
-  }
+  using Kernel = ManifoldKernel<S>;
+  using Block = ManifoldBlock<S>;
+  using Points = ManifoldPoints<S>;
+  using Row = typename Block::Row;
 
-  /// Velocity of b relative to a at a manifold's centre, along its axes.
-  struct Relative {
-    S n, v1, v2;     // Along the normal and the tangents.
-    S spin, w1, w2;  // About them.
-  };
-
-  struct Point {
-    /// Lever of a unit normal impulse about the centre of pressure, along the tangents.
-    S e1 = S(0), e2 = S(0);
-    /// What it does to the normal velocity of the centre, and to the turn about the tangents.
-    S linear = S(0), turn1 = S(0), turn2 = S(0);
-    S response = S(0);
-    S inverse_response = S(0);
-    S target = S(0);
-    S impulse = S(0);
-    S radius = S(0);  // Distance from the centre of pressure: the arm of torsion.
-
-    [[nodiscard]] S speed(const Relative& v) const { return v.n + e1 * v.w1 + e2 * v.w2; }
-  };
-
-  struct Manifold {
-    std::uint32_t a = 0;
-    std::uint32_t b = 0;
-    std::uint32_t first = 0;
-    std::uint32_t count = 0;
-    /// Normal and tangents, world axes.
-    Triple n, t1, t2;
-    /// From each centre of mass to the centre of pressure, world axes.
-    Triple arm_a, arm_b;
-    /// What normal impulses do across: velocity along the tangents and spin about the normal, for
-    /// units of force along the normal and of torque about the tangents.
-    std::array<std::array<S, 3>, 3> across;
-    S friction = S(0);
-    S radius = S(0);  // The largest of its points.
-    ContactResponse<S> response;
-    S torsion_response = S(0);
-    S inverse_torsion_response = S(0);
-    std::array<S, 2> friction_impulse{};
-    S torsion = S(0);
-
-    [[nodiscard]] Triple in_world(const Triple& v) const {
-      return {n.x * v.x + t1.x * v.y + t2.x * v.z, n.y * v.x + t1.y * v.y + t2.y * v.z,
-              n.z * v.x + t1.z * v.y + t2.z * v.z};
+  template <typename Turn>
+  S for_each_block(bool backwards, Turn&& turn) {
+    Pack<S> largest = S(0);
+    const std::size_t count = blocks_.size();
+    for (std::size_t k = 0; k < count; ++k) {
+      largest = max(turn(Kernel(blocks_[backwards ? count - 1 - k : k], points_)), largest);
     }
-  };
+    return max_of_lanes(largest);
+  }
 
-  [[nodiscard]] static Relative relative(const Manifold& m, const Twist<S>& a, const Twist<S>& b) {
-    const Triple wa = triple(a.angular);
-    const Triple wb = triple(b.angular);
-    const Triple at_a = cross(wa, m.arm_a);
-    const Triple at_b = cross(wb, m.arm_b);
-    const Triple v{(b.linear[0] - a.linear[0]) + (at_b.x - at_a.x),
-                   (b.linear[1] - a.linear[1]) + (at_b.y - at_a.y),
-                   (b.linear[2] - a.linear[2]) + (at_b.z - at_a.z)};
-    const Triple w{wb.x - wa.x, wb.y - wa.y, wb.z - wa.z};
-    return {dot(m.n, v), dot(m.t1, v), dot(m.t2, v), dot(m.n, w), dot(m.t1, w), dot(m.t2, w)};
-  }
-  /// Gives b an impulse and an angular impulse at the centre, along the manifold's axes, and a
-  /// their opposites.
-  static void push(const Manifold& m, const Triple& along, const Triple& about,
-                   const SolverBody<S>& a, const SolverBody<S>& b, Twist<S>& twist_a,
-                   Twist<S>& twist_b) {
-    const Triple force = m.in_world(along);
-    const Triple torque = m.in_world(about);
-    if (a.moves) push(a, S(-1), force, torque, m.arm_a, twist_a);
-    if (b.moves) push(b, S(1), force, torque, m.arm_b, twist_b);
-  }
-  static void push(const SolverBody<S>& body, S sign, const Triple& force, const Triple& torque,
-                   const Triple& arm, Twist<S>& twist) {
-    const Triple lever = cross(arm, force);
-    const Triple total{sign * (torque.x + lever.x), sign * (torque.y + lever.y),
-                       sign * (torque.z + lever.z)};
-    const S* m = body.inverse_mass.data();
-    const S* I = body.inverse_inertia.data();  // Symmetric.
-    S* v = twist.linear.data();
-    S* w = twist.angular.data();
-    v[0] += sign * m[0] * force.x;
-    v[1] += sign * m[1] * force.y;
-    v[2] += sign * m[2] * force.z;
-    if (body.is_isotropic) {
-      w[0] += I[0] * total.x;
-      w[1] += I[0] * total.y;
-      w[2] += I[0] * total.z;
-    } else {
-      w[0] += I[0] * total.x + I[1] * total.y + I[2] * total.z;
-      w[1] += I[3] * total.x + I[4] * total.y + I[5] * total.z;
-      w[2] += I[6] * total.x + I[7] * total.y + I[8] * total.z;
+  /// Calls use(contact of the island, rows of its point, lane) for all points of a block, or of
+  /// all.
+  template <typename Use>
+  static void for_each_point(const Block& block, Use&& use) {
+    for (std::size_t lane = 0; lane < block.used; ++lane) {
+      for (std::uint32_t k = 0; k < block.contacts[lane]; ++k) {
+        use(block.first_contact[lane] + k, block.first_point + k, lane);
+      }
     }
   }
-
-  /// Sums of a manifold's normal impulses: force, torque about the tangents.
-  struct Load {
-    S n = S(0), l1 = S(0), l2 = S(0);
-
-    void add(const Point& p, S x) {
-      n += x;
-      l1 += x * p.e1;
-      l2 += x * p.e2;
-    }
-    void add(const Point& p, S x, Relative& v) {
-      add(p, x);
-      v.n += x * p.linear;
-      v.w1 += x * p.turn1;
-      v.w2 += x * p.turn2;
-    }
-  };
-
-  [[nodiscard]] std::span<const Point> points_of(const Manifold& m) const {
-    return std::span(points_).subspan(m.first, m.count);
+  template <typename Use>
+  void for_each_point(Use&& use) const {
+    for (const Block& block : blocks_) for_each_point(block, use);
+  }
+  /// Normal velocities at all points.
+  template <typename Of>
+  void find_speeds(std::span<const SolverBody<S>> bodies, Of&& of, std::vector<Row>& speeds) {
+    load(bodies, of);
+    speeds.resize(points_.size());
+    for (Block& block : blocks_) Kernel(block, points_).write_speeds(velocities_, speeds);
   }
   /// Calls use(contact, normal velocity) for all contacts.
   template <typename Of, typename Use>
   void for_each_speed(const Island& island, Constraints<S>& constraints,
-                      std::span<const SolverBody<S>> bodies, Of&& of, Use&& use) const {
-    for (const Manifold& m : manifolds_) {
-      const Relative v = relative(m, of(bodies[m.a]), of(bodies[m.b]));
-      for (std::uint32_t k = m.first; k < m.first + m.count; ++k) {
-        use(constraints.contacts[island.contacts[k]], points_[k].speed(v));
-      }
-    }
+                      std::span<const SolverBody<S>> bodies, Of&& of, Use&& use) {
+    find_speeds(bodies, of, speeds_);
+    for_each_point([&](std::uint32_t contact, std::uint32_t point, std::size_t lane) {
+      use(constraints.contacts[island.contacts[contact]], speeds_[point][lane]);
+    });
   }
 
-  template <typename Visit>
-  S for_each_manifold(bool backwards, Visit&& visit) {
-    S largest = S(0);
-    const std::size_t count = manifolds_.size();
-    for (std::size_t k = 0; k < count; ++k) {
-      largest = std::max(largest, visit(manifolds_[backwards ? count - 1 - k : k]));
-    }
-    return largest;
-  }
+  void find_manifolds(const Island& island, const Constraints<S>& constraints,
+                      std::span<const SolverBody<S>> bodies);
+  void add_manifold(const ManifoldSpan& manifold, const Island& island,
+                    const Constraints<S>& constraints, std::span<const SolverBody<S>> bodies);
+  void add_side(typename Block::Side& side, std::size_t lane, std::uint32_t slot,
+                const SolverBody<S>& body, const Vec3<S>& arm);
+  void store(const Block& block, std::size_t lane, const Island& island,
+             Constraints<S>& constraints) const;
 
-  void add_manifold(std::span<const std::uint32_t> contacts, const Constraints<S>& constraints,
-                    std::span<const SolverBody<S>> bodies);
-  S solve(Manifold& m, std::span<SolverBody<S>> bodies);
-  S place(const Manifold& m, const Island& island, Constraints<S>& constraints,
-          std::span<SolverBody<S>> bodies, S per_step);
-  static S rub(Manifold& m, S most, S most_torsion, const Relative& v);
+  std::vector<ManifoldSpan> manifolds_;
+  ManifoldOrder order_;
+  std::vector<Block> blocks_;
+  std::vector<Points> points_;
 
-  std::vector<Manifold> manifolds_;
-  std::vector<Point> points_;
+  // Bodies have places in the table from 1 on. What nothing moves is written to place 0.
+  std::vector<std::uint32_t> slots_;  // By place less 1.
+  std::vector<std::uint32_t> place_;  // By slot; 0 where it has none.
+  VelocityTable<S> velocities_;
+  std::vector<Row> speeds_, free_speeds_, motion_speeds_;
 };
 
 // Implementation -----------------------------------------------------------------------------------
@@ -249,242 +163,241 @@ class ManifoldSweeps {
 template <Scalar S>
 void ManifoldSweeps<S>::start(const Island& island, const Constraints<S>& constraints,
                               std::span<const SolverBody<S>> bodies) {
-  manifolds_.clear();
+  for (const std::uint32_t slot : slots_) place_[slot] = 0;
+  slots_.clear();
+  place_.resize(std::max(place_.size(), bodies.size()), 0);
+  blocks_.clear();
   points_.clear();
-  const auto belong_together = [&](std::uint32_t i, std::uint32_t j) {
-    return i + 1 == j && are_of_one_manifold(constraints.contacts[i], constraints.contacts[j]);
-  };
-  for (std::size_t k = 0; k < island.contacts.size();) {
-    std::size_t end = k + 1;
-    while (end < island.contacts.size() &&
-           belong_together(island.contacts[end - 1], island.contacts[end])) {
-      ++end;
+  find_manifolds(island, constraints, bodies);
+  order_.build(manifolds_, bodies.size());
+  std::uint32_t round = 0;
+  for (const ManifoldOrder::Place& place : order_.places()) {
+    if (blocks_.empty() || blocks_.back().used == lanes<S> || place.round != round) {
+      Block& block = blocks_.emplace_back();
+      block.first_point = static_cast<std::uint32_t>(points_.size());
+      // Its first manifold has the most.
+      block.points = place.count;
+      points_.resize(points_.size() + place.count);
+      round = place.round;
     }
-    add_manifold(island.contacts.subspan(k, end - k), constraints, bodies);
-    k = end;
+    add_manifold(manifolds_[place.manifold], island, constraints, bodies);
   }
 }
 
 template <Scalar S>
-void ManifoldSweeps<S>::add_manifold(std::span<const std::uint32_t> contacts,
+void ManifoldSweeps<S>::find_manifolds(const Island& island, const Constraints<S>& constraints,
+                                       std::span<const SolverBody<S>> bodies) {
+  manifolds_.clear();
+  for (std::uint32_t k = 0; k < island.contacts.size(); ++k) {
+    const std::uint32_t i = island.contacts[k];
+    const ContactConstraint<S>& c = constraints.contacts[i];
+    if (k > 0 && island.contacts[k - 1] + 1 == i &&
+        are_of_one_manifold(constraints.contacts[i - 1], c)) {
+      ++manifolds_.back().count;
+    } else {
+      manifolds_.push_back(
+          {k, 1, c.body_a, c.body_b, bodies[c.body_a].moves, bodies[c.body_b].moves});
+    }
+  }
+}
+
+template <Scalar S>
+void ManifoldSweeps<S>::add_side(typename Block::Side& side, std::size_t lane, std::uint32_t slot,
+                                 const SolverBody<S>& body, const Vec3<S>& arm) {
+  if (place_[slot] == 0) {
+    slots_.push_back(slot);
+    place_[slot] = static_cast<std::uint32_t>(slots_.size());
+  }
+  side.from[lane] = VelocityTable<S>::stride * place_[slot];
+  side.to[lane] = body.moves ? side.from[lane] : 0;
+  side.arm.set(lane, arm);
+  if (!body.moves) return;
+  side.inverse_mass.set(lane, body.inverse_mass);
+  const Mat3<S>& I = body.inverse_inertia;
+  const S upper[] = {I(0, 0), I(0, 1), I(0, 2), I(1, 1), I(1, 2), I(2, 2)};
+  for (std::size_t i = 0; i < 6; ++i) side.inverse_inertia[i][lane] = upper[i];
+  side.is_isotropic = side.is_isotropic && body.is_isotropic;
+}
+
+template <Scalar S>
+void ManifoldSweeps<S>::add_manifold(const ManifoldSpan& manifold, const Island& island,
                                      const Constraints<S>& constraints,
                                      std::span<const SolverBody<S>> bodies) {
+  using std::max;
   using std::sqrt;
-  const ContactConstraint<S>& one = constraints.contacts[contacts[0]];
-  Manifold& m = manifolds_.emplace_back();
-  m.a = one.body_a;
-  m.b = one.body_b;
-  m.first = static_cast<std::uint32_t>(points_.size());
-  m.count = static_cast<std::uint32_t>(contacts.size());
-  m.friction = one.friction;
+  Block& block = blocks_.back();
+  const std::size_t lane = block.used++;
+  const auto contact = [&](std::uint32_t k) -> const ContactConstraint<S>& {
+    return constraints.contacts[island.contacts[manifold.first + k]];
+  };
+  const ContactConstraint<S>& one = contact(0);
+  block.first_contact[lane] = manifold.first;
+  block.contacts[lane] = manifold.count;
+  block.friction[lane] = one.friction;
 
   // The centre of pressure of the last step; of points that carried nothing, their middle.
   S sum = S(0);
-  for (const std::uint32_t i : contacts) sum += constraints.contacts[i].impulse[0];
-  const S even = S(1) / S(contacts.size());
+  for (std::uint32_t k = 0; k < manifold.count; ++k) sum += contact(k).impulse[0];
+  const S even = S(1) / S(manifold.count);
   Vec3<S> arm_a = Vec3<S>::Zero();
   Vec3<S> arm_b = Vec3<S>::Zero();
-  for (const std::uint32_t i : contacts) {
-    const ContactConstraint<S>& c = constraints.contacts[i];
+  for (std::uint32_t k = 0; k < manifold.count; ++k) {
+    const ContactConstraint<S>& c = contact(k);
     const S weight = sum > S(0) ? c.impulse[0] / sum : even;
     arm_a += weight * c.arm_a;
     arm_b += weight * c.arm_b;
   }
-  m.arm_a = triple(arm_a);
-  m.arm_b = triple(arm_b);
-  m.n = triple(one.axes[0]);
-  m.t1 = triple(one.axes[1]);
-  m.t2 = triple(one.axes[2]);
+  const SolverBody<S>& a = bodies[manifold.body_a];
+  const SolverBody<S>& b = bodies[manifold.body_b];
+  add_side(block.a, lane, manifold.body_a, a, arm_a);
+  add_side(block.b, lane, manifold.body_b, b, arm_b);
+  block.normal.set(lane, one.axes[0]);
+  block.tangent1.set(lane, one.axes[1]);
+  block.tangent2.set(lane, one.axes[2]);
 
-  const ManifoldMobility<S> w(one, bodies[m.a], bodies[m.b], arm_a, arm_b);
-  m.response = w.linear;
-  m.response.prepare();
-  m.torsion_response = w.angular(0, 0);
-  m.inverse_torsion_response = m.torsion_response > S(0) ? S(1) / m.torsion_response : S(0);
-  m.across = {{{w.linear.n1, w.turn(1, 1), w.turn(2, 1)},
-               {w.linear.n2, w.turn(1, 2), w.turn(2, 2)},
-               {w.turn(0, 0), w.angular(0, 1), w.angular(0, 2)}}};
+  ManifoldMobility<S> w(one, a, b, arm_a, arm_b);
+  ContactResponse<S>& K = w.linear;
+  K.prepare();
+  block.response_a[lane] = K.a;
+  block.response_b[lane] = K.b;
+  block.response_c[lane] = K.c;
+  block.inverse_determinant[lane] = K.inverse_determinant;
+  block.largest_response[lane] = K.largest;
+  block.inverse_largest[lane] = K.inverse_largest;
+  const S spin = w.angular(0, 0);
+  block.torsion_response[lane] = spin;
+  block.inverse_torsion_response[lane] = spin > S(0) ? S(1) / spin : S(0);
+  const S across[3][3] = {{K.n1, w.turn(1, 1), w.turn(2, 1)},
+                          {K.n2, w.turn(1, 2), w.turn(2, 2)},
+                          {w.turn(0, 0), w.angular(0, 1), w.angular(0, 2)}};
+  for (std::size_t i = 0; i < 3; ++i) {
+    for (std::size_t j = 0; j < 3; ++j) block.across[i][j][lane] = across[i][j];
+  }
 
-  for (const std::uint32_t i : contacts) {
-    const ContactConstraint<S>& c = constraints.contacts[i];
-    Point& p = points_.emplace_back();
+  for (std::uint32_t k = 0; k < manifold.count; ++k) {
+    Points& p = points_[block.first_point + k];
+    S e1 = S(0);
+    S e2 = S(0);
     // A single point is the centre of pressure, and has no lever about it.
-    if (m.count > 1) {
-      const Triple from_center = triple(c.arm_a - arm_a);
-      p.e1 = dot(from_center, m.t2);
-      p.e2 = -dot(from_center, m.t1);
-      p.radius = sqrt(p.e1 * p.e1 + p.e2 * p.e2);
-      m.radius = std::max(m.radius, p.radius);
+    if (manifold.count > 1) {
+      const Vec3<S> from_center = contact(k).arm_a - arm_a;
+      e1 = from_center.dot(one.axes[2]);
+      e2 = -from_center.dot(one.axes[1]);
+      p.radius[lane] = sqrt(e1 * e1 + e2 * e2);
+      block.radius[lane] = max(block.radius[lane], p.radius[lane]);
     }
-    p.turn1 = w.turn(1, 0) + p.e1 * w.angular(1, 1) + p.e2 * w.angular(1, 2);
-    p.turn2 = w.turn(2, 0) + p.e1 * w.angular(2, 1) + p.e2 * w.angular(2, 2);
-    p.linear = w.linear.nn + p.e1 * w.turn(1, 0) + p.e2 * w.turn(2, 0);
-    p.response = p.linear + p.e1 * p.turn1 + p.e2 * p.turn2;
-    p.inverse_response = p.response > S(0) ? S(1) / p.response : S(0);
+    p.e1[lane] = e1;
+    p.e2[lane] = e2;
+    const S turn1 = w.turn(1, 0) + e1 * w.angular(1, 1) + e2 * w.angular(1, 2);
+    const S turn2 = w.turn(2, 0) + e1 * w.angular(2, 1) + e2 * w.angular(2, 2);
+    const S linear = K.nn + e1 * w.turn(1, 0) + e2 * w.turn(2, 0);
+    const S response = linear + e1 * turn1 + e2 * turn2;
+    p.turn1[lane] = turn1;
+    p.turn2[lane] = turn2;
+    p.linear[lane] = linear;
+    p.response[lane] = response;
+    p.inverse_response[lane] = response > S(0) ? S(1) / response : S(0);
   }
 }
 
 template <Scalar S>
 void ManifoldSweeps<S>::aim(const Island& island, Constraints<S>& constraints,
                             std::span<const SolverBody<S>> bodies, const SolveContext<S>& context) {
-  for (Manifold& m : manifolds_) {
-    const SolverBody<S>& a = bodies[m.a];
-    const SolverBody<S>& b = bodies[m.b];
-    const Relative start = relative(m, a.start, b.start);
-    const Relative free = relative(m, a.free, b.free);
-    const Relative motion = relative(m, a.free_motion, b.free_motion);
-    m.friction_impulse = {};
-    m.torsion = S(0);
-    for (std::uint32_t k = m.first; k < m.first + m.count; ++k) {
-      ContactConstraint<S>& c = constraints.contacts[island.contacts[k]];
-      Point& p = points_[k];
-      aim_contact<S>(c, {p.speed(start), p.speed(free), p.speed(motion)},
-                     a.follows_joints || b.follows_joints, context);
-      p.target = c.target;
-      p.impulse = c.impulse[0];
-      m.friction_impulse[0] += c.impulse[1];
-      m.friction_impulse[1] += c.impulse[2];
-      m.torsion -= p.e1 * c.impulse[1] + p.e2 * c.impulse[2];
-    }
+  const auto start = [](const SolverBody<S>& body) -> const Twist<S>& { return body.start; };
+  const auto free = [](const SolverBody<S>& body) -> const Twist<S>& { return body.free; };
+  const auto motion = [](const SolverBody<S>& body) -> const Twist<S>& { return body.free_motion; };
+  find_speeds(bodies, start, speeds_);
+  find_speeds(bodies, free, free_speeds_);
+  find_speeds(bodies, motion, motion_speeds_);
+  for (Block& block : blocks_) {
+    block.friction_impulse1 = block.friction_impulse2 = block.torsion = {};
+    for_each_point(block, [&](std::uint32_t contact, std::uint32_t point, std::size_t lane) {
+      ContactConstraint<S>& c = constraints.contacts[island.contacts[contact]];
+      aim_contact<S>(c,
+                     {speeds_[point][lane], free_speeds_[point][lane], motion_speeds_[point][lane]},
+                     bodies[c.body_a].follows_joints || bodies[c.body_b].follows_joints, context);
+      Points& p = points_[point];
+      p.target[lane] = c.target;
+      p.impulse[lane] = c.impulse[0];
+      block.friction_impulse1[lane] += c.impulse[1];
+      block.friction_impulse2[lane] += c.impulse[2];
+      block.torsion[lane] -= p.e1[lane] * c.impulse[1] + p.e2[lane] * c.impulse[2];
+    });
   }
 }
 
 template <Scalar S>
-S ManifoldSweeps<S>::solve(Manifold& m, std::span<SolverBody<S>> bodies) {
-  using std::abs;
-  using std::max;
-  SolverBody<S>& a = bodies[m.a];
-  SolverBody<S>& b = bodies[m.b];
-  Relative v = relative(m, a.twist, b.twist);
-  Load load;
-  S largest = S(0);
-  S sum = S(0);
-  S moment = S(0);
-  for (std::uint32_t k = m.first; k < m.first + m.count; ++k) {
-    Point& p = points_[k];
-    const S wanted = max(S(0), p.impulse + (p.target - p.speed(v)) * p.inverse_response);
-    const S change = wanted - p.impulse;
-    p.impulse = wanted;
-    sum += wanted;
-    moment += wanted * p.radius;
-    load.add(p, change, v);
-    largest = max(largest, abs(change) * p.response);
-  }
-  v.v1 += m.across[0][0] * load.n + m.across[0][1] * load.l1 + m.across[0][2] * load.l2;
-  v.v2 += m.across[1][0] * load.n + m.across[1][1] * load.l1 + m.across[1][2] * load.l2;
-  v.spin += m.across[2][0] * load.n + m.across[2][1] * load.l1 + m.across[2][2] * load.l2;
-  const std::array<S, 2> before = m.friction_impulse;
-  const S before_torsion = m.torsion;
-  largest = max(largest, rub(m, m.friction * sum, m.friction * moment, v));
-  if (!(largest > S(0))) return largest;
-  push(m, {load.n, m.friction_impulse[0] - before[0], m.friction_impulse[1] - before[1]},
-       {m.torsion - before_torsion, load.l1, load.l2}, a, b, a.twist, b.twist);
-  return largest;
+void ManifoldSweeps<S>::start_placing(const Island& island, const Constraints<S>& constraints,
+                                      S dt) {
+  const S per_step = S(1) / dt;
+  for_each_point([&](std::uint32_t contact, std::uint32_t point, std::size_t lane) {
+    const ContactConstraint<S>& c = constraints.contacts[island.contacts[contact]];
+    Points& p = points_[point];
+    p.approach[lane] = c.gap * per_step;
+    p.placed[lane] = c.placed;
+    p.least_placed[lane] = c.parts ? c.placed : c.least_placed;
+    p.inverse_placing[lane] = c.parts ? S(0) : p.inverse_response[lane];
+  });
 }
-
-/// Friction of a manifold: force and torsion together within an ellipsoid, whose axes are the force
-/// `most` alone and the torsion `most_torsion` alone.
 template <Scalar S>
-S ManifoldSweeps<S>::rub(Manifold& m, S most, S most_torsion, const Relative& v) {
-  using std::abs;
-  using std::max;
-  using std::sqrt;
-  S x1 = m.friction_impulse[0];
-  S x2 = m.friction_impulse[1];
-  S torsion = S(0);
-  if (most > S(0)) {
-    detail::solve_friction(m.response, v.v1, v.v2, most, x1, x2);
-    S size2 = (x1 * x1 + x2 * x2) / (most * most);
-    if (most_torsion > S(0)) {
-      torsion = m.torsion - v.spin * m.inverse_torsion_response;
-      const S turn = torsion / most_torsion;
-      size2 += turn * turn;
-    }
-    if (size2 > S(1)) {
-      const S shrink = S(1) / sqrt(size2);
-      torsion *= shrink;
-      x1 *= shrink;
-      x2 *= shrink;
-    }
-  } else {
-    x1 = x2 = S(0);
-  }
-  const S change = max(
-      max(abs(x1 - m.friction_impulse[0]), abs(x2 - m.friction_impulse[1])) * m.response.largest,
-      abs(torsion - m.torsion) * m.torsion_response * m.radius);
-  m.friction_impulse = {x1, x2};
-  m.torsion = torsion;
-  return change;
-}
-
-template <Scalar S>
-S ManifoldSweeps<S>::place(const Manifold& m, const Island& island, Constraints<S>& constraints,
-                           std::span<SolverBody<S>> bodies, S per_step) {
-  using std::abs;
-  using std::max;
-  SolverBody<S>& a = bodies[m.a];
-  SolverBody<S>& b = bodies[m.b];
-  Relative v = relative(m, a.motion, b.motion);
-  Load load;
-  S largest = S(0);
-  for (std::uint32_t k = m.first; k < m.first + m.count; ++k) {
-    ContactConstraint<S>& c = constraints.contacts[island.contacts[k]];
-    const Point& p = points_[k];
-    if (c.parts) continue;
-    const S left = c.gap * per_step + p.speed(v);
-    const S wanted = max(c.least_placed, c.placed - left * p.inverse_response);
-    const S change = wanted - c.placed;
-    c.placed = wanted;
-    load.add(p, change, v);
-    largest = max(largest, abs(change) * p.response);
-  }
-  if (largest > S(0)) {
-    push(m, {load.n, S(0), S(0)}, {S(0), load.l1, load.l2}, a, b, a.motion, b.motion);
-  }
-  return largest;
+void ManifoldSweeps<S>::store_placed(const Island& island, Constraints<S>& constraints) const {
+  for_each_point([&](std::uint32_t contact, std::uint32_t point, std::size_t lane) {
+    constraints.contacts[island.contacts[contact]].placed = points_[point].placed[lane];
+  });
 }
 
 template <Scalar S>
 void ManifoldSweeps<S>::store(const Island& island, Constraints<S>& constraints) const {
+  for (const Block& block : blocks_) {
+    for (std::size_t lane = 0; lane < block.used; ++lane) store(block, lane, island, constraints);
+  }
+}
+template <Scalar S>
+void ManifoldSweeps<S>::store(const Block& block, std::size_t lane, const Island& island,
+                              Constraints<S>& constraints) const {
   using std::abs;
   using std::copysign;
+  using std::max;
   using std::min;
   using std::sqrt;
-  for (const Manifold& m : manifolds_) {
-    const std::span<const Point> points = points_of(m);
-    S sum = S(0);
-    S e1 = S(0);
-    S e2 = S(0);
-    for (const Point& p : points) {
-      sum += p.impulse;
-      e1 += p.impulse * p.e1;
-      e2 += p.impulse * p.e2;
-    }
-    const S per_load = sum > S(0) ? S(1) / sum : S(0);
-    e1 *= per_load;
-    e2 *= per_load;
-    // The force now acts at the centre of these impulses; what it did about the former one becomes
-    // torsion.
-    const S torsion = m.torsion + e1 * m.friction_impulse[0] + e2 * m.friction_impulse[1];
-    S moment = S(0);
-    S farthest2 = S(0);
-    for (const Point& p : points) {
-      const S r2 = (p.e1 - e1) * (p.e1 - e1) + (p.e2 - e2) * (p.e2 - e2);
-      moment += p.impulse * r2;
-      farthest2 = std::max(farthest2, r2);
-    }
-    // No point may carry more than its own friction, whatever torsion was found for others.
-    const S twist =
-        moment > S(0) ? copysign(min(abs(torsion / moment), m.friction / sqrt(farthest2)), torsion)
-                      : S(0);
-    for (std::uint32_t k = 0; k < m.count; ++k) {
-      const Point& p = points[k];
-      const S share = p.impulse * per_load;
-      const S turn = twist * p.impulse;
-      constraints.contacts[island.contacts[m.first + k]].impulse = {
-          p.impulse, share * m.friction_impulse[0] - turn * (p.e1 - e1),
-          share * m.friction_impulse[1] - turn * (p.e2 - e2)};
-    }
+  const auto points = std::span(points_).subspan(block.first_point, block.contacts[lane]);
+  const S friction1 = block.friction_impulse1[lane];
+  const S friction2 = block.friction_impulse2[lane];
+  S sum = S(0);
+  S e1 = S(0);
+  S e2 = S(0);
+  for (const Points& p : points) {
+    sum += p.impulse[lane];
+    e1 += p.impulse[lane] * p.e1[lane];
+    e2 += p.impulse[lane] * p.e2[lane];
+  }
+  const S per_load = sum > S(0) ? S(1) / sum : S(0);
+  e1 *= per_load;
+  e2 *= per_load;
+  // The force now acts at the centre of these impulses; what it did about the former one becomes
+  // torsion.
+  const S torsion = block.torsion[lane] + e1 * friction1 + e2 * friction2;
+  S moment = S(0);
+  S farthest2 = S(0);
+  for (const Points& p : points) {
+    const S r1 = p.e1[lane] - e1;
+    const S r2 = p.e2[lane] - e2;
+    moment += p.impulse[lane] * (r1 * r1 + r2 * r2);
+    farthest2 = max(farthest2, r1 * r1 + r2 * r2);
+  }
+  // No point may carry more than its own friction, whatever torsion was found for others.
+  const S twist =
+      moment > S(0)
+          ? copysign(min(abs(torsion / moment), block.friction[lane] / sqrt(farthest2)), torsion)
+          : S(0);
+  for (std::uint32_t k = 0; k < points.size(); ++k) {
+    const Points& p = points[k];
+    const S load = p.impulse[lane];
+    const S share = load * per_load;
+    const S turn = twist * load;
+    constraints.contacts[island.contacts[block.first_contact[lane] + k]].impulse = {
+        load, share * friction1 - turn * (p.e1[lane] - e1),
+        share * friction2 - turn * (p.e2[lane] - e2)};
   }
 }
 

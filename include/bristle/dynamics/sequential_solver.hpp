@@ -39,21 +39,22 @@ class SequentialSolver {
   void start_part(const Island& island, Constraints<S>& constraints,
                   std::span<SolverBody<S>> bodies, const SolveContext<S>& context) {
     manifolds_.aim(island, constraints, bodies, context);
-    if (island.blocks.empty() && island.soft.empty()) {
-      for (const std::uint32_t slot : island.bodies) bodies[slot].twist = bodies[slot].free;
-      manifolds_.apply(bodies);
-    } else {
+    if (shares_bodies(island)) {
       apply_impulses(island, constraints, bodies);
+    } else {
+      for (const std::uint32_t slot : island.bodies) bodies[slot].twist = bodies[slot].free;
+      manifolds_.load(bodies, velocity_of);
+      manifolds_.apply();
     }
   }
-  /// Starts its position problem, once impulses are written back.
-  void start_placing(const Island& island, Constraints<S>& constraints,
-                     std::span<const SolverBody<S>> bodies, Integrator integrator) const {
-    manifolds_.start_placing(island, constraints, bodies, integrator);
+  /// Places its contacts (`place_contact`), once impulses are written back.
+  void place_contacts(const Island& island, Constraints<S>& constraints,
+                      std::span<const SolverBody<S>> bodies, Integrator integrator) {
+    manifolds_.place_contacts(island, constraints, bodies, integrator);
   }
   /// Lets gaps follow its motion.
   void move_gaps(const Island& island, Constraints<S>& constraints,
-                 std::span<const SolverBody<S>> bodies, S dt) const {
+                 std::span<const SolverBody<S>> bodies, S dt) {
     manifolds_.move_gaps(island, constraints, bodies, dt);
   }
 
@@ -74,7 +75,10 @@ class SequentialSolver {
     for_each(island.blocks.size(), backwards, [&](std::size_t k) {
       largest = std::max(largest, sweep_block(constraints, island.blocks[k], k, bodies));
     });
-    if (by_manifold_) return std::max(largest, manifolds_.sweep(bodies, backwards));
+    if (by_manifold_) {
+      return std::max(largest, sweep_manifolds(island, bodies, velocity_of,
+                                               [&] { return manifolds_.sweep(backwards); }));
+    }
     for_each(island.contacts.size(), backwards, [&](std::size_t k) {
       largest =
           std::max(largest, sweep_contact(constraints.contacts[island.contacts[k]], k, bodies));
@@ -82,11 +86,26 @@ class SequentialSolver {
     return largest;
   }
 
-  /// Writes impulses that the sweeps kept to themselves back to the constraints.
-  void finish(const Island& island, Constraints<S>& constraints) const {
+  /// Writes impulses that the sweeps kept to themselves back to the constraints, and velocities.
+  void finish(const Island& island, Constraints<S>& constraints,
+              std::span<SolverBody<S>> bodies) const {
+    if (!shares_bodies(island)) manifolds_.unload(bodies, velocity_of);
     manifolds_.store(island, constraints);
   }
 
+  /// Starts sweeps of the position problem, once contacts are placed, and ends them.
+  void start_positions(const Island& island, const Constraints<S>& constraints,
+                       std::span<const SolverBody<S>> bodies, S dt) {
+    if (!by_manifold_) return;
+    manifolds_.start_placing(island, constraints, dt);
+    if (!shares_bodies(island)) manifolds_.load(bodies, motion_of);
+  }
+  void finish_positions(const Island& island, Constraints<S>& constraints,
+                        std::span<SolverBody<S>> bodies) const {
+    if (!by_manifold_) return;
+    manifolds_.store_placed(island, constraints);
+    if (!shares_bodies(island)) manifolds_.unload(bodies, motion_of);
+  }
   /// One sweep of the position problem over the displacements in `SolverBody::motion`: contacts
   /// move their bodies apart by a larger share of their impulse, or together by a smaller one,
   /// until surfaces that touch do not overlap. Velocities, and so kinetic energy, stay out of it.
@@ -99,7 +118,8 @@ class SequentialSolver {
       largest = std::max(largest, place_block(constraints, island.blocks[k], k, bodies, dt));
     });
     if (by_manifold_) {
-      return std::max(largest, manifolds_.place(island, constraints, bodies, dt, backwards));
+      return std::max(largest, sweep_manifolds(island, bodies, motion_of,
+                                               [&] { return manifolds_.place(backwards); }));
     }
     for_each(island.contacts.size(), backwards, [&](std::size_t k) {
       largest =
@@ -109,6 +129,19 @@ class SequentialSolver {
   }
 
  private:
+  /// Whether others than contacts change velocities between two sweeps over manifolds.
+  [[nodiscard]] static bool shares_bodies(const Island& island) {
+    return !island.blocks.empty() || !island.soft.empty();
+  }
+  template <typename Of, typename Sweep>
+  S sweep_manifolds(const Island& island, std::span<SolverBody<S>> bodies, Of&& of, Sweep&& sweep) {
+    if (!shares_bodies(island)) return sweep();
+    manifolds_.load(bodies, of);
+    const S largest = sweep();
+    manifolds_.unload(bodies, of);
+    return largest;
+  }
+
   void start_blocks(const Island& island, const Constraints<S>& constraints,
                     std::span<const SolverBody<S>> bodies) {
     responses_.resize(std::max(responses_.size(), island.blocks.size()));

@@ -7,10 +7,10 @@
 /// ten times what they save. Elsewhere, for scalars that are not built in, and with BRISTLE_NO_SIMD
 /// it is an array of as many lanes in plain C++.
 ///
-/// How many lanes there are depends on how a file is compiled, and so do functions over packs, under
-/// the same names: **all files of a program that use the library must be compiled for the same
-/// instruction set** (-march) and agree on BRISTLE_NO_SIMD, as with any templates over vector types.
-/// What is stored holds arrays of scalars and no Pack, so its layout is the same for all.
+/// How many lanes there are depends on how a file is compiled, and so do functions over packs,
+/// under the same names: **all files of a program that use the library must be compiled for the
+/// same instruction set** (-march) and agree on BRISTLE_NO_SIMD, as with any templates over vector
+/// types. What is stored holds arrays of scalars and no Pack, so its layout is the same for all.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -147,6 +147,12 @@ class Pack {
     for (std::size_t i = 0; i < n && i < size; ++i) p[i] = r_[i];
   }
 
+  /// Lane i to p[at[i]], in the order of the lanes.
+  template <std::integral Index>
+  BRISTLE_LANES void scatter(S* p, const Index* at) const {
+    scatter(p, at, std::make_index_sequence<size>());
+  }
+
   [[nodiscard]] BRISTLE_LANES S operator[](std::size_t i) const { return r_[i]; }
   [[nodiscard]] BRISTLE_LANES const Register& get() const { return r_; }
 
@@ -234,6 +240,10 @@ class Pack {
   template <typename F>
   BRISTLE_LANES static Pack make(const F& f) {
     return make(f, std::make_index_sequence<size>());
+  }
+  template <typename Index, std::size_t... i>
+  BRISTLE_LANES void scatter(S* p, const Index* at, std::index_sequence<i...>) const {
+    ((p[at[i]] = r_[i]), ...);
   }
 
   Register r_;

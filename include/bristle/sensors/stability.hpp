@@ -83,7 +83,8 @@ template <Scalar S>
   for (int j = 0; j < 6; ++j) {
     const Vec6<S> rest = W.col(j) - root.leftCols(j) * root.row(j).head(j).transpose();
     if (!(rest[j] > S(8) * Tolerance<S>::round_off() * W(j, j))) continue;
-    root.col(j).tail(6 - j) = rest.tail(6 - j) / sqrt(rest[j]);
+    // Not as blocks: of unknown length, GCC 12 sees whole AVX-512 registers read and warns.
+    for (int i = j; i < 6; ++i) root(i, j) = rest[i] / sqrt(rest[j]);
   }
   return root;
 }

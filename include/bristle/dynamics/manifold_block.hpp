@@ -1,0 +1,329 @@
+/// @file
+/// Several manifolds in the lanes of registers, and the solution of each of them alone.
+///
+/// A manifold sees six numbers: the velocity of b relative to a at the centre of pressure and the
+/// relative angular velocity, along its axes. With the point's lever e = r x n about the centre,
+///     v_n = V_n + e_1 w_1 + e_2 w_2,
+/// and a unit impulse there changes V_n, w_1, w_2 by three numbers that are known beforehand. So
+/// two bodies are read once, all points and the friction are solved among these six numbers, and
+/// one force and one torque are given to the bodies, however many points there are.
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <bristle/dynamics/contact_constraint.hpp>
+#include <bristle/math/pack3.hpp>
+#include <bristle/math/spatial.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace bristle {
+
+/// Velocities of bodies, close to each other, to be read and written in lanes.
+template <Scalar S>
+class VelocityTable {
+ public:
+  /// [-] Numbers a body: six, and two that let it begin where a cache line does.
+  static constexpr std::uint32_t stride = 8;
+
+  void resize(std::size_t bodies) { numbers_.resize(std::max(numbers_.size(), stride * bodies)); }
+  void set(std::size_t body, const Twist<S>& v) {
+    S* p = numbers_.data() + stride * body;
+    for (std::size_t i = 0; i < 3; ++i) {
+      p[i] = v.linear[static_cast<int>(i)];
+      p[i + 3] = v.angular[static_cast<int>(i)];
+    }
+  }
+  [[nodiscard]] Twist<S> operator[](std::size_t body) const {
+    const S* p = numbers_.data() + stride * body;
+    return {{p[0], p[1], p[2]}, {p[3], p[4], p[5]}};
+  }
+  /// Linear velocity (part 0) or angular velocity (part 1) of a body for each lane.
+  /// @param at  [-] Number of the body times `stride`.
+  [[nodiscard]] BRISTLE_LANES Pack3<S> load(std::size_t part, const std::uint32_t* at) const {
+    const S* p = numbers_.data() + 3 * part;
+    return {Pack<S>::gather(p, at), Pack<S>::gather(p + 1, at), Pack<S>::gather(p + 2, at)};
+  }
+  /// The inverse; lanes with the same body write one after the other.
+  BRISTLE_LANES void store(std::size_t part, const std::uint32_t* at, const Pack3<S>& v) {
+    S* p = numbers_.data() + 3 * part;
+    v.x.scatter(p, at);
+    v.y.scatter(p + 1, at);
+    v.z.scatter(p + 2, at);
+  }
+
+ private:
+  std::vector<S> numbers_;
+};
+
+/// One point of each of the manifolds of a block. Zero where a manifold has fewer points.
+/// @tparam n  [-] Lanes, as the file is compiled for: part of the type, as it decides its layout.
+template <Scalar S, std::size_t n = lanes<S>>
+struct alignas(64) ManifoldPoints {
+  using Row = std::array<S, n>;
+  /// Lever of a unit normal impulse about the centre of pressure, along the tangents.
+  Row e1{}, e2{};
+  /// What it does to the normal velocity of the centre, and to the turn about the tangents.
+  Row linear{}, turn1{}, turn2{};
+  Row response{}, inverse_response{};
+  /// Distance from the centre of pressure: the arm of torsion.
+  Row radius{};
+  Row target{}, impulse{};
+  /// Of the position problem: gap by step, the share that moves the bodies and the least of it, and
+  /// what `inverse_response` is for it; 0 where bodies fly apart after a bounce.
+  Row approach{}, placed{}, least_placed{}, inverse_placing{};
+};
+
+/// As many manifolds as a register has lanes; unused lanes are zero and do nothing.
+template <Scalar S, std::size_t n = lanes<S>>
+struct alignas(64) ManifoldBlock {
+  using Row = std::array<S, n>;
+  struct Row3 {
+    Row x{}, y{}, z{};
+
+    void set(std::size_t lane, const Vec3<S>& v) {
+      x[lane] = v[0];
+      y[lane] = v[1];
+      z[lane] = v[2];
+    }
+  };
+  /// What a body's velocities do with impulses: where they are read, where they are written (apart
+  /// from all others where nothing moves them), arm to the centre of pressure, inverse mass by
+  /// axis and the upper part of the inverse inertia, row by row.
+  struct Side {
+    std::array<std::uint32_t, n> from{}, to{};
+    Row3 arm{}, inverse_mass{};
+    std::array<Row, 6> inverse_inertia{};
+    /// Whether only the first of the six counts, for all three axes.
+    bool is_isotropic = true;
+  };
+
+  /// [-] Lanes in use; places of their points, as many as the longest has.
+  std::uint32_t used = 0;
+  std::uint32_t first_point = 0;
+  std::uint32_t points = 0;
+  /// [-] Of each lane, its contacts as they are counted in the island.
+  std::array<std::uint32_t, n> first_contact{}, contacts{};
+
+  Side a, b;
+  /// Normal and tangents, world axes.
+  Row3 normal, tangent1, tangent2;
+  /// What normal impulses do across: velocity along the tangents and spin about the normal, for
+  /// units of force along the normal and of torque about the tangents.
+  std::array<std::array<Row, 3>, 3> across{};
+  Row friction{};
+  Row radius{};  // The largest of its points.
+  /// Tangential part of the response to forces, as in `ContactResponse`, and that to torsion.
+  Row response_a{}, response_b{}, response_c{}, inverse_determinant{};
+  Row largest_response{}, inverse_largest{};
+  Row torsion_response{}, inverse_torsion_response{};
+  Row friction_impulse1{}, friction_impulse2{}, torsion{};
+};
+
+/// The arithmetic of one block.
+template <Scalar S>
+class ManifoldKernel {
+ public:
+  using T = Pack<S>;
+  using Block = ManifoldBlock<S>;
+  using Points = ManifoldPoints<S>;
+  using Row = typename Block::Row;
+
+  ManifoldKernel(Block& block, std::span<Points> points)
+      : m_(block), points_(points.subspan(block.first_point, block.points)) {}
+
+  /// Writes the normal velocities at all points to their places in `out`.
+  void write_speeds(const VelocityTable<S>& velocities, std::span<Row> out) const {
+    const Relative v = relative(motion(velocities));
+    for (std::size_t k = 0; k < points_.size(); ++k) {
+      speed(points_[k], v).store(out[m_.first_point + k].data());
+    }
+  }
+  /// Adds what all impulses do.
+  void apply(VelocityTable<S>& velocities) const {
+    Load load;
+    for (const Points& p : points_) load.add(p, row(p.impulse));
+    push(velocities, motion(velocities), load, row(m_.friction_impulse1), row(m_.friction_impulse2),
+         row(m_.torsion));
+  }
+  /// One turn of the velocity problem.
+  /// @return [m/s] Largest velocity change.
+  BRISTLE_LANES T solve(VelocityTable<S>& velocities);
+  /// One turn of the position problem.
+  BRISTLE_LANES T place(VelocityTable<S>& displacements);
+
+ private:
+  /// Of the two bodies.
+  struct Motion {
+    Pack3<S> v_a, w_a, v_b, w_b;
+  };
+  /// Velocity of b relative to a at the centre, along the axes.
+  struct Relative {
+    T n, v1, v2;     // Along the normal and the tangents.
+    T spin, w1, w2;  // About them.
+  };
+  /// Sums of normal impulses: force, torque about the tangents.
+  struct Load {
+    T n = S(0), l1 = S(0), l2 = S(0);
+
+    BRISTLE_LANES void add(const Points& p, const T& x) {
+      n += x;
+      l1 += x * row(p.e1);
+      l2 += x * row(p.e2);
+    }
+    BRISTLE_LANES void add(const Points& p, const T& x, Relative& v) {
+      add(p, x);
+      v.n += x * row(p.linear);
+      v.w1 += x * row(p.turn1);
+      v.w2 += x * row(p.turn2);
+    }
+  };
+  /// What `detail::solve_friction` asks for.
+  struct TangentialResponse {
+    T a, b, c, inverse_determinant, inverse_largest;
+  };
+
+  [[nodiscard]] BRISTLE_LANES static T row(const Row& r) { return T::load(r.data()); }
+  [[nodiscard]] BRISTLE_LANES static Pack3<S> row(const typename Block::Row3& r) {
+    return Pack3<S>::load(r.x.data(), r.y.data(), r.z.data());
+  }
+  [[nodiscard]] BRISTLE_LANES static T speed(const Points& p, const Relative& v) {
+    return v.n + row(p.e1) * v.w1 + row(p.e2) * v.w2;
+  }
+  [[nodiscard]] BRISTLE_LANES T across(std::size_t i, const Load& load) const {
+    return row(m_.across[i][0]) * load.n + row(m_.across[i][1]) * load.l1 +
+           row(m_.across[i][2]) * load.l2;
+  }
+  [[nodiscard]] BRISTLE_LANES Motion motion(const VelocityTable<S>& velocities) const {
+    return {velocities.load(0, m_.a.from.data()), velocities.load(1, m_.a.from.data()),
+            velocities.load(0, m_.b.from.data()), velocities.load(1, m_.b.from.data())};
+  }
+  [[nodiscard]] BRISTLE_LANES Relative relative(const Motion& of) const {
+    const Pack3<S> v =
+        (of.v_b - of.v_a) + (cross(of.w_b, row(m_.b.arm)) - cross(of.w_a, row(m_.a.arm)));
+    const Pack3<S> w = of.w_b - of.w_a;
+    const Pack3<S> n = row(m_.normal), t1 = row(m_.tangent1), t2 = row(m_.tangent2);
+    return {dot(n, v), dot(t1, v), dot(t2, v), dot(n, w), dot(t1, w), dot(t2, w)};
+  }
+  /// Gives b an impulse and an angular impulse at the centre, and a their opposites.
+  BRISTLE_LANES void push(VelocityTable<S>& velocities, const Motion& before, const Load& load,
+                          const T& along1, const T& along2, const T& spin) const {
+    const Pack3<S> n = row(m_.normal), t1 = row(m_.tangent1), t2 = row(m_.tangent2);
+    const Pack3<S> force = load.n * n + along1 * t1 + along2 * t2;
+    const Pack3<S> torque = spin * n + load.l1 * t1 + load.l2 * t2;
+    push(m_.a, velocities, before.v_a, before.w_a, -force, -torque);
+    push(m_.b, velocities, before.v_b, before.w_b, force, torque);
+  }
+  BRISTLE_LANES static void push(const typename Block::Side& side, VelocityTable<S>& velocities,
+                                 const Pack3<S>& v, const Pack3<S>& w, const Pack3<S>& force,
+                                 const Pack3<S>& torque) {
+    const Pack3<S> l = torque + cross(row(side.arm), force);
+    const auto& I = side.inverse_inertia;
+    Pack3<S> turn = row(I[0]) * l;
+    if (!side.is_isotropic) {
+      const T xy = row(I[1]), xz = row(I[2]), yz = row(I[4]);
+      turn.x += xy * l.y + xz * l.z;
+      turn.y = xy * l.x + row(I[3]) * l.y + yz * l.z;
+      turn.z = xz * l.x + yz * l.y + row(I[5]) * l.z;
+    }
+    const Pack3<S> m = row(side.inverse_mass);
+    const Pack3<S> move{m.x * force.x, m.y * force.y, m.z * force.z};
+    velocities.store(0, side.to.data(), v + move);
+    velocities.store(1, side.to.data(), w + turn);
+  }
+  BRISTLE_LANES void rub(const T& most, const T& most_torsion, const Relative& v);
+
+  Block& m_;
+  std::span<Points> points_;
+};
+
+// Implementation -----------------------------------------------------------------------------------
+
+template <Scalar S>
+BRISTLE_LANES Pack<S> ManifoldKernel<S>::solve(VelocityTable<S>& velocities) {
+  const Motion before_turn = motion(velocities);
+  Relative v = relative(before_turn);
+  Load load;
+  T largest = S(0);
+  T sum = S(0);
+  T moment = S(0);
+  for (Points& p : points_) {
+    const T before = row(p.impulse);
+    // In this order a velocity that is no number gives no impulse.
+    const T wanted = max(before + (row(p.target) - speed(p, v)) * row(p.inverse_response), T(S(0)));
+    const T change = wanted - before;
+    wanted.store(p.impulse.data());
+    sum += wanted;
+    moment += wanted * row(p.radius);
+    load.add(p, change, v);
+    largest = max(abs(change) * row(p.response), largest);
+  }
+  v.v1 += across(0, load);
+  v.v2 += across(1, load);
+  v.spin += across(2, load);
+  const T before1 = row(m_.friction_impulse1);
+  const T before2 = row(m_.friction_impulse2);
+  const T before_torsion = row(m_.torsion);
+  rub(row(m_.friction) * sum, row(m_.friction) * moment, v);
+  const T change1 = row(m_.friction_impulse1) - before1;
+  const T change2 = row(m_.friction_impulse2) - before2;
+  const T twist = row(m_.torsion) - before_torsion;
+  largest = max(max(abs(change1), abs(change2)) * row(m_.largest_response), largest);
+  largest = max(abs(twist) * row(m_.torsion_response) * row(m_.radius), largest);
+  if (any(largest > T(S(0)))) push(velocities, before_turn, load, change1, change2, twist);
+  return largest;
+}
+
+/// Friction of a manifold: force and torsion together within an ellipsoid, whose axes are the force
+/// `most` alone and the torsion `most_torsion` alone.
+template <Scalar S>
+BRISTLE_LANES void ManifoldKernel<S>::rub(const T& most, const T& most_torsion, const Relative& v) {
+  const TangentialResponse K{row(m_.response_a), row(m_.response_b), row(m_.response_c),
+                             row(m_.inverse_determinant), row(m_.inverse_largest)};
+  const T zero = S(0);
+  T x1 = row(m_.friction_impulse1);
+  T x2 = row(m_.friction_impulse2);
+  detail::solve_friction(K, v.v1, v.v2, most, x1, x2);
+  const Mask<S> twists = most_torsion > zero;
+  T torsion = select(twists, row(m_.torsion) - v.spin * row(m_.inverse_torsion_response), zero);
+  const T turn = select(twists, torsion / most_torsion, zero);
+  const T size2 = (x1 * x1 + x2 * x2) / (most * most) + turn * turn;
+  const Mask<S> is_beyond = size2 > T(S(1));
+  if (any(is_beyond)) {
+    const T shrink = select(is_beyond, T(S(1)) / sqrt(size2), T(S(1)));
+    torsion *= shrink;
+    x1 *= shrink;
+    x2 *= shrink;
+  }
+  const Mask<S> presses = most > zero;
+  select(presses, x1, zero).store(m_.friction_impulse1.data());
+  select(presses, x2, zero).store(m_.friction_impulse2.data());
+  select(presses, torsion, zero).store(m_.torsion.data());
+}
+
+template <Scalar S>
+BRISTLE_LANES Pack<S> ManifoldKernel<S>::place(VelocityTable<S>& displacements) {
+  const Motion before_turn = motion(displacements);
+  Relative v = relative(before_turn);
+  Load load;
+  T largest = S(0);
+  for (Points& p : points_) {
+    const T before = row(p.placed);
+    const T left = row(p.approach) + speed(p, v);
+    const T wanted = max(before - left * row(p.inverse_placing), row(p.least_placed));
+    const T change = wanted - before;
+    wanted.store(p.placed.data());
+    load.add(p, change, v);
+    largest = max(abs(change) * row(p.response), largest);
+  }
+  const T zero = S(0);
+  if (any(largest > zero)) push(displacements, before_turn, load, zero, zero, zero);
+  return largest;
+}
+
+}  // namespace bristle

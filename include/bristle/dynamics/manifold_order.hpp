@@ -1,0 +1,67 @@
+/// @file
+/// Which manifolds may be solved side by side.
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <span>
+#include <tuple>
+#include <vector>
+
+namespace bristle {
+
+/// The contacts of one manifold, and the bodies between which they are.
+struct ManifoldSpan {
+  /// [-] First contact, as it is counted in the island, and their number.
+  std::uint32_t first = 0;
+  std::uint32_t count = 0;
+  /// [-] Slots of the bodies, and whether impulses move them.
+  std::uint32_t body_a = 0;
+  std::uint32_t body_b = 0;
+  bool moves_a = false;
+  bool moves_b = false;
+};
+
+/// Sorts manifolds into rounds. Those of a round have no body in common that moves, and whoever
+/// shares one with an earlier manifold is in a later round: so sweeps over the rounds, there or
+/// back, give what sweeps over the list would, to the last bit, however many of a round are solved
+/// at once.
+class ManifoldOrder {
+ public:
+  struct Place {
+    std::uint32_t round = 0;
+    /// [-] Contacts; of a round, manifolds with as many stand together, those with most first.
+    std::uint32_t count = 0;
+    std::uint32_t manifold = 0;
+  };
+
+  /// @param slots  [-] Number of bodies.
+  void build(std::span<const ManifoldSpan> manifolds, std::size_t slots) {
+    places_.clear();
+    next_round_.resize(std::max(next_round_.size(), slots), 0);
+    for (std::uint32_t k = 0; k < manifolds.size(); ++k) {
+      const ManifoldSpan& m = manifolds[k];
+      std::uint32_t round = 0;
+      if (m.moves_a) round = std::max(round, next_round_[m.body_a]);
+      if (m.moves_b) round = std::max(round, next_round_[m.body_b]);
+      if (m.moves_a) next_round_[m.body_a] = round + 1;
+      if (m.moves_b) next_round_[m.body_b] = round + 1;
+      places_.push_back({round, m.count, k});
+    }
+    for (const ManifoldSpan& m : manifolds) next_round_[m.body_a] = next_round_[m.body_b] = 0;
+    std::sort(places_.begin(), places_.end(), [](const Place& a, const Place& b) {
+      return std::tuple(a.round, b.count, a.manifold) < std::tuple(b.round, a.count, b.manifold);
+    });
+  }
+
+  [[nodiscard]] std::span<const Place> places() const { return places_; }
+
+ private:
+  std::vector<Place> places_;
+  std::vector<std::uint32_t> next_round_;  // By slot; 0 between two calls.
+};
+
+}  // namespace bristle

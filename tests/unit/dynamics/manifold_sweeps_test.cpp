@@ -1,0 +1,236 @@
+/// @file
+/// Manifolds side by side: rounds, and the same results as one after the other.
+// SPDX-License-Identifier: BSD-3-Clause
+#include "support/contact_island.hpp"
+
+#include <bristle/dynamics/contact_aim.hpp>
+#include <bristle/dynamics/manifold_sweeps.hpp>
+
+#include <doctest/doctest.h>
+
+#include <cstdint>
+#include <vector>
+
+using namespace bristle;
+
+namespace {
+
+/// Bodies that touch each other in any way: some that nothing moves, some without an axis they
+/// would rather turn about. Manifolds have one to four points.
+template <typename S>
+test::ContactIsland<S> random_heap(test::Random& random, std::uint32_t bodies,
+                                   std::uint32_t manifolds) {
+  test::ContactIsland<S> heap = test::random_pile<S>(random, bodies, 1, S(0.5), S(10));
+  for (std::uint32_t i = 0; i < bodies; i += 5) {
+    SolverBody<S>& body = heap.bodies[i];  // Driven: it has a velocity, and keeps it.
+    body.moves = false;
+    body.inverse_mass.setZero();
+    body.inverse_inertia.setZero();
+  }
+  for (std::uint32_t i = 2; i <= bodies; i += 5) {
+    SolverBody<S>& body = heap.bodies[i];
+    body.is_isotropic = true;
+    body.inverse_inertia = S(30) * Mat3<S>::Identity();
+  }
+  heap.moving.clear();
+  for (std::uint32_t i = 0; i <= bodies; ++i) {
+    heap.bodies[i].start = heap.bodies[i].free;
+    heap.bodies[i].motion = heap.bodies[i].free;
+    if (heap.bodies[i].moves) heap.moving.push_back(i);
+  }
+  heap.contacts.clear();
+  heap.constraints.contacts.clear();
+  for (std::uint32_t k = 0; k < manifolds; ++k) {
+    const auto pick = [&] {
+      return static_cast<std::uint32_t>(random.uniform(0.0, 0.999999) * (bodies + 1));
+    };
+    ContactConstraint<S> c;
+    c.body_a = pick();
+    do {
+      c.body_b = pick();
+    } while (c.body_b == c.body_a || !(heap.bodies[c.body_a].moves || heap.bodies[c.body_b].moves));
+    c.axes[0] = random.in_cube(S(1)).normalized();
+    tangent_basis<S>(c.axes[0], c.axes[1], c.axes[2]);
+    c.friction = random.uniform(S(0), S(1));
+    for (std::uint32_t i = 0; i <= k % 4; ++i) {
+      c.arm_a = random.in_cube(S(0.2));
+      c.arm_b = c.arm_a + S(0.1) * c.axes[0];
+      c.gap = random.uniform(S(-1e-3), S(1e-3));
+      c.impulse[0] = random.uniform(S(0), S(0.3));
+      heap.contacts.push_back(static_cast<std::uint32_t>(heap.constraints.contacts.size()));
+      heap.constraints.contacts.push_back(c);
+    }
+  }
+  return heap;
+}
+
+template <typename S>
+SolveContext<S> context() {
+  SolveContext<S> c;
+  c.dt = S(1) / S(240);
+  c.speed_change = S(10);
+  c.is_swept = true;
+  return c;
+}
+
+/// The manifolds of an island, each as an island of its own.
+template <typename S>
+std::vector<std::vector<std::uint32_t>> split(const test::ContactIsland<S>& heap) {
+  std::vector<std::vector<std::uint32_t>> result;
+  for (const std::uint32_t i : heap.contacts) {
+    const auto& contacts = heap.constraints.contacts;
+    if (i == 0 || !are_of_one_manifold(contacts[i - 1], contacts[i])) result.emplace_back();
+    result.back().push_back(i);
+  }
+  return result;
+}
+
+template <typename S>
+void check_same_twist(const Twist<S>& a, const Twist<S>& b) {
+  CHECK(a.linear == b.linear);
+  CHECK(a.angular == b.angular);
+}
+
+}  // namespace
+
+TEST_CASE(
+    "ManifoldOrder: nothing that moves is in a round twice, and neighbours keep their order") {
+  test::Random random(3);
+  auto heap = random_heap<double>(random, 40, 120);
+  std::vector<ManifoldSpan> manifolds;
+  for (const auto& contacts : split(heap)) {
+    const auto& c = heap.constraints.contacts[contacts[0]];
+    manifolds.push_back({contacts[0], static_cast<std::uint32_t>(contacts.size()), c.body_a,
+                         c.body_b, heap.bodies[c.body_a].moves, heap.bodies[c.body_b].moves});
+  }
+  ManifoldOrder order;
+  std::uint32_t rounds = 0;
+  for (int twice = 0; twice < 2; ++twice) {
+    order.build(manifolds, heap.bodies.size());
+    REQUIRE(order.places().size() == manifolds.size());
+    std::vector<std::uint32_t> round_of(manifolds.size());
+    for (const auto& place : order.places()) round_of[place.manifold] = place.round;
+    for (std::size_t i = 0; i < manifolds.size(); ++i) {
+      rounds = std::max(rounds, round_of[i] + 1);
+      for (std::size_t j = i + 1; j < manifolds.size(); ++j) {
+        const ManifoldSpan& m = manifolds[i];
+        const ManifoldSpan& o = manifolds[j];
+        const bool shares = (m.moves_a && (m.body_a == o.body_a || m.body_a == o.body_b)) ||
+                            (m.moves_b && (m.body_b == o.body_a || m.body_b == o.body_b));
+        if (shares) CHECK(round_of[i] < round_of[j]);
+      }
+    }
+  }
+  CHECK(rounds < manifolds.size() / 3);  // Several stand side by side.
+}
+
+TEST_CASE_TEMPLATE("ManifoldSweeps: in lanes as one after the other, to the last bit", S, double,
+                   float) {
+  test::Random random(7);
+  for (int round = 0; round < 5; ++round) {
+    auto together = random_heap<S>(random, 40, 120);
+    auto apart = together;
+    const Island island = together.island();
+    ManifoldSweeps<S> sweeps;
+    sweeps.start(island, together.constraints, together.bodies);
+    sweeps.aim(island, together.constraints, together.bodies, context<S>());
+    sweeps.load(together.bodies, velocity_of);
+
+    const auto manifolds = split(apart);
+    std::vector<ManifoldSweeps<S>> single(manifolds.size());
+    const auto alone = [&](std::size_t k) { return Island{apart.moving, manifolds[k], {}, {}}; };
+    for (std::size_t k = 0; k < single.size(); ++k) {
+      single[k].start(alone(k), apart.constraints, apart.bodies);
+      single[k].aim(alone(k), apart.constraints, apart.bodies, context<S>());
+    }
+    const auto turn_of_each = [&](bool backwards, const auto& of, const auto& turn) {
+      S largest = S(0);
+      for (std::size_t n = 0; n < single.size(); ++n) {
+        const std::size_t k = backwards ? single.size() - 1 - n : n;
+        single[k].load(apart.bodies, of);
+        largest = std::max(largest, turn(single[k]));
+        single[k].unload(apart.bodies, of);
+      }
+      return largest;
+    };
+
+    for (int n = 0; n < 4; ++n) {
+      const bool backwards = n % 2 != 0;
+      const S expected =
+          turn_of_each(backwards, velocity_of, [&](auto& one) { return one.sweep(backwards); });
+      CHECK(sweeps.sweep(backwards) == expected);
+      CHECK(expected > S(0));
+    }
+    sweeps.unload(together.bodies, velocity_of);
+    sweeps.store(island, together.constraints);
+    sweeps.place_contacts(island, together.constraints, together.bodies, Integrator::trapezoidal);
+    sweeps.start_placing(island, together.constraints, context<S>().dt);
+    sweeps.load(together.bodies, motion_of);
+    for (std::size_t k = 0; k < single.size(); ++k) {
+      single[k].store(alone(k), apart.constraints);
+      single[k].place_contacts(alone(k), apart.constraints, apart.bodies, Integrator::trapezoidal);
+      single[k].start_placing(alone(k), apart.constraints, context<S>().dt);
+    }
+    for (int n = 0; n < 4; ++n) {
+      const bool backwards = n % 2 != 0;
+      const S expected =
+          turn_of_each(backwards, motion_of, [&](auto& one) { return one.place(backwards); });
+      CHECK(sweeps.place(backwards) == expected);
+      CHECK(expected > S(0));
+    }
+    sweeps.unload(together.bodies, motion_of);
+    sweeps.store_placed(island, together.constraints);
+    for (std::size_t k = 0; k < single.size(); ++k) {
+      single[k].store_placed(alone(k), apart.constraints);
+    }
+
+    for (std::size_t i = 0; i < together.bodies.size(); ++i) {
+      check_same_twist(together.bodies[i].twist, apart.bodies[i].twist);
+      check_same_twist(together.bodies[i].motion, apart.bodies[i].motion);
+    }
+    for (const std::uint32_t i : together.contacts) {
+      CHECK(together.constraints.contacts[i].impulse == apart.constraints.contacts[i].impulse);
+      CHECK(together.constraints.contacts[i].placed == apart.constraints.contacts[i].placed);
+    }
+  }
+}
+
+// A manifold of one point has neither lever nor torsion, and is that contact.
+TEST_CASE("ManifoldSweeps: a single point is solved as a contact is") {
+  test::Random random(11);
+  int sticking = 0;
+  for (int round = 0; round < 200; ++round) {
+    auto pair = test::random_pile<double>(random, 2, 1, random.uniform(0.05, 5.0), 10.0);
+    auto expected = pair;
+    pair.contacts.erase(pair.contacts.begin());
+    ManifoldSweeps<double> sweeps;
+    const Island island = pair.island();
+    sweeps.start(island, pair.constraints, pair.bodies);
+    sweeps.aim(island, pair.constraints, pair.bodies, context<double>());
+    sweeps.load(pair.bodies, velocity_of);
+    sweeps.sweep(false);
+    sweeps.unload(pair.bodies, velocity_of);
+    sweeps.store(island, pair.constraints);
+
+    ContactConstraint<double>& c = expected.constraints.contacts[1];
+    SolverBody<double>& a = expected.bodies[1];
+    SolverBody<double>& b = expected.bodies[2];
+    aim_contact(c, a, b, context<double>());
+    ContactResponse<double> K = contact_response(c, ContactFrame<double>(c, a, b));
+    const auto x = solve_contact(c, K, c.velocity(a.twist, b.twist));
+    apply_at_contact<double>(c, x[0] * c.axes[0] + x[1] * c.axes[1] + x[2] * c.axes[2], a, b,
+                             velocity_of);
+    const ContactConstraint<double>& found = pair.constraints.contacts[1];
+    for (std::size_t i = 0; i < 3; ++i) {
+      CHECK(found.impulse[i] == doctest::Approx(c.impulse[i]).epsilon(1e-12));
+    }
+    for (std::size_t i = 1; i <= 2; ++i) {
+      CHECK((pair.bodies[i].twist.linear - expected.bodies[i].twist.linear).norm() < 1e-13);
+      CHECK((pair.bodies[i].twist.angular - expected.bodies[i].twist.angular).norm() < 1e-11);
+    }
+    const double friction = std::hypot(c.impulse[1], c.impulse[2]);
+    if (c.impulse[0] > 0 && friction < 0.999 * c.friction * c.impulse[0]) ++sticking;
+  }
+  CHECK(sticking > 10);
+  CHECK(sticking < 190);
+}
