@@ -66,6 +66,12 @@ class ManifoldSweeps {
   /// written back.
   void place_contacts(const Island& island, Constraints<S>& constraints,
                       std::span<const SolverBody<S>> bodies, Integrator integrator) {
+    if (!bounces_) {
+      for (const std::uint32_t i : island.contacts) {
+        place_contact(constraints.contacts[i], S(0), integrator);
+      }
+      return;
+    }
     for_each_speed(island, constraints, bodies, velocity_of,
                    [&](ContactConstraint<S>& c, S speed) { place_contact(c, speed, integrator); });
   }
@@ -155,6 +161,7 @@ class ManifoldSweeps {
   std::vector<std::uint32_t> slots_;  // By place less 1.
   std::vector<std::uint32_t> place_;  // By slot; 0 where it has none.
   VelocityTable<S> velocities_;
+  bool bounces_ = false;  // Whether any contact may.
   std::vector<Row> speeds_, free_speeds_, motion_speeds_;
 };
 
@@ -188,9 +195,11 @@ template <Scalar S>
 void ManifoldSweeps<S>::find_manifolds(const Island& island, const Constraints<S>& constraints,
                                        std::span<const SolverBody<S>> bodies) {
   manifolds_.clear();
+  bounces_ = false;
   for (std::uint32_t k = 0; k < island.contacts.size(); ++k) {
     const std::uint32_t i = island.contacts[k];
     const ContactConstraint<S>& c = constraints.contacts[i];
+    bounces_ = bounces_ || c.restitution > S(0);
     if (k > 0 && island.contacts[k - 1] + 1 == i &&
         are_of_one_manifold(constraints.contacts[i - 1], c)) {
       ++manifolds_.back().count;
