@@ -55,7 +55,7 @@ bool print_runs() {
           const bool is_implicit = integration == Integration::implicit;
           std::vector<figure::Cell> row{task.name, table2::name_of(reading),
                                         figure::number("%.3g", 1e3 * dt),
-                                        is_implicit ? "implicit" : "explicit"};
+                                        figure::name_of(integration)};
           if (held.is_lost()) {
             row.push_back("lost");
           } else {
