@@ -640,6 +640,8 @@ struct Vec3Array {
 
 template <Scalar S>
 class RayBundles;
+template <Scalar S>
+class KeptCandidates;
 
 /// Some rays of a batch, so that threads can share a query: [first, end) in the order in which the
 /// query goes through them. That is the order of the bundles for meshes and of the batch for other
@@ -672,6 +674,11 @@ struct RayBatch {
   /// [-] Numbers of the runs that may meet anything, ascending; of others, hits may be left out.
   /// Null: all runs.
   const std::vector<std::uint32_t>* near_runs = nullptr;
+  /// What these rays keep from query to query (kept_candidates.hpp), and which life of the shape it
+  /// is that is asked, where its tag was another's before. Null: nothing. Used where all rays are
+  /// asked at once, by one thread.
+  KeptCandidates<S>* kept = nullptr;
+  std::uint32_t shape_life = 0;
 
   [[nodiscard]] std::size_t size() const { return length.size(); }
   [[nodiscard]] Ray<S> operator[](std::size_t i) const {
@@ -10998,219 +11005,6 @@ class TriangleTest {
 
 }  // namespace bristle
 
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <concepts>
-#include <cstddef>
-#include <cstdint>
-#include <numbers>
-#include <optional>
-
-namespace bristle {
-
-/// The boundary of a solid as triangles that a ray can be walked through: `corners(i)` run
-/// counter-clockwise seen from outside, and `walk_ray` is that of `AabbTree`, with the triangle's
-/// number as payload.
-template <typename M, typename S>
-concept SolidMesh = Scalar<S> &&
-    requires(const M& mesh, std::uint32_t i, const Ray<S>& ray, S (*visit)(std::uint32_t, S)) {
-  { mesh.size() } -> std::convertible_to<std::size_t>;
-  { mesh.corners(i) } -> std::same_as<std::array<Vec3<S>, 3>>;
-  { mesh.root_box() } -> std::same_as<Aabb<S>>;
-  mesh.walk_ray(ray, visit);
-};
-
-/// Nearest hit of a solid mesh, under the rules of ray_shapes.hpp; watertight.
-///
-/// Whether a ray starts inside is told by the first crossing of its line, as far as that may be:
-/// seen from its front the start is outside, from its back inside. Where a front and a back cannot
-/// be told apart (a ray that grazes an edge or a corner, where both are at one distance) the
-/// question is put to `is_inside_mesh`.
-template <Scalar S, SolidMesh<S> Mesh>
-[[nodiscard]] RayHit<S> ray_cast_mesh(const Mesh& mesh, const Ray<S>& ray);
-
-/// The same for a ray that is known to start outside, farther from the surface than rounding.
-template <Scalar S, SolidMesh<S> Mesh>
-[[nodiscard]] RayHit<S> ray_cast_mesh_from_outside(const Mesh& mesh, const Ray<S>& ray);
-
-/// Whether a point is in the solid. Its surface is, to round-off.
-template <Scalar S, SolidMesh<S> Mesh>
-[[nodiscard]] bool is_inside_mesh(const Mesh& mesh, const Vec3<S>& point);
-
-// Implementation -----------------------------------------------------------------------------------
-
-namespace detail {
-
-/// What the crossings of a ray in front of its start say.
-template <Scalar S>
-struct MeshCrossings {
-  /// [m] Nearest crossing and its triangle.
-  S distance = infinity<S>;
-  std::uint32_t triangle = 0;
-  /// [m] Bounds of the nearest crossing of each kind.
-  S front_low = infinity<S>;
-  S front_high = infinity<S>;
-  S back_low = infinity<S>;
-  S back_high = infinity<S>;
-  /// Whether the surface passes through the start, as well as can be told.
-  bool is_start_on_surface = false;
-
-  /// Whether the start is inside; nothing where front and back are too close to tell.
-  [[nodiscard]] std::optional<bool> is_start_inside() const {
-    if (!(distance < infinity<S>) || front_high < back_low) return false;
-    if (back_high < front_low) return true;
-    return std::nullopt;
-  }
-};
-
-/// Collects the crossings up to ray.length.
-template <Scalar S, SolidMesh<S> Mesh>
-[[nodiscard]] MeshCrossings<S> mesh_crossings(const Mesh& mesh, const Ray<S>& ray) {
-  // [1] A crossing closer to the start than this much of the triangle's distance is at the start.
-  constexpr S at_start = S(64) * Tolerance<S>::round_off();
-  MeshCrossings<S> found;
-  const TriangleTest<S> test(ray);
-  mesh.walk_ray(ray, [&](std::uint32_t triangle, S reach) {
-    const auto [a, b, c] = mesh.corners(triangle);
-    const TriangleCrossing<S> crossing = test(a, b, c);
-    if (!(crossing.distance < infinity<S>)) return reach;
-    using std::abs;
-    if (abs(crossing.distance) <= crossing.uncertainty &&
-        crossing.uncertainty <= at_start * (a - ray.origin).norm()) {
-      found.is_start_on_surface = true;
-    }
-    if (!(crossing.distance >= S(0))) return reach;
-    // Of equals the lowest number, whatever the order of visits.
-    if (crossing.distance < found.distance ||
-        (crossing.distance == found.distance && triangle < found.triangle)) {
-      found.distance = crossing.distance;
-      found.triangle = triangle;
-    }
-    S& low = crossing.is_front ? found.front_low : found.back_low;
-    S& high = crossing.is_front ? found.front_high : found.back_high;
-    low = std::min(low, crossing.distance - crossing.uncertainty);
-    high = std::min(high, crossing.distance + crossing.uncertainty);
-    return std::min({reach, found.front_high, found.back_high});
-  });
-  return found;
-}
-
-/// The hit of a ray that starts outside, from what it crosses.
-template <Scalar S, SolidMesh<S> Mesh>
-[[nodiscard]] RayHit<S> nearest_hit(const Mesh& mesh, const Ray<S>& ray,
-                                    const MeshCrossings<S>& found) {
-  if (!(found.distance <= ray.length && found.distance < infinity<S>)) return {};
-  const auto [a, b, c] = mesh.corners(found.triangle);
-  const Vec3<S> normal = (b - a).cross(c - a).stableNormalized();
-  return {found.distance, normal.dot(ray.direction) > S(0) ? Vec3<S>(-normal) : normal};
-}
-
-/// How often the surface winds around a point, 1 inside and 0 outside: the sum of the solid angles
-/// of all triangles over 4 pi (van Oosterom and Strackee 1983). O(triangles), and cannot be
-/// undecided.
-template <Scalar S, SolidMesh<S> Mesh>
-[[nodiscard]] S winding_number(const Mesh& mesh, const Vec3<S>& point) {
-  using std::atan2;
-  S half_angles = S(0);
-  for (std::uint32_t i = 0; i < mesh.size(); ++i) {
-    const auto corners = mesh.corners(i);
-    const Vec3<S> a = corners[0] - point;
-    const Vec3<S> b = corners[1] - point;
-    const Vec3<S> c = corners[2] - point;
-    const S la = a.norm();
-    const S lb = b.norm();
-    const S lc = c.norm();
-    half_angles +=
-        atan2(a.dot(b.cross(c)), la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb);
-  }
-  return half_angles / (S(2) * S(std::numbers::pi));
-}
-
-}  // namespace detail
-
-// Rays towards the middles of a few triangles, spread over the mesh; each surely has a crossing,
-// and hardly any of them meets an edge.
-template <Scalar S, SolidMesh<S> Mesh>
-bool is_inside_mesh(const Mesh& mesh, const Vec3<S>& point) {
-  if (!mesh.root_box().contains(point)) return false;
-  const std::size_t count = mesh.size();
-  const std::size_t tries = std::min<std::size_t>(count, 8);
-  for (std::size_t i = 0; i < tries; ++i) {
-    const auto [a, b, c] = mesh.corners(static_cast<std::uint32_t>(i * count / tries));
-    const Vec3<S> towards = (a + b + c) / S(3) - point;
-    const S distance = towards.norm();
-    if (!(distance > S(0))) return true;
-    const auto found = detail::mesh_crossings(mesh, Ray<S>{point, towards / distance});
-    if (found.is_start_on_surface) return true;
-    const std::optional<bool> is_inside = found.is_start_inside();
-    if (is_inside.has_value() && found.distance < infinity<S>) return *is_inside;
-  }
-  return detail::winding_number(mesh, point) >= S(0.5);
-}
-
-template <Scalar S, SolidMesh<S> Mesh>
-RayHit<S> ray_cast_mesh(const Mesh& mesh, const Ray<S>& ray) {
-  // Only a start within the box can be inside, and needs more of its line than its length.
-  const bool is_in_box = mesh.root_box().contains(ray.origin);
-  const Ray<S> line{ray.origin, ray.direction, is_in_box ? infinity<S> : ray.length};
-  const auto found = detail::mesh_crossings(mesh, line);
-  if (is_in_box) {
-    const std::optional<bool> is_inside = found.is_start_inside();
-    if (is_inside.has_value() ? *is_inside : is_inside_mesh(mesh, ray.origin)) {
-      return {S(0), -ray.direction};
-    }
-  }
-  return detail::nearest_hit(mesh, ray, found);
-}
-
-template <Scalar S, SolidMesh<S> Mesh>
-RayHit<S> ray_cast_mesh_from_outside(const Mesh& mesh, const Ray<S>& ray) {
-  return detail::nearest_hit(mesh, ray, detail::mesh_crossings(mesh, ray));
-}
-
-}  // namespace bristle
-
-// === bristle/geometry/ray_mesh.hpp
-
-/// @file
-/// A solid mesh ready for rays: one after the other, with boxes and triangles in lanes.
-// SPDX-License-Identifier: BSD-3-Clause
-
-// === bristle/geometry/wide_tree.hpp
-
-/// @file
-/// A tree over triangles with many children a node, so that vector registers test all of them at
-/// once: what rays are cast at.
-///
-/// Flat, immutable and small: about 50 bytes a triangle in float and 90 in double, so that a patch
-/// that meets a fine mesh with cold caches does not wait for memory. Leaves keep their corners
-/// beside each other, coordinate by coordinate, as the tests read them.
-// SPDX-License-Identifier: BSD-3-Clause
-
-// === bristle/math/pack3.hpp
-
-/// @file
-/// Vectors in lanes: as many points or directions as a Pack has lanes, coordinate by coordinate.
-// SPDX-License-Identifier: BSD-3-Clause
-
-// === bristle/math/simd.hpp
-
-/// @file
-/// Several scalars at once: the one place that knows vector registers.
-///
-/// `Pack<S>` fills one register of the machine the program is compiled for and is written in the
-/// vector extensions of GCC and Clang, so that the same code serves every instruction set. Its
-/// width is that of a native register and never more: GCC spills wider types to memory, which costs
-/// ten times what they save. Elsewhere, for scalars that are not built in, and with BRISTLE_NO_SIMD
-/// it is an array of as many lanes in plain C++.
-///
-/// How many lanes there are depends on how a file is compiled, and so do functions over packs, under
-/// the same names: **all files of a program that use the library must be compiled for the same
-/// instruction set** (-march) and agree on BRISTLE_NO_SIMD, as with any templates over vector types.
-/// What is stored holds arrays of scalars and no Pack, so its layout is the same for all.
-// SPDX-License-Identifier: BSD-3-Clause
-
 // === bristle/math/lane_register.hpp
 
 /// @file
@@ -11420,6 +11214,271 @@ struct Compare<double> {
 
 }  // namespace detail
 }  // namespace bristle
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <concepts>
+#include <cstddef>
+#include <cstdint>
+#include <numbers>
+#include <optional>
+
+namespace bristle {
+
+/// The boundary of a solid as triangles that a ray can be walked through: `corners(i)` run
+/// counter-clockwise seen from outside, and `walk_ray` is that of `AabbTree`, with the triangle's
+/// number as payload.
+template <typename M, typename S>
+concept SolidMesh = Scalar<S> &&
+    requires(const M& mesh, std::uint32_t i, const Ray<S>& ray, S (*visit)(std::uint32_t, S)) {
+  { mesh.size() } -> std::convertible_to<std::size_t>;
+  { mesh.corners(i) } -> std::same_as<std::array<Vec3<S>, 3>>;
+  { mesh.root_box() } -> std::same_as<Aabb<S>>;
+  mesh.walk_ray(ray, visit);
+};
+
+/// Nearest hit of a solid mesh, under the rules of ray_shapes.hpp; watertight.
+///
+/// Whether a ray starts inside is told by the first crossing of its line, as far as that may be:
+/// seen from its front the start is outside, from its back inside. Where a front and a back cannot
+/// be told apart (a ray that grazes an edge or a corner, where both are at one distance) the
+/// question is put to `is_inside_mesh`.
+template <Scalar S, SolidMesh<S> Mesh>
+[[nodiscard]] RayHit<S> ray_cast_mesh(const Mesh& mesh, const Ray<S>& ray);
+
+/// The same for a ray that is known to start outside, farther from the surface than rounding.
+template <Scalar S, SolidMesh<S> Mesh>
+[[nodiscard]] RayHit<S> ray_cast_mesh_from_outside(const Mesh& mesh, const Ray<S>& ray);
+
+/// Whether a point is in the solid. Its surface is, to round-off.
+template <Scalar S, SolidMesh<S> Mesh>
+[[nodiscard]] bool is_inside_mesh(const Mesh& mesh, const Vec3<S>& point);
+
+// Implementation -----------------------------------------------------------------------------------
+
+namespace detail {
+
+/// What the crossings of a ray in front of its start say.
+template <Scalar S>
+struct MeshCrossings {
+  /// [m] Nearest crossing and its triangle.
+  S distance = infinity<S>;
+  std::uint32_t triangle = 0;
+  /// [m] Bounds of the nearest crossing of each kind.
+  S front_low = infinity<S>;
+  S front_high = infinity<S>;
+  S back_low = infinity<S>;
+  S back_high = infinity<S>;
+  /// Whether the surface passes through the start, as well as can be told.
+  bool is_start_on_surface = false;
+
+  /// Whether the start is inside; nothing where front and back are too close to tell.
+  [[nodiscard]] std::optional<bool> is_start_inside() const {
+    if (!(distance < infinity<S>) || front_high < back_low) return false;
+    if (back_high < front_low) return true;
+    return std::nullopt;
+  }
+};
+
+/// A crossing is where the ray passes the box of its triangle, but for rounding. Of a triangle that
+/// is seen so nearly edge-on that rounding takes the crossing out of it, it is moved to the box.
+template <Scalar S>
+[[nodiscard]] BRISTLE_OUTLINED S distance_within_box(const Ray<S>& ray,
+                                                     const std::array<Vec3<S>, 3>& corners,
+                                                     S distance) {
+  const auto& [a, b, c] = corners;
+  const S slack = Tolerance<S>::round_off() *
+                  (ray.origin.cwiseAbs() + a.cwiseAbs() + b.cwiseAbs() + c.cwiseAbs()).sum();
+  Aabb<S> box;
+  for (const Vec3<S>& corner : corners) box.include(corner);
+  box = box.inflated(slack);
+  if (box.contains(ray.origin + distance * ray.direction)) return distance;
+  const Vec3<S> inverse = ray.direction.cwiseInverse();
+  S enter = -infinity<S>;
+  S leave = infinity<S>;
+  for (int i = 0; i < 3; ++i) {
+    const S one = (box.lower[i] - ray.origin[i]) * inverse[i];
+    const S other = (box.upper[i] - ray.origin[i]) * inverse[i];
+    // Of a NaN, as from 0 times infinity, neither takes anything.
+    if (std::min(one, other) > enter) enter = std::min(one, other);
+    if (std::max(one, other) < leave) leave = std::max(one, other);
+  }
+  return enter <= leave ? std::min(std::max(distance, enter), leave) : infinity<S>;
+}
+
+/// Collects the crossings of a ray.
+template <Scalar S>
+class CrossingCollector {
+ public:
+  explicit CrossingCollector(const Ray<S>& ray)
+      : ray_(ray),
+        test_(ray),
+        trusted_(S(4) * Tolerance<S>::round_off() * ray.origin.cwiseAbs().sum()) {}
+
+  /// Takes a triangle into account.
+  /// @return [m] How far on others still matter.
+  BRISTLE_LANES S visit(std::uint32_t triangle, const std::array<Vec3<S>, 3>& corners, S reach) {
+    // [1] A crossing closer to the start than this much of the triangle's distance is at the start.
+    constexpr S at_start = S(64) * Tolerance<S>::round_off();
+    const auto& [a, b, c] = corners;
+    TriangleCrossing<S> crossing = test_(a, b, c);
+    if (!(crossing.distance < infinity<S>)) return reach;
+    if (!(crossing.uncertainty <= trusted_)) {
+      crossing.distance = distance_within_box(ray_, corners, crossing.distance);
+    }
+    using std::abs;
+    if (abs(crossing.distance) <= crossing.uncertainty &&
+        crossing.uncertainty <= at_start * (a - ray_.origin).norm()) {
+      found.is_start_on_surface = true;
+    }
+    if (!(crossing.distance >= S(0) && crossing.distance < infinity<S>)) return reach;
+    // Of equals the lowest number, whatever the order of visits.
+    if (crossing.distance < found.distance ||
+        (crossing.distance == found.distance && triangle < found.triangle)) {
+      found.distance = crossing.distance;
+      found.triangle = triangle;
+    }
+    S& low = crossing.is_front ? found.front_low : found.back_low;
+    S& high = crossing.is_front ? found.front_high : found.back_high;
+    low = std::min(low, crossing.distance - crossing.uncertainty);
+    high = std::min(high, crossing.distance + crossing.uncertainty);
+    return std::min({reach, found.front_high, found.back_high});
+  }
+
+  MeshCrossings<S> found;
+
+ private:
+  Ray<S> ray_;
+  TriangleTest<S> test_;
+  /// [m] Less than this is rounding of the start.
+  S trusted_;
+};
+
+/// Collects the crossings up to ray.length.
+template <Scalar S, SolidMesh<S> Mesh>
+[[nodiscard]] MeshCrossings<S> mesh_crossings(const Mesh& mesh, const Ray<S>& ray) {
+  CrossingCollector<S> collector(ray);
+  mesh.walk_ray(ray, [&](std::uint32_t triangle, S reach) {
+    return collector.visit(triangle, mesh.corners(triangle), reach);
+  });
+  return collector.found;
+}
+
+/// The hit of a ray that starts outside, from what it crosses.
+template <Scalar S, SolidMesh<S> Mesh>
+[[nodiscard]] RayHit<S> nearest_hit(const Mesh& mesh, const Ray<S>& ray,
+                                    const MeshCrossings<S>& found) {
+  if (!(found.distance <= ray.length && found.distance < infinity<S>)) return {};
+  const auto [a, b, c] = mesh.corners(found.triangle);
+  const Vec3<S> normal = (b - a).cross(c - a).stableNormalized();
+  return {found.distance, normal.dot(ray.direction) > S(0) ? Vec3<S>(-normal) : normal};
+}
+
+/// How often the surface winds around a point, 1 inside and 0 outside: the sum of the solid angles
+/// of all triangles over 4 pi (van Oosterom and Strackee 1983). O(triangles), and cannot be
+/// undecided.
+template <Scalar S, SolidMesh<S> Mesh>
+[[nodiscard]] S winding_number(const Mesh& mesh, const Vec3<S>& point) {
+  using std::atan2;
+  S half_angles = S(0);
+  for (std::uint32_t i = 0; i < mesh.size(); ++i) {
+    const auto corners = mesh.corners(i);
+    const Vec3<S> a = corners[0] - point;
+    const Vec3<S> b = corners[1] - point;
+    const Vec3<S> c = corners[2] - point;
+    const S la = a.norm();
+    const S lb = b.norm();
+    const S lc = c.norm();
+    half_angles +=
+        atan2(a.dot(b.cross(c)), la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb);
+  }
+  return half_angles / (S(2) * S(std::numbers::pi));
+}
+
+}  // namespace detail
+
+// Rays towards the middles of a few triangles, spread over the mesh; each surely has a crossing,
+// and hardly any of them meets an edge.
+template <Scalar S, SolidMesh<S> Mesh>
+bool is_inside_mesh(const Mesh& mesh, const Vec3<S>& point) {
+  if (!mesh.root_box().contains(point)) return false;
+  const std::size_t count = mesh.size();
+  const std::size_t tries = std::min<std::size_t>(count, 8);
+  for (std::size_t i = 0; i < tries; ++i) {
+    const auto [a, b, c] = mesh.corners(static_cast<std::uint32_t>(i * count / tries));
+    const Vec3<S> towards = (a + b + c) / S(3) - point;
+    const S distance = towards.norm();
+    if (!(distance > S(0))) return true;
+    const auto found = detail::mesh_crossings(mesh, Ray<S>{point, towards / distance});
+    if (found.is_start_on_surface) return true;
+    const std::optional<bool> is_inside = found.is_start_inside();
+    if (is_inside.has_value() && found.distance < infinity<S>) return *is_inside;
+  }
+  return detail::winding_number(mesh, point) >= S(0.5);
+}
+
+template <Scalar S, SolidMesh<S> Mesh>
+RayHit<S> ray_cast_mesh(const Mesh& mesh, const Ray<S>& ray) {
+  // Only a start within the box can be inside, and needs more of its line than its length.
+  const bool is_in_box = mesh.root_box().contains(ray.origin);
+  const Ray<S> line{ray.origin, ray.direction, is_in_box ? infinity<S> : ray.length};
+  const auto found = detail::mesh_crossings(mesh, line);
+  if (is_in_box) {
+    const std::optional<bool> is_inside = found.is_start_inside();
+    if (is_inside.has_value() ? *is_inside : is_inside_mesh(mesh, ray.origin)) {
+      return {S(0), -ray.direction};
+    }
+  }
+  return detail::nearest_hit(mesh, ray, found);
+}
+
+template <Scalar S, SolidMesh<S> Mesh>
+RayHit<S> ray_cast_mesh_from_outside(const Mesh& mesh, const Ray<S>& ray) {
+  return detail::nearest_hit(mesh, ray, detail::mesh_crossings(mesh, ray));
+}
+
+}  // namespace bristle
+
+// === bristle/geometry/ray_mesh.hpp
+
+/// @file
+/// A solid mesh ready for rays: one after the other, with boxes and triangles in lanes.
+// SPDX-License-Identifier: BSD-3-Clause
+
+// === bristle/geometry/wide_tree.hpp
+
+/// @file
+/// A tree over triangles with many children a node, so that vector registers test all of them at
+/// once: what rays are cast at.
+///
+/// Flat, immutable and small: about 50 bytes a triangle in float and 90 in double, so that a patch
+/// that meets a fine mesh with cold caches does not wait for memory. Leaves keep their corners
+/// beside each other, coordinate by coordinate, as the tests read them.
+// SPDX-License-Identifier: BSD-3-Clause
+
+// === bristle/math/pack3.hpp
+
+/// @file
+/// Vectors in lanes: as many points or directions as a Pack has lanes, coordinate by coordinate.
+// SPDX-License-Identifier: BSD-3-Clause
+
+// === bristle/math/simd.hpp
+
+/// @file
+/// Several scalars at once: the one place that knows vector registers.
+///
+/// `Pack<S>` fills one register of the machine the program is compiled for and is written in the
+/// vector extensions of GCC and Clang, so that the same code serves every instruction set. Its
+/// width is that of a native register and never more: GCC spills wider types to memory, which costs
+/// ten times what they save. Elsewhere, for scalars that are not built in, and with BRISTLE_NO_SIMD
+/// it is an array of as many lanes in plain C++.
+///
+/// How many lanes there are depends on how a file is compiled, and so do functions over packs, under
+/// the same names: **all files of a program that use the library must be compiled for the same
+/// instruction set** (-march) and agree on BRISTLE_NO_SIMD, as with any templates over vector types.
+/// What is stored holds arrays of scalars and no Pack, so its layout is the same for all.
+// SPDX-License-Identifier: BSD-3-Clause
 
 #include <bit>
 #include <cmath>
@@ -12085,22 +12144,30 @@ class WideTriangleFilter {
   /// Which triangles of a leaf the ray may pass by `reach`.
   [[nodiscard]] BRISTLE_LANES std::uint32_t operator()(const WideTree<S>& tree,
                                                        const TriangleRange& leaf, S reach) const {
+    return among(leaf.count, reach, [&](std::size_t corner, std::size_t axis) {
+      return tree.row(leaf, corner, axis);
+    });
+  }
+  /// The same for `count` triangles whose corners are in rows, as those of a leaf are.
+  template <typename RowOf>
+  [[nodiscard]] BRISTLE_LANES std::uint32_t among(std::size_t count, S reach,
+                                                  const RowOf& row_of) const {
     std::uint32_t found = 0;
-    for (std::size_t i = 0; i < leaf.count; i += lanes<S>) {
-      found |= (bits(may_pass(tree, leaf, i, reach)) & first_bits(leaf.count - i)) << i;
+    for (std::size_t i = 0; i < count; i += lanes<S>) {
+      found |= (bits(may_pass(row_of, i, reach)) & first_bits(count - i)) << i;
     }
     return found;
   }
 
  private:
-  [[nodiscard]] BRISTLE_LANES Mask<S> may_pass(const WideTree<S>& tree, const TriangleRange& leaf,
-                                               std::size_t i, S reach) const {
+  template <typename RowOf>
+  [[nodiscard]] BRISTLE_LANES Mask<S> may_pass(const RowOf& row_of, std::size_t i, S reach) const {
     Pack3<S> p[3];
     Pack<S> size(S(0));
     for (std::size_t c = 0; c < 3; ++c) {
-      const Pack<S> x = Pack<S>::load(tree.row(leaf, c, axis_[0]) + i) - origin_[0];
-      const Pack<S> y = Pack<S>::load(tree.row(leaf, c, axis_[1]) + i) - origin_[1];
-      const Pack<S> z = Pack<S>::load(tree.row(leaf, c, axis_[2]) + i) - origin_[2];
+      const Pack<S> x = Pack<S>::load(row_of(c, axis_[0]) + i) - origin_[0];
+      const Pack<S> y = Pack<S>::load(row_of(c, axis_[1]) + i) - origin_[1];
+      const Pack<S> z = Pack<S>::load(row_of(c, axis_[2]) + i) - origin_[2];
       p[c] = {x - shear_[0] * z, y - shear_[1] * z, shear_[2] * z};
       size = max(size, abs(x) + abs(y) + abs(z));
     }
@@ -14545,6 +14612,298 @@ BRISTLE_LANES void BundleTriangles<S>::test(std::size_t i, const LaneRays<S>& ra
 
 }  // namespace bristle::detail
 
+// === bristle/geometry/kept_candidates.hpp
+
+/// @file
+/// Triangles that a ray may meet, kept for as long as the ray stays about where it was.
+///
+/// A segment whose ends have moved by no more than a margin has moved by no more anywhere. So the
+/// triangles within the margin are all that it can meet, until an end has left it. Lists change
+/// what a query costs, not what it answers (docs/decisions/0029-kept-candidates.md).
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+namespace bristle {
+
+namespace detail {
+
+/// The triangles near one ray, in the frame of their mesh.
+template <Scalar S>
+struct TrianglesNearRay {
+  static constexpr std::size_t capacity = 16;
+
+  /// [m] The ends of the segment that was searched around, and how far those of the ray may be from
+  /// them, along each axis. Negative: nothing is kept.
+  Vec3<S> start = Vec3<S>::Zero();
+  Vec3<S> end = Vec3<S>::Zero();
+  S reserve = S(-1);
+  /// [-] How many triangles; more than there is room for where there are too many.
+  std::uint32_t count = 0;
+  /// [-] Their numbers, and which children of the tree's nodes are their leaves.
+  std::array<std::uint32_t, capacity> number;
+  std::array<std::uint32_t, capacity> leaf;
+  /// [m] Their corners, as the rows of a leaf.
+  std::array<std::array<S, capacity>, 9> rows;
+
+  [[nodiscard]] bool is_complete() const { return count <= capacity; }
+  [[nodiscard]] Vec3<S> corner(std::size_t at, std::size_t c) const {
+    return {rows[3 * c][at], rows[3 * c + 1][at], rows[3 * c + 2][at]};
+  }
+  [[nodiscard]] bool serves(const Vec3<S>& ray_start, const Vec3<S>& ray_end) const {
+    return (ray_start - start).cwiseAbs().maxCoeff() <= reserve &&
+           (ray_end - end).cwiseAbs().maxCoeff() <= reserve;
+  }
+
+  /// Searches anew, around where the ray is going.
+  void search(const WideTree<S>& tree, const Ray<S>& ray, const Vec3<S>& ray_end);
+
+ private:
+  void add(const WideTree<S>& tree, const TriangleRange& range, std::size_t place, std::size_t of);
+};
+
+/// Boxes that come near a segment.
+template <Scalar S>
+class NearSegmentTest {
+ public:
+  NearSegmentTest(const Vec3<S>& start, const Vec3<S>& end, S margin)
+      : inverse_((end - start).cwiseInverse()) {
+    for (int i = 0; i < 3; ++i) {
+      const S inwards = inverse_[i] < S(0) ? -margin : margin;
+      near_origin_[i] = start[i] + inwards;
+      far_origin_[i] = start[i] - inwards;
+    }
+  }
+
+  /// @param lower, upper  Callables: Pack<S> lower(axis), coordinates of boxes in lanes.
+  template <typename Lower, typename Upper>
+  [[nodiscard]] BRISTLE_LANES std::uint32_t operator()(const Lower& lower,
+                                                       const Upper& upper) const {
+    Pack<S> first(S(0));
+    Pack<S> last(S(1));
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const int i = static_cast<int>(axis);
+      const bool is_down = inverse_[i] < S(0);
+      const Pack<S> near = is_down ? upper(axis) : lower(axis);
+      const Pack<S> far = is_down ? lower(axis) : upper(axis);
+      // Of a NaN, as from 0 times infinity, neither takes anything.
+      first = max((near - near_origin_[i]) * inverse_[i], first);
+      last = min((far - far_origin_[i]) * inverse_[i], last);
+    }
+    return bits(first <= last);
+  }
+
+ private:
+  Vec3<S> near_origin_;
+  Vec3<S> far_origin_;
+  Vec3<S> inverse_;
+};
+
+}  // namespace detail
+
+/// What the rays of one batch keep of one mesh. A cache: to lose it costs time and changes nothing.
+/// One thread at a time may use it.
+template <Scalar S>
+class KeptCandidates {
+ public:
+  /// Gets ready for a query. Allocates when a batch of more rays comes than ever before.
+  /// @param tag, life  Name the mesh. One that takes the place of another has another `life`.
+  /// @return Whether it serves that mesh; it stays with one for as long as that is asked for.
+  [[nodiscard]] bool begin(std::size_t rays, std::uint32_t tag, std::uint32_t life);
+
+  /// The hit of ray i, as `ray_cast_mesh_from_outside` has it, bit by bit; nothing where that has
+  /// to be asked.
+  /// @param ray    In the mesh's frame, starting outside, as long as it may be asked for.
+  /// @param reach  [m] How long it is asked for.
+  [[nodiscard]] std::optional<RayHit<S>> cast(const RayMesh<S>& mesh, std::size_t i,
+                                              const Ray<S>& ray, S reach);
+
+  /// [-] Rays so far that were searched around, and that were answered by what an earlier query had
+  /// kept.
+  [[nodiscard]] std::size_t searched() const { return searched_; }
+  [[nodiscard]] std::size_t reused() const { return reused_; }
+
+ private:
+  /// [1] What a search costs, what a list saves each time it serves, and what may be lost where
+  /// there is none: then one ray in eighty is searched around, to see whether motion is slow now.
+  static constexpr std::int64_t price = 80;
+  static constexpr std::int64_t gain = 32;
+  static constexpr std::int64_t patience = 1;
+  /// [-] Queries of another mesh after which the present one counts as gone.
+  static constexpr int most_refused = 16;
+
+  std::vector<detail::TrianglesNearRay<S>> rays_;
+  std::uint32_t tag_ = 0;
+  std::uint32_t life_ = 0;
+  int refused_ = most_refused;
+  std::int64_t credit_ = 0;
+  std::size_t searched_ = 0;
+  std::size_t reused_ = 0;
+};
+
+// Implementation -----------------------------------------------------------------------------------
+
+namespace detail {
+
+template <Scalar S>
+BRISTLE_OUTLINED void TrianglesNearRay<S>::search(const WideTree<S>& tree, const Ray<S>& ray,
+                                                  const Vec3<S>& ray_end) {
+  using Tree = WideTree<S>;
+  using std::sqrt;
+  // [1] Wider lists last longer, until they have no room; and motion mostly goes on as it went.
+  constexpr S width = S(0.7);
+  constexpr S ahead = S(0.75);
+  const S margin = width * sqrt(tree.mean_area());
+  const auto move = [&](Vec3<S>& end_kept, const Vec3<S>& end_now) {
+    const Vec3<S> moved = end_now - end_kept;
+    end_kept = end_now;
+    if (!(reserve >= S(0)) || !(moved.cwiseAbs().maxCoeff() <= S(2) * margin)) return;
+    end_kept += ahead * moved.cwiseMax(-margin).cwiseMin(margin);
+  };
+  move(start, ray.origin);
+  move(end, ray_end);
+  // What rounding does to the coordinates of rays, boxes and crossings.
+  const S size = tree.box().lower.cwiseAbs().cwiseMax(tree.box().upper.cwiseAbs()).sum() +
+                 start.cwiseAbs().sum() + end.cwiseAbs().sum();
+  reserve = margin - S(16) * Tolerance<S>::round_off() * size;
+  count = 0;
+  if (!(reserve >= S(0.8) * margin)) {
+    // A mesh too fine for its coordinates, or a ray of no numbers.
+    reserve = S(-1);
+    count = capacity + 1;
+    return;
+  }
+  const NearSegmentTest<S> is_near(start, end, margin);
+  std::array<std::uint32_t, Tree::stack_size> stack;
+  std::size_t height = 0;
+  if (!tree.nodes().empty()) stack[height++] = 0;
+  while (height > 0 && is_complete()) {
+    const std::uint32_t id = stack[--height];
+    const typename Tree::Node& node = tree.nodes()[id];
+    for (std::size_t k = 0; k < node.children; k += lanes<S>) {
+      const auto lower = [&](std::size_t axis) { return Pack<S>::load(&node.lower[axis][k]); };
+      const auto upper = [&](std::size_t axis) { return Pack<S>::load(&node.upper[axis][k]); };
+      std::uint32_t left = is_near(lower, upper) & first_bits(node.children - k);
+      for (; left != 0; left &= left - 1) {
+        const std::size_t i = k + static_cast<std::size_t>(std::countr_zero(left));
+        if (node.triangles[i] == 0) {
+          stack[height++] = node.first[i];
+          continue;
+        }
+        const TriangleRange range{node.first[i], node.triangles[i]};
+        for (std::size_t t = 0; t < range.count; t += lanes<S>) {
+          const auto corners = [&](std::size_t c, std::size_t axis) {
+            return Pack<S>::load(tree.row(range, c, axis) + t);
+          };
+          const auto least = [&](std::size_t axis) {
+            return min(corners(0, axis), min(corners(1, axis), corners(2, axis)));
+          };
+          const auto most = [&](std::size_t axis) {
+            return max(corners(0, axis), max(corners(1, axis), corners(2, axis)));
+          };
+          std::uint32_t near = is_near(least, most) & first_bits(range.count - t);
+          for (; near != 0; near &= near - 1) {
+            add(tree, range, t + static_cast<std::size_t>(std::countr_zero(near)),
+                id * Tree::width + i);
+          }
+        }
+      }
+    }
+  }
+}
+
+template <Scalar S>
+void TrianglesNearRay<S>::add(const WideTree<S>& tree, const TriangleRange& range,
+                              std::size_t place, std::size_t of) {
+  if (count >= capacity) {
+    count = capacity + 1;
+    return;
+  }
+  for (std::size_t r = 0; r < 9; ++r) rows[r][count] = tree.row(range, r / 3, r % 3)[place];
+  number[count] = tree.number(range.first + place);
+  leaf[count] = static_cast<std::uint32_t>(of);
+  ++count;
+}
+
+}  // namespace detail
+
+template <Scalar S>
+bool KeptCandidates<S>::begin(std::size_t rays, std::uint32_t tag, std::uint32_t life) {
+  const auto most_credit = static_cast<std::int64_t>(rays) * price * 2;
+  if (tag != tag_ || life != life_ || rays != rays_.size()) {
+    if (rays == rays_.size() && ++refused_ <= most_refused) return false;
+    tag_ = tag;
+    life_ = life;
+    rays_.resize(rays);
+    for (detail::TrianglesNearRay<S>& ray : rays_) ray.reserve = S(-1);
+    credit_ = most_credit / 2;
+  }
+  refused_ = 0;
+  credit_ = std::min(credit_, most_credit);
+  return true;
+}
+
+template <Scalar S>
+BRISTLE_OUTLINED std::optional<RayHit<S>> KeptCandidates<S>::cast(const RayMesh<S>& mesh,
+                                                                  std::size_t i, const Ray<S>& ray,
+                                                                  S reach) {
+  detail::TrianglesNearRay<S>& near = rays_[i];
+  const WideTree<S>& tree = mesh.tree();
+  const Vec3<S> end = ray.origin + ray.length * ray.direction;
+  if (near.serves(ray.origin, end)) {
+    if (near.is_complete()) {
+      ++reused_;
+      credit_ += gain;
+    }
+  } else if (credit_ < price) {
+    credit_ += patience;
+    return std::nullopt;
+  } else {
+    near.search(tree, ray, end);
+    ++searched_;
+    credit_ -= price;
+  }
+  if (!near.is_complete()) return std::nullopt;
+
+  const Ray<S> asked{ray.origin, ray.direction, reach};
+  const detail::WideTriangleFilter<S> filter(asked);
+  std::uint32_t left = filter.among(near.count, reach, [&](std::size_t corner, std::size_t axis) {
+    return near.rows[3 * corner + axis].data();
+  });
+  if (left == 0) return RayHit<S>{};
+  const detail::WideSlabTest<S> slabs(asked);
+  detail::CrossingCollector<S> collector(asked);
+  S entered = S(0);
+  int visits = 0;
+  for (; left != 0; left &= left - 1) {
+    const auto at = static_cast<std::size_t>(std::countr_zero(left));
+    // Whether the walk would come to its leaf, as far as it depends on the ray alone.
+    const std::size_t child = near.leaf[at] % WideTree<S>::width;
+    const std::size_t lane = child % lanes<S>;
+    std::array<S, lanes<S>> enter;
+    const std::uint32_t passes =
+        slabs(tree.nodes()[near.leaf[at] / WideTree<S>::width], child - lane, reach, enter.data());
+    if ((passes >> lane & 1u) == 0) continue;
+    collector.visit(near.number[at], {near.corner(at, 0), near.corner(at, 1), near.corner(at, 2)},
+                    reach);
+    ++visits;
+    if (collector.found.triangle == near.number[at]) entered = enter[lane];
+  }
+  // A walk leaves out what begins behind a crossing that it knows, in an order of its own. Rounding
+  // may put a crossing in front of its leaf's box: that one the walk might have left out.
+  if (visits > 1 && !(entered <= collector.found.distance)) return std::nullopt;
+  return detail::nearest_hit(mesh, asked, collector.found);
+}
+
+}  // namespace bristle
+
 #include <algorithm>
 #include <array>
 #include <cstddef>
@@ -14623,6 +14982,7 @@ class BundleMeshQuery {
   void decide(const Bundle& bundle, const Undecided& undecided, bool is_uniform);
   void decide_empty(const Bundle& bundle, Side side);
   void cast_alone(std::size_t i, Side side = Side::unknown);
+  [[nodiscard]] RayHit<S> hit_of(std::size_t i, Ray<S>& ray, S reach, Side side);
   void cast_one_by_one(std::size_t first, std::size_t end, Side side);
 
   /// Whether none of a bundle's rays is asked.
@@ -14668,6 +15028,8 @@ class BundleMeshQuery {
   Mat3<S> R_CR_;
   Vec3<S> p_RC_;
   S mesh_size_ = S(0);
+  /// Whether what rays keep is of this mesh: only rays that walk alone ask for it.
+  bool keeps_ = false;
   std::array<LeafList<S>, most_lists> lists_;
   LeafList<S> start_leaves_;
   BundleTriangles<S> triangles_;
@@ -14708,7 +15070,11 @@ void BundleMeshQuery<S>::visit(std::size_t id, const LeafList<S>* list, std::siz
   if (side == Side::unknown && bundle.is_narrow) side = common_side(bundle, box, list);
   if (is_sparse) {
     const RaySlice asked = asked_of(bundle);
-    return cast_one_by_one(asked.first, asked.end, side);
+    const bool asks_all = rays_.slice.first == 0 && rays_.slice.end >= rays_.size();
+    keeps_ = keeps_ || (rays_.kept != nullptr && asks_all &&
+                        rays_.kept->begin(rays_.size(), tag_, rays_.shape_life));
+    cast_one_by_one(asked.first, asked.end, side);
+    return;
   }
   if (!bundle.is_divided()) return cast_undivided(bundle, box, list, side);
   visit(id + 1, list, depth, side);
@@ -14902,12 +15268,21 @@ void BundleMeshQuery<S>::cast_alone(std::size_t i, Side side) {
   if (!(best > S(0))) return;
   if (side == Side::inside) return hit_inside(i);
   Ray<S> ray = ray_in_mesh(i);
-  ray.length = std::min(ray.length, best);
-  const RayHit<S> hit =
-      side == Side::outside ? ray_cast_mesh_from_outside(mesh_, ray) : ray_cast_mesh(mesh_, ray);
+  const RayHit<S> hit = hit_of(i, ray, std::min(ray.length, best), side);
   if (hit.distance < best) {
     hits_.offer(i, {hit.distance, product<S>(R_RC_, hit.normal)}, tag_);
   }
+}
+
+/// The hit of a ray, asked for up to `reach`: by what was kept, or by a walk.
+template <Scalar S>
+RayHit<S> BundleMeshQuery<S>::hit_of(std::size_t i, Ray<S>& ray, S reach, Side side) {
+  const bool is_outside = side == Side::outside || !mesh_.root_box().contains(ray.origin);
+  if (is_outside && keeps_) {
+    if (const auto hit = rays_.kept->cast(mesh_, i, ray, reach)) return *hit;
+  }
+  ray.length = reach;
+  return is_outside ? ray_cast_mesh_from_outside(mesh_, ray) : ray_cast_mesh(mesh_, ray);
 }
 
 template <Scalar S>
@@ -19289,6 +19664,8 @@ struct SensorPatch {
   std::vector<S> length;
   /// The rays as queries want them.
   RayBundles<S> bundles{};
+  /// What they keep of a fine mesh: no part of the state, since answers do not depend on it.
+  KeptCandidates<S> candidates{};
   /// [m] Around all rays, from A's centre of mass in A's axes.
   Aabb<S> box{};
 
@@ -25748,6 +26125,8 @@ template <Scalar S, typename Backend>
 void cast_rays_at(SensorPatch<S>& patch, const ShapeInReach<S, Backend>& shape, RaySlice slice) {
   RayBatch<S> rays = patch.near_rays(shape.extra_length);
   rays.slice = slice;
+  rays.kept = &patch.candidates;
+  rays.shape_life = shape.generation;
   Backend::cast_rays(shape.collider->shape, shape.X_AS, rays, shape.tag, patch.hits);
 }
 
