@@ -12144,30 +12144,26 @@ class WideTriangleFilter {
   /// Which triangles of a leaf the ray may pass by `reach`.
   [[nodiscard]] BRISTLE_LANES std::uint32_t operator()(const WideTree<S>& tree,
                                                        const TriangleRange& leaf, S reach) const {
-    return among(leaf.count, reach, [&](std::size_t corner, std::size_t axis) {
-      return tree.row(leaf, corner, axis);
-    });
+    return among(tree.row(leaf, 0, 0), leaf.count, leaf.count, reach);
   }
-  /// The same for `count` triangles whose corners are in rows, as those of a leaf are.
-  template <typename RowOf>
-  [[nodiscard]] BRISTLE_LANES std::uint32_t among(std::size_t count, S reach,
-                                                  const RowOf& row_of) const {
+  /// The same for `count` triangles whose corners are in nine rows, as those of a leaf are.
+  [[nodiscard]] BRISTLE_LANES std::uint32_t among(const S* rows, std::size_t stride,
+                                                  std::size_t count, S reach) const {
     std::uint32_t found = 0;
     for (std::size_t i = 0; i < count; i += lanes<S>) {
-      found |= (bits(may_pass(row_of, i, reach)) & first_bits(count - i)) << i;
+      found |= (bits(may_pass(rows + i, stride, reach)) & first_bits(count - i)) << i;
     }
     return found;
   }
 
  private:
-  template <typename RowOf>
-  [[nodiscard]] BRISTLE_LANES Mask<S> may_pass(const RowOf& row_of, std::size_t i, S reach) const {
+  [[nodiscard]] BRISTLE_LANES Mask<S> may_pass(const S* rows, std::size_t stride, S reach) const {
     Pack3<S> p[3];
     Pack<S> size(S(0));
     for (std::size_t c = 0; c < 3; ++c) {
-      const Pack<S> x = Pack<S>::load(row_of(c, axis_[0]) + i) - origin_[0];
-      const Pack<S> y = Pack<S>::load(row_of(c, axis_[1]) + i) - origin_[1];
-      const Pack<S> z = Pack<S>::load(row_of(c, axis_[2]) + i) - origin_[2];
+      const Pack<S> x = Pack<S>::load(rows + (3 * c + axis_[0]) * stride) - origin_[0];
+      const Pack<S> y = Pack<S>::load(rows + (3 * c + axis_[1]) * stride) - origin_[1];
+      const Pack<S> z = Pack<S>::load(rows + (3 * c + axis_[2]) * stride) - origin_[2];
       p[c] = {x - shear_[0] * z, y - shear_[1] * z, shear_[2] * z};
       size = max(size, abs(x) + abs(y) + abs(z));
     }
@@ -14731,11 +14727,11 @@ class KeptCandidates {
   [[nodiscard]] std::size_t reused() const { return reused_; }
 
  private:
-  /// [1] What a search costs, what a list saves each time it serves, and what may be lost where
-  /// there is none: then one ray in eighty is searched around, to see whether motion is slow now.
+  /// [1] What a search costs, and what a list saves each time it serves. Where searches have not
+  /// paid there are none for a while; then a few, to see whether motion is slow now.
   static constexpr std::int64_t price = 80;
   static constexpr std::int64_t gain = 32;
-  static constexpr std::int64_t patience = 1;
+  static constexpr int pause = 20;
   /// [-] Queries of another mesh after which the present one counts as gone.
   static constexpr int most_refused = 16;
 
@@ -14743,9 +14739,12 @@ class KeptCandidates {
   std::uint32_t tag_ = 0;
   std::uint32_t life_ = 0;
   int refused_ = most_refused;
+  int paused_ = 0;
+  int poor_ = 0;
   std::int64_t credit_ = 0;
   std::size_t searched_ = 0;
   std::size_t reused_ = 0;
+  std::size_t reused_before_ = 0;
 };
 
 // Implementation -----------------------------------------------------------------------------------
@@ -14844,10 +14843,22 @@ bool KeptCandidates<S>::begin(std::size_t rays, std::uint32_t tag, std::uint32_t
     rays_.resize(rays);
     for (detail::TrianglesNearRay<S>& ray : rays_) ray.reserve = S(-1);
     credit_ = most_credit / 2;
+    paused_ = poor_ = 0;
   }
   refused_ = 0;
+  if (paused_ > 0) {
+    --paused_;
+    return false;
+  }
+  // What was searched for in one query serves in the next at the earliest.
+  poor_ = credit_ < price && (reused_ - reused_before_) * 8 < rays ? poor_ + 1 : 0;
+  reused_before_ = reused_;
   credit_ = std::min(credit_, most_credit);
-  return true;
+  if (poor_ < 2) return true;
+  poor_ = 0;
+  paused_ = pause;
+  credit_ = most_credit / 8;
+  return false;
 }
 
 template <Scalar S>
@@ -14863,7 +14874,6 @@ BRISTLE_OUTLINED std::optional<RayHit<S>> KeptCandidates<S>::cast(const RayMesh<
       credit_ += gain;
     }
   } else if (credit_ < price) {
-    credit_ += patience;
     return std::nullopt;
   } else {
     near.search(tree, ray, end);
@@ -14874,9 +14884,7 @@ BRISTLE_OUTLINED std::optional<RayHit<S>> KeptCandidates<S>::cast(const RayMesh<
 
   const Ray<S> asked{ray.origin, ray.direction, reach};
   const detail::WideTriangleFilter<S> filter(asked);
-  std::uint32_t left = filter.among(near.count, reach, [&](std::size_t corner, std::size_t axis) {
-    return near.rows[3 * corner + axis].data();
-  });
+  std::uint32_t left = filter.among(near.rows[0].data(), near.capacity, near.count, reach);
   if (left == 0) return RayHit<S>{};
   const detail::WideSlabTest<S> slabs(asked);
   detail::CrossingCollector<S> collector(asked);
@@ -14982,7 +14990,7 @@ class BundleMeshQuery {
   void decide(const Bundle& bundle, const Undecided& undecided, bool is_uniform);
   void decide_empty(const Bundle& bundle, Side side);
   void cast_alone(std::size_t i, Side side = Side::unknown);
-  [[nodiscard]] RayHit<S> hit_of(std::size_t i, Ray<S>& ray, S reach, Side side);
+  [[nodiscard]] bool cast_kept(std::size_t i, Side side);
   void cast_one_by_one(std::size_t first, std::size_t end, Side side);
 
   /// Whether none of a bundle's rays is asked.
@@ -15268,26 +15276,36 @@ void BundleMeshQuery<S>::cast_alone(std::size_t i, Side side) {
   if (!(best > S(0))) return;
   if (side == Side::inside) return hit_inside(i);
   Ray<S> ray = ray_in_mesh(i);
-  const RayHit<S> hit = hit_of(i, ray, std::min(ray.length, best), side);
+  ray.length = std::min(ray.length, best);
+  const RayHit<S> hit =
+      side == Side::outside ? ray_cast_mesh_from_outside(mesh_, ray) : ray_cast_mesh(mesh_, ray);
   if (hit.distance < best) {
     hits_.offer(i, {hit.distance, product<S>(R_RC_, hit.normal)}, tag_);
   }
 }
 
-/// The hit of a ray, asked for up to `reach`: by what was kept, or by a walk.
+/// The same by what the ray kept.
+/// @return False where it has to walk.
 template <Scalar S>
-RayHit<S> BundleMeshQuery<S>::hit_of(std::size_t i, Ray<S>& ray, S reach, Side side) {
-  const bool is_outside = side == Side::outside || !mesh_.root_box().contains(ray.origin);
-  if (is_outside && keeps_) {
-    if (const auto hit = rays_.kept->cast(mesh_, i, ray, reach)) return *hit;
+BRISTLE_OUTLINED bool BundleMeshQuery<S>::cast_kept(std::size_t i, Side side) {
+  const S best = hits_.distance[i];
+  if (!(best > S(0)) || side == Side::inside) return false;
+  const Ray<S> ray = ray_in_mesh(i);
+  if (side == Side::unknown && mesh_.root_box().contains(ray.origin)) return false;
+  const auto hit = rays_.kept->cast(mesh_, i, ray, std::min(ray.length, best));
+  if (!hit) return false;
+  if (hit->distance < best) {
+    hits_.offer(i, {hit->distance, product<S>(R_RC_, hit->normal)}, tag_);
   }
-  ray.length = reach;
-  return is_outside ? ray_cast_mesh_from_outside(mesh_, ray) : ray_cast_mesh(mesh_, ray);
+  return true;
 }
 
 template <Scalar S>
 void BundleMeshQuery<S>::cast_one_by_one(std::size_t first, std::size_t end, Side side) {
-  for (std::size_t k = first; k < end; ++k) cast_alone(rays_.bundles->ray_at(k), side);
+  for (std::size_t k = first; k < end; ++k) {
+    const std::size_t i = rays_.bundles->ray_at(k);
+    if (!(keeps_ && cast_kept(i, side))) cast_alone(i, side);
+  }
 }
 
 }  // namespace detail

@@ -119,11 +119,11 @@ class KeptCandidates {
   [[nodiscard]] std::size_t reused() const { return reused_; }
 
  private:
-  /// [1] What a search costs, what a list saves each time it serves, and what may be lost where
-  /// there is none: then one ray in eighty is searched around, to see whether motion is slow now.
+  /// [1] What a search costs, and what a list saves each time it serves. Where searches have not
+  /// paid there are none for a while; then a few, to see whether motion is slow now.
   static constexpr std::int64_t price = 80;
   static constexpr std::int64_t gain = 32;
-  static constexpr std::int64_t patience = 1;
+  static constexpr int pause = 20;
   /// [-] Queries of another mesh after which the present one counts as gone.
   static constexpr int most_refused = 16;
 
@@ -131,9 +131,12 @@ class KeptCandidates {
   std::uint32_t tag_ = 0;
   std::uint32_t life_ = 0;
   int refused_ = most_refused;
+  int paused_ = 0;
+  int poor_ = 0;
   std::int64_t credit_ = 0;
   std::size_t searched_ = 0;
   std::size_t reused_ = 0;
+  std::size_t reused_before_ = 0;
 };
 
 // Implementation -----------------------------------------------------------------------------------
@@ -232,10 +235,22 @@ bool KeptCandidates<S>::begin(std::size_t rays, std::uint32_t tag, std::uint32_t
     rays_.resize(rays);
     for (detail::TrianglesNearRay<S>& ray : rays_) ray.reserve = S(-1);
     credit_ = most_credit / 2;
+    paused_ = poor_ = 0;
   }
   refused_ = 0;
+  if (paused_ > 0) {
+    --paused_;
+    return false;
+  }
+  // What was searched for in one query serves in the next at the earliest.
+  poor_ = credit_ < price && (reused_ - reused_before_) * 8 < rays ? poor_ + 1 : 0;
+  reused_before_ = reused_;
   credit_ = std::min(credit_, most_credit);
-  return true;
+  if (poor_ < 2) return true;
+  poor_ = 0;
+  paused_ = pause;
+  credit_ = most_credit / 8;
+  return false;
 }
 
 template <Scalar S>
@@ -251,7 +266,6 @@ BRISTLE_OUTLINED std::optional<RayHit<S>> KeptCandidates<S>::cast(const RayMesh<
       credit_ += gain;
     }
   } else if (credit_ < price) {
-    credit_ += patience;
     return std::nullopt;
   } else {
     near.search(tree, ray, end);
@@ -262,9 +276,7 @@ BRISTLE_OUTLINED std::optional<RayHit<S>> KeptCandidates<S>::cast(const RayMesh<
 
   const Ray<S> asked{ray.origin, ray.direction, reach};
   const detail::WideTriangleFilter<S> filter(asked);
-  std::uint32_t left = filter.among(near.count, reach, [&](std::size_t corner, std::size_t axis) {
-    return near.rows[3 * corner + axis].data();
-  });
+  std::uint32_t left = filter.among(near.rows[0].data(), near.capacity, near.count, reach);
   if (left == 0) return RayHit<S>{};
   const detail::WideSlabTest<S> slabs(asked);
   detail::CrossingCollector<S> collector(asked);
