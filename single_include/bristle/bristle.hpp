@@ -11316,9 +11316,10 @@ class CrossingCollector {
         test_(ray),
         trusted_(S(4) * Tolerance<S>::round_off() * ray.origin.cwiseAbs().sum()) {}
 
-  /// Takes a triangle into account.
+  /// Takes a triangle into account. Not inlined, nor is `nearest_hit`: where the compiler fuses
+  /// products and sums, it does so alike for all who call it.
   /// @return [m] How far on others still matter.
-  BRISTLE_LANES S visit(std::uint32_t triangle, const std::array<Vec3<S>, 3>& corners, S reach) {
+  BRISTLE_OUTLINED S visit(std::uint32_t triangle, const std::array<Vec3<S>, 3>& corners, S reach) {
     // [1] A crossing closer to the start than this much of the triangle's distance is at the start.
     constexpr S at_start = S(64) * Tolerance<S>::round_off();
     const auto& [a, b, c] = corners;
@@ -11367,8 +11368,8 @@ template <Scalar S, SolidMesh<S> Mesh>
 
 /// The hit of a ray that starts outside, from what it crosses.
 template <Scalar S, SolidMesh<S> Mesh>
-[[nodiscard]] RayHit<S> nearest_hit(const Mesh& mesh, const Ray<S>& ray,
-                                    const MeshCrossings<S>& found) {
+[[nodiscard]] BRISTLE_OUTLINED RayHit<S> nearest_hit(const Mesh& mesh, const Ray<S>& ray,
+                                                     const MeshCrossings<S>& found) {
   if (!(found.distance <= ray.length && found.distance < infinity<S>)) return {};
   const auto [a, b, c] = mesh.corners(found.triangle);
   const Vec3<S> normal = (b - a).cross(c - a).stableNormalized();
@@ -14990,7 +14991,7 @@ class BundleMeshQuery {
   void decide(const Bundle& bundle, const Undecided& undecided, bool is_uniform);
   void decide_empty(const Bundle& bundle, Side side);
   void cast_alone(std::size_t i, Side side = Side::unknown);
-  [[nodiscard]] bool cast_kept(std::size_t i, Side side);
+  [[nodiscard]] RayHit<S> hit_of(std::size_t i, Ray<S> ray, S best, Side side);
   void cast_one_by_one(std::size_t first, std::size_t end, Side side);
 
   /// Whether none of a bundle's rays is asked.
@@ -15275,37 +15276,26 @@ void BundleMeshQuery<S>::cast_alone(std::size_t i, Side side) {
   const S best = hits_.distance[i];
   if (!(best > S(0))) return;
   if (side == Side::inside) return hit_inside(i);
-  Ray<S> ray = ray_in_mesh(i);
-  ray.length = std::min(ray.length, best);
-  const RayHit<S> hit =
-      side == Side::outside ? ray_cast_mesh_from_outside(mesh_, ray) : ray_cast_mesh(mesh_, ray);
+  const RayHit<S> hit = hit_of(i, ray_in_mesh(i), best, side);
   if (hit.distance < best) {
     hits_.offer(i, {hit.distance, product<S>(R_RC_, hit.normal)}, tag_);
   }
 }
 
-/// The same by what the ray kept.
-/// @return False where it has to walk.
+/// The hit of a ray if it is nearer than `best`: by what the ray kept, or by a walk.
 template <Scalar S>
-BRISTLE_OUTLINED bool BundleMeshQuery<S>::cast_kept(std::size_t i, Side side) {
-  const S best = hits_.distance[i];
-  if (!(best > S(0)) || side == Side::inside) return false;
-  const Ray<S> ray = ray_in_mesh(i);
-  if (side == Side::unknown && mesh_.root_box().contains(ray.origin)) return false;
-  const auto hit = rays_.kept->cast(mesh_, i, ray, std::min(ray.length, best));
-  if (!hit) return false;
-  if (hit->distance < best) {
-    hits_.offer(i, {hit->distance, product<S>(R_RC_, hit->normal)}, tag_);
+RayHit<S> BundleMeshQuery<S>::hit_of(std::size_t i, Ray<S> ray, S best, Side side) {
+  const S reach = std::min(ray.length, best);
+  if (keeps_ && (side == Side::outside || !mesh_.root_box().contains(ray.origin))) {
+    if (const auto hit = rays_.kept->cast(mesh_, i, ray, reach)) return *hit;
   }
-  return true;
+  ray.length = reach;
+  return side == Side::outside ? ray_cast_mesh_from_outside(mesh_, ray) : ray_cast_mesh(mesh_, ray);
 }
 
 template <Scalar S>
 void BundleMeshQuery<S>::cast_one_by_one(std::size_t first, std::size_t end, Side side) {
-  for (std::size_t k = first; k < end; ++k) {
-    const std::size_t i = rays_.bundles->ray_at(k);
-    if (!(keeps_ && cast_kept(i, side))) cast_alone(i, side);
-  }
+  for (std::size_t k = first; k < end; ++k) cast_alone(rays_.bundles->ray_at(k), side);
 }
 
 }  // namespace detail

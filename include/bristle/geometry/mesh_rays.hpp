@@ -109,9 +109,10 @@ class CrossingCollector {
         test_(ray),
         trusted_(S(4) * Tolerance<S>::round_off() * ray.origin.cwiseAbs().sum()) {}
 
-  /// Takes a triangle into account.
+  /// Takes a triangle into account. Not inlined, nor is `nearest_hit`: where the compiler fuses
+  /// products and sums, it does so alike for all who call it.
   /// @return [m] How far on others still matter.
-  BRISTLE_LANES S visit(std::uint32_t triangle, const std::array<Vec3<S>, 3>& corners, S reach) {
+  BRISTLE_OUTLINED S visit(std::uint32_t triangle, const std::array<Vec3<S>, 3>& corners, S reach) {
     // [1] A crossing closer to the start than this much of the triangle's distance is at the start.
     constexpr S at_start = S(64) * Tolerance<S>::round_off();
     const auto& [a, b, c] = corners;
@@ -160,8 +161,8 @@ template <Scalar S, SolidMesh<S> Mesh>
 
 /// The hit of a ray that starts outside, from what it crosses.
 template <Scalar S, SolidMesh<S> Mesh>
-[[nodiscard]] RayHit<S> nearest_hit(const Mesh& mesh, const Ray<S>& ray,
-                                    const MeshCrossings<S>& found) {
+[[nodiscard]] BRISTLE_OUTLINED RayHit<S> nearest_hit(const Mesh& mesh, const Ray<S>& ray,
+                                                     const MeshCrossings<S>& found) {
   if (!(found.distance <= ray.length && found.distance < infinity<S>)) return {};
   const auto [a, b, c] = mesh.corners(found.triangle);
   const Vec3<S> normal = (b - a).cross(c - a).stableNormalized();
