@@ -68,6 +68,7 @@
 #include <bristle/geometry/gjk.hpp>
 #include <bristle/geometry/grid_hull.hpp>
 #include <bristle/geometry/hull_faces.hpp>
+#include <bristle/geometry/kept_candidates.hpp>
 #include <bristle/geometry/mesh_contacts.hpp>
 #include <bristle/geometry/mesh_normals.hpp>
 #include <bristle/geometry/mesh_rays.hpp>

@@ -49,12 +49,15 @@ class PadPatch {
   }
 
   /// The batch a world casts: implicit patches look as far as the body comes within the step.
-  [[nodiscard]] RayBatch<S> rays(const Body<S>& body) const {
-    if (patch.def.integration == Integration::explicit_) return patch.rays(S(0));
+  [[nodiscard]] RayBatch<S> rays(const Body<S>& body) {
+    RayBatch<S> batch = patch.rays(S(0));
+    batch.kept = &patch.candidates;
+    if (patch.def.integration == Integration::explicit_) return batch;
     const Vec3<S> center = patch.box.center();
     const Vec3<S> v = body.twist.at(center - body.center_pose.translation);
-    return patch.rays(S(pad_time_step) *
-                      (v.norm() + body.twist.angular.norm() * patch.box.half_extents().norm()));
+    batch.extra_length =
+        S(pad_time_step) * (v.norm() + body.twist.angular.norm() * patch.box.half_extents().norm());
+    return batch;
   }
 
   /// From hits to contacts.

@@ -8,6 +8,7 @@
 
 #include <bristle/geometry/bundle_leaves.hpp>
 #include <bristle/geometry/bundle_triangles.hpp>
+#include <bristle/geometry/kept_candidates.hpp>
 #include <bristle/geometry/mesh_rays.hpp>
 #include <bristle/geometry/ray_bundles.hpp>
 #include <bristle/geometry/ray_mesh.hpp>
@@ -92,6 +93,7 @@ class BundleMeshQuery {
   void decide(const Bundle& bundle, const Undecided& undecided, bool is_uniform);
   void decide_empty(const Bundle& bundle, Side side);
   void cast_alone(std::size_t i, Side side = Side::unknown);
+  [[nodiscard]] RayHit<S> hit_of(std::size_t i, Ray<S> ray, S best, Side side);
   void cast_one_by_one(std::size_t first, std::size_t end, Side side);
 
   /// Whether none of a bundle's rays is asked.
@@ -137,6 +139,8 @@ class BundleMeshQuery {
   Mat3<S> R_CR_;
   Vec3<S> p_RC_;
   S mesh_size_ = S(0);
+  /// Whether what rays keep is of this mesh: only rays that walk alone ask for it.
+  bool keeps_ = false;
   std::array<LeafList<S>, most_lists> lists_;
   LeafList<S> start_leaves_;
   BundleTriangles<S> triangles_;
@@ -177,7 +181,11 @@ void BundleMeshQuery<S>::visit(std::size_t id, const LeafList<S>* list, std::siz
   if (side == Side::unknown && bundle.is_narrow) side = common_side(bundle, box, list);
   if (is_sparse) {
     const RaySlice asked = asked_of(bundle);
-    return cast_one_by_one(asked.first, asked.end, side);
+    const bool asks_all = rays_.slice.first == 0 && rays_.slice.end >= rays_.size();
+    keeps_ = keeps_ || (rays_.kept != nullptr && asks_all &&
+                        rays_.kept->begin(rays_.size(), tag_, rays_.shape_life));
+    cast_one_by_one(asked.first, asked.end, side);
+    return;
   }
   if (!bundle.is_divided()) return cast_undivided(bundle, box, list, side);
   visit(id + 1, list, depth, side);
@@ -370,13 +378,21 @@ void BundleMeshQuery<S>::cast_alone(std::size_t i, Side side) {
   const S best = hits_.distance[i];
   if (!(best > S(0))) return;
   if (side == Side::inside) return hit_inside(i);
-  Ray<S> ray = ray_in_mesh(i);
-  ray.length = std::min(ray.length, best);
-  const RayHit<S> hit =
-      side == Side::outside ? ray_cast_mesh_from_outside(mesh_, ray) : ray_cast_mesh(mesh_, ray);
+  const RayHit<S> hit = hit_of(i, ray_in_mesh(i), best, side);
   if (hit.distance < best) {
     hits_.offer(i, {hit.distance, product<S>(R_RC_, hit.normal)}, tag_);
   }
+}
+
+/// The hit of a ray if it is nearer than `best`: by what the ray kept, or by a walk.
+template <Scalar S>
+RayHit<S> BundleMeshQuery<S>::hit_of(std::size_t i, Ray<S> ray, S best, Side side) {
+  const S reach = std::min(ray.length, best);
+  if (keeps_ && (side == Side::outside || !mesh_.root_box().contains(ray.origin))) {
+    if (const auto hit = rays_.kept->cast(mesh_, i, ray, reach)) return *hit;
+  }
+  ray.length = reach;
+  return side == Side::outside ? ray_cast_mesh_from_outside(mesh_, ray) : ray_cast_mesh(mesh_, ray);
 }
 
 template <Scalar S>

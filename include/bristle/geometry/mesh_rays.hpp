@@ -6,6 +6,7 @@
 #include <bristle/geometry/aabb.hpp>
 #include <bristle/geometry/ray.hpp>
 #include <bristle/geometry/ray_triangle.hpp>
+#include <bristle/math/lane_register.hpp>
 
 #include <algorithm>
 #include <array>
@@ -73,23 +74,59 @@ struct MeshCrossings {
   }
 };
 
-/// Collects the crossings up to ray.length.
-template <Scalar S, SolidMesh<S> Mesh>
-[[nodiscard]] MeshCrossings<S> mesh_crossings(const Mesh& mesh, const Ray<S>& ray) {
-  // [1] A crossing closer to the start than this much of the triangle's distance is at the start.
-  constexpr S at_start = S(64) * Tolerance<S>::round_off();
-  MeshCrossings<S> found;
-  const TriangleTest<S> test(ray);
-  mesh.walk_ray(ray, [&](std::uint32_t triangle, S reach) {
-    const auto [a, b, c] = mesh.corners(triangle);
-    const TriangleCrossing<S> crossing = test(a, b, c);
+/// A crossing is where the ray passes the box of its triangle, but for rounding. Of a triangle that
+/// is seen so nearly edge-on that rounding takes the crossing out of it, it is moved to the box.
+template <Scalar S>
+[[nodiscard]] BRISTLE_OUTLINED S distance_within_box(const Ray<S>& ray,
+                                                     const std::array<Vec3<S>, 3>& corners,
+                                                     S distance) {
+  const auto& [a, b, c] = corners;
+  const S slack = Tolerance<S>::round_off() *
+                  (ray.origin.cwiseAbs() + a.cwiseAbs() + b.cwiseAbs() + c.cwiseAbs()).sum();
+  Aabb<S> box;
+  for (const Vec3<S>& corner : corners) box.include(corner);
+  box = box.inflated(slack);
+  if (box.contains(ray.origin + distance * ray.direction)) return distance;
+  const Vec3<S> inverse = ray.direction.cwiseInverse();
+  S enter = -infinity<S>;
+  S leave = infinity<S>;
+  for (int i = 0; i < 3; ++i) {
+    const S one = (box.lower[i] - ray.origin[i]) * inverse[i];
+    const S other = (box.upper[i] - ray.origin[i]) * inverse[i];
+    // Of a NaN, as from 0 times infinity, neither takes anything.
+    if (std::min(one, other) > enter) enter = std::min(one, other);
+    if (std::max(one, other) < leave) leave = std::max(one, other);
+  }
+  return enter <= leave ? std::min(std::max(distance, enter), leave) : infinity<S>;
+}
+
+/// Collects the crossings of a ray.
+template <Scalar S>
+class CrossingCollector {
+ public:
+  explicit CrossingCollector(const Ray<S>& ray)
+      : ray_(ray),
+        test_(ray),
+        trusted_(S(4) * Tolerance<S>::round_off() * ray.origin.cwiseAbs().sum()) {}
+
+  /// Takes a triangle into account. Not inlined, nor is `nearest_hit`: where the compiler fuses
+  /// products and sums, it does so alike for all who call it.
+  /// @return [m] How far on others still matter.
+  BRISTLE_OUTLINED S visit(std::uint32_t triangle, const std::array<Vec3<S>, 3>& corners, S reach) {
+    // [1] A crossing closer to the start than this much of the triangle's distance is at the start.
+    constexpr S at_start = S(64) * Tolerance<S>::round_off();
+    const auto& [a, b, c] = corners;
+    TriangleCrossing<S> crossing = test_(a, b, c);
     if (!(crossing.distance < infinity<S>)) return reach;
+    if (!(crossing.uncertainty <= trusted_)) {
+      crossing.distance = distance_within_box(ray_, corners, crossing.distance);
+    }
     using std::abs;
     if (abs(crossing.distance) <= crossing.uncertainty &&
-        crossing.uncertainty <= at_start * (a - ray.origin).norm()) {
+        crossing.uncertainty <= at_start * (a - ray_.origin).norm()) {
       found.is_start_on_surface = true;
     }
-    if (!(crossing.distance >= S(0))) return reach;
+    if (!(crossing.distance >= S(0) && crossing.distance < infinity<S>)) return reach;
     // Of equals the lowest number, whatever the order of visits.
     if (crossing.distance < found.distance ||
         (crossing.distance == found.distance && triangle < found.triangle)) {
@@ -101,14 +138,31 @@ template <Scalar S, SolidMesh<S> Mesh>
     low = std::min(low, crossing.distance - crossing.uncertainty);
     high = std::min(high, crossing.distance + crossing.uncertainty);
     return std::min({reach, found.front_high, found.back_high});
+  }
+
+  MeshCrossings<S> found;
+
+ private:
+  Ray<S> ray_;
+  TriangleTest<S> test_;
+  /// [m] Less than this is rounding of the start.
+  S trusted_;
+};
+
+/// Collects the crossings up to ray.length.
+template <Scalar S, SolidMesh<S> Mesh>
+[[nodiscard]] MeshCrossings<S> mesh_crossings(const Mesh& mesh, const Ray<S>& ray) {
+  CrossingCollector<S> collector(ray);
+  mesh.walk_ray(ray, [&](std::uint32_t triangle, S reach) {
+    return collector.visit(triangle, mesh.corners(triangle), reach);
   });
-  return found;
+  return collector.found;
 }
 
 /// The hit of a ray that starts outside, from what it crosses.
 template <Scalar S, SolidMesh<S> Mesh>
-[[nodiscard]] RayHit<S> nearest_hit(const Mesh& mesh, const Ray<S>& ray,
-                                    const MeshCrossings<S>& found) {
+[[nodiscard]] BRISTLE_OUTLINED RayHit<S> nearest_hit(const Mesh& mesh, const Ray<S>& ray,
+                                                     const MeshCrossings<S>& found) {
   if (!(found.distance <= ray.length && found.distance < infinity<S>)) return {};
   const auto [a, b, c] = mesh.corners(found.triangle);
   const Vec3<S> normal = (b - a).cross(c - a).stableNormalized();

@@ -57,6 +57,8 @@ struct Vec3Array {
 
 template <Scalar S>
 class RayBundles;
+template <Scalar S>
+class KeptCandidates;
 
 /// Some rays of a batch, so that threads can share a query: [first, end) in the order in which the
 /// query goes through them. That is the order of the bundles for meshes and of the batch for other
@@ -89,6 +91,11 @@ struct RayBatch {
   /// [-] Numbers of the runs that may meet anything, ascending; of others, hits may be left out.
   /// Null: all runs.
   const std::vector<std::uint32_t>* near_runs = nullptr;
+  /// What these rays keep from query to query (kept_candidates.hpp), and which life of the shape it
+  /// is that is asked, where its tag was another's before. Null: nothing. Used where all rays are
+  /// asked at once, by one thread.
+  KeptCandidates<S>* kept = nullptr;
+  std::uint32_t shape_life = 0;
 
   [[nodiscard]] std::size_t size() const { return length.size(); }
   [[nodiscard]] Ray<S> operator[](std::size_t i) const {

@@ -104,22 +104,26 @@ class WideTriangleFilter {
   /// Which triangles of a leaf the ray may pass by `reach`.
   [[nodiscard]] BRISTLE_LANES std::uint32_t operator()(const WideTree<S>& tree,
                                                        const TriangleRange& leaf, S reach) const {
+    return among(tree.row(leaf, 0, 0), leaf.count, leaf.count, reach);
+  }
+  /// The same for `count` triangles whose corners are in nine rows, as those of a leaf are.
+  [[nodiscard]] BRISTLE_LANES std::uint32_t among(const S* rows, std::size_t stride,
+                                                  std::size_t count, S reach) const {
     std::uint32_t found = 0;
-    for (std::size_t i = 0; i < leaf.count; i += lanes<S>) {
-      found |= (bits(may_pass(tree, leaf, i, reach)) & first_bits(leaf.count - i)) << i;
+    for (std::size_t i = 0; i < count; i += lanes<S>) {
+      found |= (bits(may_pass(rows + i, stride, reach)) & first_bits(count - i)) << i;
     }
     return found;
   }
 
  private:
-  [[nodiscard]] BRISTLE_LANES Mask<S> may_pass(const WideTree<S>& tree, const TriangleRange& leaf,
-                                               std::size_t i, S reach) const {
+  [[nodiscard]] BRISTLE_LANES Mask<S> may_pass(const S* rows, std::size_t stride, S reach) const {
     Pack3<S> p[3];
     Pack<S> size(S(0));
     for (std::size_t c = 0; c < 3; ++c) {
-      const Pack<S> x = Pack<S>::load(tree.row(leaf, c, axis_[0]) + i) - origin_[0];
-      const Pack<S> y = Pack<S>::load(tree.row(leaf, c, axis_[1]) + i) - origin_[1];
-      const Pack<S> z = Pack<S>::load(tree.row(leaf, c, axis_[2]) + i) - origin_[2];
+      const Pack<S> x = Pack<S>::load(rows + (3 * c + axis_[0]) * stride) - origin_[0];
+      const Pack<S> y = Pack<S>::load(rows + (3 * c + axis_[1]) * stride) - origin_[1];
+      const Pack<S> z = Pack<S>::load(rows + (3 * c + axis_[2]) * stride) - origin_[2];
       p[c] = {x - shear_[0] * z, y - shear_[1] * z, shear_[2] * z};
       size = max(size, abs(x) + abs(y) + abs(z));
     }

@@ -6,6 +6,7 @@
 #include <bristle/core/slot_map.hpp>
 #include <bristle/dynamics/body.hpp>
 #include <bristle/geometry/aabb.hpp>
+#include <bristle/geometry/kept_candidates.hpp>
 #include <bristle/geometry/ray.hpp>
 #include <bristle/geometry/ray_bundles.hpp>
 #include <bristle/math/rotation.hpp>
@@ -164,6 +165,8 @@ struct SensorPatch {
   std::vector<S> length;
   /// The rays as queries want them.
   RayBundles<S> bundles{};
+  /// What they keep of a fine mesh: no part of the state, since answers do not depend on it.
+  KeptCandidates<S> candidates{};
   /// [m] Around all rays, from A's centre of mass in A's axes.
   Aabb<S> box{};
 

@@ -159,6 +159,8 @@ template <Scalar S, typename Backend>
 void cast_rays_at(SensorPatch<S>& patch, const ShapeInReach<S, Backend>& shape, RaySlice slice) {
   RayBatch<S> rays = patch.near_rays(shape.extra_length);
   rays.slice = slice;
+  rays.kept = &patch.candidates;
+  rays.shape_life = shape.generation;
   Backend::cast_rays(shape.collider->shape, shape.X_AS, rays, shape.tag, patch.hits);
 }
 
