@@ -2161,7 +2161,7 @@ Sum sum_in_slices(std::size_t count, std::size_t size, std::size_t fewest_shared
 // === bristle/core/refill.hpp
 
 /// @file
-/// Scratch vectors that stop allocating.
+/// Vectors filled with what is always the same: scratch that stops allocating, and numbers.
 // SPDX-License-Identifier: BSD-3-Clause
 
 #include <algorithm>
@@ -2176,6 +2176,14 @@ template <typename T>
 void refill(std::vector<T>& vector, std::size_t count, const T& value) {
   if (vector.capacity() < count) vector.reserve(std::max(count, 2 * vector.capacity()));
   vector.assign(count, value);
+}
+
+/// Makes the elements of a vector 0, 1, 2, ... (`std::iota` would bring all of <numeric>, five
+/// hundred lines, into every file of a user.)
+template <typename T>
+void fill_numbers(std::vector<T>& vector) {
+  T next = T(0);
+  for (T& element : vector) element = next++;
 }
 
 }  // namespace bristle::detail
@@ -18115,7 +18123,6 @@ class TriangleHull {
 #include <cstddef>
 #include <cstdint>
 #include <map>
-#include <numeric>
 #include <span>
 #include <utility>
 #include <vector>
@@ -18237,7 +18244,7 @@ inline double FaceJoin::depth_below(std::uint32_t plane, std::uint32_t t) const 
 inline void FaceJoin::grow_regions() {
   region_.assign(triangles_.size(), none);
   std::vector<std::uint32_t> order(triangles_.size());
-  std::iota(order.begin(), order.end(), 0u);
+  fill_numbers(order);
   std::stable_sort(order.begin(), order.end(), [this](std::uint32_t a, std::uint32_t b) {
     return area_vectors_[a].squaredNorm() > area_vectors_[b].squaredNorm();
   });
@@ -19892,7 +19899,6 @@ class TileBoxes {
 #include <algorithm>
 #include <bit>
 #include <cstdint>
-#include <numeric>
 #include <string>
 #include <vector>
 
@@ -20157,7 +20163,7 @@ template <Scalar S>
   patch.pair_bits.resize(tile_count);
   patch.slice_contacts.resize((tile_count + slice_tiles - 1) / slice_tiles);
   patch.near.resize(tile_count);
-  std::iota(patch.near.begin(), patch.near.end(), 0u);
+  detail::fill_numbers(patch.near);
   patch.contacts.reserve(tile_count);
   patch.felt.resize(tile_count);
   patch.felt_before.resize(tile_count);

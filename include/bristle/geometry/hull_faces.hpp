@@ -3,6 +3,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <bristle/core/refill.hpp>
 #include <bristle/geometry/grid_hull.hpp>
 #include <bristle/math/types.hpp>
 
@@ -11,7 +12,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <map>
-#include <numeric>
 #include <span>
 #include <utility>
 #include <vector>
@@ -133,7 +133,7 @@ inline double FaceJoin::depth_below(std::uint32_t plane, std::uint32_t t) const 
 inline void FaceJoin::grow_regions() {
   region_.assign(triangles_.size(), none);
   std::vector<std::uint32_t> order(triangles_.size());
-  std::iota(order.begin(), order.end(), 0u);
+  fill_numbers(order);
   std::stable_sort(order.begin(), order.end(), [this](std::uint32_t a, std::uint32_t b) {
     return area_vectors_[a].squaredNorm() > area_vectors_[b].squaredNorm();
   });

@@ -3,6 +3,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <bristle/core/refill.hpp>
 #include <bristle/core/slot_map.hpp>
 #include <bristle/dynamics/body.hpp>
 #include <bristle/geometry/aabb.hpp>
@@ -21,7 +22,6 @@
 #include <algorithm>
 #include <bit>
 #include <cstdint>
-#include <numeric>
 #include <string>
 #include <vector>
 
@@ -286,7 +286,7 @@ template <Scalar S>
   patch.pair_bits.resize(tile_count);
   patch.slice_contacts.resize((tile_count + slice_tiles - 1) / slice_tiles);
   patch.near.resize(tile_count);
-  std::iota(patch.near.begin(), patch.near.end(), 0u);
+  detail::fill_numbers(patch.near);
   patch.contacts.reserve(tile_count);
   patch.felt.resize(tile_count);
   patch.felt_before.resize(tile_count);
