@@ -11,8 +11,11 @@ TEST_CASE_TEMPLATE("benchmark_settings: worlds take all of them", S, double, flo
   for (const std::string& setting : work_precision::bristle_settings()) {
     CAPTURE(setting);
     World<S> world(work_precision::world_def<S>(setting));
-    const BodyId ball = world.add_body({.mass = S(1), .shapes = {{.shape = Sphere<S>{S(0.1)}}}});
+    BodyDef<S> ball;
+    ball.mass = S(1);
+    ball.shape = Sphere<S>{S(0.1)};
+    const BodyId id = world.add_body(ball);
     world.step();
-    CHECK(world.body(ball).twist.linear.z() < S(0));
+    CHECK(world.body(id).twist.linear.z() < S(0));
   }
 }
