@@ -14516,6 +14516,7 @@ class LeafList {
       leaves_[size_++] = from.leaves_[i];
       return true;
     });
+    finish();
   }
 
   /// Calls visit(i) -> bool for the leaves that a box meets, until one returns false.
@@ -14535,6 +14536,15 @@ class LeafList {
   }
 
  private:
+  /// Gives the last pack numbers behind the last leaf, too: what memory holds may be denormal, which
+  /// costs a hundred cycles an operation.
+  void finish() {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      Pack<S>(S(0)).store(&lower_[axis][size_]);
+      Pack<S>(S(0)).store(&upper_[axis][size_]);
+    }
+  }
+
   // A pack may be loaded from the last leaf.
   std::array<std::array<S, capacity + 16>, 3> lower_;
   std::array<std::array<S, capacity + 16>, 3> upper_;
@@ -14570,6 +14580,7 @@ bool LeafList<S>::search(const WideTree<S>& tree, const BoxInTree<S>& box) {
       }
     }
   }
+  finish();
   return true;
 }
 
@@ -15003,6 +15014,8 @@ template <Scalar S>
 void BundleTriangles<S>::finish(const RayBundle<S>& bundle, const Mat3<S>& R_RG, S size) {
   const S round_off = Tolerance<S>::round_off();
   const Vec3<S> half = bundle.box.lower.cwiseAbs().cwiseMax(bundle.box.upper.cwiseAbs());
+  // Behind the last candidate memory may hold denormal numbers, which are slow.
+  for (Row& row : corner_) Pack<S>(S(0)).store(&row[size_]);
   for (std::size_t i = 0; i < size_; i += lanes<S>) {
     Pack3<S> p[3];
     for (std::size_t c = 0; c < 3; ++c) {
@@ -15417,6 +15430,12 @@ template <Scalar S>
 void cast_rays_at_mesh(const RayMesh<S>& mesh, const Transform<S>& X_RC, const RayBatch<S>& rays,
                        std::uint32_t tag, RayHits<S>& hits);
 
+/// Whether no ray of a batch can meet a solid at X_RC. A look at boxes: mostly true where it is,
+/// and never where it is not. False for rays without bundles.
+template <Scalar S>
+[[nodiscard]] bool is_clear_of_mesh(const RayMesh<S>& mesh, const Transform<S>& X_RC,
+                                    const RayBatch<S>& rays);
+
 // Implementation -----------------------------------------------------------------------------------
 
 namespace detail {
@@ -15425,8 +15444,9 @@ namespace detail {
 template <Scalar S>
 class BundleMeshQuery {
  public:
+  /// @param hits  Null where it is only asked whether there is anything to meet.
   BundleMeshQuery(const RayMesh<S>& mesh, const Transform<S>& X_RC, const RayBatch<S>& rays,
-                  std::uint32_t tag, RayHits<S>& hits)
+                  std::uint32_t tag, RayHits<S>* hits)
       : mesh_(mesh),
         rays_(rays),
         tag_(tag),
@@ -15445,6 +15465,12 @@ class BundleMeshQuery {
     } else {
       visit(0, nullptr, 0, Side::unknown);
     }
+  }
+
+  [[nodiscard]] bool is_clear() {
+    if (rays_.bundles == nullptr || rays_.bundles->is_empty()) return false;
+    visit(0, nullptr, 0, Side::unknown);
+    return !may_meet_;
   }
 
  private:
@@ -15510,7 +15536,7 @@ class BundleMeshQuery {
   }
   void hit_inside(std::size_t i) {
     const Vec3<S> back(-rays_.direction_x[i], -rays_.direction_y[i], -rays_.direction_z[i]);
-    hits_.offer(i, {S(0), back}, tag_);
+    hits_->offer(i, {S(0), back}, tag_);
   }
   /// [m] What rounding may do to coordinates in a bundle's frame.
   [[nodiscard]] S margin(const Bundle& bundle) const {
@@ -15523,7 +15549,9 @@ class BundleMeshQuery {
   const RayMesh<S>& mesh_;
   const RayBatch<S>& rays_;
   std::uint32_t tag_;
-  RayHits<S>& hits_;
+  RayHits<S>* hits_;
+  /// Without hits: whether something was found that rays may meet.
+  bool may_meet_ = false;
   Mat3<S> R_RC_;
   Mat3<S> R_CR_;
   Vec3<S> p_RC_;
@@ -15546,7 +15574,7 @@ template <Scalar S>
 void BundleMeshQuery<S>::visit(std::size_t id, const LeafList<S>* list, std::size_t depth,
                                Side side) {
   const Bundle& bundle = rays_.bundles->bundles()[id];
-  if (is_left_out(bundle)) return;
+  if (may_meet_ || is_left_out(bundle)) return;
   const BoxInTree<S> box = box_of(bundle);
   if (!box.box_C().overlaps(mesh_.root_box())) return;
   // [1] How many triangles there are for a ray, if the surface lies across the box.
@@ -15564,10 +15592,15 @@ void BundleMeshQuery<S>::visit(std::size_t id, const LeafList<S>* list, std::siz
   // A look at the triangles costs less than going down to all bundles below where there is nothing
   // to be found, and ends with the first triangle where there is.
   if (bundle.is_divided() && list != nullptr &&
-      list->size() <= bundle.count / Bundles::bundle_size * 2 && !is_any_triangle_in(box, *list)) {
+      (hits_ == nullptr || list->size() <= bundle.count / Bundles::bundle_size * 2) &&
+      !is_any_triangle_in(box, *list)) {
     return decide_empty(bundle, side);
   }
   if (side == Side::unknown && bundle.is_narrow) side = common_side(bundle, box, list);
+  if (hits_ == nullptr && (is_sparse || !bundle.is_divided())) {
+    may_meet_ = list == nullptr || is_any_triangle_in(box, *list);
+    return may_meet_ ? void() : decide_empty(bundle, side);
+  }
   if (is_sparse) {
     const RaySlice asked = asked_of(bundle);
     const bool asks_all = rays_.slice.first == 0 && rays_.slice.end >= rays_.size();
@@ -15715,11 +15748,11 @@ BRISTLE_LANES void BundleMeshQuery<S>::settle(const Bundle& bundle, std::size_t 
     found.distance.store(distance.data());
     found.candidate.store(candidate.data());
     // As `RayHits::offer`, with the arrays looked up once.
-    S* const known = hits_.distance.data();
-    S* const x = hits_.normal.x.data();
-    S* const y = hits_.normal.y.data();
-    S* const z = hits_.normal.z.data();
-    std::uint32_t* const tags = hits_.tag.data();
+    S* const known = hits_->distance.data();
+    S* const x = hits_->normal.x.data();
+    S* const y = hits_->normal.y.data();
+    S* const z = hits_->normal.z.data();
+    std::uint32_t* const tags = hits_->tag.data();
     each(outside, [&](std::size_t i, std::size_t lane) {
       if (!(distance[lane] < known[i])) return;
       const Vec3<S> normal = triangles_.normal(static_cast<std::size_t>(candidate[lane]));
@@ -15758,18 +15791,22 @@ template <Scalar S>
 void BundleMeshQuery<S>::decide_empty(const Bundle& bundle, Side side) {
   if (side == Side::unknown) side = side_of(rays_.bundles->ray_at(bundle.first));
   if (side == Side::outside) return;
+  if (hits_ == nullptr) {
+    may_meet_ = true;
+    return;
+  }
   const RaySlice asked = asked_of(bundle);
   for (std::size_t k = asked.first; k < asked.end; ++k) hit_inside(rays_.bundles->ray_at(k));
 }
 
 template <Scalar S>
 void BundleMeshQuery<S>::cast_alone(std::size_t i, Side side) {
-  const S best = hits_.distance[i];
+  const S best = hits_->distance[i];
   if (!(best > S(0))) return;
   if (side == Side::inside) return hit_inside(i);
   const RayHit<S> hit = hit_of(i, ray_in_mesh(i), best, side);
   if (hit.distance < best) {
-    hits_.offer(i, {hit.distance, product<S>(R_RC_, hit.normal)}, tag_);
+    hits_->offer(i, {hit.distance, product<S>(R_RC_, hit.normal)}, tag_);
   }
 }
 
@@ -15794,7 +15831,12 @@ void BundleMeshQuery<S>::cast_one_by_one(std::size_t first, std::size_t end, Sid
 template <Scalar S>
 void cast_rays_at_mesh(const RayMesh<S>& mesh, const Transform<S>& X_RC, const RayBatch<S>& rays,
                        std::uint32_t tag, RayHits<S>& hits) {
-  detail::BundleMeshQuery<S>(mesh, X_RC, rays, tag, hits).run();
+  detail::BundleMeshQuery<S>(mesh, X_RC, rays, tag, &hits).run();
+}
+
+template <Scalar S>
+bool is_clear_of_mesh(const RayMesh<S>& mesh, const Transform<S>& X_RC, const RayBatch<S>& rays) {
+  return detail::BundleMeshQuery<S>(mesh, X_RC, rays, 0, nullptr).is_clear();
 }
 
 }  // namespace bristle
@@ -16584,7 +16626,9 @@ namespace bristle {
 ///
 /// All functions are safe to call from several threads at once. A backend that has a
 /// `static constexpr bool asks_slices = true` casts only the rays of `RayBatch::slice`, and the
-/// same ray to the same bits in any slice: then threads share the rays of one large patch.
+/// same ray to the same bits in any slice: then threads share the rays of one large patch. One that
+/// has `is_clear(c, X_RC, rays)` says quickly, and not always, that no ray can meet the shape: then
+/// large patches that meet nothing cost less.
 template <typename B, typename S>
 concept ShapeBackend = Scalar<S> && std::copyable<typename B::template Collidable<S>> &&
     requires(const Shape<S>& shape, const typename B::template Collidable<S>& c,
@@ -16606,6 +16650,15 @@ template <typename B>
 inline constexpr bool asks_slices = requires {
   requires B::asks_slices;
 };
+
+/// Whether no ray of a batch can meet a shape, as far as a backend that can says. See
+/// `ShapeBackend`.
+template <Scalar S, typename B>
+[[nodiscard]] bool is_surely_clear(const typename B::template Collidable<S>& c,
+                                   const Transform<S>& X_RC, const RayBatch<S>& rays) {
+  if constexpr (requires { B::is_clear(c, X_RC, rays); }) return B::is_clear(c, X_RC, rays);
+  return false;
+}
 
 }  // namespace bristle
 
@@ -17782,6 +17835,14 @@ struct AnalyticBackend {
   template <Scalar S>
   static void cast_rays(const std::shared_ptr<const AnalyticShape<S>>& c, const Transform<S>& X_RC,
                         const RayBatch<S>& rays, std::uint32_t tag, RayHits<S>& hits) noexcept;
+
+  /// Meshes only.
+  template <Scalar S>
+  [[nodiscard]] static bool is_clear(const std::shared_ptr<const AnalyticShape<S>>& c,
+                                     const Transform<S>& X_RC, const RayBatch<S>& rays) noexcept {
+    const auto* mesh = std::get_if<MeshTree<S>>(&c->shape());
+    return mesh != nullptr && is_clear_of_mesh(mesh->for_rays(), X_RC, rays);
+  }
 };
 
 // Implementation -----------------------------------------------------------------------------------
@@ -19133,6 +19194,28 @@ template <Value T>
   return {r_A, product(R_BA, Vector3<T>(r_A - spread<T>(pair.p_AB) - stretch))};
 }
 
+/// The part of `advance_anchor` that follows once the stretch is known.
+///
+/// @param[in,out] stretch  [m] e_T: as `anchor_stretch` has it; what it is after the reset rule,
+/// and
+///                         zero where the bristle is rooted newly.
+template <Value T>
+BRISTLE_LANES void root_where_needed(Anchor<T>& anchor, const Truth<T>& is_anchored,
+                                     Vector3<T>& stretch, const PairPose<ScalarOf<T>>& pair,
+                                     const Vector3<T>& r_A, T sigma, SlipReset reset,
+                                     Truth<T>& did_slip) {
+  const Truth<T> is_within = dot(stretch, stretch) <= sigma * sigma;
+  const Truth<T> is_kept = is_anchored & is_within;
+  did_slip = is_anchored & !is_within;
+  if (all(is_kept)) return;
+  // What is rooted nowhere may be stretched by anything, and must not cost the others their ease.
+  const Vector3<T> held = select(is_anchored, stretch, zero_vector<T>());
+  stretch = select(is_anchored, after_reset<T>(held, sigma, reset), zero_vector<T>());
+  const Anchor<T> moved = rooted<T>(pair, r_A, stretch);
+  anchor.q_A = select(is_kept, anchor.q_A, moved.q_A);
+  anchor.q_B = select(is_kept, anchor.q_B, moved.q_B);
+}
+
 /// Algorithm 1 with its gaps closed, once per sensor and step, before forces: roots the bristle on
 /// first touch, keeps it while its stretch is at most sigma_a, and applies the reset rule beyond.
 ///
@@ -19143,18 +19226,9 @@ template <Value T>
 [[nodiscard]] BRISTLE_LANES Vector3<T> advance_anchor(
     Anchor<T>& anchor, const Truth<T>& is_anchored, const PairPose<ScalarOf<T>>& pair,
     const Vector3<T>& n, const Vector3<T>& r_A, T sigma, SlipReset reset, Truth<T>& did_slip) {
-  const Vector3<T> stretch = anchor_stretch(anchor, pair, n);
-  const Truth<T> is_within = dot(stretch, stretch) <= sigma * sigma;
-  const Truth<T> is_kept = is_anchored & is_within;
-  did_slip = is_anchored & !is_within;
-  if (all(is_kept)) return stretch;
-  // What is rooted nowhere may be stretched by anything, and must not cost the others their ease.
-  const Vector3<T> held = select(is_anchored, stretch, zero_vector<T>());
-  const Vector3<T> left =
-      select(is_anchored, after_reset<T>(held, sigma, reset), zero_vector<T>());
-  const Anchor<T> moved = rooted<T>(pair, r_A, left);
-  anchor = {select(is_kept, anchor.q_A, moved.q_A), select(is_kept, anchor.q_B, moved.q_B)};
-  return left;
+  Vector3<T> stretch = anchor_stretch(anchor, pair, n);
+  root_where_needed<T>(anchor, is_anchored, stretch, pair, r_A, sigma, reset, did_slip);
+  return stretch;
 }
 
 /// Force of one sensor on the body it touches, by its parts.
@@ -20511,14 +20585,15 @@ class ContactMaker {
     // What linear models start from; with the impulses given there will be none.
     if (!gives_) store_pack(out.force, at, force);
     if (options_.law == Law::paper) {
-      // Nearly all bristles stay as they are. What has to be rooted is a call, and loads what it
-      // needs anew: inlined, it would push this loop's values out of the registers.
+      // Most bristles stay as they are. What has to be rooted is a call, and loads what it needs
+      // anew: inlined, it would push this loop's values out of the registers.
       const Anchor<T> anchor{load_pack(tile.root_a, at), load_pack(tile.root_b, at)};
       Pack3<S> stretch = anchor_stretch<T>(anchor, pose_, n);
-      if (!gives_) store_pack(out.stretch, at, stretch);
       const T sigma = p.breakaway_distance;
       const Mask<S> is_kept = load_mask<S>(anchored, at) & (dot(stretch, stretch) <= sigma * sigma);
-      if (any(is_touching & !is_kept)) {
+      const bool is_any_moved = any(is_touching & !is_kept);
+      if (!gives_ || is_any_moved) store_pack(out.stretch, at, stretch);
+      if (is_any_moved) {
         root_anew(tile, out, at, anchored, sigma);
         stretch = load_pack(out.stretch, at);
       }
@@ -20533,17 +20608,18 @@ class ContactMaker {
     }
   }
 
-  /// Advances the bristles of the lanes that touch, and leaves those of the others alone.
+  /// Advances the bristles of the lanes that touch, and leaves those of the others alone. Their
+  /// stretch is in `out`.
   BRISTLE_OUTLINED void root_anew(SensorTile<S>& tile, ContactTile<S>& out, std::size_t at,
                                   LaneBits anchored, const T& sigma) const {
     Anchor<T> anchor{load_pack(tile.root_a, at), load_pack(tile.root_b, at)};
     const Mask<S> is_touching = load_mask<S>(out.is_touching, at);
     Mask<S> did_slip;
     // What does not touch is kept, however far it is stretched.
-    const Pack3<S> stretch =
-        advance_anchor<T>(anchor, load_mask<S>(anchored, at) | !is_touching, pose_,
-                          load_pack(tile.direction, at), load_pack(out.point, at),
-                          select(is_touching, sigma, T(infinity<S>)), options_.reset, did_slip);
+    Pack3<S> stretch = load_pack(out.stretch, at);
+    root_where_needed<T>(anchor, load_mask<S>(anchored, at) | !is_touching, stretch, pose_,
+                         load_pack(out.point, at), select(is_touching, sigma, T(infinity<S>)),
+                         options_.reset, did_slip);
     store_pack(out.stretch, at, stretch);
     store_mask(out.is_slipping, at, did_slip);
     store_pack(tile.root_a, at, anchor.q_A);
@@ -26484,12 +26560,28 @@ template <Scalar S, typename Backend>
   return true;
 }
 
+/// Whether the rays of a patch surely meet none of the shapes.
+template <Scalar S, typename Backend>
+[[nodiscard]] bool are_clear(const SensorPatch<S>& patch,
+                             std::span<const ShapeInReach<S, Backend>> shapes) {
+  return std::all_of(shapes.begin(), shapes.end(), [&](const auto& shape) {
+    return is_surely_clear<S, Backend>(shape.collider->shape, shape.X_AS,
+                                       patch.rays(shape.extra_length));
+  });
+}
+
 }  // namespace detail
 
 template <Scalar S, typename Backend>
 bool wants_rays(SensorPatch<S>& patch, std::span<const ShapeInReach<S, Backend>> shapes,
                 bool is_due) {
   if (patch.def.cast_every > 1 && !is_due && detail::serves(patch, shapes)) return false;
+  // What met nothing in the last step mostly meets nothing now, and a look tells more quickly than
+  // asking every tile.
+  if (patch.contacts.empty() && detail::are_clear<S, Backend>(patch, shapes)) {
+    patch.near.clear();
+    return true;
+  }
   patch.tile_boxes.find(
       [&](const Aabb<S>& box) {
         return std::any_of(shapes.begin(), shapes.end(),
@@ -30392,6 +30484,12 @@ class FclRayTarget {
   void cast_rays(const Transform<S>& X_RC, const RayBatch<S>& rays, std::uint32_t tag,
                  RayHits<S>& hits) const noexcept;
 
+  /// Whether no ray can meet a mesh, as far as a look at boxes tells; false for other geometry.
+  [[nodiscard]] bool is_clear(const Transform<S>& X_RC, const RayBatch<S>& rays) const noexcept {
+    const auto* mesh = std::get_if<RayMesh<S>>(&shape_);
+    return mesh != nullptr && is_clear_of_mesh(*mesh, X_RC, rays);
+  }
+
  private:
   using Prepared = std::variant<Sphere<S>, Box<S>, Capsule<S>, Cylinder<S>, Cone<S>, Ellipsoid<S>,
                                 HalfSpace<S>, ConvexHull<S>, RayMesh<S>>;
@@ -30489,6 +30587,13 @@ struct FclBackend {
   template <Scalar S>
   static void cast_rays(const Collidable<S>& c, const Transform<S>& X_RC, const RayBatch<S>& rays,
                         std::uint32_t tag, RayHits<S>& hits) noexcept;
+
+  /// Meshes only.
+  template <Scalar S>
+  [[nodiscard]] static bool is_clear(const Collidable<S>& c, const Transform<S>& X_RC,
+                                     const RayBatch<S>& rays) noexcept {
+    return c.data_->rays.is_clear(X_RC, rays);
+  }
 };
 
 /// A shape as the FCL backend holds it. Copies share one immutable preparation; the default-

@@ -126,7 +126,69 @@ void check_slices() {
   }
 }
 
+/// How often `is_clear` of a backend said of patches near a mesh and within it that they meet
+/// nothing, how often it was right, and how often there was nothing to be met.
+struct Clearances {
+  int said = 0;
+  int right = 0;
+  int all = 0;
+};
+
+template <Scalar S, typename Backend>
+Clearances clearances(const TriangleMesh<double>& mesh, PatchKind kind, double scale) {
+  test::Random random(5);
+  constexpr std::size_t n = 700;
+  const auto patch = test::make_rays<S>(kind, n, scale, random);
+  const RayBundles<S> bundles(patch.batch(nullptr));
+  const auto collidable = Backend::template make<S>(Shape<S>(test::scaled_mesh<S>(mesh, scale)));
+  Clearances result;
+  for (int k = 0; k < 100; ++k) {
+    // Up to 6 cm from middle to middle: deep in the solid, across its surface, and beside it.
+    Transform<double> X;
+    X.translation = random.in_cube(0.06 * scale);
+    X.rotation = random.rotation<double>();
+    const RayBatch<S> rays = patch.batch(&bundles, S(1e-4 * scale));
+    RayHits<S> hits;
+    hits.reset(n);
+    const Transform<S> X_RC = X.template cast<S>();
+    Backend::cast_rays(collidable, X_RC, rays, 3, hits);
+    bool is_any_hit = false;
+    for (std::size_t i = 0; i < n; ++i) is_any_hit = is_any_hit || hits.is_hit(i);
+    const bool is_clear = Backend::is_clear(collidable, X_RC, rays);
+    result.said += is_clear ? 1 : 0;
+    result.right += is_clear && !is_any_hit ? 1 : 0;
+    result.all += is_any_hit ? 0 : 1;
+    CHECK_FALSE(Backend::is_clear(collidable, X_RC, patch.batch(nullptr)));
+  }
+  return result;
+}
+
+/// A patch is said to be clear only where it is, and mostly where it is.
+template <Scalar S, typename Backend>
+void check_clearances() {
+  for (const TriangleMesh<double>& mesh :
+       {test::angle_mesh(), test::torus_mesh(30, 16), test::bumpy_mesh(16)}) {
+    for (const PatchKind kind : {PatchKind::pad, PatchKind::convex, PatchKind::scattered}) {
+      for (const double scale : {0.01, 1.0, 100.0}) {
+        const Clearances found = clearances<S, Backend>(mesh, kind, scale);
+        CAPTURE(scale);
+        CHECK(found.said == found.right);
+        CHECK(found.all > 5);
+        // Rays that stand in all directions have boxes as large as the mesh.
+        if (kind != PatchKind::scattered) CHECK(found.said > found.all * 8 / 10);
+      }
+    }
+  }
+}
+
 }  // namespace
+
+TEST_CASE_TEMPLATE("bundles: a look at boxes tells what is clear of a mesh", S, float, double) {
+  check_clearances<S, AnalyticBackend>();
+#if defined(BRISTLE_WITH_FCL)
+  check_clearances<S, FclBackend>();
+#endif
+}
 
 TEST_CASE_TEMPLATE("bundles: answer as each ray alone does, over meshes of three sizes", S, float,
                    double) {

@@ -4,6 +4,8 @@
 #include "scenes/plate.hpp"
 #include "scenes/stack.hpp"
 
+#include <bristle/geometry/mesh_shapes.hpp>
+
 #include <doctest/doctest.h>
 
 using namespace bristle;
@@ -33,6 +35,49 @@ TEST_CASE("skipped: a patch in reach casts one ray a sensor and shape") {
   CHECK(scene.world.report().sensors_touching == 16);
   CHECK(scene.world.report().implicit_pairs == 1);
   CHECK(scene.world.report().direct_islands == 1);
+}
+
+// The boxes of the two meet; the surface is beyond the rays, then within their reach, then beyond
+// them again.
+TEST_CASE_TEMPLATE("skipped: a patch beside a mesh asks none of its sensors", S, float, double) {
+  World<S> world({.gravity = Vec3<S>::Zero(), .time_step = S(1e-3)});
+  const BodyId floor = world.add_body({.motion = Motion::fixed});
+  PatchDef<S> def;
+  for (int i = 0; i < 400; ++i) {
+    def.sensors.add({S(1e-3) * S(i % 20), S(1e-3) * S(i / 20), 0}, {0, 0, 1}, S(0.005));
+  }
+  def.parameters.normal_stiffness = S(1);
+  world.add_patch(floor, def);
+  BodyDef<S> ball;
+  ball.motion = Motion::kinematic;
+  ball.shape = sphere_mesh<S>(S(0.05), 12);
+  ball.position = {S(0.05), S(0.05), S(0.04)};
+  const BodyId id = world.add_body(ball);
+  const auto step_at = [&](S x) {
+    Transform<S> pose = world.pose(id);
+    pose.translation.x() = x;
+    world.set_pose(id, pose);
+    world.step();
+    return world.report();
+  };
+  const StepReport<S> beside = step_at(S(0.05));
+  CHECK(beside.patches_near == 1);
+  CHECK(beside.rays_cast == 0);
+  CHECK(beside.sensors_skipped == 400);
+  const StepReport<S> over = step_at(S(0.01));
+  CHECK(over.rays_cast > 0);
+  CHECK(over.sensors_touching > 0);
+  // What was met is asked for once more, then no longer.
+  CHECK(step_at(S(0.05)).sensors_touching == 0);
+  const StepReport<S> again = step_at(S(0.05));
+  CHECK(again.patches_near == 1);
+  CHECK(again.rays_cast == 0);
+  CHECK(again.sensors_touching == 0);
+  // Within the ball all are pressed in fully, though no surface is near.
+  ball.shape = sphere_mesh<S>(S(0.5), 12);
+  ball.position = Vec3<S>::Zero();
+  world.add_body(ball);
+  CHECK(step_at(S(0.05)).sensors_touching == 400);
 }
 
 TEST_CASE("skipped: an explicit patch needs no solver") {

@@ -99,6 +99,14 @@ struct AnalyticBackend {
   template <Scalar S>
   static void cast_rays(const std::shared_ptr<const AnalyticShape<S>>& c, const Transform<S>& X_RC,
                         const RayBatch<S>& rays, std::uint32_t tag, RayHits<S>& hits) noexcept;
+
+  /// Meshes only.
+  template <Scalar S>
+  [[nodiscard]] static bool is_clear(const std::shared_ptr<const AnalyticShape<S>>& c,
+                                     const Transform<S>& X_RC, const RayBatch<S>& rays) noexcept {
+    const auto* mesh = std::get_if<MeshTree<S>>(&c->shape());
+    return mesh != nullptr && is_clear_of_mesh(mesh->for_rays(), X_RC, rays);
+  }
 };
 
 // Implementation -----------------------------------------------------------------------------------

@@ -28,6 +28,12 @@ template <Scalar S>
 void cast_rays_at_mesh(const RayMesh<S>& mesh, const Transform<S>& X_RC, const RayBatch<S>& rays,
                        std::uint32_t tag, RayHits<S>& hits);
 
+/// Whether no ray of a batch can meet a solid at X_RC. A look at boxes: mostly true where it is,
+/// and never where it is not. False for rays without bundles.
+template <Scalar S>
+[[nodiscard]] bool is_clear_of_mesh(const RayMesh<S>& mesh, const Transform<S>& X_RC,
+                                    const RayBatch<S>& rays);
+
 // Implementation -----------------------------------------------------------------------------------
 
 namespace detail {
@@ -36,8 +42,9 @@ namespace detail {
 template <Scalar S>
 class BundleMeshQuery {
  public:
+  /// @param hits  Null where it is only asked whether there is anything to meet.
   BundleMeshQuery(const RayMesh<S>& mesh, const Transform<S>& X_RC, const RayBatch<S>& rays,
-                  std::uint32_t tag, RayHits<S>& hits)
+                  std::uint32_t tag, RayHits<S>* hits)
       : mesh_(mesh),
         rays_(rays),
         tag_(tag),
@@ -56,6 +63,12 @@ class BundleMeshQuery {
     } else {
       visit(0, nullptr, 0, Side::unknown);
     }
+  }
+
+  [[nodiscard]] bool is_clear() {
+    if (rays_.bundles == nullptr || rays_.bundles->is_empty()) return false;
+    visit(0, nullptr, 0, Side::unknown);
+    return !may_meet_;
   }
 
  private:
@@ -121,7 +134,7 @@ class BundleMeshQuery {
   }
   void hit_inside(std::size_t i) {
     const Vec3<S> back(-rays_.direction_x[i], -rays_.direction_y[i], -rays_.direction_z[i]);
-    hits_.offer(i, {S(0), back}, tag_);
+    hits_->offer(i, {S(0), back}, tag_);
   }
   /// [m] What rounding may do to coordinates in a bundle's frame.
   [[nodiscard]] S margin(const Bundle& bundle) const {
@@ -134,7 +147,9 @@ class BundleMeshQuery {
   const RayMesh<S>& mesh_;
   const RayBatch<S>& rays_;
   std::uint32_t tag_;
-  RayHits<S>& hits_;
+  RayHits<S>* hits_;
+  /// Without hits: whether something was found that rays may meet.
+  bool may_meet_ = false;
   Mat3<S> R_RC_;
   Mat3<S> R_CR_;
   Vec3<S> p_RC_;
@@ -157,7 +172,7 @@ template <Scalar S>
 void BundleMeshQuery<S>::visit(std::size_t id, const LeafList<S>* list, std::size_t depth,
                                Side side) {
   const Bundle& bundle = rays_.bundles->bundles()[id];
-  if (is_left_out(bundle)) return;
+  if (may_meet_ || is_left_out(bundle)) return;
   const BoxInTree<S> box = box_of(bundle);
   if (!box.box_C().overlaps(mesh_.root_box())) return;
   // [1] How many triangles there are for a ray, if the surface lies across the box.
@@ -175,10 +190,15 @@ void BundleMeshQuery<S>::visit(std::size_t id, const LeafList<S>* list, std::siz
   // A look at the triangles costs less than going down to all bundles below where there is nothing
   // to be found, and ends with the first triangle where there is.
   if (bundle.is_divided() && list != nullptr &&
-      list->size() <= bundle.count / Bundles::bundle_size * 2 && !is_any_triangle_in(box, *list)) {
+      (hits_ == nullptr || list->size() <= bundle.count / Bundles::bundle_size * 2) &&
+      !is_any_triangle_in(box, *list)) {
     return decide_empty(bundle, side);
   }
   if (side == Side::unknown && bundle.is_narrow) side = common_side(bundle, box, list);
+  if (hits_ == nullptr && (is_sparse || !bundle.is_divided())) {
+    may_meet_ = list == nullptr || is_any_triangle_in(box, *list);
+    return may_meet_ ? void() : decide_empty(bundle, side);
+  }
   if (is_sparse) {
     const RaySlice asked = asked_of(bundle);
     const bool asks_all = rays_.slice.first == 0 && rays_.slice.end >= rays_.size();
@@ -326,11 +346,11 @@ BRISTLE_LANES void BundleMeshQuery<S>::settle(const Bundle& bundle, std::size_t 
     found.distance.store(distance.data());
     found.candidate.store(candidate.data());
     // As `RayHits::offer`, with the arrays looked up once.
-    S* const known = hits_.distance.data();
-    S* const x = hits_.normal.x.data();
-    S* const y = hits_.normal.y.data();
-    S* const z = hits_.normal.z.data();
-    std::uint32_t* const tags = hits_.tag.data();
+    S* const known = hits_->distance.data();
+    S* const x = hits_->normal.x.data();
+    S* const y = hits_->normal.y.data();
+    S* const z = hits_->normal.z.data();
+    std::uint32_t* const tags = hits_->tag.data();
     each(outside, [&](std::size_t i, std::size_t lane) {
       if (!(distance[lane] < known[i])) return;
       const Vec3<S> normal = triangles_.normal(static_cast<std::size_t>(candidate[lane]));
@@ -369,18 +389,22 @@ template <Scalar S>
 void BundleMeshQuery<S>::decide_empty(const Bundle& bundle, Side side) {
   if (side == Side::unknown) side = side_of(rays_.bundles->ray_at(bundle.first));
   if (side == Side::outside) return;
+  if (hits_ == nullptr) {
+    may_meet_ = true;
+    return;
+  }
   const RaySlice asked = asked_of(bundle);
   for (std::size_t k = asked.first; k < asked.end; ++k) hit_inside(rays_.bundles->ray_at(k));
 }
 
 template <Scalar S>
 void BundleMeshQuery<S>::cast_alone(std::size_t i, Side side) {
-  const S best = hits_.distance[i];
+  const S best = hits_->distance[i];
   if (!(best > S(0))) return;
   if (side == Side::inside) return hit_inside(i);
   const RayHit<S> hit = hit_of(i, ray_in_mesh(i), best, side);
   if (hit.distance < best) {
-    hits_.offer(i, {hit.distance, product<S>(R_RC_, hit.normal)}, tag_);
+    hits_->offer(i, {hit.distance, product<S>(R_RC_, hit.normal)}, tag_);
   }
 }
 
@@ -405,7 +429,12 @@ void BundleMeshQuery<S>::cast_one_by_one(std::size_t first, std::size_t end, Sid
 template <Scalar S>
 void cast_rays_at_mesh(const RayMesh<S>& mesh, const Transform<S>& X_RC, const RayBatch<S>& rays,
                        std::uint32_t tag, RayHits<S>& hits) {
-  detail::BundleMeshQuery<S>(mesh, X_RC, rays, tag, hits).run();
+  detail::BundleMeshQuery<S>(mesh, X_RC, rays, tag, &hits).run();
+}
+
+template <Scalar S>
+bool is_clear_of_mesh(const RayMesh<S>& mesh, const Transform<S>& X_RC, const RayBatch<S>& rays) {
+  return detail::BundleMeshQuery<S>(mesh, X_RC, rays, 0, nullptr).is_clear();
 }
 
 }  // namespace bristle

@@ -160,6 +160,8 @@ template <Scalar S>
 void BundleTriangles<S>::finish(const RayBundle<S>& bundle, const Mat3<S>& R_RG, S size) {
   const S round_off = Tolerance<S>::round_off();
   const Vec3<S> half = bundle.box.lower.cwiseAbs().cwiseMax(bundle.box.upper.cwiseAbs());
+  // Behind the last candidate memory may hold denormal numbers, which are slow.
+  for (Row& row : corner_) Pack<S>(S(0)).store(&row[size_]);
   for (std::size_t i = 0; i < size_; i += lanes<S>) {
     Pack3<S> p[3];
     for (std::size_t c = 0; c < 3; ++c) {

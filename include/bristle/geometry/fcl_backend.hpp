@@ -67,6 +67,13 @@ struct FclBackend {
   template <Scalar S>
   static void cast_rays(const Collidable<S>& c, const Transform<S>& X_RC, const RayBatch<S>& rays,
                         std::uint32_t tag, RayHits<S>& hits) noexcept;
+
+  /// Meshes only.
+  template <Scalar S>
+  [[nodiscard]] static bool is_clear(const Collidable<S>& c, const Transform<S>& X_RC,
+                                     const RayBatch<S>& rays) noexcept {
+    return c.data_->rays.is_clear(X_RC, rays);
+  }
 };
 
 /// A shape as the FCL backend holds it. Copies share one immutable preparation; the default-

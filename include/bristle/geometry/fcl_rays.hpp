@@ -57,6 +57,12 @@ class FclRayTarget {
   void cast_rays(const Transform<S>& X_RC, const RayBatch<S>& rays, std::uint32_t tag,
                  RayHits<S>& hits) const noexcept;
 
+  /// Whether no ray can meet a mesh, as far as a look at boxes tells; false for other geometry.
+  [[nodiscard]] bool is_clear(const Transform<S>& X_RC, const RayBatch<S>& rays) const noexcept {
+    const auto* mesh = std::get_if<RayMesh<S>>(&shape_);
+    return mesh != nullptr && is_clear_of_mesh(*mesh, X_RC, rays);
+  }
+
  private:
   using Prepared = std::variant<Sphere<S>, Box<S>, Capsule<S>, Cylinder<S>, Cone<S>, Ellipsoid<S>,
                                 HalfSpace<S>, ConvexHull<S>, RayMesh<S>>;

@@ -36,7 +36,9 @@ namespace bristle {
 ///
 /// All functions are safe to call from several threads at once. A backend that has a
 /// `static constexpr bool asks_slices = true` casts only the rays of `RayBatch::slice`, and the
-/// same ray to the same bits in any slice: then threads share the rays of one large patch.
+/// same ray to the same bits in any slice: then threads share the rays of one large patch. One that
+/// has `is_clear(c, X_RC, rays)` says quickly, and not always, that no ray can meet the shape: then
+/// large patches that meet nothing cost less.
 template <typename B, typename S>
 concept ShapeBackend = Scalar<S> && std::copyable<typename B::template Collidable<S>> &&
     requires(const Shape<S>& shape, const typename B::template Collidable<S>& c,
@@ -58,5 +60,14 @@ template <typename B>
 inline constexpr bool asks_slices = requires {
   requires B::asks_slices;
 };
+
+/// Whether no ray of a batch can meet a shape, as far as a backend that can says. See
+/// `ShapeBackend`.
+template <Scalar S, typename B>
+[[nodiscard]] bool is_surely_clear(const typename B::template Collidable<S>& c,
+                                   const Transform<S>& X_RC, const RayBatch<S>& rays) {
+  if constexpr (requires { B::is_clear(c, X_RC, rays); }) return B::is_clear(c, X_RC, rays);
+  return false;
+}
 
 }  // namespace bristle

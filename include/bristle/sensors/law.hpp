@@ -144,6 +144,28 @@ template <Value T>
   return {r_A, product(R_BA, Vector3<T>(r_A - spread<T>(pair.p_AB) - stretch))};
 }
 
+/// The part of `advance_anchor` that follows once the stretch is known.
+///
+/// @param[in,out] stretch  [m] e_T: as `anchor_stretch` has it; what it is after the reset rule,
+/// and
+///                         zero where the bristle is rooted newly.
+template <Value T>
+BRISTLE_LANES void root_where_needed(Anchor<T>& anchor, const Truth<T>& is_anchored,
+                                     Vector3<T>& stretch, const PairPose<ScalarOf<T>>& pair,
+                                     const Vector3<T>& r_A, T sigma, SlipReset reset,
+                                     Truth<T>& did_slip) {
+  const Truth<T> is_within = dot(stretch, stretch) <= sigma * sigma;
+  const Truth<T> is_kept = is_anchored & is_within;
+  did_slip = is_anchored & !is_within;
+  if (all(is_kept)) return;
+  // What is rooted nowhere may be stretched by anything, and must not cost the others their ease.
+  const Vector3<T> held = select(is_anchored, stretch, zero_vector<T>());
+  stretch = select(is_anchored, after_reset<T>(held, sigma, reset), zero_vector<T>());
+  const Anchor<T> moved = rooted<T>(pair, r_A, stretch);
+  anchor.q_A = select(is_kept, anchor.q_A, moved.q_A);
+  anchor.q_B = select(is_kept, anchor.q_B, moved.q_B);
+}
+
 /// Algorithm 1 with its gaps closed, once per sensor and step, before forces: roots the bristle on
 /// first touch, keeps it while its stretch is at most sigma_a, and applies the reset rule beyond.
 ///
@@ -154,18 +176,9 @@ template <Value T>
 [[nodiscard]] BRISTLE_LANES Vector3<T> advance_anchor(
     Anchor<T>& anchor, const Truth<T>& is_anchored, const PairPose<ScalarOf<T>>& pair,
     const Vector3<T>& n, const Vector3<T>& r_A, T sigma, SlipReset reset, Truth<T>& did_slip) {
-  const Vector3<T> stretch = anchor_stretch(anchor, pair, n);
-  const Truth<T> is_within = dot(stretch, stretch) <= sigma * sigma;
-  const Truth<T> is_kept = is_anchored & is_within;
-  did_slip = is_anchored & !is_within;
-  if (all(is_kept)) return stretch;
-  // What is rooted nowhere may be stretched by anything, and must not cost the others their ease.
-  const Vector3<T> held = select(is_anchored, stretch, zero_vector<T>());
-  const Vector3<T> left =
-      select(is_anchored, after_reset<T>(held, sigma, reset), zero_vector<T>());
-  const Anchor<T> moved = rooted<T>(pair, r_A, left);
-  anchor = {select(is_kept, anchor.q_A, moved.q_A), select(is_kept, anchor.q_B, moved.q_B)};
-  return left;
+  Vector3<T> stretch = anchor_stretch(anchor, pair, n);
+  root_where_needed<T>(anchor, is_anchored, stretch, pair, r_A, sigma, reset, did_slip);
+  return stretch;
 }
 
 /// Force of one sensor on the body it touches, by its parts.

@@ -286,14 +286,15 @@ class ContactMaker {
     // What linear models start from; with the impulses given there will be none.
     if (!gives_) store_pack(out.force, at, force);
     if (options_.law == Law::paper) {
-      // Nearly all bristles stay as they are. What has to be rooted is a call, and loads what it
-      // needs anew: inlined, it would push this loop's values out of the registers.
+      // Most bristles stay as they are. What has to be rooted is a call, and loads what it needs
+      // anew: inlined, it would push this loop's values out of the registers.
       const Anchor<T> anchor{load_pack(tile.root_a, at), load_pack(tile.root_b, at)};
       Pack3<S> stretch = anchor_stretch<T>(anchor, pose_, n);
-      if (!gives_) store_pack(out.stretch, at, stretch);
       const T sigma = p.breakaway_distance;
       const Mask<S> is_kept = load_mask<S>(anchored, at) & (dot(stretch, stretch) <= sigma * sigma);
-      if (any(is_touching & !is_kept)) {
+      const bool is_any_moved = any(is_touching & !is_kept);
+      if (!gives_ || is_any_moved) store_pack(out.stretch, at, stretch);
+      if (is_any_moved) {
         root_anew(tile, out, at, anchored, sigma);
         stretch = load_pack(out.stretch, at);
       }
@@ -308,17 +309,18 @@ class ContactMaker {
     }
   }
 
-  /// Advances the bristles of the lanes that touch, and leaves those of the others alone.
+  /// Advances the bristles of the lanes that touch, and leaves those of the others alone. Their
+  /// stretch is in `out`.
   BRISTLE_OUTLINED void root_anew(SensorTile<S>& tile, ContactTile<S>& out, std::size_t at,
                                   LaneBits anchored, const T& sigma) const {
     Anchor<T> anchor{load_pack(tile.root_a, at), load_pack(tile.root_b, at)};
     const Mask<S> is_touching = load_mask<S>(out.is_touching, at);
     Mask<S> did_slip;
     // What does not touch is kept, however far it is stretched.
-    const Pack3<S> stretch =
-        advance_anchor<T>(anchor, load_mask<S>(anchored, at) | !is_touching, pose_,
-                          load_pack(tile.direction, at), load_pack(out.point, at),
-                          select(is_touching, sigma, T(infinity<S>)), options_.reset, did_slip);
+    Pack3<S> stretch = load_pack(out.stretch, at);
+    root_where_needed<T>(anchor, load_mask<S>(anchored, at) | !is_touching, stretch, pose_,
+                         load_pack(out.point, at), select(is_touching, sigma, T(infinity<S>)),
+                         options_.reset, did_slip);
     store_pack(out.stretch, at, stretch);
     store_mask(out.is_slipping, at, did_slip);
     store_pack(tile.root_a, at, anchor.q_A);
