@@ -212,6 +212,10 @@ struct SensorPatch {
     batch.near_runs = &near;
     return batch;
   }
+  /// [m] Distances of the hits from sensor `first` on; 0 in the lanes that are not asked for.
+  [[nodiscard]] BRISTLE_LANES Pack<S> distances_of(std::size_t first, const Mask<S>& asked) const {
+    return select(asked, Pack<S>::load(hits.distance.data() + first), Pack<S>(S(0)));
+  }
   /// [-] Sensors of the near tiles.
   [[nodiscard]] std::size_t near_count() const {
     const std::size_t all = near.size() * tile_size;

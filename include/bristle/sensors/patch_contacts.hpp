@@ -267,7 +267,7 @@ class ContactMaker {
     const Mask<S> is_met = load_mask<S>(hit, at) & (cosine <= T(grazing_cosine<S>));
     // Lanes without contact go on with a hit from ahead at the start of the ray: all is finite.
     const Pack3<S> m = select(is_met, surface, -n);
-    const T distance = select(is_met, T::load(hits.distance.data() + first), T(0));
+    const T distance = patch_.distances_of(first, is_met);
 
     const SensorParameters<T>& p = parameters_(out.tile, at);
     const Pack3<S> g = depth_gradient<T>(m, select(is_met, cosine, T(S(-1))));
@@ -280,11 +280,14 @@ class ContactMaker {
         select(is_touching, normal_force(p, depth, T(dot(g, velocity) * inverse_length)), T(0));
     store_mask(out.is_met, at, is_met);
     store_mask(out.is_touching, at, is_touching);
-    store_pack(out.point, at, point);
-    store_pack(out.g, at, g);
-    store_pack(out.depth, at, depth);
-    // What linear models start from; with the impulses given there will be none.
-    if (!gives_) store_pack(out.force, at, force);
+    // What linear models start from; with the impulses given there will be none, and what is read
+    // of the contact later follows from the hit.
+    if (!gives_) {
+      store_pack(out.point, at, point);
+      store_pack(out.g, at, g);
+      store_pack(out.depth, at, depth);
+      store_pack(out.force, at, force);
+    }
     if (options_.law == Law::paper) {
       // Most bristles stay as they are. What has to be rooted is a call, and loads what it needs
       // anew: inlined, it would push this loop's values out of the registers.
@@ -315,12 +318,14 @@ class ContactMaker {
                                   LaneBits anchored, const T& sigma) const {
     Anchor<T> anchor{load_pack(tile.root_a, at), load_pack(tile.root_b, at)};
     const Mask<S> is_touching = load_mask<S>(out.is_touching, at);
+    const T distance = patch_.distances_of(out.tile * tile_size + at, is_touching);
+    const Pack3<S> point = load_pack(tile.start, at) + distance * load_pack(tile.direction, at);
     Mask<S> did_slip;
     // What does not touch is kept, however far it is stretched.
     Pack3<S> stretch = load_pack(out.stretch, at);
     root_where_needed<T>(anchor, load_mask<S>(anchored, at) | !is_touching, stretch, pose_,
-                         load_pack(out.point, at), select(is_touching, sigma, T(infinity<S>)),
-                         options_.reset, did_slip);
+                         point, select(is_touching, sigma, T(infinity<S>)), options_.reset,
+                         did_slip);
     store_pack(out.stretch, at, stretch);
     store_mask(out.is_slipping, at, did_slip);
     store_pack(tile.root_a, at, anchor.q_A);

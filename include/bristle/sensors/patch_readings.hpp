@@ -69,18 +69,21 @@ BRISTLE_LANES void read_tile(SensorPatch<S>& patch, const PatchPair<S>& pair,
     }
     const Pack3<S> n = load_pack(sensors.direction, at);
     const Pack3<S> t1 = load_pack(sensors.tangent, at);
-    const Pack3<S> point = load_pack(tile.point, at);
+    const Mask<S> is_met = load_mask<S>(tile.is_met, at);
+    const T distance = patch.distances_of(i, is_met);
+    const Pack3<S> point = load_pack(sensors.start, at) + distance * n;
     const Pack3<S> force = T(-per_step) * load_pack(tile.impulse, at);
     const T normal = load_pack(tile.normal_impulse, at) * T(per_step);
     const Pack3<S> shear = tangential<T>(force, n);
     const Mask<S> is_touching = load_mask<S>(tile.is_touching, at);
-    const Mask<S> is_felt = is_touching | (load_mask<S>(tile.is_met, at) & (normal > T(S(0))));
+    const Mask<S> is_felt = is_touching | (is_met & (normal > T(S(0))));
     felt |= bits(is_felt) << at;
     const Pack3<S> felt_force = select(is_felt, force, zero_vector<T>());
     sum.all.force += felt_force;
     sum.all.torque += cross(point, felt_force);
     sum.shear += select(is_felt, shear, zero_vector<T>());
-    const T depth = select(is_touching, load_pack(tile.depth, at), T(S(0)));
+    const T depth = select(
+        is_touching, sensor_depth(distance, load_pack(sensors.inverse_length, at)), T(S(0)));
     put(out.depth.data() + i, is_felt, depth, is_shared);
     put(out.normal_force.data() + i, is_felt, normal, is_shared);
     put(out.shear_1.data() + i, is_felt, dot(t1, shear), is_shared);

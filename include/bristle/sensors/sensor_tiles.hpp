@@ -80,9 +80,11 @@ struct alignas(64) SensorTile {
   Row<std::uint64_t> rooted_in{};
 };
 
-/// The contacts of up to sixteen neighbouring sensors with one body in one step: geometry, the
-/// linear model of their impulses, and the impulses they finally gave. Lanes without contact hold
-/// anything. See `PatchContact` for what the rows mean.
+/// The contacts of up to sixteen neighbouring sensors with one body in one step: the impulses they
+/// finally gave, and what the linear model of these starts from and is. Geometry follows from the
+/// hits; it is kept where it is looked at again and again, which is not where impulses are given
+/// with the contacts (`PatchPair::is_given`). Lanes without contact hold anything. See
+/// `PatchContact` for what the rows mean.
 template <Scalar S>
 struct alignas(64) ContactTile {
   /// Leaves the rows as they are: every kernel writes the rows that the next ones read.

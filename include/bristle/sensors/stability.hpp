@@ -53,12 +53,18 @@ void sum_stiffness(const SensorPatch<S>& patch, const PatchPair<S>& pair, Mat6<S
     const SensorTile<S>& sensors = patch.tiles[contacts.tile];
     for (std::size_t i = 0; i < tile_size; ++i) {
       if ((contacts.is_touching >> i & 1u) == 0) continue;
-      const SensorParameters<S>& p = patch.parameters(contacts.tile * tile_size + i);
+      const std::size_t sensor = contacts.tile * tile_size + i;
+      const SensorParameters<S>& p = patch.parameters(sensor);
       const S per_length = sensors.inverse_length[i];
-      const S rate = contacts.g[i].dot(pair.start_motion.at(contacts.point[i])) * per_length;
-      const S force = normal_force(p, contacts.depth[i], rate);
-      const S k_t = bristle_stiffness(p, patch.def.options.scaling, force, contacts.depth[i]);
-      const Vec3<S> rho = product<S>(pair.R_WA, contacts.point[i] - pair.center);
+      const S distance = patch.hits.distance[sensor];
+      const S depth = sensor_depth(distance, per_length);
+      const Vec3<S> n = sensors.direction[i];
+      const Vec3<S> point = sensors.start[i] + distance * n;
+      const Vec3<S> g = depth_gradient<S>(n, patch.hits.normal[sensor]);
+      const S rate = g.dot(pair.start_motion.at(point)) * per_length;
+      const S k_t =
+          bristle_stiffness(p, patch.def.options.scaling, normal_force(p, depth, rate), depth);
+      const Vec3<S> rho = product<S>(pair.R_WA, point - pair.center);
       const auto add = [&](const Vec3<S>& d_A, S stiffness, S damping) {
         const Vec3<S> d = product(pair.R_WA, d_A);
         Vec6<S> j;
@@ -68,8 +74,8 @@ void sum_stiffness(const SensorPatch<S>& patch, const PatchPair<S>& pair, Mat6<S
       };
       const Vec3<S> t1 = sensors.tangent[i];
       add(t1, k_t, p.sliding_friction);
-      add(sensors.direction[i].cross(t1), k_t, p.sliding_friction);
-      add(contacts.g[i], p.normal_stiffness * per_length, p.normal_damping * per_length);
+      add(n.cross(t1), k_t, p.sliding_friction);
+      add(g, p.normal_stiffness * per_length, p.normal_damping * per_length);
     }
   }
 }

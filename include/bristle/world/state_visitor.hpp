@@ -127,12 +127,6 @@ template <typename Tile, typename Visitor>
 void visit_contact_tile(Tile& tile, Visitor& visit) {
   visit.value(tile.tile);
   visit.value(tile.is_touching);
-  for (std::size_t i = 0; i < tile_size; ++i) {
-    if ((tile.is_touching >> i & 1u) == 0) continue;
-    visit_lane(tile.point, i, visit);
-    visit_lane(tile.g, i, visit);
-    visit.value(tile.depth[i]);
-  }
 }
 
 template <typename Pair, typename Visitor>
@@ -201,6 +195,8 @@ void visit_patch(const State& state, Patch& patch, Visitor& visit) {
     visit_contact_tile(tile, visit);
     visit.require("patches (contacts)", tile.tile < patch.tiles.size());
   });
+  visit.value(std::span(patch.hits.distance));
+  visit_vectors(patch.hits.normal, visit);
   visit.list("patches (pairs)", patch.pairs, [&](auto& pair) {
     visit_patch_pair(pair, visit);
     visit.require("patches (pairs)",
