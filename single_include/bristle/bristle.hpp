@@ -19443,9 +19443,11 @@ struct alignas(64) SensorTile {
   Row<std::uint64_t> rooted_in{};
 };
 
-/// The contacts of up to sixteen neighbouring sensors with one body in one step: geometry, the
-/// linear model of their impulses, and the impulses they finally gave. Lanes without contact hold
-/// anything. See `PatchContact` for what the rows mean.
+/// The contacts of up to sixteen neighbouring sensors with one body in one step: the impulses they
+/// finally gave, and what the linear model of these starts from and is. Geometry follows from the
+/// hits; it is kept where it is looked at again and again, which is not where impulses are given
+/// with the contacts (`PatchPair::is_given`). Lanes without contact hold anything. See
+/// `PatchContact` for what the rows mean.
 template <Scalar S>
 struct alignas(64) ContactTile {
   /// Leaves the rows as they are: every kernel writes the rows that the next ones read.
@@ -20163,6 +20165,10 @@ struct SensorPatch {
     batch.near_runs = &near;
     return batch;
   }
+  /// [m] Distances of the hits from sensor `first` on; 0 in the lanes that are not asked for.
+  [[nodiscard]] BRISTLE_LANES Pack<S> distances_of(std::size_t first, const Mask<S>& asked) const {
+    return select(asked, Pack<S>::load(hits.distance.data() + first), Pack<S>(S(0)));
+  }
   /// [-] Sensors of the near tiles.
   [[nodiscard]] std::size_t near_count() const {
     const std::size_t all = near.size() * tile_size;
@@ -20566,7 +20572,7 @@ class ContactMaker {
     const Mask<S> is_met = load_mask<S>(hit, at) & (cosine <= T(grazing_cosine<S>));
     // Lanes without contact go on with a hit from ahead at the start of the ray: all is finite.
     const Pack3<S> m = select(is_met, surface, -n);
-    const T distance = select(is_met, T::load(hits.distance.data() + first), T(0));
+    const T distance = patch_.distances_of(first, is_met);
 
     const SensorParameters<T>& p = parameters_(out.tile, at);
     const Pack3<S> g = depth_gradient<T>(m, select(is_met, cosine, T(S(-1))));
@@ -20579,11 +20585,14 @@ class ContactMaker {
         select(is_touching, normal_force(p, depth, T(dot(g, velocity) * inverse_length)), T(0));
     store_mask(out.is_met, at, is_met);
     store_mask(out.is_touching, at, is_touching);
-    store_pack(out.point, at, point);
-    store_pack(out.g, at, g);
-    store_pack(out.depth, at, depth);
-    // What linear models start from; with the impulses given there will be none.
-    if (!gives_) store_pack(out.force, at, force);
+    // What linear models start from; with the impulses given there will be none, and what is read
+    // of the contact later follows from the hit.
+    if (!gives_) {
+      store_pack(out.point, at, point);
+      store_pack(out.g, at, g);
+      store_pack(out.depth, at, depth);
+      store_pack(out.force, at, force);
+    }
     if (options_.law == Law::paper) {
       // Most bristles stay as they are. What has to be rooted is a call, and loads what it needs
       // anew: inlined, it would push this loop's values out of the registers.
@@ -20614,12 +20623,13 @@ class ContactMaker {
                                   LaneBits anchored, const T& sigma) const {
     Anchor<T> anchor{load_pack(tile.root_a, at), load_pack(tile.root_b, at)};
     const Mask<S> is_touching = load_mask<S>(out.is_touching, at);
+    const T distance = patch_.distances_of(out.tile * tile_size + at, is_touching);
+    const Pack3<S> point = load_pack(tile.start, at) + distance * load_pack(tile.direction, at);
     Mask<S> did_slip;
     // What does not touch is kept, however far it is stretched.
     Pack3<S> stretch = load_pack(out.stretch, at);
-    root_where_needed<T>(anchor, load_mask<S>(anchored, at) | !is_touching, stretch, pose_,
-                         load_pack(out.point, at), select(is_touching, sigma, T(infinity<S>)),
-                         options_.reset, did_slip);
+    root_where_needed<T>(anchor, load_mask<S>(anchored, at) | !is_touching, stretch, pose_, point,
+                         select(is_touching, sigma, T(infinity<S>)), options_.reset, did_slip);
     store_pack(out.stretch, at, stretch);
     store_mask(out.is_slipping, at, did_slip);
     store_pack(tile.root_a, at, anchor.q_A);
@@ -21729,18 +21739,21 @@ BRISTLE_LANES void read_tile(SensorPatch<S>& patch, const PatchPair<S>& pair,
     }
     const Pack3<S> n = load_pack(sensors.direction, at);
     const Pack3<S> t1 = load_pack(sensors.tangent, at);
-    const Pack3<S> point = load_pack(tile.point, at);
+    const Mask<S> is_met = load_mask<S>(tile.is_met, at);
+    const T distance = patch.distances_of(i, is_met);
+    const Pack3<S> point = load_pack(sensors.start, at) + distance * n;
     const Pack3<S> force = T(-per_step) * load_pack(tile.impulse, at);
     const T normal = load_pack(tile.normal_impulse, at) * T(per_step);
     const Pack3<S> shear = tangential<T>(force, n);
     const Mask<S> is_touching = load_mask<S>(tile.is_touching, at);
-    const Mask<S> is_felt = is_touching | (load_mask<S>(tile.is_met, at) & (normal > T(S(0))));
+    const Mask<S> is_felt = is_touching | (is_met & (normal > T(S(0))));
     felt |= bits(is_felt) << at;
     const Pack3<S> felt_force = select(is_felt, force, zero_vector<T>());
     sum.all.force += felt_force;
     sum.all.torque += cross(point, felt_force);
     sum.shear += select(is_felt, shear, zero_vector<T>());
-    const T depth = select(is_touching, load_pack(tile.depth, at), T(S(0)));
+    const T depth =
+        select(is_touching, sensor_depth(distance, load_pack(sensors.inverse_length, at)), T(S(0)));
     put(out.depth.data() + i, is_felt, depth, is_shared);
     put(out.normal_force.data() + i, is_felt, normal, is_shared);
     put(out.shear_1.data() + i, is_felt, dot(t1, shear), is_shared);
@@ -24656,12 +24669,18 @@ void sum_stiffness(const SensorPatch<S>& patch, const PatchPair<S>& pair, Mat6<S
     const SensorTile<S>& sensors = patch.tiles[contacts.tile];
     for (std::size_t i = 0; i < tile_size; ++i) {
       if ((contacts.is_touching >> i & 1u) == 0) continue;
-      const SensorParameters<S>& p = patch.parameters(contacts.tile * tile_size + i);
+      const std::size_t sensor = contacts.tile * tile_size + i;
+      const SensorParameters<S>& p = patch.parameters(sensor);
       const S per_length = sensors.inverse_length[i];
-      const S rate = contacts.g[i].dot(pair.start_motion.at(contacts.point[i])) * per_length;
-      const S force = normal_force(p, contacts.depth[i], rate);
-      const S k_t = bristle_stiffness(p, patch.def.options.scaling, force, contacts.depth[i]);
-      const Vec3<S> rho = product<S>(pair.R_WA, contacts.point[i] - pair.center);
+      const S distance = patch.hits.distance[sensor];
+      const S depth = sensor_depth(distance, per_length);
+      const Vec3<S> n = sensors.direction[i];
+      const Vec3<S> point = sensors.start[i] + distance * n;
+      const Vec3<S> g = depth_gradient<S>(n, patch.hits.normal[sensor]);
+      const S rate = g.dot(pair.start_motion.at(point)) * per_length;
+      const S k_t =
+          bristle_stiffness(p, patch.def.options.scaling, normal_force(p, depth, rate), depth);
+      const Vec3<S> rho = product<S>(pair.R_WA, point - pair.center);
       const auto add = [&](const Vec3<S>& d_A, S stiffness, S damping) {
         const Vec3<S> d = product(pair.R_WA, d_A);
         Vec6<S> j;
@@ -24671,8 +24690,8 @@ void sum_stiffness(const SensorPatch<S>& patch, const PatchPair<S>& pair, Mat6<S
       };
       const Vec3<S> t1 = sensors.tangent[i];
       add(t1, k_t, p.sliding_friction);
-      add(sensors.direction[i].cross(t1), k_t, p.sliding_friction);
-      add(contacts.g[i], p.normal_stiffness * per_length, p.normal_damping * per_length);
+      add(n.cross(t1), k_t, p.sliding_friction);
+      add(g, p.normal_stiffness * per_length, p.normal_damping * per_length);
     }
   }
 }
@@ -28764,12 +28783,6 @@ template <typename Tile, typename Visitor>
 void visit_contact_tile(Tile& tile, Visitor& visit) {
   visit.value(tile.tile);
   visit.value(tile.is_touching);
-  for (std::size_t i = 0; i < tile_size; ++i) {
-    if ((tile.is_touching >> i & 1u) == 0) continue;
-    visit_lane(tile.point, i, visit);
-    visit_lane(tile.g, i, visit);
-    visit.value(tile.depth[i]);
-  }
 }
 
 template <typename Pair, typename Visitor>
@@ -28838,6 +28851,8 @@ void visit_patch(const State& state, Patch& patch, Visitor& visit) {
     visit_contact_tile(tile, visit);
     visit.require("patches (contacts)", tile.tile < patch.tiles.size());
   });
+  visit.value(std::span(patch.hits.distance));
+  visit_vectors(patch.hits.normal, visit);
   visit.list("patches (pairs)", patch.pairs, [&](auto& pair) {
     visit_patch_pair(pair, visit);
     visit.require("patches (pairs)",
@@ -28922,7 +28937,7 @@ struct SnapshotHead {
   static constexpr std::uint64_t expected_magic = 0x6c7473697262'0001u;  // "brist", and a number.
 
   std::uint64_t magic = expected_magic;
-  std::uint64_t version = 3;
+  std::uint64_t version = 4;
   /// [-] Bytes of a scalar, and of all that follows the head.
   std::uint64_t scalar_size = 0;
   std::uint64_t payload_size = 0;

@@ -323,9 +323,8 @@ class ContactMaker {
     Mask<S> did_slip;
     // What does not touch is kept, however far it is stretched.
     Pack3<S> stretch = load_pack(out.stretch, at);
-    root_where_needed<T>(anchor, load_mask<S>(anchored, at) | !is_touching, stretch, pose_,
-                         point, select(is_touching, sigma, T(infinity<S>)), options_.reset,
-                         did_slip);
+    root_where_needed<T>(anchor, load_mask<S>(anchored, at) | !is_touching, stretch, pose_, point,
+                         select(is_touching, sigma, T(infinity<S>)), options_.reset, did_slip);
     store_pack(out.stretch, at, stretch);
     store_mask(out.is_slipping, at, did_slip);
     store_pack(tile.root_a, at, anchor.q_A);

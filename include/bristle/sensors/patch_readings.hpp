@@ -82,8 +82,8 @@ BRISTLE_LANES void read_tile(SensorPatch<S>& patch, const PatchPair<S>& pair,
     sum.all.force += felt_force;
     sum.all.torque += cross(point, felt_force);
     sum.shear += select(is_felt, shear, zero_vector<T>());
-    const T depth = select(
-        is_touching, sensor_depth(distance, load_pack(sensors.inverse_length, at)), T(S(0)));
+    const T depth =
+        select(is_touching, sensor_depth(distance, load_pack(sensors.inverse_length, at)), T(S(0)));
     put(out.depth.data() + i, is_felt, depth, is_shared);
     put(out.normal_force.data() + i, is_felt, normal, is_shared);
     put(out.shear_1.data() + i, is_felt, dot(t1, shear), is_shared);
