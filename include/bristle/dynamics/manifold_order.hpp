@@ -6,9 +6,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
-#include <limits>
 #include <span>
-#include <tuple>
 #include <vector>
 
 namespace bristle {
@@ -40,8 +38,10 @@ class ManifoldOrder {
 
   /// @param slots  [-] Number of bodies.
   void build(std::span<const ManifoldSpan> manifolds, std::size_t slots) {
-    places_.clear();
+    found_.clear();
     next_round_.resize(std::max(next_round_.size(), slots), 0);
+    std::uint32_t rounds = 0;
+    std::uint32_t most = 0;
     for (std::uint32_t k = 0; k < manifolds.size(); ++k) {
       const ManifoldSpan& m = manifolds[k];
       std::uint32_t round = 0;
@@ -49,18 +49,32 @@ class ManifoldOrder {
       if (m.moves_b) round = std::max(round, next_round_[m.body_b]);
       if (m.moves_a) next_round_[m.body_a] = round + 1;
       if (m.moves_b) next_round_[m.body_b] = round + 1;
-      places_.push_back({round, m.count, k});
+      found_.push_back({round, m.count, k});
+      rounds = std::max(rounds, round + 1);
+      most = std::max(most, m.count);
     }
     for (const ManifoldSpan& m : manifolds) next_round_[m.body_a] = next_round_[m.body_b] = 0;
-    std::sort(places_.begin(), places_.end(), [](const Place& a, const Place& b) {
-      return std::tuple(a.round, b.count, a.manifold) < std::tuple(b.round, a.count, b.manifold);
-    });
+    sort_by_counting(rounds, most);
   }
 
   [[nodiscard]] std::span<const Place> places() const { return places_; }
 
  private:
-  std::vector<Place> places_;
+  /// Fills `places_`: many manifolds share a round and a number of contacts, of which there are
+  /// few.
+  void sort_by_counting(std::uint32_t rounds, std::uint32_t most) {
+    const auto kind = [most](const Place& p) {
+      return std::size_t(p.round) * (most + 1) + (most - p.count);
+    };
+    next_of_kind_.assign(std::size_t(rounds) * (most + 1) + 1, 0);
+    for (const Place& p : found_) ++next_of_kind_[kind(p) + 1];
+    for (std::size_t k = 1; k < next_of_kind_.size(); ++k) next_of_kind_[k] += next_of_kind_[k - 1];
+    places_.resize(found_.size());
+    for (const Place& p : found_) places_[next_of_kind_[kind(p)]++] = p;
+  }
+
+  std::vector<Place> found_, places_;  // As they come, and in order.
+  std::vector<std::uint32_t> next_of_kind_;
   std::vector<std::uint32_t> next_round_;  // By slot; 0 between two calls.
 };
 
