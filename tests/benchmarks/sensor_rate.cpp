@@ -104,7 +104,7 @@ SensorCost cost_of(const Workload& work) {
   PadPatch<S> by_force(work.layout, Integration::explicit_);
   PadPatch<S> by_model(work.layout, Integration::implicit);
   const auto cast = [&](PadPatch<S>& pad, std::size_t k) {
-    pad.patch.hits.reset(pad.patch.size());
+    pad.patch.reset_near_hits();  // As a world does, and all tiles are near.
     Backend::cast_rays(shape, bodies[k].center_pose, pad.rays(bodies[k]), 0, pad.patch.hits);
   };
   const auto sense = [&](PadPatch<S>& pad, std::size_t k) {
