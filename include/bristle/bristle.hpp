@@ -110,6 +110,7 @@
 #include <bristle/math/envelope_cholesky.hpp>
 #include <bristle/math/lane_register.hpp>
 #include <bristle/math/lane_value.hpp>
+#include <bristle/math/lane_vector.hpp>
 #include <bristle/math/mass_properties.hpp>
 #include <bristle/math/pack3.hpp>
 #include <bristle/math/rotation.hpp>
@@ -132,6 +133,7 @@
 #include <bristle/sensors/patch_explicit.hpp>
 #include <bristle/sensors/patch_mesh.hpp>
 #include <bristle/sensors/patch_readings.hpp>
+#include <bristle/sensors/patch_touch.hpp>
 #include <bristle/sensors/placement.hpp>
 #include <bristle/sensors/ray_fan.hpp>
 #include <bristle/sensors/reading.hpp>

@@ -591,6 +591,47 @@ template <Scalar S, typename BoxOf>
 /// asking several shapes in turn leaves the nearest hit of each ray.
 // SPDX-License-Identifier: BSD-3-Clause
 
+// === bristle/math/lane_vector.hpp
+
+/// @file
+/// Long arrays that registers are loaded from.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <cstddef>
+#include <new>
+#include <vector>
+
+namespace bristle {
+
+/// Allocates at the beginnings of cache lines. `std::allocator` begins 16 bytes behind one, where
+/// every load of a whole register crosses lines.
+template <typename T>
+struct LineAllocator {
+  using value_type = T;
+  static constexpr std::align_val_t line{64};
+
+  LineAllocator() = default;
+  template <typename U>
+  LineAllocator(const LineAllocator<U>&) noexcept {
+  }  // NOLINT(google-explicit-constructor): containers do.
+
+  [[nodiscard]] T* allocate(std::size_t n) {
+    if (n > static_cast<std::size_t>(-1) / sizeof(T)) throw std::bad_array_new_length();
+    return static_cast<T*>(::operator new(n * sizeof(T), line));
+  }
+  void deallocate(T* p, std::size_t) { ::operator delete(p, line); }
+
+  [[nodiscard]] friend bool operator==(const LineAllocator&, const LineAllocator&) noexcept {
+    return true;
+  }
+};
+
+/// A std::vector whose registers are loaded from one cache line each.
+template <typename T>
+using LaneVector = std::vector<T, LineAllocator<T>>;
+
+}  // namespace bristle
+
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -622,7 +663,7 @@ struct RayHit {
 /// Three arrays of coordinates, to be read together.
 template <Scalar S>
 struct Vec3Array {
-  std::vector<S> x, y, z;
+  LaneVector<S> x, y, z;
 
   [[nodiscard]] std::size_t size() const { return x.size(); }
   void resize(std::size_t n) {
@@ -692,11 +733,11 @@ struct RayBatch {
 template <Scalar S>
 struct RayHits {
   /// [m] Distance of the nearest hit so far; infinite where there is none.
-  std::vector<S> distance;
+  LaneVector<S> distance;
   /// [1] Outward unit surface normals, valid where the distance is finite.
   Vec3Array<S> normal;
   /// [-] Tag of the shape that was hit, as given to the query.
-  std::vector<std::uint32_t> tag;
+  LaneVector<std::uint32_t> tag;
 
   /// Forgets all hits and makes room for `n` rays; keeps its memory.
   void reset(std::size_t n) {
@@ -4304,8 +4345,6 @@ struct ContactConstraint {
   [[nodiscard]] Vec3<S> impulse_W() const {
     return impulse[0] * axes[0] + impulse[1] * axes[1] + impulse[2] * axes[2];
   }
-  /// [1] Share of the impulse that moves the bodies within the step.
-  [[nodiscard]] S share() const { return impulse[0] > S(0) ? placed / impulse[0] : S(0); }
 };
 
 /// Whether two contacts are between the same bodies along the same axes.
@@ -12169,6 +12208,10 @@ struct MeshCrossings {
   /// Whether the surface passes through the start, as well as can be told.
   bool is_start_on_surface = false;
 
+  /// Whether the nearest crossing is in reach of the ray.
+  [[nodiscard]] bool is_within(const Ray<S>& ray) const {
+    return distance <= ray.length && distance < infinity<S>;
+  }
   /// Whether the start is inside; nothing where front and back are too close to tell.
   [[nodiscard]] std::optional<bool> is_start_inside() const {
     if (!(distance < infinity<S>) || front_high < back_low) return false;
@@ -12212,7 +12255,7 @@ class CrossingCollector {
         test_(ray),
         trusted_(S(4) * Tolerance<S>::round_off() * ray.origin.cwiseAbs().sum()) {}
 
-  /// Takes a triangle into account. Not inlined, nor is `nearest_hit`: where the compiler fuses
+  /// Takes a triangle into account. Not inlined, nor is `hit_on`: where the compiler fuses
   /// products and sums, it does so alike for all who call it.
   /// @return [m] How far on others still matter.
   BRISTLE_OUTLINED S visit(std::uint32_t triangle, const std::array<Vec3<S>, 3>& corners, S reach) {
@@ -12262,14 +12305,21 @@ template <Scalar S, SolidMesh<S> Mesh>
   return collector.found;
 }
 
+/// The hit of a ray at a distance, where it meets a triangle.
+template <Scalar S>
+[[nodiscard]] BRISTLE_OUTLINED RayHit<S> hit_on(const std::array<Vec3<S>, 3>& corners,
+                                                const Ray<S>& ray, S distance) {
+  const auto& [a, b, c] = corners;
+  const Vec3<S> normal = (b - a).cross(c - a).stableNormalized();
+  return {distance, normal.dot(ray.direction) > S(0) ? Vec3<S>(-normal) : normal};
+}
+
 /// The hit of a ray that starts outside, from what it crosses.
 template <Scalar S, SolidMesh<S> Mesh>
-[[nodiscard]] BRISTLE_OUTLINED RayHit<S> nearest_hit(const Mesh& mesh, const Ray<S>& ray,
-                                                     const MeshCrossings<S>& found) {
-  if (!(found.distance <= ray.length && found.distance < infinity<S>)) return {};
-  const auto [a, b, c] = mesh.corners(found.triangle);
-  const Vec3<S> normal = (b - a).cross(c - a).stableNormalized();
-  return {found.distance, normal.dot(ray.direction) > S(0) ? Vec3<S>(-normal) : normal};
+[[nodiscard]] RayHit<S> nearest_hit(const Mesh& mesh, const Ray<S>& ray,
+                                    const MeshCrossings<S>& found) {
+  if (!found.is_within(ray)) return {};
+  return hit_on<S>(mesh.corners(found.triangle), ray, found.distance);
 }
 
 /// How often the surface winds around a point, 1 inside and 0 outside: the sum of the solid angles
@@ -12379,7 +12429,7 @@ class WideTree {
 
   /// Boxes of the children, coordinate by coordinate; those there are come first, the others are
   /// empty boxes, which nothing overlaps.
-  struct Node {
+  struct alignas(64) Node {
     std::array<std::array<S, width>, 3> lower;
     std::array<std::array<S, width>, 3> upper;
     /// [-] First triangle of a leaf, or the node, where the child's `triangles` are 0.
@@ -12430,7 +12480,7 @@ class WideTree {
   void store(const CornersOf& corners_of);
 
   std::vector<Node> nodes_;
-  std::vector<S> corners_;
+  LaneVector<S> corners_;
   std::vector<std::uint32_t> numbers_;
   std::vector<Place> places_;
   Aabb<S> box_;
@@ -14675,9 +14725,9 @@ class RayBundles {
   /// Rays of one place each, in the frame of their undivided bundle: at height z a ray is at
   /// (x + slope_x z, y + slope_y z). Filled up to whole blocks with rays that reach nothing.
   struct Lines {
-    std::vector<S> x, y, slope_x, slope_y;
+    LaneVector<S> x, y, slope_x, slope_y;
     /// [m] z of the start. [1] Length of the ray for each metre of z. [m] Reach.
-    std::vector<S> start, stretch, length;
+    LaneVector<S> start, stretch, length;
   };
 
   /// [m] What a block's rays keep to, in x and y of their bundle's frame.
@@ -15152,9 +15202,11 @@ namespace detail {
 
 /// The triangles near one ray, in the frame of their mesh.
 template <Scalar S>
-struct TrianglesNearRay {
+struct alignas(64) TrianglesNearRay {
   static constexpr std::size_t capacity = 16;
 
+  /// [m] Corners of the triangles, as the rows of a leaf.
+  std::array<std::array<S, capacity>, 9> rows;
   /// [m] The ends of the segment that was searched around, and how far those of the ray may be from
   /// them, along each axis. Negative: nothing is kept.
   Vec3<S> start = Vec3<S>::Zero();
@@ -15165,12 +15217,12 @@ struct TrianglesNearRay {
   /// [-] Their numbers, and which children of the tree's nodes are their leaves.
   std::array<std::uint32_t, capacity> number;
   std::array<std::uint32_t, capacity> leaf;
-  /// [m] Their corners, as the rows of a leaf.
-  std::array<std::array<S, capacity>, 9> rows;
 
   [[nodiscard]] bool is_complete() const { return count <= capacity; }
-  [[nodiscard]] Vec3<S> corner(std::size_t at, std::size_t c) const {
-    return {rows[3 * c][at], rows[3 * c + 1][at], rows[3 * c + 2][at]};
+  [[nodiscard]] std::array<Vec3<S>, 3> corners(std::size_t at) const {
+    return {Vec3<S>{rows[0][at], rows[1][at], rows[2][at]},
+            Vec3<S>{rows[3][at], rows[4][at], rows[5][at]},
+            Vec3<S>{rows[6][at], rows[7][at], rows[8][at]}};
   }
   [[nodiscard]] bool serves(const Vec3<S>& ray_start, const Vec3<S>& ray_end) const {
     return (ray_start - start).cwiseAbs().maxCoeff() <= reserve &&
@@ -15408,6 +15460,7 @@ BRISTLE_OUTLINED std::optional<RayHit<S>> KeptCandidates<S>::cast(const RayMesh<
   const detail::WideSlabTest<S> slabs(asked);
   detail::CrossingCollector<S> collector(asked);
   S entered = S(0);
+  std::size_t nearest = 0;
   int visits = 0;
   for (; left != 0; left &= left - 1) {
     const auto at = static_cast<std::size_t>(std::countr_zero(left));
@@ -15418,15 +15471,18 @@ BRISTLE_OUTLINED std::optional<RayHit<S>> KeptCandidates<S>::cast(const RayMesh<
     const std::uint32_t passes =
         slabs(tree.nodes()[near.leaf[at] / WideTree<S>::width], child - lane, reach, enter.data());
     if ((passes >> lane & 1u) == 0) continue;
-    collector.visit(near.number[at], {near.corner(at, 0), near.corner(at, 1), near.corner(at, 2)},
-                    reach);
+    collector.visit(near.number[at], near.corners(at), reach);
     ++visits;
-    if (collector.found.triangle == near.number[at]) entered = enter[lane];
+    if (collector.found.triangle == near.number[at]) {
+      entered = enter[lane];
+      nearest = at;
+    }
   }
   // A walk leaves out what begins behind a crossing that it knows, in an order of its own. Rounding
   // may put a crossing in front of its leaf's box: that one the walk might have left out.
   if (visits > 1 && !(entered <= collector.found.distance)) return std::nullopt;
-  return detail::nearest_hit(mesh, asked, collector.found);
+  if (!collector.found.is_within(asked)) return RayHit<S>{};
+  return detail::hit_on<S>(near.corners(nearest), asked, collector.found.distance);
 }
 
 }  // namespace bristle
@@ -18916,23 +18972,27 @@ ConvexHull<S> convex_hull(const TriangleMesh<S>& mesh) {
 
 namespace bristle {
 
+/// One of the solves of a step.
+struct SolvePass {
+  /// [-] Its number, from 1, and how many there may be after it.
+  int number = 1;
+  int left = 0;
+};
+
 /// Solves, and solves anew while sensors find themselves in another state than they were linearised
 /// for (stuck to slipping, touching to free, another normal force), at most `max_passes` times.
 ///
-/// @param solve        solve(): fills the soft blocks, finds velocities, evaluates impulses.
-/// @param relinearise  bool relinearise(pass, is_last_pass): moves the linearisation to the
-/// solution
-///                     and says whether that matters. Impulses evaluated before stay valid.
+/// @param solve   solve(): fills the soft blocks and finds velocities.
+/// @param answer  bool answer(pass), after every solve: evaluates the impulses and, if there is a
+///                solve left, says whether that is needed, with the linearisation moved to there.
 /// @return Number of solves.
-template <typename Solve, typename Relinearise>
-int solve_in_passes(int max_passes, Solve&& solve, Relinearise&& relinearise) {
-  const int passes = std::max(1, max_passes);
-  for (int pass = 1; pass < passes; ++pass) {
+template <typename Solve, typename Answer>
+int solve_in_passes(int max_passes, Solve&& solve, Answer&& answer) {
+  SolvePass pass{1, std::max(1, max_passes) - 1};
+  for (;; ++pass.number, --pass.left) {
     solve();
-    if (!relinearise(pass, pass + 1 == passes)) return pass;
+    if (!answer(pass) || pass.left == 0) return pass.number;
   }
-  solve();
-  return passes;
 }
 
 }  // namespace bristle
@@ -19392,6 +19452,7 @@ template <Scalar S>
 // SPDX-License-Identifier: BSD-3-Clause
 
 #include <array>
+#include <bit>
 #include <cstddef>
 #include <cstdint>
 
@@ -19443,6 +19504,37 @@ struct Row3 {
   }
 };
 
+/// In which bodies the bristles of a tile are rooted (`root_key`). Mostly in one, so that sixteen
+/// keys need not be looked at.
+struct RootBodies {
+  /// That of all lanes, or `several`: each its own.
+  std::uint64_t common = several;
+  Row<std::uint64_t> own{};
+
+  static constexpr std::uint64_t several = ~std::uint64_t(0);
+
+  [[nodiscard]] std::uint64_t operator[](std::size_t i) const {
+    return common == several ? own[i] : common;
+  }
+  /// Lanes whose key is `key`.
+  [[nodiscard]] BRISTLE_LANES LaneBits lanes_in(std::uint64_t key) const {
+    if (common == several) return equal_lanes(own.data(), key);
+    return common == key ? 0xffffu : 0u;
+  }
+  /// Gives some lanes a key. The others keep theirs, if any of them `is_used`.
+  void set(LaneBits lanes, std::uint64_t key, bool is_used) {
+    if (!is_used || common == key) {
+      common = key;
+      return;
+    }
+    if (common != several) own.fill(common);
+    common = several;
+    for (std::uint32_t rest = lanes; rest != 0; rest &= rest - 1) {
+      own[static_cast<std::size_t>(std::countr_zero(rest))] = key;
+    }
+  }
+};
+
 /// Sixteen sensors of a patch, and what their bristles remember.
 template <Scalar S>
 struct alignas(64) SensorTile {
@@ -19452,42 +19544,40 @@ struct alignas(64) SensorTile {
   Row<S> inverse_length{};
   /// [m] Roots of the bristles on A in A's axes, on B in B's.
   Row3<S> root_a{}, root_b{};
-  /// Whether they are rooted, and in which bodies (`root_key`).
+  /// Whether they are rooted, and in which bodies.
   LaneBits is_rooted = 0;
-  Row<std::uint64_t> rooted_in{};
+  RootBodies rooted_in{};
 };
 
-/// The contacts of up to sixteen neighbouring sensors with one body in one step: the impulses they
-/// finally gave, and what the linear model of these starts from and is. Geometry follows from the
-/// hits; it is kept where it is looked at again and again, which is not where impulses are given
-/// with the contacts (`PatchPair::is_given`). Lanes without contact hold anything. See
-/// `PatchContact` for what the rows mean.
+/// The contacts of up to sixteen neighbouring sensors with one body in one step: how their bristles
+/// are stretched, and the impulses they finally gave. All else follows from the hits
+/// (patch_touch.hpp), but for linear models that were moved to another motion. Lanes without
+/// contact hold anything. See `PatchContact` for what the rows mean.
 template <Scalar S>
 struct alignas(64) ContactTile {
   /// Leaves the rows as they are: every kernel writes the rows that the next ones read.
   ContactTile() {}  // NOLINT(modernize-use-equals-default): that would clear them.
 
+  Row3<S> stretch;
+  Row3<S> impulse;
+  Row<S> normal_impulse;
+
+  /// Models that were moved (`PatchPair::has_moved_models`), and the force that they were made for.
+  Row3<S> constant;
+  Row<S> a_normal, a_across, force;
+  /// Of slipping sensors only.
+  Row3<S> along, last_slip;
+  Row<S> a_along;
+
   /// [-] Number of the tile of sensors.
   std::uint32_t tile = 0;
-  /// Which lanes have a contact; which of these touch, push, slip, and slip damped.
+  /// Which lanes have a contact; which of these touch, slip, and, as the last pass that had another
+  /// solve left saw them, push and slip damped.
   LaneBits is_met = 0;
   LaneBits is_touching = 0;
   LaneBits is_pushing = 0;
   LaneBits is_slipping = 0;
   LaneBits is_damping_slip = 0;
-
-  Row3<S> point, g, stretch;
-  Row<S> depth, force;
-
-  Row3<S> constant;
-  Row<S> a_normal, a_across;
-
-  Row3<S> impulse;
-  Row<S> normal_impulse;
-
-  /// Of slipping sensors only.
-  Row3<S> along, last_slip;
-  Row<S> a_along;
 
   /// Becomes that of sensor tile `number`, without a contact.
   void begin(std::uint32_t number) {
@@ -19796,7 +19886,7 @@ template <Scalar S>
 struct ReadingStore {
   /// [-] Number of sensors.
   std::size_t count = 0;
-  std::vector<S> depth, normal_force, shear_1, shear_2;
+  LaneVector<S> depth, normal_force, shear_1, shear_2;
   Vec3Array<S> point;
   std::vector<BodyId> body;
   std::vector<SensorState> state;
@@ -19853,7 +19943,7 @@ struct SensorLayout {
   /// [1] Unit directions of the rays, in A, out of the body.
   Vec3Array<S> direction;
   /// [m] Lengths of the rays, > 0.
-  std::vector<S> length;
+  LaneVector<S> length;
 
   [[nodiscard]] std::size_t size() const { return length.size(); }
 
@@ -19912,7 +20002,7 @@ template <Scalar S>
 void SensorLayout<S>::validate() const {
   using std::abs;
   for (const Vec3Array<S>* array : {&start, &direction}) {
-    for (const std::vector<S>* axis : {&array->x, &array->y, &array->z}) {
+    for (const LaneVector<S>* axis : {&array->x, &array->y, &array->z}) {
       detail::require(axis->size() == size(), "SensorLayout: size of an array", axis->size(),
                       "must be the number of lengths, " + std::to_string(size()));
     }
@@ -20026,8 +20116,8 @@ struct PatchDef {
 };
 
 /// One sensor that meets a body in this step: geometry, the linear model of its impulse, and the
-/// impulse it finally gave. In A's axes; the reference point c belongs to its `PatchPair`. A
-/// patch's contacts lie in `ContactTile`s and are worked on as PatchContact<Pack<S>>.
+/// impulse it finally gave. In A's axes; the reference point c belongs to its `PatchPair`. Patches
+/// work on PatchContact<Pack<S>>, of which `ContactTile`s keep what cannot be found again.
 template <Value T>
 struct PatchContact {
   /// Whether it touches at the start of the step (else it may within it), whether its normal part
@@ -20100,6 +20190,9 @@ struct PatchPair {
   S alpha = S(1);
   S beta = S(0);
   S theta = S(1);
+  /// Whether its linear models were moved to a motion that was found; these its tiles keep. The
+  /// first ones, around the motion at the start of the step, follow from the hits and the stretch.
+  bool has_moved_models = false;
   /// [-] Sum of the contacts' linear models about c, in A's axes: impulse = offset + matrix u.
   Mat6<S> matrix = Mat6<S>::Zero();
   Vec6<S> offset = Vec6<S>::Zero();
@@ -20129,7 +20222,7 @@ struct SensorPatch {
   BodyId body{};
   /// [m] Rays from A's centre of mass in A's axes; [1] unit directions; [m] lengths.
   Vec3Array<S> start, direction;
-  std::vector<S> length;
+  LaneVector<S> length;
   /// The rays as queries want them.
   RayBundles<S> bundles{};
   /// What they keep of a fine mesh: no part of the state, since answers do not depend on it.
@@ -20325,6 +20418,80 @@ decltype(auto) with_parameters(const PatchDef<S>& def, Call&& call) {
 }
 
 }  // namespace bristle::detail
+
+// === bristle/sensors/patch_touch.hpp
+
+/// @file
+/// What the hits of a patch mean to its sensors: where they touch, how deep, and which way the
+/// depth grows. Found from the hit wherever it is wanted: that costs less than to keep it, since
+/// large patches wait for memory (docs/decisions/0023-law-in-lanes.md).
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <cstddef>
+
+namespace bristle {
+
+/// A sensor that meets a surface, in A's axes.
+template <Value T>
+struct SensorTouch {
+  /// [1] Ray direction n and depth gradient g.
+  Vector3<T> n, g;
+  /// [m] From A's centre of mass to the point of touch.
+  Vector3<T> point;
+  /// [1], [1/m] Depth e_N and inverse length of the ray.
+  T depth, inverse_length;
+};
+
+/// The touch of sensor `i`, which has a hit.
+template <Scalar S>
+[[nodiscard]] SensorTouch<S> touch_of(const SensorPatch<S>& patch, std::size_t i) {
+  const SensorTile<S>& sensors = patch.tiles[i / tile_size];
+  const std::size_t lane = i % tile_size;
+  const S distance = patch.hits.distance[i];
+  const Vec3<S> n = sensors.direction[lane];
+  return {n, depth_gradient<S>(n, patch.hits.normal[i]), sensors.start[lane] + distance * n,
+          sensor_depth(distance, sensors.inverse_length[lane]), sensors.inverse_length[lane]};
+}
+
+namespace detail {
+
+/// Touches of the sensors from lane `at` of a tile, and which of them there are. Made in its place:
+/// returned by a function, it would go through memory.
+template <Scalar S>
+struct TouchPack {
+  using T = Pack<S>;
+  Pack3<S> n, g, point;
+  T depth, inverse_length;
+  /// Lanes that have a contact. The others go on with a hit from ahead at the start of the ray, so
+  /// that all is finite.
+  Mask<S> is_met;
+
+  /// @param sensors  Tile `number` of the patch.
+  /// @param hit      Lanes that have a hit.
+  /// @param decides  Whether a contact is what is hit at more than a grazing angle. That is decided
+  ///                 once a step; afterwards every hit counts.
+  BRISTLE_LANES TouchPack(const SensorPatch<S>& patch, const SensorTile<S>& sensors,
+                          std::size_t number, std::size_t at, LaneBits hit, bool decides) {
+    const std::size_t first = number * tile_size + at;
+    const RayHits<S>& hits = patch.hits;
+    n = load_pack(sensors.direction, at);
+    const Pack3<S> surface = Pack3<S>::load(
+        hits.normal.x.data() + first, hits.normal.y.data() + first, hits.normal.z.data() + first);
+    // False for a normal that is no number, too.
+    const T cosine = dot(surface, n);
+    is_met = load_mask<S>(hit, at);
+    if (decides) is_met = is_met & (cosine <= T(grazing_cosine<S>));
+    const T distance = patch.distances_of(first, is_met);
+    inverse_length = load_pack(sensors.inverse_length, at);
+    g = depth_gradient<T>(select(is_met, surface, -n), select(is_met, cosine, T(S(-1))));
+    depth = sensor_depth(distance, inverse_length);
+    point = load_pack(sensors.start, at) + distance * n;
+  }
+};
+
+}  // namespace detail
+
+}  // namespace bristle
 
 namespace bristle {
 
@@ -20553,19 +20720,15 @@ class ContactMaker {
     const LaneBits anchored =
         tile.is_rooted == 0
             ? LaneBits(0)
-            : static_cast<LaneBits>(tile.is_rooted & equal_lanes(tile.rooted_in.data(), key_b_));
+            : static_cast<LaneBits>(tile.is_rooted & tile.rooted_in.lanes_in(key_b_));
     for (std::size_t at = 0; at < tile_size; at += lanes<S>) {
       if (pack_bits<S>(hit, at) != 0) add_pack(tile, out, at, hit, anchored);
     }
     if (options_.law == Law::ambf) {
       tile.is_rooted = static_cast<LaneBits>(tile.is_rooted & (~hit | out.is_met));
     } else {
-      std::uint32_t fresh = out.is_touching & ~std::uint32_t(anchored);
-      // A tile that is rooted nowhere else says so in all lanes, for `equal_lanes`.
-      if (fresh != 0 && tile.is_rooted == anchored) tile.rooted_in.fill(key_b_);
-      for (; fresh != 0; fresh &= fresh - 1) {
-        tile.rooted_in[static_cast<std::size_t>(std::countr_zero(fresh))] = key_b_;
-      }
+      const auto fresh = static_cast<LaneBits>(out.is_touching & ~std::uint32_t(anchored));
+      if (fresh != 0) tile.rooted_in.set(fresh, key_b_, tile.is_rooted != anchored);
       tile.is_rooted = static_cast<LaneBits>((tile.is_rooted & ~hit) | out.is_touching);
     }
     sums_.count += static_cast<std::uint32_t>(std::popcount(out.is_met));
@@ -20576,37 +20739,17 @@ class ContactMaker {
  private:
   BRISTLE_LANES void add_pack(SensorTile<S>& tile, ContactTile<S>& out, std::size_t at,
                               LaneBits hit, LaneBits anchored) {
-    const std::size_t first = out.tile * tile_size + at;
-    const Pack3<S> n = load_pack(tile.direction, at);
-    const RayHits<S>& hits = patch_.hits;
-    const Pack3<S> surface = Pack3<S>::load(
-        hits.normal.x.data() + first, hits.normal.y.data() + first, hits.normal.z.data() + first);
-    // False for a normal that is no number, too.
-    const T cosine = dot(surface, n);
-    const Mask<S> is_met = load_mask<S>(hit, at) & (cosine <= T(grazing_cosine<S>));
-    // Lanes without contact go on with a hit from ahead at the start of the ray: all is finite.
-    const Pack3<S> m = select(is_met, surface, -n);
-    const T distance = patch_.distances_of(first, is_met);
-
+    const TouchPack<S> touch(patch_, tile, out.tile, at, hit, true);
     const SensorParameters<T>& p = parameters_(out.tile, at);
-    const Pack3<S> g = depth_gradient<T>(m, select(is_met, cosine, T(S(-1))));
-    const T inverse_length = load_pack(tile.inverse_length, at);
-    const T depth = sensor_depth(distance, inverse_length);
-    const Mask<S> is_touching = is_met & (depth > T(0));
-    const Pack3<S> point = load_pack(tile.start, at) + distance * n;
+    const Mask<S> is_met = touch.is_met;
+    const Mask<S> is_touching = is_met & (touch.depth > T(0));
+    const Pack3<S> n = touch.n, g = touch.g, point = touch.point;
+    const T depth = touch.depth, inverse_length = touch.inverse_length;
     const Pack3<S> velocity = linear_ + cross(angular_, point);
     const T force =
         select(is_touching, normal_force(p, depth, T(dot(g, velocity) * inverse_length)), T(0));
     store_mask(out.is_met, at, is_met);
     store_mask(out.is_touching, at, is_touching);
-    // What linear models start from; with the impulses given there will be none, and what is read
-    // of the contact later follows from the hit.
-    if (!gives_) {
-      store_pack(out.point, at, point);
-      store_pack(out.g, at, g);
-      store_pack(out.depth, at, depth);
-      store_pack(out.force, at, force);
-    }
     if (options_.law == Law::paper) {
       // Most bristles stay as they are. What has to be rooted is a call, and loads what it needs
       // anew: inlined, it would push this loop's values out of the registers.
@@ -20615,10 +20758,12 @@ class ContactMaker {
       const T sigma = p.breakaway_distance;
       const Mask<S> is_kept = load_mask<S>(anchored, at) & (dot(stretch, stretch) <= sigma * sigma);
       const bool is_any_moved = any(is_touching & !is_kept);
-      if (!gives_ || is_any_moved) store_pack(out.stretch, at, stretch);
+      // Where the impulses are given here, nobody else will ask for it.
+      Row3<S>& row = gives_ ? stretch_ : out.stretch;
+      if (!gives_ || is_any_moved) store_pack(row, at, stretch);
       if (is_any_moved) {
-        root_anew(tile, out, at, anchored, sigma);
-        stretch = load_pack(out.stretch, at);
+        root_anew(tile, out, at, anchored, sigma, row);
+        stretch = load_pack(row, at);
       }
       if (gives_) {
         give_impulses<S>(out, at, p, options_, {depth, inverse_length, n, g, velocity}, stretch,
@@ -20631,20 +20776,19 @@ class ContactMaker {
     }
   }
 
-  /// Advances the bristles of the lanes that touch, and leaves those of the others alone. Their
-  /// stretch is in `out`.
+  /// Advances the bristles of the lanes that touch, and leaves those of the others alone.
   BRISTLE_OUTLINED void root_anew(SensorTile<S>& tile, ContactTile<S>& out, std::size_t at,
-                                  LaneBits anchored, const T& sigma) const {
+                                  LaneBits anchored, const T& sigma, Row3<S>& row) const {
     Anchor<T> anchor{load_pack(tile.root_a, at), load_pack(tile.root_b, at)};
     const Mask<S> is_touching = load_mask<S>(out.is_touching, at);
     const T distance = patch_.distances_of(out.tile * tile_size + at, is_touching);
     const Pack3<S> point = load_pack(tile.start, at) + distance * load_pack(tile.direction, at);
     Mask<S> did_slip;
     // What does not touch is kept, however far it is stretched.
-    Pack3<S> stretch = load_pack(out.stretch, at);
+    Pack3<S> stretch = load_pack(row, at);
     root_where_needed<T>(anchor, load_mask<S>(anchored, at) | !is_touching, stretch, pose_, point,
                          select(is_touching, sigma, T(infinity<S>)), options_.reset, did_slip);
-    store_pack(out.stretch, at, stretch);
+    store_pack(row, at, stretch);
     store_mask(out.is_slipping, at, did_slip);
     store_pack(tile.root_a, at, anchor.q_A);
     store_pack(tile.root_b, at, anchor.q_B);
@@ -20684,6 +20828,7 @@ class ContactMaker {
   const bool measures_lambda_;
   const bool gives_;
   ContactSums<S> sums_{};
+  alignas(64) Row3<S> stretch_;
 };
 
 /// Makes the contacts of pair `index`, from contact `first` on, and measures them.
@@ -20861,6 +21006,15 @@ BRISTLE_LANES void linearise_normal(const SensorParameters<T>& p, PatchContact<T
   const T slope = spring + p.normal_damping;
   c.normal_constant = select(c.is_touching, spring, slope) * c.depth;
   c.a_normal = T(dt) * slope * c.inverse_length;
+}
+
+/// [N] Mean normal force of a step that ends with the velocity v, of contacts that push or not
+/// (`is_pushing`) and whose normal part is as `linearise_normal` leaves it.
+template <Value T>
+[[nodiscard]] BRISTLE_LANES T force_at(const PatchContact<T>& c, const Vector3<T>& v,
+                                       ScalarOf<T> dt) {
+  const T normal = c.normal_constant + c.a_normal * dot(c.g, v);
+  return select(c.is_pushing, normal, T(0)) * T(ScalarOf<T>(1) / dt);
 }
 
 /// Constant part of the impulse from the normal: along g, plus, where the force shall point along
@@ -21118,7 +21272,7 @@ BRISTLE_LANES void update_normal(PatchContact<T>& c, const Truth<T>& is_met, con
   const Truth<T> is_pushing = is_met & (normal > T(0));
   change.did_switch = change.did_switch || any(is_pushing ^ c.is_pushing);
   c.is_pushing = is_pushing;
-  const T force = select(is_pushing, normal, T(0)) * T(ScalarOf<T>(1) / dt);
+  const T force = force_at<T>(c, v, dt);
   change.force_change += select(is_met, abs(force - c.force), T(0));
   change.force_sum += force;
   c.force = force;
@@ -21162,32 +21316,34 @@ void set_scheme(PatchPair<S>& pair, S bristle_sum, S viscous_sum, S w, S dt);
 /// Linearises all contacts of a pair for the first pass, around the motion at the start of the
 /// step, and sums their models.
 template <Scalar S>
-void start_linearisation(SensorPatch<S>& patch, PatchPair<S>& pair, S dt,
+void start_linearisation(const SensorPatch<S>& patch, PatchPair<S>& pair, S dt,
                          const ParallelFor& parallel_for = serial_for);
 
-/// Moves the linearisation to the motion that was found, after `evaluate_impulses` there.
-/// @param motion        u at the end of the step, as the solver found it.
-/// @param pass          Number of the solve that found it, from 1.
-/// @param is_last_pass  Whether there is one more solve only.
-/// @return Whether anything changed that matters: another solve is needed.
+/// What a pair gave at a motion.
 template <Scalar S>
-bool update_linearisation(SensorPatch<S>& patch, PatchPair<S>& pair, const Vec6<S>& motion, S dt,
-                          int pass, bool is_last_pass,
-                          const ParallelFor& parallel_for = serial_for);
+struct PairAnswer {
+  /// [N s, N m s] Sum of its impulses on B about c.
+  Wrench<S> impulse{};
+  /// Whether its contacts are in another state there than they were linearised for, so that another
+  /// solve is needed.
+  bool has_changed = false;
+};
+
+/// Evaluates the impulse of every contact at the motion that was found. If there is a solve left
+/// and any of them changed or slips, moves the linearisation there, which changes `matrix` and
+/// `offset`.
+/// @param motion  u at the end of the step, as the solver found it.
+template <Scalar S>
+PairAnswer<S> answer_motion(SensorPatch<S>& patch, PatchPair<S>& pair, const Vec6<S>& motion, S dt,
+                            const SolvePass& pass, const ParallelFor& parallel_for = serial_for);
 
 /// Puts the sum of the linear models of a pair's contacts into its soft block.
 template <Scalar S>
 void fill_block(const PatchPair<S>& pair, SoftBlock<S>& block);
 
-/// Takes back what the contacts of a pair gave.
+/// Takes back what the contacts of a pair gave, and that any of them slipped.
 template <Scalar S>
 void clear_impulses(SensorPatch<S>& patch, const PatchPair<S>& pair);
-
-/// Evaluates the impulse of every contact at the motion that was found.
-/// @return [N s, N m s] Their sum on B about c.
-template <Scalar S>
-Wrench<S> evaluate_impulses(SensorPatch<S>& patch, const PatchPair<S>& pair, const Vec6<S>& motion,
-                            const ParallelFor& parallel_for = serial_for);
 
 // Implementation -----------------------------------------------------------------------------------
 
@@ -21202,17 +21358,15 @@ void set_scheme(PatchPair<S>& pair, S bristle_sum, S viscous_sum, S w, S dt) {
 namespace detail {
 
 /// The contact tiles of a pair.
-template <Scalar S>
-[[nodiscard]] std::span<ContactTile<S>> contacts_of(SensorPatch<S>& patch,
-                                                    const PatchPair<S>& pair) {
+template <typename Patch, Scalar S>
+[[nodiscard]] auto contacts_of(Patch& patch, const PatchPair<S>& pair) {
   return std::span(patch.contacts).subspan(pair.first, pair.count);
 }
 
-/// Adds up part(tiles, sum) over a pair's contact tiles, in slices that threads may share.
-template <typename Sum, Scalar S, typename Part>
-[[nodiscard]] Sum sum_of_contacts(SensorPatch<S>& patch, const PatchPair<S>& pair,
-                                  const ParallelFor& parallel_for, const Part& part) {
-  const std::span<ContactTile<S>> all = contacts_of(patch, pair);
+/// Adds up part(tiles, sum) over contact tiles, in slices that threads may share.
+template <typename Sum, typename Tile, typename Part>
+[[nodiscard]] Sum sum_of_contacts(std::span<Tile> all, const ParallelFor& parallel_for,
+                                  const Part& part) {
   return sum_in_slices<Sum>(all.size(), slice_tiles, fewest_shared_slices, parallel_for,
                             [&](std::size_t first, std::size_t end, Sum& sum) {
                               part(all.subspan(first, end - first), sum);
@@ -21254,17 +21408,17 @@ struct LaneWrench {
   }
 };
 
-/// Loads what is known of the contacts of a pack before anything is linearised.
+/// Finds what is known of the contacts of a pack before anything is linearised.
 template <Scalar S>
-BRISTLE_LANES void load_geometry(const SensorTile<S>& sensors, const ContactTile<S>& tile,
+BRISTLE_LANES void find_geometry(const SensorPatch<S>& patch, const ContactTile<S>& tile,
                                  std::size_t at, const Pack3<S>& center, PatchContact<Pack<S>>& c) {
-  c.n = load_pack(sensors.direction, at);
-  c.inverse_length = load_pack(sensors.inverse_length, at);
-  c.g = load_pack(tile.g, at);
-  c.rho = load_pack(tile.point, at) - center;
+  const TouchPack<S> touch(patch, patch.tiles[tile.tile], tile.tile, at, tile.is_met, false);
+  c.n = touch.n;
+  c.g = touch.g;
+  c.rho = touch.point - center;
+  c.depth = touch.depth;
+  c.inverse_length = touch.inverse_length;
   c.stretch = load_pack(tile.stretch, at);
-  c.depth = load_pack(tile.depth, at);
-  c.force = load_pack(tile.force, at);
   c.is_touching = load_mask<S>(tile.is_touching, at);
 }
 
@@ -21277,97 +21431,169 @@ BRISTLE_LANES void load_states(const ContactTile<S>& tile, std::size_t at,
   c.is_damping_slip = load_mask<S>(tile.is_damping_slip, at);
 }
 
-/// Keeps the linear model of the contacts of a pack and adds it to the sum. `a_normal` is stored as
-/// 0 where nothing pushes, so that the evaluation need not ask.
+/// The model of another motion, and the force that it was made for.
 template <Scalar S>
-BRISTLE_LANES void store_model(ContactTile<S>& tile, std::size_t at, PatchContact<Pack<S>>& c,
-                               ModelSum<Pack<S>>& sum) {
-  c.a_normal = select(c.is_pushing, c.a_normal, Pack<S>(S(0)));
-  store_mask(tile.is_pushing, at, c.is_pushing);
+BRISTLE_LANES void load_model(const ContactTile<S>& tile, std::size_t at,
+                              PatchContact<Pack<S>>& c) {
+  c.constant = load_pack(tile.constant, at);
+  c.a_normal = load_pack(tile.a_normal, at);
+  c.a_across = load_pack(tile.a_across, at);
+  c.force = load_pack(tile.force, at);
+  if (any(c.is_slipping)) {
+    c.along = load_pack(tile.along, at);
+    c.a_along = load_pack(tile.a_along, at);
+  }
+}
+template <Scalar S>
+BRISTLE_LANES void store_model(ContactTile<S>& tile, std::size_t at,
+                               const PatchContact<Pack<S>>& c) {
   store_pack(tile.constant, at, c.constant);
   store_pack(tile.a_normal, at, c.a_normal);
   store_pack(tile.a_across, at, c.a_across);
-  sum.add(c);
+  store_pack(tile.force, at, c.force);
+  if (any(c.is_slipping)) {
+    store_pack(tile.along, at, c.along);
+    store_pack(tile.a_along, at, c.a_along);
+  }
 }
 
-/// First models of some contacts, around the motion at the start of the step.
+/// First model of the contacts of a pack, around the motion at the start of the step. `a_normal`
+/// becomes 0 where nothing pushes, so that the evaluation need not ask.
+template <Scalar S>
+BRISTLE_LANES void linearise_at_start(const SensorParameters<Pack<S>>& p, const LawOptions& options,
+                                      const PatchPair<S>& pair, const LaneMotion<S>& start,
+                                      const Mask<S>& is_met, S dt, PatchContact<Pack<S>>& c) {
+  using T = Pack<S>;
+  c.start_velocity = start.at(c.rho);
+  const T approach = dot(c.g, c.start_velocity);
+  c.force =
+      select(c.is_touching, normal_force(p, c.depth, T(approach * c.inverse_length)), T(S(0)));
+  linearise_normal<T>(p, c, dt);
+  c.is_pushing = is_met & (c.normal_constant + c.a_normal * approach > T(S(0)));
+  c.normal_impulse = T(dt) * c.force;
+  // Nothing slips yet: the mask is empty, which the compiler sees.
+  c.is_slipping = c.is_damping_slip = Mask<S>::from_bits(0);
+  linearise<T>(p, options, pair, c, c.start_velocity, dt);
+  c.a_normal = select(c.is_pushing, c.a_normal, T(S(0)));
+}
+
+/// Sum of the first models of some contacts.
 template <Scalar S, typename Parameters>
-void linearise_at_start(SensorPatch<S>& patch, const PatchPair<S>& pair,
-                        std::span<ContactTile<S>> tiles, const Parameters& parameters, S dt,
-                        ModelSum<Pack<S>>& total) {
+void sum_first_models(const SensorPatch<S>& patch, const PatchPair<S>& pair,
+                      std::span<const ContactTile<S>> tiles, const Parameters& parameters, S dt,
+                      ModelSum<Pack<S>>& total) {
   using T = Pack<S>;
   const LawOptions options = patch.def.options;
   const PatchPair<S> scheme = pair;
   const LaneMotion<S> start(pair.start_motion.at(pair.center), pair.start_motion.angular);
   const Pack3<S> center = Pack3<S>::all(pair.center);
   ModelSum<T> sum;
-  for (ContactTile<S>& tile : tiles) {
-    const SensorTile<S>& sensors = patch.tiles[tile.tile];
-    tile.is_slipping = 0;
+  for (const ContactTile<S>& tile : tiles) {
     for (std::size_t at = 0; at < tile_size; at += lanes<S>) {
       if (pack_bits<S>(tile.is_met, at) == 0) continue;
       PatchContact<T> c;
-      load_geometry(sensors, tile, at, center, c);
-      const SensorParameters<T>& p = parameters(tile.tile, at);
-      c.start_velocity = start.at(c.rho);
-      linearise_normal<T>(p, c, dt);
-      c.is_pushing = load_mask<S>(tile.is_met, at) &
-                     (c.normal_constant + c.a_normal * dot(c.g, c.start_velocity) > T(S(0)));
-      c.normal_impulse = T(dt) * c.force;
-      // Nothing slips yet: the mask is empty, which the compiler sees.
-      c.is_slipping = c.is_damping_slip = Mask<S>::from_bits(0);
-      linearise<T>(p, options, scheme, c, c.start_velocity, dt);
-      store_model(tile, at, c, sum);
+      find_geometry(patch, tile, at, center, c);
+      linearise_at_start<S>(parameters(tile.tile, at), options, scheme, start,
+                            load_mask<S>(tile.is_met, at), dt, c);
+      sum.add(c);
     }
   }
   total = sum;
 }
 
-/// What a pass knows when it moves the linearisation.
+/// What a pass knows when it evaluates and moves the models.
 template <Scalar S>
 struct PassDef {
   /// [m/s, rad/s] u at the end of the step, as the solver found it.
   Vec6<S> motion = Vec6<S>::Zero();
   /// [s] The step.
   S dt = S(0);
-  /// [-] Number of the solve that found it, from 1.
-  int pass = 0;
-  /// [-] Whether there is one more solve only.
-  bool is_last = false;
+  /// [-] Which of the solves found it.
+  SolvePass pass{};
 };
 
-/// Finds out what some contacts do at the motion that was found.
-template <Scalar S, typename Parameters>
-void find_changes(SensorPatch<S>& patch, const PatchPair<S>& pair, std::span<ContactTile<S>> tiles,
-                  const Parameters& parameters, const PassDef<S>& def, PassChange<Pack<S>>& total) {
+/// What evaluating models finds.
+template <Scalar S>
+struct Evaluation {
+  LaneWrench<S> impulse{};
+  PassChange<Pack<S>> change{};
+
+  Evaluation& operator+=(const Evaluation& more) {
+    impulse += more.impulse;
+    change += more.change;
+    return *this;
+  }
+};
+
+/// Impulse of the models of the contacts of a pack at the velocities v.
+template <Scalar S>
+BRISTLE_LANES void give_model_impulses(const PatchContact<Pack<S>>& c, const Pack3<S>& v,
+                                       ContactTile<S>& tile, std::size_t at, LaneWrench<S>& sum) {
+  using T = Pack<S>;
+  Pack3<S> impulse = model_impulse<T>(c, v);
+  T normal = select(c.is_pushing, dot(impulse, c.n), T(S(0)));
+  const Mask<S> pulls = normal < T(S(0));
+  if (any(pulls)) {
+    // The passes ran out before these sensors were seen to part: they must not pull.
+    impulse = select(pulls, tangential<T>(impulse, c.n), impulse);
+    normal = select(pulls, T(S(0)), normal);
+  }
+  store_pack(tile.impulse, at, impulse);
+  store_pack(tile.normal_impulse, at, normal);
+  sum.force += impulse;
+  sum.torque += cross(c.rho, impulse);
+}
+
+/// Finds out what the contacts of a pack do at the velocities v.
+template <Scalar S>
+BRISTLE_LANES void find_changes(const SensorParameters<Pack<S>>& p, SlipReset reset,
+                                const PassDef<S>& def, const Pack3<S>& v, ContactTile<S>& tile,
+                                std::size_t at, PatchContact<Pack<S>>& c,
+                                PassChange<Pack<S>>& change) {
+  using T = Pack<S>;
+  c.last_slip = zero_vector<T>();
+  if (any(c.is_slipping)) c.last_slip = load_pack(tile.last_slip, at);
+  linearise_normal<T>(p, c, def.dt);
+  update_normal<T>(c, load_mask<S>(tile.is_met, at), v, def.dt, change);
+  update_slip<T>(c, tangential<T>(v, c.n), p.breakaway_distance, reset, def.dt, def.pass.number,
+                 def.pass.left == 1, change);
+  store_mask(tile.is_pushing, at, c.is_pushing);
+  if (any(c.is_slipping)) store_pack(tile.last_slip, at, c.last_slip);
+  store_mask(tile.is_slipping, at, c.is_slipping);
+  store_mask(tile.is_damping_slip, at, c.is_damping_slip);
+}
+
+/// Impulses of some contacts at the motion that was found, and what they do there.
+/// @tparam is_first  Whether their models are the first ones, which are not kept.
+template <bool is_first, Scalar S, typename Parameters>
+void evaluate(SensorPatch<S>& patch, const PatchPair<S>& pair, std::span<ContactTile<S>> tiles,
+              const Parameters& parameters, const PassDef<S>& def, Evaluation<S>& total) {
   using T = Pack<S>;
   const LawOptions options = patch.def.options;
-  const S dt = def.dt;
+  const PatchPair<S> scheme = pair;
+  const LaneMotion<S> start(pair.start_motion.at(pair.center), pair.start_motion.angular);
   const LaneMotion<S> found(pair, def.motion);
   const Pack3<S> center = Pack3<S>::all(pair.center);
-  PassChange<T> change;
+  Evaluation<S> sum;
   for (ContactTile<S>& tile : tiles) {
-    const SensorTile<S>& sensors = patch.tiles[tile.tile];
+    if constexpr (is_first) tile.is_slipping = 0;
     for (std::size_t at = 0; at < tile_size; at += lanes<S>) {
       if (pack_bits<S>(tile.is_met, at) == 0) continue;
-      PatchContact<T> c;
-      load_geometry(sensors, tile, at, center, c);
-      load_states(tile, at, c);
-      if (any(c.is_slipping)) c.last_slip = load_pack(tile.last_slip, at);
       const SensorParameters<T>& p = parameters(tile.tile, at);
+      PatchContact<T> c;
+      find_geometry(patch, tile, at, center, c);
+      if constexpr (is_first) {
+        linearise_at_start<S>(p, options, scheme, start, load_mask<S>(tile.is_met, at), def.dt, c);
+      } else {
+        load_states(tile, at, c);
+        load_model(tile, at, c);
+      }
       const Pack3<S> v = found.at(c.rho);
-      linearise_normal<T>(p, c, dt);
-      update_normal<T>(c, load_mask<S>(tile.is_met, at), v, dt, change);
-      update_slip<T>(c, tangential<T>(v, c.n), p.breakaway_distance, options.reset, dt, def.pass,
-                     def.is_last, change);
-      store_pack(tile.force, at, c.force);
-      store_mask(tile.is_pushing, at, c.is_pushing);
-      if (any(c.is_slipping)) store_pack(tile.last_slip, at, c.last_slip);
-      store_mask(tile.is_slipping, at, c.is_slipping);
-      store_mask(tile.is_damping_slip, at, c.is_damping_slip);
+      give_model_impulses<S>(c, v, tile, at, sum.impulse);
+      if (def.pass.left > 0) find_changes<S>(p, options.reset, def, v, tile, at, c, sum.change);
     }
   }
-  total = change;
+  total = sum;
 }
 
 /// Models around another motion, and by how much they change the friction there.
@@ -21400,23 +21626,21 @@ void linearise_at_motion(SensorPatch<S>& patch, const PatchPair<S>& pair,
   const Pack3<S> center = Pack3<S>::all(pair.center);
   MovedModels<T> sum;
   for (ContactTile<S>& tile : tiles) {
-    const SensorTile<S>& sensors = patch.tiles[tile.tile];
     for (std::size_t at = 0; at < tile_size; at += lanes<S>) {
       if (pack_bits<S>(tile.is_met, at) == 0) continue;
       PatchContact<T> c;
-      load_geometry(sensors, tile, at, center, c);
+      find_geometry(patch, tile, at, center, c);
       load_states(tile, at, c);
       const SensorParameters<T>& p = parameters(tile.tile, at);
       const Pack3<S> v = found.at(c.rho);
       c.start_velocity = start.at(c.rho);
-      c.normal_impulse = T(lagged) * c.force;
       linearise_normal<T>(p, c, dt);
+      c.force = force_at<T>(c, v, dt);
+      c.normal_impulse = T(lagged) * c.force;
       linearise<T>(p, options, scheme, c, tangential<T>(v, c.n), dt);
-      store_model(tile, at, c, sum.models);
-      if (any(c.is_slipping)) {
-        store_pack(tile.along, at, c.along);
-        store_pack(tile.a_along, at, c.a_along);
-      }
+      c.a_normal = select(c.is_pushing, c.a_normal, T(S(0)));
+      sum.models.add(c);
+      store_model(tile, at, c);
       const Mask<S> is_met = load_mask<S>(tile.is_met, at);
       const Pack3<S> before = tangential<T>(load_pack(tile.impulse, at), c.n);
       const Pack3<S> after = tangential<T>(model_impulse<T>(c, v), c.n);
@@ -21428,90 +21652,58 @@ void linearise_at_motion(SensorPatch<S>& patch, const PatchPair<S>& pair,
   total = sum;
 }
 
-/// Impulses of some contacts at the motion that was found.
-template <Scalar S>
-void evaluate(SensorPatch<S>& patch, const PatchPair<S>& pair, std::span<ContactTile<S>> tiles,
-              const Vec6<S>& motion, LaneWrench<S>& total) {
-  using T = Pack<S>;
-  const LaneMotion<S> found(pair, motion);
-  const Pack3<S> center = Pack3<S>::all(pair.center);
-  LaneWrench<S> sum;
-  for (ContactTile<S>& tile : tiles) {
-    const SensorTile<S>& sensors = patch.tiles[tile.tile];
-    for (std::size_t at = 0; at < tile_size; at += lanes<S>) {
-      if (pack_bits<S>(tile.is_met, at) == 0) continue;
-      PatchContact<T> c;
-      c.n = load_pack(sensors.direction, at);
-      c.g = load_pack(tile.g, at);
-      c.rho = load_pack(tile.point, at) - center;
-      c.constant = load_pack(tile.constant, at);
-      c.a_normal = load_pack(tile.a_normal, at);
-      c.a_across = load_pack(tile.a_across, at);
-      c.is_slipping = load_mask<S>(tile.is_slipping, at);
-      if (any(c.is_slipping)) {
-        c.along = load_pack(tile.along, at);
-        c.a_along = load_pack(tile.a_along, at);
-      }
-      Pack3<S> impulse = model_impulse<T>(c, found.at(c.rho));
-      T normal = select(load_mask<S>(tile.is_pushing, at), dot(impulse, c.n), T(S(0)));
-      const Mask<S> pulls = normal < T(S(0));
-      if (any(pulls)) {
-        // The passes ran out before these sensors were seen to part: they must not pull.
-        impulse = select(pulls, tangential<T>(impulse, c.n), impulse);
-        normal = select(pulls, T(S(0)), normal);
-      }
-      store_pack(tile.impulse, at, impulse);
-      store_pack(tile.normal_impulse, at, normal);
-      sum.force += impulse;
-      sum.torque += cross(c.rho, impulse);
-    }
-  }
-  total = sum;
-}
-
 }  // namespace detail
 
 template <Scalar S>
-void start_linearisation(SensorPatch<S>& patch, PatchPair<S>& pair, S dt,
+void start_linearisation(const SensorPatch<S>& patch, PatchPair<S>& pair, S dt,
                          const ParallelFor& parallel_for) {
   using Sum = detail::ModelSum<Pack<S>>;
+  pair.has_moved_models = false;
   detail::with_parameters<S>(patch.def, [&](const auto& parameters) {
     const Sum sum = detail::sum_of_contacts<Sum>(
-        patch, pair, parallel_for, [&](std::span<ContactTile<S>> tiles, Sum& part) {
-          detail::linearise_at_start<S>(patch, pair, tiles, parameters, dt, part);
+        detail::contacts_of(patch, pair), parallel_for, [&](auto tiles, Sum& part) {
+          detail::sum_first_models<S>(patch, pair, tiles, parameters, dt, part);
         });
     sum.get(pair.matrix, pair.offset);
   });
 }
 
 template <Scalar S>
-bool update_linearisation(SensorPatch<S>& patch, PatchPair<S>& pair, const Vec6<S>& motion, S dt,
-                          int pass, bool is_last_pass, const ParallelFor& parallel_for) {
+PairAnswer<S> answer_motion(SensorPatch<S>& patch, PatchPair<S>& pair, const Vec6<S>& motion, S dt,
+                            const SolvePass& pass, const ParallelFor& parallel_for) {
   // Changes count when they reach a thousandth of what the patch carries: friction follows the
   // normal force of the pass before.
   const S negligible = S(1e-3);
-  const detail::PassDef<S> def{motion, dt, pass, is_last_pass};
-  using Change = detail::PassChange<Pack<S>>;
+  const detail::PassDef<S> def{motion, dt, pass};
+  const std::span<ContactTile<S>> contacts = detail::contacts_of(patch, pair);
+  using Evaluation = detail::Evaluation<S>;
   using Moved = detail::MovedModels<Pack<S>>;
-  return detail::with_parameters<S>(patch.def, [&](const auto& parameters) {
-    const Change change = detail::sum_of_contacts<Change>(
-        patch, pair, parallel_for, [&](std::span<ContactTile<S>> tiles, Change& part) {
-          detail::find_changes<S>(patch, pair, tiles, parameters, def, part);
+  return detail::with_parameters<S>(patch.def, [&](const auto& parameters) -> PairAnswer<S> {
+    const Evaluation found = detail::sum_of_contacts<Evaluation>(
+        contacts, parallel_for, [&](std::span<ContactTile<S>> tiles, Evaluation& part) {
+          if (pair.has_moved_models) {
+            detail::evaluate<false, S>(patch, pair, tiles, parameters, def, part);
+          } else {
+            detail::evaluate<true, S>(patch, pair, tiles, parameters, def, part);
+          }
         });
+    const Wrench<S> impulse = found.impulse.in_world(pair);
+    const detail::PassChange<Pack<S>>& change = found.change;
     const bool has_changed = change.did_switch || sum_of_lanes(change.force_change) >
                                                       negligible * sum_of_lanes(change.force_sum);
-    if (!has_changed && !change.has_slip) return false;
+    if (!has_changed && !change.has_slip) return {impulse, false};
 
     // Normal forces that have not settled by the last pass point along the gradient, which cannot
     // give energy, and not along the ray with an impulse that was wrong the pass before.
-    const S lagged = is_last_pass && has_changed ? S(0) : dt;
+    const S lagged = pass.left == 1 && has_changed ? S(0) : dt;
     const Moved moved = detail::sum_of_contacts<Moved>(
-        patch, pair, parallel_for, [&](std::span<ContactTile<S>> tiles, Moved& part) {
+        contacts, parallel_for, [&](std::span<ContactTile<S>> tiles, Moved& part) {
           detail::linearise_at_motion<S>(patch, pair, tiles, parameters, def, lagged, part);
         });
+    pair.has_moved_models = true;
     moved.models.get(pair.matrix, pair.offset);
-    return has_changed ||
-           sum_of_lanes(moved.friction_change) > negligible * sum_of_lanes(moved.friction_sum);
+    return {impulse, has_changed || sum_of_lanes(moved.friction_change) >
+                                        negligible * sum_of_lanes(moved.friction_sum)};
   });
 }
 
@@ -21534,18 +21726,8 @@ void clear_impulses(SensorPatch<S>& patch, const PatchPair<S>& pair) {
   for (ContactTile<S>& tile : detail::contacts_of(patch, pair)) {
     tile.impulse = {};
     tile.normal_impulse = {};
+    tile.is_slipping = 0;
   }
-}
-
-template <Scalar S>
-Wrench<S> evaluate_impulses(SensorPatch<S>& patch, const PatchPair<S>& pair, const Vec6<S>& motion,
-                            const ParallelFor& parallel_for) {
-  using Sum = detail::LaneWrench<S>;
-  return detail::sum_of_contacts<Sum>(patch, pair, parallel_for,
-                                      [&](std::span<ContactTile<S>> tiles, Sum& part) {
-                                        detail::evaluate<S>(patch, pair, tiles, motion, part);
-                                      })
-      .in_world(pair);
 }
 
 }  // namespace bristle
@@ -21608,10 +21790,8 @@ Wrench<S> ambf_impulses(SensorPatch<S>& patch, const PatchPair<S>& pair, BodyId 
       tile.impulse.set(i, Vec3<S>::Zero());
       tile.normal_impulse[i] = S(0);
       if ((tile.is_touching & bit) == 0) continue;
-      const Vec3<S> g = tile.g[i];
-      const Vec3<S> point = tile.point[i];
-      const SensorContact<S> contact{tile.depth[i], sensors.inverse_length[i], sensors.direction[i],
-                                     g, pair.start_motion.at(point)};
+      const auto [n, g, point, depth, inverse_length] = touch_of(patch, tile.tile * tile_size + i);
+      const SensorContact<S> contact{depth, inverse_length, n, g, pair.start_motion.at(point)};
       Anchor<S> anchor{sensors.root_a[i], sensors.root_b[i]};
       bool is_rooted = (sensors.is_rooted & bit) != 0 && sensors.rooted_in[i] == root_key(id_b);
       bool did_slip = false;
@@ -21620,7 +21800,7 @@ Wrench<S> ambf_impulses(SensorPatch<S>& patch, const PatchPair<S>& pair, BodyId 
           g.normalized() * S(-1), pair.pose, point, anchor, is_rooted, did_slip);
       sensors.root_a.set(i, anchor.q_A);
       sensors.root_b.set(i, anchor.q_B);
-      sensors.rooted_in[i] = root_key(id_b);
+      sensors.rooted_in.set(bit, root_key(id_b), (sensors.is_rooted & ~bit) != 0);
       sensors.is_rooted =
           static_cast<LaneBits>(is_rooted ? sensors.is_rooted | bit : sensors.is_rooted & ~bit);
       if (did_slip) tile.is_slipping = static_cast<LaneBits>(tile.is_slipping | bit);
@@ -21641,15 +21821,13 @@ void give_at_start(SensorPatch<S>& patch, const PatchPair<S>& pair, std::span<Co
   const Pack3<S> center = Pack3<S>::all(pair.center);
   LaneWrench<S> sum;
   for (ContactTile<S>& tile : tiles) {
-    const SensorTile<S>& sensors = patch.tiles[tile.tile];
     for (std::size_t at = 0; at < tile_size; at += lanes<S>) {
       if (pack_bits<S>(tile.is_met, at) == 0) continue;
-      const Pack3<S> point = load_pack(tile.point, at);
-      const SensorContact<Pack<S>> contact{
-          load_pack(tile.depth, at), load_pack(sensors.inverse_length, at),
-          load_pack(sensors.direction, at), load_pack(tile.g, at), start.at(point)};
+      const TouchPack<S> touch(patch, patch.tiles[tile.tile], tile.tile, at, tile.is_met, false);
+      const SensorContact<Pack<S>> contact{touch.depth, touch.inverse_length, touch.n, touch.g,
+                                           start.at(touch.point)};
       give_impulses<S>(tile, at, parameters(tile.tile, at), options, contact,
-                       load_pack(tile.stretch, at), point - center,
+                       load_pack(tile.stretch, at), touch.point - center,
                        load_mask<S>(tile.is_touching, at), dt, sum.force, sum.torque);
     }
   }
@@ -21662,7 +21840,7 @@ Wrench<S> paper_impulses(SensorPatch<S>& patch, const PatchPair<S>& pair, S dt,
                          const ParallelFor& parallel_for) {
   using Sum = LaneWrench<S>;
   return with_parameters<S>(patch.def, [&](const auto& parameters) {
-    return sum_of_contacts<Sum>(patch, pair, parallel_for,
+    return sum_of_contacts<Sum>(contacts_of(patch, pair), parallel_for,
                                 [&](std::span<ContactTile<S>> tiles, Sum& part) {
                                   give_at_start<S>(patch, pair, tiles, parameters, dt, part);
                                 })
@@ -21704,10 +21882,10 @@ void fill_readings(SensorPatch<S>& patch, const Vec3<S>& origin, S dt, FindId&& 
 
 namespace detail {
 
-/// Writes `value` into the lanes of `mask` and 0 or what was there into the others.
+/// Writes `value` into the lanes of `mask`; the others become 0 or keep what was there.
 template <Scalar S>
-BRISTLE_LANES void put(S* row, const Mask<S>& mask, const Pack<S>& value, bool is_shared) {
-  select(mask, value, is_shared ? Pack<S>::load(row) : Pack<S>(S(0))).store(row);
+BRISTLE_LANES void put(S* row, const Mask<S>& mask, const Pack<S>& value, bool keeps) {
+  select(mask, value, keeps ? Pack<S>::load(row) : Pack<S>(S(0))).store(row);
 }
 
 /// Makes a pack of sensors read no forces.
@@ -21773,9 +21951,11 @@ BRISTLE_LANES void read_tile(SensorPatch<S>& patch, const PatchPair<S>& pair,
     put(out.shear_1.data() + i, is_felt, dot(t1, shear), is_shared);
     put(out.shear_2.data() + i, is_felt, dot(cross(n, t1), shear), is_shared);
     const Pack3<S> point_W = product(pair.R_WA, point) + Pack3<S>::all(origin);
-    put(out.point.x.data() + i, is_felt, point_W.x, true);
-    put(out.point.y.data() + i, is_felt, point_W.y, true);
-    put(out.point.z.data() + i, is_felt, point_W.z, true);
+    // Points stay where nothing is felt.
+    const bool keeps_some = !all(is_felt);
+    put(out.point.x.data() + i, is_felt, point_W.x, keeps_some);
+    put(out.point.y.data() + i, is_felt, point_W.y, keeps_some);
+    put(out.point.z.data() + i, is_felt, point_W.z, keeps_some);
   }
   BodyId* body = out.body.data() + first;
   SensorState* state = out.state.data() + first;
@@ -21805,14 +21985,15 @@ void fill_readings(SensorPatch<S>& patch, const Vec3<S>& origin, S dt, FindId&& 
   for (const PatchPair<S>& pair : patch.pairs) {
     const BodyId id = find_id(pair.body_b);
     using Sum = detail::ReadingSum<S>;
-    const Sum sum = detail::sum_of_contacts<Sum>(
-        patch, pair, parallel_for, [&](std::span<ContactTile<S>> tiles, Sum& part) {
-          Sum own;
-          for (const ContactTile<S>& tile : tiles) {
-            detail::read_tile(patch, pair, tile, origin, S(1) / dt, id, own);
-          }
-          part = own;
-        });
+    const Sum sum = detail::sum_of_contacts<Sum>(detail::contacts_of(patch, pair), parallel_for,
+                                                 [&](std::span<ContactTile<S>> tiles, Sum& part) {
+                                                   Sum own;
+                                                   for (const ContactTile<S>& tile : tiles) {
+                                                     detail::read_tile(patch, pair, tile, origin,
+                                                                       S(1) / dt, id, own);
+                                                   }
+                                                   part = own;
+                                                 });
     out.wrench += sum.all.in_world(pair);
     out.shear_W += product<S>(pair.R_WA, sum_of_lanes(sum.shear));
   }
@@ -22012,16 +22193,7 @@ class HostPatch {
     const Island island{moving_, {}, {}, soft_numbers_};
     solve_in_passes(
         context.settings.max_passes, [&] { solve_once(island, context); },
-        [&](int pass, bool is_last_pass) {
-          bool has_changed = false;
-          for (PatchPair<S>& pair : patch_.pairs) {
-            if (!pair.is_implicit || pair.count == 0) continue;
-            has_changed = update_linearisation(patch_, pair, constraints_.soft[pair.soft].motion,
-                                               dt, pass, is_last_pass) ||
-                          has_changed;
-          }
-          return has_changed;
-        });
+        [&](const SolvePass& pass) { return answer(dt, pass); });
   }
 
   void solve_once(const Island& island, const SolveContext<S>& context) {
@@ -22031,15 +22203,26 @@ class HostPatch {
       }
     }
     SolveReport<S> report;
-    const bool is_solved =
+    is_solved_ =
         S(solver_.solve(island, constraints_, solver_bodies_, context, report)) < infinity<S>;
+  }
+
+  bool answer(S dt, const SolvePass& pass) {
+    bool has_changed = false;
     for (std::size_t k = 0; k < patch_.pairs.size(); ++k) {
-      const PatchPair<S>& pair = patch_.pairs[k];
+      PatchPair<S>& pair = patch_.pairs[k];
       if (!pair.is_implicit || pair.count == 0) continue;
-      impulses_[k] = is_solved
-                         ? evaluate_impulses(patch_, pair, constraints_.soft[pair.soft].motion)
-                         : Wrench<S>{};
+      if (!is_solved_) {
+        clear_impulses(patch_, pair);
+        impulses_[k] = {};
+        continue;
+      }
+      const PairAnswer<S> found =
+          answer_motion(patch_, pair, constraints_.soft[pair.soft].motion, dt, pass);
+      impulses_[k] = found.impulse;
+      has_changed = found.has_changed || has_changed;
     }
+    return has_changed;
   }
 
   void discard_what_is_not_finite() {
@@ -22069,6 +22252,7 @@ class HostPatch {
   std::vector<std::uint32_t> moving_;
   std::vector<std::uint32_t> soft_numbers_;
   std::vector<Wrench<S>> impulses_;
+  bool is_solved_ = false;
   Constraints<S> constraints_;
   ProximalSolver<S> solver_;
 };
@@ -24685,12 +24869,7 @@ void sum_stiffness(const SensorPatch<S>& patch, const PatchPair<S>& pair, Mat6<S
       if ((contacts.is_touching >> i & 1u) == 0) continue;
       const std::size_t sensor = contacts.tile * tile_size + i;
       const SensorParameters<S>& p = patch.parameters(sensor);
-      const S per_length = sensors.inverse_length[i];
-      const S distance = patch.hits.distance[sensor];
-      const S depth = sensor_depth(distance, per_length);
-      const Vec3<S> n = sensors.direction[i];
-      const Vec3<S> point = sensors.start[i] + distance * n;
-      const Vec3<S> g = depth_gradient<S>(n, patch.hits.normal[sensor]);
+      const auto [n, g, point, depth, per_length] = touch_of(patch, sensor);
       const S rate = g.dot(pair.start_motion.at(point)) * per_length;
       const S k_t =
           bristle_stiffness(p, patch.def.options.scaling, normal_force(p, depth, rate), depth);
@@ -26865,7 +27044,7 @@ class HapticLoop {
   void sense(Skin& skin, std::uint32_t number);
   void start(Skin& skin);
   void solve_once();
-  [[nodiscard]] bool relinearise(int pass, bool is_last_pass);
+  [[nodiscard]] bool answer(const SolvePass& pass);
   void deliver(Skin& skin);
   [[nodiscard]] Vec6<S> motion_of(const Skin& skin, const SoftBlock<S>& block) const {
     const Twist<S>& twist = tools_[skin.tool].twist;
@@ -27009,7 +27188,7 @@ void HapticLoop<S, Backend>::tick() {
   if (has_contacts) {
     solve_in_passes(
         SolverDef<S>{}.max_passes, [this] { solve_once(); },
-        [this](int pass, bool is_last_pass) { return relinearise(pass, is_last_pass); });
+        [this](const SolvePass& pass) { return answer(pass); });
   } else {
     solve_once();
   }
@@ -27088,21 +27267,21 @@ void HapticLoop<S, Backend>::solve_once() {
     for (std::size_t k = 0; k < skin.blocks.size(); ++k) {
       SoftBlock<S>& block = skin.blocks[k];
       block.motion = motion_of(skin, block) - bodies_[skin.touched[k]].motion_at(block.arm_b);
-      const Wrench<S> sum = evaluate_impulses(skin.patch, skin.patch.pairs[k], block.motion);
-      block.impulse.template head<3>() = sum.force;
-      block.impulse.template tail<3>() = sum.torque;
     }
   }
 }
 
 template <Scalar S, typename Backend>
-bool HapticLoop<S, Backend>::relinearise(int pass, bool is_last_pass) {
+bool HapticLoop<S, Backend>::answer(const SolvePass& pass) {
   bool has_changed = false;
   for (Skin& skin : skins_) {
     for (std::size_t k = 0; k < skin.blocks.size(); ++k) {
-      has_changed = update_linearisation(skin.patch, skin.patch.pairs[k], skin.blocks[k].motion, h_,
-                                         pass, is_last_pass) ||
-                    has_changed;
+      SoftBlock<S>& block = skin.blocks[k];
+      const PairAnswer<S> found =
+          answer_motion(skin.patch, skin.patch.pairs[k], block.motion, h_, pass);
+      block.impulse.template head<3>() = found.impulse.force;
+      block.impulse.template tail<3>() = found.impulse.torque;
+      has_changed = found.has_changed || has_changed;
     }
   }
   return has_changed;
@@ -27739,7 +27918,7 @@ class SensorStage {
     for_each_pair(state, [&](SensorPatch<S>& patch, PatchPair<S>& pair, SoftOwner) {
       const SolverBody<S>& a = state.solver_bodies[patch.body.index];
       const SolverBody<S>& b = state.solver_bodies[pair.body_b];
-      measure_pair(patch, pair, a, b, state.def.time_step);
+      if (!is_linearised_early(patch)) measure_pair(patch, pair, a, b, state.def.time_step);
       // What several patches do to one body adds up; what does not move connects nothing.
       if (a.is_moving()) lambda_[patch.body.index] += pair.lambda;
       if (b.is_moving()) lambda_[pair.body_b] += pair.lambda;
@@ -27769,13 +27948,16 @@ class SensorStage {
   }
 
   /// Gives every sensor of a soft block its impulse and makes their sum the impulse of the block.
-  void evaluate(State& state, std::uint32_t soft) const {
+  /// @return Whether they are in another state than they were linearised for: another solve is
+  ///         needed.
+  bool answer(State& state, std::uint32_t soft, const SolvePass& pass) const {
     SensorPatch<S>& patch = state.patches.at(owners_[soft].patch);
     SoftBlock<S>& block = state.constraints.soft[soft];
-    const Wrench<S> sum = evaluate_impulses(patch, patch.pairs[owners_[soft].pair], block.motion,
-                                            state.def.parallel_for);
-    block.impulse.template head<3>() = sum.force;
-    block.impulse.template tail<3>() = sum.torque;
+    const PairAnswer<S> found = answer_motion(patch, patch.pairs[owners_[soft].pair], block.motion,
+                                              state.def.time_step, pass, state.def.parallel_for);
+    block.impulse.template head<3>() = found.impulse.force;
+    block.impulse.template tail<3>() = found.impulse.torque;
+    return found.has_changed;
   }
 
   /// Takes back what the sensors of a soft block gave.
@@ -27783,14 +27965,6 @@ class SensorStage {
     SensorPatch<S>& patch = state.patches.at(owners_[soft].patch);
     state.constraints.soft[soft].impulse.setZero();
     clear_impulses(patch, patch.pairs[owners_[soft].pair]);
-  }
-
-  /// Linearises a soft block anew; returns whether that matters.
-  bool relinearise(State& state, std::uint32_t soft, int pass, bool is_last_pass) const {
-    SensorPatch<S>& patch = state.patches.at(owners_[soft].patch);
-    return update_linearisation(patch, patch.pairs[owners_[soft].pair],
-                                state.constraints.soft[soft].motion, state.def.time_step, pass,
-                                is_last_pass, state.def.parallel_for);
   }
 
   /// Turns all impulses into readings.
@@ -27918,6 +28092,21 @@ class SensorStage {
          .only_tag =
              scratch.candidates.size() == 1 ? scratch.candidates.front() : CollectDef<S>::any_tag},
         parallel_for);
+    if (!is_linearised_early(patch)) return;
+    for (PatchPair<S>& pair : patch.pairs) {
+      if (pair.count == 0) continue;
+      measure_pair(patch, pair, state.solver_bodies[patch.body.index],
+                   state.solver_bodies[pair.body_b], state.def.time_step);
+      if (wants_implicit(state, patch, pair)) {
+        start_linearisation(patch, pair, state.def.time_step, parallel_for);
+      }
+    }
+  }
+
+  /// Whether models are made right after the contacts, while these are in the cache: where nobody
+  /// has to know what other patches do to choose them.
+  [[nodiscard]] static bool is_linearised_early(const SensorPatch<S>& patch) {
+    return patch.def.integration == Integration::implicit;
   }
 
   /// Casts the rays of large patches, slice by slice, at one shape of each after the other, and
@@ -27981,7 +28170,9 @@ class SensorStage {
   void add_soft_block(State& state, SensorPatch<S>& patch, PatchPair<S>& pair, SoftOwner owner) {
     ++state.report.implicit_pairs;
     pair.soft = static_cast<std::uint32_t>(state.constraints.soft.size());
-    start_linearisation(patch, pair, state.def.time_step, state.def.parallel_for);
+    if (!is_linearised_early(patch)) {
+      start_linearisation(patch, pair, state.def.time_step, state.def.parallel_for);
+    }
     SoftBlock<S> block;
     block.body_a = patch.body.index;
     block.body_b = pair.body_b;
@@ -28249,16 +28440,17 @@ class SolveStage {
     const auto solve_once = [&] {
       for (const std::uint32_t soft : sensed) sensors.fill(state, soft);
       solver_.solve(island, constraints, bodies, context, report);
-      for (const std::uint32_t soft : sensed) sensors.evaluate(state, soft);
     };
-    const auto relinearise = [&](int pass, bool is_last_pass) {
+    const auto answer = [&](const SolvePass& pass) {
       bool has_changed = false;
-      for (const std::uint32_t soft : sensed) {
-        has_changed = sensors.relinearise(state, soft, pass, is_last_pass) || has_changed;
+      // Backwards: the last patch that was sensed with is the one that the cache still knows, and
+      // the first one is read first.
+      for (std::size_t k = sensed.size(); k-- > 0;) {
+        has_changed = sensors.answer(state, sensed[k], pass) || has_changed;
       }
       return has_changed;
     };
-    solve_in_passes(context.settings.max_passes, solve_once, relinearise);
+    solve_in_passes(context.settings.max_passes, solve_once, answer);
     // What the sensors gave is the sum of their evaluated impulses.
     if (!island.soft.empty()) apply_impulses(island, constraints, bodies);
     bounces_.calm(island, constraints, bodies, context, solver_, report);
@@ -28789,7 +28981,8 @@ void visit_bristles(Tile& tile, Visitor& visit) {
   visit.value(tile.is_rooted);
   visit_vectors(tile.root_a, visit);
   visit_vectors(tile.root_b, visit);
-  visit.value(std::span(tile.rooted_in));
+  visit.value(tile.rooted_in.common);
+  visit.value(std::span(tile.rooted_in.own));
 }
 
 /// Of contacts and pairs, what is read between steps; the rest is one step's work.
@@ -28951,7 +29144,7 @@ struct SnapshotHead {
   static constexpr std::uint64_t expected_magic = 0x6c7473697262'0001u;  // "brist", and a number.
 
   std::uint64_t magic = expected_magic;
-  std::uint64_t version = 4;
+  std::uint64_t version = 5;
   /// [-] Bytes of a scalar, and of all that follows the head.
   std::uint64_t scalar_size = 0;
   std::uint64_t payload_size = 0;

@@ -81,7 +81,7 @@ class PadPatch {
     measure_pair(patch, pair, fixed_, moving_, dt);
     start_linearisation(patch, pair, dt);
     fill_block(pair, block_);
-    return evaluate_impulses(patch, pair, motion(pair));
+    return answer_motion(patch, pair, motion(pair), dt, {}).impulse;
   }
 
   /// The motion at the start of the step about c; the pad's axes are the world's.

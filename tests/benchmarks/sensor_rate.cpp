@@ -64,8 +64,8 @@ struct Workload {
         gap(gap_for_half(of, reference, layout)),
         expected(of, reference, layout, gap) {}
 
-  template <Scalar S>
-  [[nodiscard]] std::size_t wrong_answers(int step, const std::vector<S>& distance) const {
+  template <typename Distances>
+  [[nodiscard]] std::size_t wrong_answers(int step, const Distances& distance) const {
     const std::vector<double>& right = expected.distances[static_cast<std::size_t>(step)];
     std::size_t wrong = 0;
     for (std::size_t i = 0; i < layout.size(); ++i) {

@@ -31,6 +31,7 @@ struct PlateDef {
   S time_step = S(1e-3);
   /// [-] How the patch integrates.
   Integration integration = Integration::implicit;
+  S explicit_below = PatchDef<S>{}.explicit_below;
   /// [-] Constants of the sensors.
   SensorParameters<S> parameters{S(1), S(0.05), S(5000), S(0.1), S(1e-3)};
   /// [-] Readings of the law.
@@ -182,6 +183,7 @@ template <Scalar S, typename Backend = AnalyticBackend>
                       p.sliding_friction, p.breakaway_distance * unit};
   patch.options = def.options;
   patch.integration = def.integration;
+  patch.explicit_below = def.explicit_below;
   scene.patch = scene.world.add_patch(scene.plate, patch);
   return scene;
 }

@@ -5,6 +5,7 @@
 
 #include <bristle/sensors/linear_model.hpp>
 #include <bristle/sensors/patch.hpp>
+#include <bristle/sensors/patch_touch.hpp>
 
 #include <vector>
 
@@ -14,16 +15,16 @@ namespace bristle::test {
 template <Scalar S>
 PatchContact<S> scalar_contact(const SensorPatch<S>& patch, const PatchPair<S>& pair,
                                const ContactTile<S>& tile, std::size_t i) {
-  const SensorTile<S>& sensors = patch.tiles[tile.tile];
   PatchContact<S> c;
   c.is_touching = (tile.is_touching >> i & 1u) != 0;
-  c.n = sensors.direction[i];
-  c.g = tile.g[i];
-  c.rho = tile.point[i] - pair.center;
+  const SensorTouch<S> touch = touch_of(patch, tile.tile * tile_size + i);
+  c.n = touch.n;
+  c.g = touch.g;
+  c.rho = touch.point - pair.center;
   c.stretch = tile.stretch[i];
-  c.start_velocity = pair.start_motion.at(tile.point[i]);
-  c.depth = tile.depth[i];
-  c.inverse_length = sensors.inverse_length[i];
+  c.start_velocity = pair.start_motion.at(touch.point);
+  c.depth = touch.depth;
+  c.inverse_length = touch.inverse_length;
   c.force = c.is_touching ? normal_force<S>(patch.parameters(tile.tile * tile_size + i), c.depth,
                                             c.g.dot(c.start_velocity) * c.inverse_length)
                           : S(0);
@@ -56,7 +57,7 @@ void linearise_start(const SensorPatch<S>& patch, const PatchPair<S>& pair, Patc
   if (!c.is_pushing) c.a_normal = S(0);
 }
 
-/// [N s, N m s] `start_linearisation` and `evaluate_impulses` of a pair: what its contacts give
+/// [N s, N m s] `start_linearisation` and `answer_motion` of a pair: what its contacts give
 /// about c at the motion u, in A's axes.
 template <Scalar S>
 Wrench<S> scalar_block_impulse(const SensorPatch<S>& patch, const PatchPair<S>& pair,

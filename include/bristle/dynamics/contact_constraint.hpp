@@ -73,8 +73,6 @@ struct ContactConstraint {
   [[nodiscard]] Vec3<S> impulse_W() const {
     return impulse[0] * axes[0] + impulse[1] * axes[1] + impulse[2] * axes[2];
   }
-  /// [1] Share of the impulse that moves the bodies within the step.
-  [[nodiscard]] S share() const { return impulse[0] > S(0) ? placed / impulse[0] : S(0); }
 };
 
 /// Whether two contacts are between the same bodies along the same axes.

@@ -25,9 +25,11 @@ namespace detail {
 
 /// The triangles near one ray, in the frame of their mesh.
 template <Scalar S>
-struct TrianglesNearRay {
+struct alignas(64) TrianglesNearRay {
   static constexpr std::size_t capacity = 16;
 
+  /// [m] Corners of the triangles, as the rows of a leaf.
+  std::array<std::array<S, capacity>, 9> rows;
   /// [m] The ends of the segment that was searched around, and how far those of the ray may be from
   /// them, along each axis. Negative: nothing is kept.
   Vec3<S> start = Vec3<S>::Zero();
@@ -38,12 +40,12 @@ struct TrianglesNearRay {
   /// [-] Their numbers, and which children of the tree's nodes are their leaves.
   std::array<std::uint32_t, capacity> number;
   std::array<std::uint32_t, capacity> leaf;
-  /// [m] Their corners, as the rows of a leaf.
-  std::array<std::array<S, capacity>, 9> rows;
 
   [[nodiscard]] bool is_complete() const { return count <= capacity; }
-  [[nodiscard]] Vec3<S> corner(std::size_t at, std::size_t c) const {
-    return {rows[3 * c][at], rows[3 * c + 1][at], rows[3 * c + 2][at]};
+  [[nodiscard]] std::array<Vec3<S>, 3> corners(std::size_t at) const {
+    return {Vec3<S>{rows[0][at], rows[1][at], rows[2][at]},
+            Vec3<S>{rows[3][at], rows[4][at], rows[5][at]},
+            Vec3<S>{rows[6][at], rows[7][at], rows[8][at]}};
   }
   [[nodiscard]] bool serves(const Vec3<S>& ray_start, const Vec3<S>& ray_end) const {
     return (ray_start - start).cwiseAbs().maxCoeff() <= reserve &&
@@ -281,6 +283,7 @@ BRISTLE_OUTLINED std::optional<RayHit<S>> KeptCandidates<S>::cast(const RayMesh<
   const detail::WideSlabTest<S> slabs(asked);
   detail::CrossingCollector<S> collector(asked);
   S entered = S(0);
+  std::size_t nearest = 0;
   int visits = 0;
   for (; left != 0; left &= left - 1) {
     const auto at = static_cast<std::size_t>(std::countr_zero(left));
@@ -291,15 +294,18 @@ BRISTLE_OUTLINED std::optional<RayHit<S>> KeptCandidates<S>::cast(const RayMesh<
     const std::uint32_t passes =
         slabs(tree.nodes()[near.leaf[at] / WideTree<S>::width], child - lane, reach, enter.data());
     if ((passes >> lane & 1u) == 0) continue;
-    collector.visit(near.number[at], {near.corner(at, 0), near.corner(at, 1), near.corner(at, 2)},
-                    reach);
+    collector.visit(near.number[at], near.corners(at), reach);
     ++visits;
-    if (collector.found.triangle == near.number[at]) entered = enter[lane];
+    if (collector.found.triangle == near.number[at]) {
+      entered = enter[lane];
+      nearest = at;
+    }
   }
   // A walk leaves out what begins behind a crossing that it knows, in an order of its own. Rounding
   // may put a crossing in front of its leaf's box: that one the walk might have left out.
   if (visits > 1 && !(entered <= collector.found.distance)) return std::nullopt;
-  return detail::nearest_hit(mesh, asked, collector.found);
+  if (!collector.found.is_within(asked)) return RayHit<S>{};
+  return detail::hit_on<S>(near.corners(nearest), asked, collector.found.distance);
 }
 
 }  // namespace bristle

@@ -66,6 +66,10 @@ struct MeshCrossings {
   /// Whether the surface passes through the start, as well as can be told.
   bool is_start_on_surface = false;
 
+  /// Whether the nearest crossing is in reach of the ray.
+  [[nodiscard]] bool is_within(const Ray<S>& ray) const {
+    return distance <= ray.length && distance < infinity<S>;
+  }
   /// Whether the start is inside; nothing where front and back are too close to tell.
   [[nodiscard]] std::optional<bool> is_start_inside() const {
     if (!(distance < infinity<S>) || front_high < back_low) return false;
@@ -109,7 +113,7 @@ class CrossingCollector {
         test_(ray),
         trusted_(S(4) * Tolerance<S>::round_off() * ray.origin.cwiseAbs().sum()) {}
 
-  /// Takes a triangle into account. Not inlined, nor is `nearest_hit`: where the compiler fuses
+  /// Takes a triangle into account. Not inlined, nor is `hit_on`: where the compiler fuses
   /// products and sums, it does so alike for all who call it.
   /// @return [m] How far on others still matter.
   BRISTLE_OUTLINED S visit(std::uint32_t triangle, const std::array<Vec3<S>, 3>& corners, S reach) {
@@ -159,14 +163,21 @@ template <Scalar S, SolidMesh<S> Mesh>
   return collector.found;
 }
 
+/// The hit of a ray at a distance, where it meets a triangle.
+template <Scalar S>
+[[nodiscard]] BRISTLE_OUTLINED RayHit<S> hit_on(const std::array<Vec3<S>, 3>& corners,
+                                                const Ray<S>& ray, S distance) {
+  const auto& [a, b, c] = corners;
+  const Vec3<S> normal = (b - a).cross(c - a).stableNormalized();
+  return {distance, normal.dot(ray.direction) > S(0) ? Vec3<S>(-normal) : normal};
+}
+
 /// The hit of a ray that starts outside, from what it crosses.
 template <Scalar S, SolidMesh<S> Mesh>
-[[nodiscard]] BRISTLE_OUTLINED RayHit<S> nearest_hit(const Mesh& mesh, const Ray<S>& ray,
-                                                     const MeshCrossings<S>& found) {
-  if (!(found.distance <= ray.length && found.distance < infinity<S>)) return {};
-  const auto [a, b, c] = mesh.corners(found.triangle);
-  const Vec3<S> normal = (b - a).cross(c - a).stableNormalized();
-  return {found.distance, normal.dot(ray.direction) > S(0) ? Vec3<S>(-normal) : normal};
+[[nodiscard]] RayHit<S> nearest_hit(const Mesh& mesh, const Ray<S>& ray,
+                                    const MeshCrossings<S>& found) {
+  if (!found.is_within(ray)) return {};
+  return hit_on<S>(mesh.corners(found.triangle), ray, found.distance);
 }
 
 /// How often the surface winds around a point, 1 inside and 0 outside: the sum of the solid angles

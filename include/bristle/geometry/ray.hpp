@@ -6,6 +6,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <bristle/math/lane_vector.hpp>
 #include <bristle/math/types.hpp>
 
 #include <cstddef>
@@ -39,7 +40,7 @@ struct RayHit {
 /// Three arrays of coordinates, to be read together.
 template <Scalar S>
 struct Vec3Array {
-  std::vector<S> x, y, z;
+  LaneVector<S> x, y, z;
 
   [[nodiscard]] std::size_t size() const { return x.size(); }
   void resize(std::size_t n) {
@@ -109,11 +110,11 @@ struct RayBatch {
 template <Scalar S>
 struct RayHits {
   /// [m] Distance of the nearest hit so far; infinite where there is none.
-  std::vector<S> distance;
+  LaneVector<S> distance;
   /// [1] Outward unit surface normals, valid where the distance is finite.
   Vec3Array<S> normal;
   /// [-] Tag of the shape that was hit, as given to the query.
-  std::vector<std::uint32_t> tag;
+  LaneVector<std::uint32_t> tag;
 
   /// Forgets all hits and makes room for `n` rays; keeps its memory.
   void reset(std::size_t n) {

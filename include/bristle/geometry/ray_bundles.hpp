@@ -10,6 +10,7 @@
 
 #include <bristle/geometry/aabb.hpp>
 #include <bristle/geometry/ray.hpp>
+#include <bristle/math/lane_vector.hpp>
 
 #include <algorithm>
 #include <array>
@@ -63,9 +64,9 @@ class RayBundles {
   /// Rays of one place each, in the frame of their undivided bundle: at height z a ray is at
   /// (x + slope_x z, y + slope_y z). Filled up to whole blocks with rays that reach nothing.
   struct Lines {
-    std::vector<S> x, y, slope_x, slope_y;
+    LaneVector<S> x, y, slope_x, slope_y;
     /// [m] z of the start. [1] Length of the ray for each metre of z. [m] Reach.
-    std::vector<S> start, stretch, length;
+    LaneVector<S> start, stretch, length;
   };
 
   /// [m] What a block's rays keep to, in x and y of their bundle's frame.

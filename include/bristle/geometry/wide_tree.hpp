@@ -10,6 +10,7 @@
 
 #include <bristle/geometry/aabb.hpp>
 #include <bristle/geometry/aabb_split.hpp>
+#include <bristle/math/lane_vector.hpp>
 #include <bristle/math/pack3.hpp>
 
 #include <algorithm>
@@ -37,7 +38,7 @@ class WideTree {
 
   /// Boxes of the children, coordinate by coordinate; those there are come first, the others are
   /// empty boxes, which nothing overlaps.
-  struct Node {
+  struct alignas(64) Node {
     std::array<std::array<S, width>, 3> lower;
     std::array<std::array<S, width>, 3> upper;
     /// [-] First triangle of a leaf, or the node, where the child's `triangles` are 0.
@@ -88,7 +89,7 @@ class WideTree {
   void store(const CornersOf& corners_of);
 
   std::vector<Node> nodes_;
-  std::vector<S> corners_;
+  LaneVector<S> corners_;
   std::vector<std::uint32_t> numbers_;
   std::vector<Place> places_;
   Aabb<S> box_;

@@ -203,16 +203,7 @@ class HostPatch {
     const Island island{moving_, {}, {}, soft_numbers_};
     solve_in_passes(
         context.settings.max_passes, [&] { solve_once(island, context); },
-        [&](int pass, bool is_last_pass) {
-          bool has_changed = false;
-          for (PatchPair<S>& pair : patch_.pairs) {
-            if (!pair.is_implicit || pair.count == 0) continue;
-            has_changed = update_linearisation(patch_, pair, constraints_.soft[pair.soft].motion,
-                                               dt, pass, is_last_pass) ||
-                          has_changed;
-          }
-          return has_changed;
-        });
+        [&](const SolvePass& pass) { return answer(dt, pass); });
   }
 
   void solve_once(const Island& island, const SolveContext<S>& context) {
@@ -222,15 +213,26 @@ class HostPatch {
       }
     }
     SolveReport<S> report;
-    const bool is_solved =
+    is_solved_ =
         S(solver_.solve(island, constraints_, solver_bodies_, context, report)) < infinity<S>;
+  }
+
+  bool answer(S dt, const SolvePass& pass) {
+    bool has_changed = false;
     for (std::size_t k = 0; k < patch_.pairs.size(); ++k) {
-      const PatchPair<S>& pair = patch_.pairs[k];
+      PatchPair<S>& pair = patch_.pairs[k];
       if (!pair.is_implicit || pair.count == 0) continue;
-      impulses_[k] = is_solved
-                         ? evaluate_impulses(patch_, pair, constraints_.soft[pair.soft].motion)
-                         : Wrench<S>{};
+      if (!is_solved_) {
+        clear_impulses(patch_, pair);
+        impulses_[k] = {};
+        continue;
+      }
+      const PairAnswer<S> found =
+          answer_motion(patch_, pair, constraints_.soft[pair.soft].motion, dt, pass);
+      impulses_[k] = found.impulse;
+      has_changed = found.has_changed || has_changed;
     }
+    return has_changed;
   }
 
   void discard_what_is_not_finite() {
@@ -260,6 +262,7 @@ class HostPatch {
   std::vector<std::uint32_t> moving_;
   std::vector<std::uint32_t> soft_numbers_;
   std::vector<Wrench<S>> impulses_;
+  bool is_solved_ = false;
   Constraints<S> constraints_;
   ProximalSolver<S> solver_;
 };

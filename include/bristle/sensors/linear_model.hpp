@@ -31,6 +31,15 @@ BRISTLE_LANES void linearise_normal(const SensorParameters<T>& p, PatchContact<T
   c.a_normal = T(dt) * slope * c.inverse_length;
 }
 
+/// [N] Mean normal force of a step that ends with the velocity v, of contacts that push or not
+/// (`is_pushing`) and whose normal part is as `linearise_normal` leaves it.
+template <Value T>
+[[nodiscard]] BRISTLE_LANES T force_at(const PatchContact<T>& c, const Vector3<T>& v,
+                                       ScalarOf<T> dt) {
+  const T normal = c.normal_constant + c.a_normal * dot(c.g, v);
+  return select(c.is_pushing, normal, T(0)) * T(ScalarOf<T>(1) / dt);
+}
+
 /// Constant part of the impulse from the normal: along g, plus, where the force shall point along
 /// the ray, the difference to n with the impulse of the last pass. (With that impulse inside, the
 /// matrix would be unsymmetric and oblique rays would be kicked.)
@@ -286,7 +295,7 @@ BRISTLE_LANES void update_normal(PatchContact<T>& c, const Truth<T>& is_met, con
   const Truth<T> is_pushing = is_met & (normal > T(0));
   change.did_switch = change.did_switch || any(is_pushing ^ c.is_pushing);
   c.is_pushing = is_pushing;
-  const T force = select(is_pushing, normal, T(0)) * T(ScalarOf<T>(1) / dt);
+  const T force = force_at<T>(c, v, dt);
   change.force_change += select(is_met, abs(force - c.force), T(0));
   change.force_sum += force;
   c.force = force;

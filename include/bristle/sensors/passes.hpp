@@ -7,23 +7,27 @@
 
 namespace bristle {
 
+/// One of the solves of a step.
+struct SolvePass {
+  /// [-] Its number, from 1, and how many there may be after it.
+  int number = 1;
+  int left = 0;
+};
+
 /// Solves, and solves anew while sensors find themselves in another state than they were linearised
 /// for (stuck to slipping, touching to free, another normal force), at most `max_passes` times.
 ///
-/// @param solve        solve(): fills the soft blocks, finds velocities, evaluates impulses.
-/// @param relinearise  bool relinearise(pass, is_last_pass): moves the linearisation to the
-/// solution
-///                     and says whether that matters. Impulses evaluated before stay valid.
+/// @param solve   solve(): fills the soft blocks and finds velocities.
+/// @param answer  bool answer(pass), after every solve: evaluates the impulses and, if there is a
+///                solve left, says whether that is needed, with the linearisation moved to there.
 /// @return Number of solves.
-template <typename Solve, typename Relinearise>
-int solve_in_passes(int max_passes, Solve&& solve, Relinearise&& relinearise) {
-  const int passes = std::max(1, max_passes);
-  for (int pass = 1; pass < passes; ++pass) {
+template <typename Solve, typename Answer>
+int solve_in_passes(int max_passes, Solve&& solve, Answer&& answer) {
+  SolvePass pass{1, std::max(1, max_passes) - 1};
+  for (;; ++pass.number, --pass.left) {
     solve();
-    if (!relinearise(pass, pass + 1 == passes)) return pass;
+    if (!answer(pass) || pass.left == 0) return pass.number;
   }
-  solve();
-  return passes;
 }
 
 }  // namespace bristle

@@ -10,6 +10,7 @@
 #include <bristle/geometry/kept_candidates.hpp>
 #include <bristle/geometry/ray.hpp>
 #include <bristle/geometry/ray_bundles.hpp>
+#include <bristle/math/lane_vector.hpp>
 #include <bristle/math/rotation.hpp>
 #include <bristle/sensors/kept_hits.hpp>
 #include <bristle/sensors/law.hpp>
@@ -59,8 +60,8 @@ struct PatchDef {
 };
 
 /// One sensor that meets a body in this step: geometry, the linear model of its impulse, and the
-/// impulse it finally gave. In A's axes; the reference point c belongs to its `PatchPair`. A
-/// patch's contacts lie in `ContactTile`s and are worked on as PatchContact<Pack<S>>.
+/// impulse it finally gave. In A's axes; the reference point c belongs to its `PatchPair`. Patches
+/// work on PatchContact<Pack<S>>, of which `ContactTile`s keep what cannot be found again.
 template <Value T>
 struct PatchContact {
   /// Whether it touches at the start of the step (else it may within it), whether its normal part
@@ -133,6 +134,9 @@ struct PatchPair {
   S alpha = S(1);
   S beta = S(0);
   S theta = S(1);
+  /// Whether its linear models were moved to a motion that was found; these its tiles keep. The
+  /// first ones, around the motion at the start of the step, follow from the hits and the stretch.
+  bool has_moved_models = false;
   /// [-] Sum of the contacts' linear models about c, in A's axes: impulse = offset + matrix u.
   Mat6<S> matrix = Mat6<S>::Zero();
   Vec6<S> offset = Vec6<S>::Zero();
@@ -162,7 +166,7 @@ struct SensorPatch {
   BodyId body{};
   /// [m] Rays from A's centre of mass in A's axes; [1] unit directions; [m] lengths.
   Vec3Array<S> start, direction;
-  std::vector<S> length;
+  LaneVector<S> length;
   /// The rays as queries want them.
   RayBundles<S> bundles{};
   /// What they keep of a fine mesh: no part of the state, since answers do not depend on it.

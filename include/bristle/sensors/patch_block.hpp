@@ -14,7 +14,9 @@
 #include <bristle/dynamics/soft_block.hpp>
 #include <bristle/sensors/lane_parameters.hpp>
 #include <bristle/sensors/linear_model.hpp>
+#include <bristle/sensors/passes.hpp>
 #include <bristle/sensors/patch.hpp>
+#include <bristle/sensors/patch_touch.hpp>
 
 #include <span>
 
@@ -29,32 +31,34 @@ void set_scheme(PatchPair<S>& pair, S bristle_sum, S viscous_sum, S w, S dt);
 /// Linearises all contacts of a pair for the first pass, around the motion at the start of the
 /// step, and sums their models.
 template <Scalar S>
-void start_linearisation(SensorPatch<S>& patch, PatchPair<S>& pair, S dt,
+void start_linearisation(const SensorPatch<S>& patch, PatchPair<S>& pair, S dt,
                          const ParallelFor& parallel_for = serial_for);
 
-/// Moves the linearisation to the motion that was found, after `evaluate_impulses` there.
-/// @param motion        u at the end of the step, as the solver found it.
-/// @param pass          Number of the solve that found it, from 1.
-/// @param is_last_pass  Whether there is one more solve only.
-/// @return Whether anything changed that matters: another solve is needed.
+/// What a pair gave at a motion.
 template <Scalar S>
-bool update_linearisation(SensorPatch<S>& patch, PatchPair<S>& pair, const Vec6<S>& motion, S dt,
-                          int pass, bool is_last_pass,
-                          const ParallelFor& parallel_for = serial_for);
+struct PairAnswer {
+  /// [N s, N m s] Sum of its impulses on B about c.
+  Wrench<S> impulse{};
+  /// Whether its contacts are in another state there than they were linearised for, so that another
+  /// solve is needed.
+  bool has_changed = false;
+};
+
+/// Evaluates the impulse of every contact at the motion that was found. If there is a solve left
+/// and any of them changed or slips, moves the linearisation there, which changes `matrix` and
+/// `offset`.
+/// @param motion  u at the end of the step, as the solver found it.
+template <Scalar S>
+PairAnswer<S> answer_motion(SensorPatch<S>& patch, PatchPair<S>& pair, const Vec6<S>& motion, S dt,
+                            const SolvePass& pass, const ParallelFor& parallel_for = serial_for);
 
 /// Puts the sum of the linear models of a pair's contacts into its soft block.
 template <Scalar S>
 void fill_block(const PatchPair<S>& pair, SoftBlock<S>& block);
 
-/// Takes back what the contacts of a pair gave.
+/// Takes back what the contacts of a pair gave, and that any of them slipped.
 template <Scalar S>
 void clear_impulses(SensorPatch<S>& patch, const PatchPair<S>& pair);
-
-/// Evaluates the impulse of every contact at the motion that was found.
-/// @return [N s, N m s] Their sum on B about c.
-template <Scalar S>
-Wrench<S> evaluate_impulses(SensorPatch<S>& patch, const PatchPair<S>& pair, const Vec6<S>& motion,
-                            const ParallelFor& parallel_for = serial_for);
 
 // Implementation -----------------------------------------------------------------------------------
 
@@ -69,17 +73,15 @@ void set_scheme(PatchPair<S>& pair, S bristle_sum, S viscous_sum, S w, S dt) {
 namespace detail {
 
 /// The contact tiles of a pair.
-template <Scalar S>
-[[nodiscard]] std::span<ContactTile<S>> contacts_of(SensorPatch<S>& patch,
-                                                    const PatchPair<S>& pair) {
+template <typename Patch, Scalar S>
+[[nodiscard]] auto contacts_of(Patch& patch, const PatchPair<S>& pair) {
   return std::span(patch.contacts).subspan(pair.first, pair.count);
 }
 
-/// Adds up part(tiles, sum) over a pair's contact tiles, in slices that threads may share.
-template <typename Sum, Scalar S, typename Part>
-[[nodiscard]] Sum sum_of_contacts(SensorPatch<S>& patch, const PatchPair<S>& pair,
-                                  const ParallelFor& parallel_for, const Part& part) {
-  const std::span<ContactTile<S>> all = contacts_of(patch, pair);
+/// Adds up part(tiles, sum) over contact tiles, in slices that threads may share.
+template <typename Sum, typename Tile, typename Part>
+[[nodiscard]] Sum sum_of_contacts(std::span<Tile> all, const ParallelFor& parallel_for,
+                                  const Part& part) {
   return sum_in_slices<Sum>(all.size(), slice_tiles, fewest_shared_slices, parallel_for,
                             [&](std::size_t first, std::size_t end, Sum& sum) {
                               part(all.subspan(first, end - first), sum);
@@ -121,17 +123,17 @@ struct LaneWrench {
   }
 };
 
-/// Loads what is known of the contacts of a pack before anything is linearised.
+/// Finds what is known of the contacts of a pack before anything is linearised.
 template <Scalar S>
-BRISTLE_LANES void load_geometry(const SensorTile<S>& sensors, const ContactTile<S>& tile,
+BRISTLE_LANES void find_geometry(const SensorPatch<S>& patch, const ContactTile<S>& tile,
                                  std::size_t at, const Pack3<S>& center, PatchContact<Pack<S>>& c) {
-  c.n = load_pack(sensors.direction, at);
-  c.inverse_length = load_pack(sensors.inverse_length, at);
-  c.g = load_pack(tile.g, at);
-  c.rho = load_pack(tile.point, at) - center;
+  const TouchPack<S> touch(patch, patch.tiles[tile.tile], tile.tile, at, tile.is_met, false);
+  c.n = touch.n;
+  c.g = touch.g;
+  c.rho = touch.point - center;
+  c.depth = touch.depth;
+  c.inverse_length = touch.inverse_length;
   c.stretch = load_pack(tile.stretch, at);
-  c.depth = load_pack(tile.depth, at);
-  c.force = load_pack(tile.force, at);
   c.is_touching = load_mask<S>(tile.is_touching, at);
 }
 
@@ -144,97 +146,169 @@ BRISTLE_LANES void load_states(const ContactTile<S>& tile, std::size_t at,
   c.is_damping_slip = load_mask<S>(tile.is_damping_slip, at);
 }
 
-/// Keeps the linear model of the contacts of a pack and adds it to the sum. `a_normal` is stored as
-/// 0 where nothing pushes, so that the evaluation need not ask.
+/// The model of another motion, and the force that it was made for.
 template <Scalar S>
-BRISTLE_LANES void store_model(ContactTile<S>& tile, std::size_t at, PatchContact<Pack<S>>& c,
-                               ModelSum<Pack<S>>& sum) {
-  c.a_normal = select(c.is_pushing, c.a_normal, Pack<S>(S(0)));
-  store_mask(tile.is_pushing, at, c.is_pushing);
+BRISTLE_LANES void load_model(const ContactTile<S>& tile, std::size_t at,
+                              PatchContact<Pack<S>>& c) {
+  c.constant = load_pack(tile.constant, at);
+  c.a_normal = load_pack(tile.a_normal, at);
+  c.a_across = load_pack(tile.a_across, at);
+  c.force = load_pack(tile.force, at);
+  if (any(c.is_slipping)) {
+    c.along = load_pack(tile.along, at);
+    c.a_along = load_pack(tile.a_along, at);
+  }
+}
+template <Scalar S>
+BRISTLE_LANES void store_model(ContactTile<S>& tile, std::size_t at,
+                               const PatchContact<Pack<S>>& c) {
   store_pack(tile.constant, at, c.constant);
   store_pack(tile.a_normal, at, c.a_normal);
   store_pack(tile.a_across, at, c.a_across);
-  sum.add(c);
+  store_pack(tile.force, at, c.force);
+  if (any(c.is_slipping)) {
+    store_pack(tile.along, at, c.along);
+    store_pack(tile.a_along, at, c.a_along);
+  }
 }
 
-/// First models of some contacts, around the motion at the start of the step.
+/// First model of the contacts of a pack, around the motion at the start of the step. `a_normal`
+/// becomes 0 where nothing pushes, so that the evaluation need not ask.
+template <Scalar S>
+BRISTLE_LANES void linearise_at_start(const SensorParameters<Pack<S>>& p, const LawOptions& options,
+                                      const PatchPair<S>& pair, const LaneMotion<S>& start,
+                                      const Mask<S>& is_met, S dt, PatchContact<Pack<S>>& c) {
+  using T = Pack<S>;
+  c.start_velocity = start.at(c.rho);
+  const T approach = dot(c.g, c.start_velocity);
+  c.force =
+      select(c.is_touching, normal_force(p, c.depth, T(approach * c.inverse_length)), T(S(0)));
+  linearise_normal<T>(p, c, dt);
+  c.is_pushing = is_met & (c.normal_constant + c.a_normal * approach > T(S(0)));
+  c.normal_impulse = T(dt) * c.force;
+  // Nothing slips yet: the mask is empty, which the compiler sees.
+  c.is_slipping = c.is_damping_slip = Mask<S>::from_bits(0);
+  linearise<T>(p, options, pair, c, c.start_velocity, dt);
+  c.a_normal = select(c.is_pushing, c.a_normal, T(S(0)));
+}
+
+/// Sum of the first models of some contacts.
 template <Scalar S, typename Parameters>
-void linearise_at_start(SensorPatch<S>& patch, const PatchPair<S>& pair,
-                        std::span<ContactTile<S>> tiles, const Parameters& parameters, S dt,
-                        ModelSum<Pack<S>>& total) {
+void sum_first_models(const SensorPatch<S>& patch, const PatchPair<S>& pair,
+                      std::span<const ContactTile<S>> tiles, const Parameters& parameters, S dt,
+                      ModelSum<Pack<S>>& total) {
   using T = Pack<S>;
   const LawOptions options = patch.def.options;
   const PatchPair<S> scheme = pair;
   const LaneMotion<S> start(pair.start_motion.at(pair.center), pair.start_motion.angular);
   const Pack3<S> center = Pack3<S>::all(pair.center);
   ModelSum<T> sum;
-  for (ContactTile<S>& tile : tiles) {
-    const SensorTile<S>& sensors = patch.tiles[tile.tile];
-    tile.is_slipping = 0;
+  for (const ContactTile<S>& tile : tiles) {
     for (std::size_t at = 0; at < tile_size; at += lanes<S>) {
       if (pack_bits<S>(tile.is_met, at) == 0) continue;
       PatchContact<T> c;
-      load_geometry(sensors, tile, at, center, c);
-      const SensorParameters<T>& p = parameters(tile.tile, at);
-      c.start_velocity = start.at(c.rho);
-      linearise_normal<T>(p, c, dt);
-      c.is_pushing = load_mask<S>(tile.is_met, at) &
-                     (c.normal_constant + c.a_normal * dot(c.g, c.start_velocity) > T(S(0)));
-      c.normal_impulse = T(dt) * c.force;
-      // Nothing slips yet: the mask is empty, which the compiler sees.
-      c.is_slipping = c.is_damping_slip = Mask<S>::from_bits(0);
-      linearise<T>(p, options, scheme, c, c.start_velocity, dt);
-      store_model(tile, at, c, sum);
+      find_geometry(patch, tile, at, center, c);
+      linearise_at_start<S>(parameters(tile.tile, at), options, scheme, start,
+                            load_mask<S>(tile.is_met, at), dt, c);
+      sum.add(c);
     }
   }
   total = sum;
 }
 
-/// What a pass knows when it moves the linearisation.
+/// What a pass knows when it evaluates and moves the models.
 template <Scalar S>
 struct PassDef {
   /// [m/s, rad/s] u at the end of the step, as the solver found it.
   Vec6<S> motion = Vec6<S>::Zero();
   /// [s] The step.
   S dt = S(0);
-  /// [-] Number of the solve that found it, from 1.
-  int pass = 0;
-  /// [-] Whether there is one more solve only.
-  bool is_last = false;
+  /// [-] Which of the solves found it.
+  SolvePass pass{};
 };
 
-/// Finds out what some contacts do at the motion that was found.
-template <Scalar S, typename Parameters>
-void find_changes(SensorPatch<S>& patch, const PatchPair<S>& pair, std::span<ContactTile<S>> tiles,
-                  const Parameters& parameters, const PassDef<S>& def, PassChange<Pack<S>>& total) {
+/// What evaluating models finds.
+template <Scalar S>
+struct Evaluation {
+  LaneWrench<S> impulse{};
+  PassChange<Pack<S>> change{};
+
+  Evaluation& operator+=(const Evaluation& more) {
+    impulse += more.impulse;
+    change += more.change;
+    return *this;
+  }
+};
+
+/// Impulse of the models of the contacts of a pack at the velocities v.
+template <Scalar S>
+BRISTLE_LANES void give_model_impulses(const PatchContact<Pack<S>>& c, const Pack3<S>& v,
+                                       ContactTile<S>& tile, std::size_t at, LaneWrench<S>& sum) {
+  using T = Pack<S>;
+  Pack3<S> impulse = model_impulse<T>(c, v);
+  T normal = select(c.is_pushing, dot(impulse, c.n), T(S(0)));
+  const Mask<S> pulls = normal < T(S(0));
+  if (any(pulls)) {
+    // The passes ran out before these sensors were seen to part: they must not pull.
+    impulse = select(pulls, tangential<T>(impulse, c.n), impulse);
+    normal = select(pulls, T(S(0)), normal);
+  }
+  store_pack(tile.impulse, at, impulse);
+  store_pack(tile.normal_impulse, at, normal);
+  sum.force += impulse;
+  sum.torque += cross(c.rho, impulse);
+}
+
+/// Finds out what the contacts of a pack do at the velocities v.
+template <Scalar S>
+BRISTLE_LANES void find_changes(const SensorParameters<Pack<S>>& p, SlipReset reset,
+                                const PassDef<S>& def, const Pack3<S>& v, ContactTile<S>& tile,
+                                std::size_t at, PatchContact<Pack<S>>& c,
+                                PassChange<Pack<S>>& change) {
+  using T = Pack<S>;
+  c.last_slip = zero_vector<T>();
+  if (any(c.is_slipping)) c.last_slip = load_pack(tile.last_slip, at);
+  linearise_normal<T>(p, c, def.dt);
+  update_normal<T>(c, load_mask<S>(tile.is_met, at), v, def.dt, change);
+  update_slip<T>(c, tangential<T>(v, c.n), p.breakaway_distance, reset, def.dt, def.pass.number,
+                 def.pass.left == 1, change);
+  store_mask(tile.is_pushing, at, c.is_pushing);
+  if (any(c.is_slipping)) store_pack(tile.last_slip, at, c.last_slip);
+  store_mask(tile.is_slipping, at, c.is_slipping);
+  store_mask(tile.is_damping_slip, at, c.is_damping_slip);
+}
+
+/// Impulses of some contacts at the motion that was found, and what they do there.
+/// @tparam is_first  Whether their models are the first ones, which are not kept.
+template <bool is_first, Scalar S, typename Parameters>
+void evaluate(SensorPatch<S>& patch, const PatchPair<S>& pair, std::span<ContactTile<S>> tiles,
+              const Parameters& parameters, const PassDef<S>& def, Evaluation<S>& total) {
   using T = Pack<S>;
   const LawOptions options = patch.def.options;
-  const S dt = def.dt;
+  const PatchPair<S> scheme = pair;
+  const LaneMotion<S> start(pair.start_motion.at(pair.center), pair.start_motion.angular);
   const LaneMotion<S> found(pair, def.motion);
   const Pack3<S> center = Pack3<S>::all(pair.center);
-  PassChange<T> change;
+  Evaluation<S> sum;
   for (ContactTile<S>& tile : tiles) {
-    const SensorTile<S>& sensors = patch.tiles[tile.tile];
+    if constexpr (is_first) tile.is_slipping = 0;
     for (std::size_t at = 0; at < tile_size; at += lanes<S>) {
       if (pack_bits<S>(tile.is_met, at) == 0) continue;
-      PatchContact<T> c;
-      load_geometry(sensors, tile, at, center, c);
-      load_states(tile, at, c);
-      if (any(c.is_slipping)) c.last_slip = load_pack(tile.last_slip, at);
       const SensorParameters<T>& p = parameters(tile.tile, at);
+      PatchContact<T> c;
+      find_geometry(patch, tile, at, center, c);
+      if constexpr (is_first) {
+        linearise_at_start<S>(p, options, scheme, start, load_mask<S>(tile.is_met, at), def.dt, c);
+      } else {
+        load_states(tile, at, c);
+        load_model(tile, at, c);
+      }
       const Pack3<S> v = found.at(c.rho);
-      linearise_normal<T>(p, c, dt);
-      update_normal<T>(c, load_mask<S>(tile.is_met, at), v, dt, change);
-      update_slip<T>(c, tangential<T>(v, c.n), p.breakaway_distance, options.reset, dt, def.pass,
-                     def.is_last, change);
-      store_pack(tile.force, at, c.force);
-      store_mask(tile.is_pushing, at, c.is_pushing);
-      if (any(c.is_slipping)) store_pack(tile.last_slip, at, c.last_slip);
-      store_mask(tile.is_slipping, at, c.is_slipping);
-      store_mask(tile.is_damping_slip, at, c.is_damping_slip);
+      give_model_impulses<S>(c, v, tile, at, sum.impulse);
+      if (def.pass.left > 0) find_changes<S>(p, options.reset, def, v, tile, at, c, sum.change);
     }
   }
-  total = change;
+  total = sum;
 }
 
 /// Models around another motion, and by how much they change the friction there.
@@ -267,23 +341,21 @@ void linearise_at_motion(SensorPatch<S>& patch, const PatchPair<S>& pair,
   const Pack3<S> center = Pack3<S>::all(pair.center);
   MovedModels<T> sum;
   for (ContactTile<S>& tile : tiles) {
-    const SensorTile<S>& sensors = patch.tiles[tile.tile];
     for (std::size_t at = 0; at < tile_size; at += lanes<S>) {
       if (pack_bits<S>(tile.is_met, at) == 0) continue;
       PatchContact<T> c;
-      load_geometry(sensors, tile, at, center, c);
+      find_geometry(patch, tile, at, center, c);
       load_states(tile, at, c);
       const SensorParameters<T>& p = parameters(tile.tile, at);
       const Pack3<S> v = found.at(c.rho);
       c.start_velocity = start.at(c.rho);
-      c.normal_impulse = T(lagged) * c.force;
       linearise_normal<T>(p, c, dt);
+      c.force = force_at<T>(c, v, dt);
+      c.normal_impulse = T(lagged) * c.force;
       linearise<T>(p, options, scheme, c, tangential<T>(v, c.n), dt);
-      store_model(tile, at, c, sum.models);
-      if (any(c.is_slipping)) {
-        store_pack(tile.along, at, c.along);
-        store_pack(tile.a_along, at, c.a_along);
-      }
+      c.a_normal = select(c.is_pushing, c.a_normal, T(S(0)));
+      sum.models.add(c);
+      store_model(tile, at, c);
       const Mask<S> is_met = load_mask<S>(tile.is_met, at);
       const Pack3<S> before = tangential<T>(load_pack(tile.impulse, at), c.n);
       const Pack3<S> after = tangential<T>(model_impulse<T>(c, v), c.n);
@@ -295,90 +367,58 @@ void linearise_at_motion(SensorPatch<S>& patch, const PatchPair<S>& pair,
   total = sum;
 }
 
-/// Impulses of some contacts at the motion that was found.
-template <Scalar S>
-void evaluate(SensorPatch<S>& patch, const PatchPair<S>& pair, std::span<ContactTile<S>> tiles,
-              const Vec6<S>& motion, LaneWrench<S>& total) {
-  using T = Pack<S>;
-  const LaneMotion<S> found(pair, motion);
-  const Pack3<S> center = Pack3<S>::all(pair.center);
-  LaneWrench<S> sum;
-  for (ContactTile<S>& tile : tiles) {
-    const SensorTile<S>& sensors = patch.tiles[tile.tile];
-    for (std::size_t at = 0; at < tile_size; at += lanes<S>) {
-      if (pack_bits<S>(tile.is_met, at) == 0) continue;
-      PatchContact<T> c;
-      c.n = load_pack(sensors.direction, at);
-      c.g = load_pack(tile.g, at);
-      c.rho = load_pack(tile.point, at) - center;
-      c.constant = load_pack(tile.constant, at);
-      c.a_normal = load_pack(tile.a_normal, at);
-      c.a_across = load_pack(tile.a_across, at);
-      c.is_slipping = load_mask<S>(tile.is_slipping, at);
-      if (any(c.is_slipping)) {
-        c.along = load_pack(tile.along, at);
-        c.a_along = load_pack(tile.a_along, at);
-      }
-      Pack3<S> impulse = model_impulse<T>(c, found.at(c.rho));
-      T normal = select(load_mask<S>(tile.is_pushing, at), dot(impulse, c.n), T(S(0)));
-      const Mask<S> pulls = normal < T(S(0));
-      if (any(pulls)) {
-        // The passes ran out before these sensors were seen to part: they must not pull.
-        impulse = select(pulls, tangential<T>(impulse, c.n), impulse);
-        normal = select(pulls, T(S(0)), normal);
-      }
-      store_pack(tile.impulse, at, impulse);
-      store_pack(tile.normal_impulse, at, normal);
-      sum.force += impulse;
-      sum.torque += cross(c.rho, impulse);
-    }
-  }
-  total = sum;
-}
-
 }  // namespace detail
 
 template <Scalar S>
-void start_linearisation(SensorPatch<S>& patch, PatchPair<S>& pair, S dt,
+void start_linearisation(const SensorPatch<S>& patch, PatchPair<S>& pair, S dt,
                          const ParallelFor& parallel_for) {
   using Sum = detail::ModelSum<Pack<S>>;
+  pair.has_moved_models = false;
   detail::with_parameters<S>(patch.def, [&](const auto& parameters) {
     const Sum sum = detail::sum_of_contacts<Sum>(
-        patch, pair, parallel_for, [&](std::span<ContactTile<S>> tiles, Sum& part) {
-          detail::linearise_at_start<S>(patch, pair, tiles, parameters, dt, part);
+        detail::contacts_of(patch, pair), parallel_for, [&](auto tiles, Sum& part) {
+          detail::sum_first_models<S>(patch, pair, tiles, parameters, dt, part);
         });
     sum.get(pair.matrix, pair.offset);
   });
 }
 
 template <Scalar S>
-bool update_linearisation(SensorPatch<S>& patch, PatchPair<S>& pair, const Vec6<S>& motion, S dt,
-                          int pass, bool is_last_pass, const ParallelFor& parallel_for) {
+PairAnswer<S> answer_motion(SensorPatch<S>& patch, PatchPair<S>& pair, const Vec6<S>& motion, S dt,
+                            const SolvePass& pass, const ParallelFor& parallel_for) {
   // Changes count when they reach a thousandth of what the patch carries: friction follows the
   // normal force of the pass before.
   const S negligible = S(1e-3);
-  const detail::PassDef<S> def{motion, dt, pass, is_last_pass};
-  using Change = detail::PassChange<Pack<S>>;
+  const detail::PassDef<S> def{motion, dt, pass};
+  const std::span<ContactTile<S>> contacts = detail::contacts_of(patch, pair);
+  using Evaluation = detail::Evaluation<S>;
   using Moved = detail::MovedModels<Pack<S>>;
-  return detail::with_parameters<S>(patch.def, [&](const auto& parameters) {
-    const Change change = detail::sum_of_contacts<Change>(
-        patch, pair, parallel_for, [&](std::span<ContactTile<S>> tiles, Change& part) {
-          detail::find_changes<S>(patch, pair, tiles, parameters, def, part);
+  return detail::with_parameters<S>(patch.def, [&](const auto& parameters) -> PairAnswer<S> {
+    const Evaluation found = detail::sum_of_contacts<Evaluation>(
+        contacts, parallel_for, [&](std::span<ContactTile<S>> tiles, Evaluation& part) {
+          if (pair.has_moved_models) {
+            detail::evaluate<false, S>(patch, pair, tiles, parameters, def, part);
+          } else {
+            detail::evaluate<true, S>(patch, pair, tiles, parameters, def, part);
+          }
         });
+    const Wrench<S> impulse = found.impulse.in_world(pair);
+    const detail::PassChange<Pack<S>>& change = found.change;
     const bool has_changed = change.did_switch || sum_of_lanes(change.force_change) >
                                                       negligible * sum_of_lanes(change.force_sum);
-    if (!has_changed && !change.has_slip) return false;
+    if (!has_changed && !change.has_slip) return {impulse, false};
 
     // Normal forces that have not settled by the last pass point along the gradient, which cannot
     // give energy, and not along the ray with an impulse that was wrong the pass before.
-    const S lagged = is_last_pass && has_changed ? S(0) : dt;
+    const S lagged = pass.left == 1 && has_changed ? S(0) : dt;
     const Moved moved = detail::sum_of_contacts<Moved>(
-        patch, pair, parallel_for, [&](std::span<ContactTile<S>> tiles, Moved& part) {
+        contacts, parallel_for, [&](std::span<ContactTile<S>> tiles, Moved& part) {
           detail::linearise_at_motion<S>(patch, pair, tiles, parameters, def, lagged, part);
         });
+    pair.has_moved_models = true;
     moved.models.get(pair.matrix, pair.offset);
-    return has_changed ||
-           sum_of_lanes(moved.friction_change) > negligible * sum_of_lanes(moved.friction_sum);
+    return {impulse, has_changed || sum_of_lanes(moved.friction_change) >
+                                        negligible * sum_of_lanes(moved.friction_sum)};
   });
 }
 
@@ -401,18 +441,8 @@ void clear_impulses(SensorPatch<S>& patch, const PatchPair<S>& pair) {
   for (ContactTile<S>& tile : detail::contacts_of(patch, pair)) {
     tile.impulse = {};
     tile.normal_impulse = {};
+    tile.is_slipping = 0;
   }
-}
-
-template <Scalar S>
-Wrench<S> evaluate_impulses(SensorPatch<S>& patch, const PatchPair<S>& pair, const Vec6<S>& motion,
-                            const ParallelFor& parallel_for) {
-  using Sum = detail::LaneWrench<S>;
-  return detail::sum_of_contacts<Sum>(patch, pair, parallel_for,
-                                      [&](std::span<ContactTile<S>> tiles, Sum& part) {
-                                        detail::evaluate<S>(patch, pair, tiles, motion, part);
-                                      })
-      .in_world(pair);
 }
 
 }  // namespace bristle

@@ -6,6 +6,7 @@
 #include <bristle/core/parallel.hpp>
 #include <bristle/sensors/lane_parameters.hpp>
 #include <bristle/sensors/patch.hpp>
+#include <bristle/sensors/patch_touch.hpp>
 
 namespace bristle {
 
@@ -234,19 +235,15 @@ class ContactMaker {
     const LaneBits anchored =
         tile.is_rooted == 0
             ? LaneBits(0)
-            : static_cast<LaneBits>(tile.is_rooted & equal_lanes(tile.rooted_in.data(), key_b_));
+            : static_cast<LaneBits>(tile.is_rooted & tile.rooted_in.lanes_in(key_b_));
     for (std::size_t at = 0; at < tile_size; at += lanes<S>) {
       if (pack_bits<S>(hit, at) != 0) add_pack(tile, out, at, hit, anchored);
     }
     if (options_.law == Law::ambf) {
       tile.is_rooted = static_cast<LaneBits>(tile.is_rooted & (~hit | out.is_met));
     } else {
-      std::uint32_t fresh = out.is_touching & ~std::uint32_t(anchored);
-      // A tile that is rooted nowhere else says so in all lanes, for `equal_lanes`.
-      if (fresh != 0 && tile.is_rooted == anchored) tile.rooted_in.fill(key_b_);
-      for (; fresh != 0; fresh &= fresh - 1) {
-        tile.rooted_in[static_cast<std::size_t>(std::countr_zero(fresh))] = key_b_;
-      }
+      const auto fresh = static_cast<LaneBits>(out.is_touching & ~std::uint32_t(anchored));
+      if (fresh != 0) tile.rooted_in.set(fresh, key_b_, tile.is_rooted != anchored);
       tile.is_rooted = static_cast<LaneBits>((tile.is_rooted & ~hit) | out.is_touching);
     }
     sums_.count += static_cast<std::uint32_t>(std::popcount(out.is_met));
@@ -257,37 +254,17 @@ class ContactMaker {
  private:
   BRISTLE_LANES void add_pack(SensorTile<S>& tile, ContactTile<S>& out, std::size_t at,
                               LaneBits hit, LaneBits anchored) {
-    const std::size_t first = out.tile * tile_size + at;
-    const Pack3<S> n = load_pack(tile.direction, at);
-    const RayHits<S>& hits = patch_.hits;
-    const Pack3<S> surface = Pack3<S>::load(
-        hits.normal.x.data() + first, hits.normal.y.data() + first, hits.normal.z.data() + first);
-    // False for a normal that is no number, too.
-    const T cosine = dot(surface, n);
-    const Mask<S> is_met = load_mask<S>(hit, at) & (cosine <= T(grazing_cosine<S>));
-    // Lanes without contact go on with a hit from ahead at the start of the ray: all is finite.
-    const Pack3<S> m = select(is_met, surface, -n);
-    const T distance = patch_.distances_of(first, is_met);
-
+    const TouchPack<S> touch(patch_, tile, out.tile, at, hit, true);
     const SensorParameters<T>& p = parameters_(out.tile, at);
-    const Pack3<S> g = depth_gradient<T>(m, select(is_met, cosine, T(S(-1))));
-    const T inverse_length = load_pack(tile.inverse_length, at);
-    const T depth = sensor_depth(distance, inverse_length);
-    const Mask<S> is_touching = is_met & (depth > T(0));
-    const Pack3<S> point = load_pack(tile.start, at) + distance * n;
+    const Mask<S> is_met = touch.is_met;
+    const Mask<S> is_touching = is_met & (touch.depth > T(0));
+    const Pack3<S> n = touch.n, g = touch.g, point = touch.point;
+    const T depth = touch.depth, inverse_length = touch.inverse_length;
     const Pack3<S> velocity = linear_ + cross(angular_, point);
     const T force =
         select(is_touching, normal_force(p, depth, T(dot(g, velocity) * inverse_length)), T(0));
     store_mask(out.is_met, at, is_met);
     store_mask(out.is_touching, at, is_touching);
-    // What linear models start from; with the impulses given there will be none, and what is read
-    // of the contact later follows from the hit.
-    if (!gives_) {
-      store_pack(out.point, at, point);
-      store_pack(out.g, at, g);
-      store_pack(out.depth, at, depth);
-      store_pack(out.force, at, force);
-    }
     if (options_.law == Law::paper) {
       // Most bristles stay as they are. What has to be rooted is a call, and loads what it needs
       // anew: inlined, it would push this loop's values out of the registers.
@@ -296,10 +273,12 @@ class ContactMaker {
       const T sigma = p.breakaway_distance;
       const Mask<S> is_kept = load_mask<S>(anchored, at) & (dot(stretch, stretch) <= sigma * sigma);
       const bool is_any_moved = any(is_touching & !is_kept);
-      if (!gives_ || is_any_moved) store_pack(out.stretch, at, stretch);
+      // Where the impulses are given here, nobody else will ask for it.
+      Row3<S>& row = gives_ ? stretch_ : out.stretch;
+      if (!gives_ || is_any_moved) store_pack(row, at, stretch);
       if (is_any_moved) {
-        root_anew(tile, out, at, anchored, sigma);
-        stretch = load_pack(out.stretch, at);
+        root_anew(tile, out, at, anchored, sigma, row);
+        stretch = load_pack(row, at);
       }
       if (gives_) {
         give_impulses<S>(out, at, p, options_, {depth, inverse_length, n, g, velocity}, stretch,
@@ -312,20 +291,19 @@ class ContactMaker {
     }
   }
 
-  /// Advances the bristles of the lanes that touch, and leaves those of the others alone. Their
-  /// stretch is in `out`.
+  /// Advances the bristles of the lanes that touch, and leaves those of the others alone.
   BRISTLE_OUTLINED void root_anew(SensorTile<S>& tile, ContactTile<S>& out, std::size_t at,
-                                  LaneBits anchored, const T& sigma) const {
+                                  LaneBits anchored, const T& sigma, Row3<S>& row) const {
     Anchor<T> anchor{load_pack(tile.root_a, at), load_pack(tile.root_b, at)};
     const Mask<S> is_touching = load_mask<S>(out.is_touching, at);
     const T distance = patch_.distances_of(out.tile * tile_size + at, is_touching);
     const Pack3<S> point = load_pack(tile.start, at) + distance * load_pack(tile.direction, at);
     Mask<S> did_slip;
     // What does not touch is kept, however far it is stretched.
-    Pack3<S> stretch = load_pack(out.stretch, at);
+    Pack3<S> stretch = load_pack(row, at);
     root_where_needed<T>(anchor, load_mask<S>(anchored, at) | !is_touching, stretch, pose_, point,
                          select(is_touching, sigma, T(infinity<S>)), options_.reset, did_slip);
-    store_pack(out.stretch, at, stretch);
+    store_pack(row, at, stretch);
     store_mask(out.is_slipping, at, did_slip);
     store_pack(tile.root_a, at, anchor.q_A);
     store_pack(tile.root_b, at, anchor.q_B);
@@ -365,6 +343,7 @@ class ContactMaker {
   const bool measures_lambda_;
   const bool gives_;
   ContactSums<S> sums_{};
+  alignas(64) Row3<S> stretch_;
 };
 
 /// Makes the contacts of pair `index`, from contact `first` on, and measures them.

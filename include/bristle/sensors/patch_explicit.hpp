@@ -8,6 +8,7 @@
 #include <bristle/sensors/patch.hpp>
 #include <bristle/sensors/patch_block.hpp>
 #include <bristle/sensors/patch_contacts.hpp>
+#include <bristle/sensors/patch_touch.hpp>
 
 namespace bristle {
 
@@ -67,10 +68,8 @@ Wrench<S> ambf_impulses(SensorPatch<S>& patch, const PatchPair<S>& pair, BodyId 
       tile.impulse.set(i, Vec3<S>::Zero());
       tile.normal_impulse[i] = S(0);
       if ((tile.is_touching & bit) == 0) continue;
-      const Vec3<S> g = tile.g[i];
-      const Vec3<S> point = tile.point[i];
-      const SensorContact<S> contact{tile.depth[i], sensors.inverse_length[i], sensors.direction[i],
-                                     g, pair.start_motion.at(point)};
+      const auto [n, g, point, depth, inverse_length] = touch_of(patch, tile.tile * tile_size + i);
+      const SensorContact<S> contact{depth, inverse_length, n, g, pair.start_motion.at(point)};
       Anchor<S> anchor{sensors.root_a[i], sensors.root_b[i]};
       bool is_rooted = (sensors.is_rooted & bit) != 0 && sensors.rooted_in[i] == root_key(id_b);
       bool did_slip = false;
@@ -79,7 +78,7 @@ Wrench<S> ambf_impulses(SensorPatch<S>& patch, const PatchPair<S>& pair, BodyId 
           g.normalized() * S(-1), pair.pose, point, anchor, is_rooted, did_slip);
       sensors.root_a.set(i, anchor.q_A);
       sensors.root_b.set(i, anchor.q_B);
-      sensors.rooted_in[i] = root_key(id_b);
+      sensors.rooted_in.set(bit, root_key(id_b), (sensors.is_rooted & ~bit) != 0);
       sensors.is_rooted =
           static_cast<LaneBits>(is_rooted ? sensors.is_rooted | bit : sensors.is_rooted & ~bit);
       if (did_slip) tile.is_slipping = static_cast<LaneBits>(tile.is_slipping | bit);
@@ -100,15 +99,13 @@ void give_at_start(SensorPatch<S>& patch, const PatchPair<S>& pair, std::span<Co
   const Pack3<S> center = Pack3<S>::all(pair.center);
   LaneWrench<S> sum;
   for (ContactTile<S>& tile : tiles) {
-    const SensorTile<S>& sensors = patch.tiles[tile.tile];
     for (std::size_t at = 0; at < tile_size; at += lanes<S>) {
       if (pack_bits<S>(tile.is_met, at) == 0) continue;
-      const Pack3<S> point = load_pack(tile.point, at);
-      const SensorContact<Pack<S>> contact{
-          load_pack(tile.depth, at), load_pack(sensors.inverse_length, at),
-          load_pack(sensors.direction, at), load_pack(tile.g, at), start.at(point)};
+      const TouchPack<S> touch(patch, patch.tiles[tile.tile], tile.tile, at, tile.is_met, false);
+      const SensorContact<Pack<S>> contact{touch.depth, touch.inverse_length, touch.n, touch.g,
+                                           start.at(touch.point)};
       give_impulses<S>(tile, at, parameters(tile.tile, at), options, contact,
-                       load_pack(tile.stretch, at), point - center,
+                       load_pack(tile.stretch, at), touch.point - center,
                        load_mask<S>(tile.is_touching, at), dt, sum.force, sum.torque);
     }
   }
@@ -121,7 +118,7 @@ Wrench<S> paper_impulses(SensorPatch<S>& patch, const PatchPair<S>& pair, S dt,
                          const ParallelFor& parallel_for) {
   using Sum = LaneWrench<S>;
   return with_parameters<S>(patch.def, [&](const auto& parameters) {
-    return sum_of_contacts<Sum>(patch, pair, parallel_for,
+    return sum_of_contacts<Sum>(contacts_of(patch, pair), parallel_for,
                                 [&](std::span<ContactTile<S>> tiles, Sum& part) {
                                   give_at_start<S>(patch, pair, tiles, parameters, dt, part);
                                 })

@@ -20,10 +20,10 @@ void fill_readings(SensorPatch<S>& patch, const Vec3<S>& origin, S dt, FindId&& 
 
 namespace detail {
 
-/// Writes `value` into the lanes of `mask` and 0 or what was there into the others.
+/// Writes `value` into the lanes of `mask`; the others become 0 or keep what was there.
 template <Scalar S>
-BRISTLE_LANES void put(S* row, const Mask<S>& mask, const Pack<S>& value, bool is_shared) {
-  select(mask, value, is_shared ? Pack<S>::load(row) : Pack<S>(S(0))).store(row);
+BRISTLE_LANES void put(S* row, const Mask<S>& mask, const Pack<S>& value, bool keeps) {
+  select(mask, value, keeps ? Pack<S>::load(row) : Pack<S>(S(0))).store(row);
 }
 
 /// Makes a pack of sensors read no forces.
@@ -89,9 +89,11 @@ BRISTLE_LANES void read_tile(SensorPatch<S>& patch, const PatchPair<S>& pair,
     put(out.shear_1.data() + i, is_felt, dot(t1, shear), is_shared);
     put(out.shear_2.data() + i, is_felt, dot(cross(n, t1), shear), is_shared);
     const Pack3<S> point_W = product(pair.R_WA, point) + Pack3<S>::all(origin);
-    put(out.point.x.data() + i, is_felt, point_W.x, true);
-    put(out.point.y.data() + i, is_felt, point_W.y, true);
-    put(out.point.z.data() + i, is_felt, point_W.z, true);
+    // Points stay where nothing is felt.
+    const bool keeps_some = !all(is_felt);
+    put(out.point.x.data() + i, is_felt, point_W.x, keeps_some);
+    put(out.point.y.data() + i, is_felt, point_W.y, keeps_some);
+    put(out.point.z.data() + i, is_felt, point_W.z, keeps_some);
   }
   BodyId* body = out.body.data() + first;
   SensorState* state = out.state.data() + first;
@@ -121,14 +123,15 @@ void fill_readings(SensorPatch<S>& patch, const Vec3<S>& origin, S dt, FindId&& 
   for (const PatchPair<S>& pair : patch.pairs) {
     const BodyId id = find_id(pair.body_b);
     using Sum = detail::ReadingSum<S>;
-    const Sum sum = detail::sum_of_contacts<Sum>(
-        patch, pair, parallel_for, [&](std::span<ContactTile<S>> tiles, Sum& part) {
-          Sum own;
-          for (const ContactTile<S>& tile : tiles) {
-            detail::read_tile(patch, pair, tile, origin, S(1) / dt, id, own);
-          }
-          part = own;
-        });
+    const Sum sum = detail::sum_of_contacts<Sum>(detail::contacts_of(patch, pair), parallel_for,
+                                                 [&](std::span<ContactTile<S>> tiles, Sum& part) {
+                                                   Sum own;
+                                                   for (const ContactTile<S>& tile : tiles) {
+                                                     detail::read_tile(patch, pair, tile, origin,
+                                                                       S(1) / dt, id, own);
+                                                   }
+                                                   part = own;
+                                                 });
     out.wrench += sum.all.in_world(pair);
     out.shear_W += product<S>(pair.R_WA, sum_of_lanes(sum.shear));
   }

@@ -5,6 +5,7 @@
 
 #include <bristle/dynamics/body.hpp>
 #include <bristle/geometry/ray.hpp>
+#include <bristle/math/lane_vector.hpp>
 #include <bristle/math/spatial.hpp>
 #include <bristle/sensors/sensor_tiles.hpp>
 
@@ -79,7 +80,7 @@ template <Scalar S>
 struct ReadingStore {
   /// [-] Number of sensors.
   std::size_t count = 0;
-  std::vector<S> depth, normal_force, shear_1, shear_2;
+  LaneVector<S> depth, normal_force, shear_1, shear_2;
   Vec3Array<S> point;
   std::vector<BodyId> body;
   std::vector<SensorState> state;

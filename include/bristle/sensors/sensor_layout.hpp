@@ -5,6 +5,7 @@
 
 #include <bristle/core/error.hpp>
 #include <bristle/geometry/ray.hpp>
+#include <bristle/math/lane_vector.hpp>
 #include <bristle/math/types.hpp>
 
 #include <cstddef>
@@ -22,7 +23,7 @@ struct SensorLayout {
   /// [1] Unit directions of the rays, in A, out of the body.
   Vec3Array<S> direction;
   /// [m] Lengths of the rays, > 0.
-  std::vector<S> length;
+  LaneVector<S> length;
 
   [[nodiscard]] std::size_t size() const { return length.size(); }
 
@@ -81,7 +82,7 @@ template <Scalar S>
 void SensorLayout<S>::validate() const {
   using std::abs;
   for (const Vec3Array<S>* array : {&start, &direction}) {
-    for (const std::vector<S>* axis : {&array->x, &array->y, &array->z}) {
+    for (const LaneVector<S>* axis : {&array->x, &array->y, &array->z}) {
       detail::require(axis->size() == size(), "SensorLayout: size of an array", axis->size(),
                       "must be the number of lengths, " + std::to_string(size()));
     }

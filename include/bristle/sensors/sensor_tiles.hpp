@@ -15,6 +15,7 @@
 #include <bristle/math/lane_value.hpp>
 
 #include <array>
+#include <bit>
 #include <cstddef>
 #include <cstdint>
 
@@ -66,6 +67,37 @@ struct Row3 {
   }
 };
 
+/// In which bodies the bristles of a tile are rooted (`root_key`). Mostly in one, so that sixteen
+/// keys need not be looked at.
+struct RootBodies {
+  /// That of all lanes, or `several`: each its own.
+  std::uint64_t common = several;
+  Row<std::uint64_t> own{};
+
+  static constexpr std::uint64_t several = ~std::uint64_t(0);
+
+  [[nodiscard]] std::uint64_t operator[](std::size_t i) const {
+    return common == several ? own[i] : common;
+  }
+  /// Lanes whose key is `key`.
+  [[nodiscard]] BRISTLE_LANES LaneBits lanes_in(std::uint64_t key) const {
+    if (common == several) return equal_lanes(own.data(), key);
+    return common == key ? 0xffffu : 0u;
+  }
+  /// Gives some lanes a key. The others keep theirs, if any of them `is_used`.
+  void set(LaneBits lanes, std::uint64_t key, bool is_used) {
+    if (!is_used || common == key) {
+      common = key;
+      return;
+    }
+    if (common != several) own.fill(common);
+    common = several;
+    for (std::uint32_t rest = lanes; rest != 0; rest &= rest - 1) {
+      own[static_cast<std::size_t>(std::countr_zero(rest))] = key;
+    }
+  }
+};
+
 /// Sixteen sensors of a patch, and what their bristles remember.
 template <Scalar S>
 struct alignas(64) SensorTile {
@@ -75,42 +107,40 @@ struct alignas(64) SensorTile {
   Row<S> inverse_length{};
   /// [m] Roots of the bristles on A in A's axes, on B in B's.
   Row3<S> root_a{}, root_b{};
-  /// Whether they are rooted, and in which bodies (`root_key`).
+  /// Whether they are rooted, and in which bodies.
   LaneBits is_rooted = 0;
-  Row<std::uint64_t> rooted_in{};
+  RootBodies rooted_in{};
 };
 
-/// The contacts of up to sixteen neighbouring sensors with one body in one step: the impulses they
-/// finally gave, and what the linear model of these starts from and is. Geometry follows from the
-/// hits; it is kept where it is looked at again and again, which is not where impulses are given
-/// with the contacts (`PatchPair::is_given`). Lanes without contact hold anything. See
-/// `PatchContact` for what the rows mean.
+/// The contacts of up to sixteen neighbouring sensors with one body in one step: how their bristles
+/// are stretched, and the impulses they finally gave. All else follows from the hits
+/// (patch_touch.hpp), but for linear models that were moved to another motion. Lanes without
+/// contact hold anything. See `PatchContact` for what the rows mean.
 template <Scalar S>
 struct alignas(64) ContactTile {
   /// Leaves the rows as they are: every kernel writes the rows that the next ones read.
   ContactTile() {}  // NOLINT(modernize-use-equals-default): that would clear them.
 
+  Row3<S> stretch;
+  Row3<S> impulse;
+  Row<S> normal_impulse;
+
+  /// Models that were moved (`PatchPair::has_moved_models`), and the force that they were made for.
+  Row3<S> constant;
+  Row<S> a_normal, a_across, force;
+  /// Of slipping sensors only.
+  Row3<S> along, last_slip;
+  Row<S> a_along;
+
   /// [-] Number of the tile of sensors.
   std::uint32_t tile = 0;
-  /// Which lanes have a contact; which of these touch, push, slip, and slip damped.
+  /// Which lanes have a contact; which of these touch, slip, and, as the last pass that had another
+  /// solve left saw them, push and slip damped.
   LaneBits is_met = 0;
   LaneBits is_touching = 0;
   LaneBits is_pushing = 0;
   LaneBits is_slipping = 0;
   LaneBits is_damping_slip = 0;
-
-  Row3<S> point, g, stretch;
-  Row<S> depth, force;
-
-  Row3<S> constant;
-  Row<S> a_normal, a_across;
-
-  Row3<S> impulse;
-  Row<S> normal_impulse;
-
-  /// Of slipping sensors only.
-  Row3<S> along, last_slip;
-  Row<S> a_along;
 
   /// Becomes that of sensor tile `number`, without a contact.
   void begin(std::uint32_t number) {

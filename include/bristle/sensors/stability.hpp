@@ -9,6 +9,7 @@
 
 #include <bristle/dynamics/soft_block.hpp>
 #include <bristle/sensors/patch.hpp>
+#include <bristle/sensors/patch_touch.hpp>
 
 namespace bristle {
 
@@ -55,12 +56,7 @@ void sum_stiffness(const SensorPatch<S>& patch, const PatchPair<S>& pair, Mat6<S
       if ((contacts.is_touching >> i & 1u) == 0) continue;
       const std::size_t sensor = contacts.tile * tile_size + i;
       const SensorParameters<S>& p = patch.parameters(sensor);
-      const S per_length = sensors.inverse_length[i];
-      const S distance = patch.hits.distance[sensor];
-      const S depth = sensor_depth(distance, per_length);
-      const Vec3<S> n = sensors.direction[i];
-      const Vec3<S> point = sensors.start[i] + distance * n;
-      const Vec3<S> g = depth_gradient<S>(n, patch.hits.normal[sensor]);
+      const auto [n, g, point, depth, per_length] = touch_of(patch, sensor);
       const S rate = g.dot(pair.start_motion.at(point)) * per_length;
       const S k_t =
           bristle_stiffness(p, patch.def.options.scaling, normal_force(p, depth, rate), depth);

@@ -223,7 +223,7 @@ class HapticLoop {
   void sense(Skin& skin, std::uint32_t number);
   void start(Skin& skin);
   void solve_once();
-  [[nodiscard]] bool relinearise(int pass, bool is_last_pass);
+  [[nodiscard]] bool answer(const SolvePass& pass);
   void deliver(Skin& skin);
   [[nodiscard]] Vec6<S> motion_of(const Skin& skin, const SoftBlock<S>& block) const {
     const Twist<S>& twist = tools_[skin.tool].twist;
@@ -367,7 +367,7 @@ void HapticLoop<S, Backend>::tick() {
   if (has_contacts) {
     solve_in_passes(
         SolverDef<S>{}.max_passes, [this] { solve_once(); },
-        [this](int pass, bool is_last_pass) { return relinearise(pass, is_last_pass); });
+        [this](const SolvePass& pass) { return answer(pass); });
   } else {
     solve_once();
   }
@@ -446,21 +446,21 @@ void HapticLoop<S, Backend>::solve_once() {
     for (std::size_t k = 0; k < skin.blocks.size(); ++k) {
       SoftBlock<S>& block = skin.blocks[k];
       block.motion = motion_of(skin, block) - bodies_[skin.touched[k]].motion_at(block.arm_b);
-      const Wrench<S> sum = evaluate_impulses(skin.patch, skin.patch.pairs[k], block.motion);
-      block.impulse.template head<3>() = sum.force;
-      block.impulse.template tail<3>() = sum.torque;
     }
   }
 }
 
 template <Scalar S, typename Backend>
-bool HapticLoop<S, Backend>::relinearise(int pass, bool is_last_pass) {
+bool HapticLoop<S, Backend>::answer(const SolvePass& pass) {
   bool has_changed = false;
   for (Skin& skin : skins_) {
     for (std::size_t k = 0; k < skin.blocks.size(); ++k) {
-      has_changed = update_linearisation(skin.patch, skin.patch.pairs[k], skin.blocks[k].motion, h_,
-                                         pass, is_last_pass) ||
-                    has_changed;
+      SoftBlock<S>& block = skin.blocks[k];
+      const PairAnswer<S> found =
+          answer_motion(skin.patch, skin.patch.pairs[k], block.motion, h_, pass);
+      block.impulse.template head<3>() = found.impulse.force;
+      block.impulse.template tail<3>() = found.impulse.torque;
+      has_changed = found.has_changed || has_changed;
     }
   }
   return has_changed;

@@ -89,7 +89,7 @@ class SensorStage {
     for_each_pair(state, [&](SensorPatch<S>& patch, PatchPair<S>& pair, SoftOwner) {
       const SolverBody<S>& a = state.solver_bodies[patch.body.index];
       const SolverBody<S>& b = state.solver_bodies[pair.body_b];
-      measure_pair(patch, pair, a, b, state.def.time_step);
+      if (!is_linearised_early(patch)) measure_pair(patch, pair, a, b, state.def.time_step);
       // What several patches do to one body adds up; what does not move connects nothing.
       if (a.is_moving()) lambda_[patch.body.index] += pair.lambda;
       if (b.is_moving()) lambda_[pair.body_b] += pair.lambda;
@@ -119,13 +119,16 @@ class SensorStage {
   }
 
   /// Gives every sensor of a soft block its impulse and makes their sum the impulse of the block.
-  void evaluate(State& state, std::uint32_t soft) const {
+  /// @return Whether they are in another state than they were linearised for: another solve is
+  ///         needed.
+  bool answer(State& state, std::uint32_t soft, const SolvePass& pass) const {
     SensorPatch<S>& patch = state.patches.at(owners_[soft].patch);
     SoftBlock<S>& block = state.constraints.soft[soft];
-    const Wrench<S> sum = evaluate_impulses(patch, patch.pairs[owners_[soft].pair], block.motion,
-                                            state.def.parallel_for);
-    block.impulse.template head<3>() = sum.force;
-    block.impulse.template tail<3>() = sum.torque;
+    const PairAnswer<S> found = answer_motion(patch, patch.pairs[owners_[soft].pair], block.motion,
+                                              state.def.time_step, pass, state.def.parallel_for);
+    block.impulse.template head<3>() = found.impulse.force;
+    block.impulse.template tail<3>() = found.impulse.torque;
+    return found.has_changed;
   }
 
   /// Takes back what the sensors of a soft block gave.
@@ -133,14 +136,6 @@ class SensorStage {
     SensorPatch<S>& patch = state.patches.at(owners_[soft].patch);
     state.constraints.soft[soft].impulse.setZero();
     clear_impulses(patch, patch.pairs[owners_[soft].pair]);
-  }
-
-  /// Linearises a soft block anew; returns whether that matters.
-  bool relinearise(State& state, std::uint32_t soft, int pass, bool is_last_pass) const {
-    SensorPatch<S>& patch = state.patches.at(owners_[soft].patch);
-    return update_linearisation(patch, patch.pairs[owners_[soft].pair],
-                                state.constraints.soft[soft].motion, state.def.time_step, pass,
-                                is_last_pass, state.def.parallel_for);
   }
 
   /// Turns all impulses into readings.
@@ -268,6 +263,21 @@ class SensorStage {
          .only_tag =
              scratch.candidates.size() == 1 ? scratch.candidates.front() : CollectDef<S>::any_tag},
         parallel_for);
+    if (!is_linearised_early(patch)) return;
+    for (PatchPair<S>& pair : patch.pairs) {
+      if (pair.count == 0) continue;
+      measure_pair(patch, pair, state.solver_bodies[patch.body.index],
+                   state.solver_bodies[pair.body_b], state.def.time_step);
+      if (wants_implicit(state, patch, pair)) {
+        start_linearisation(patch, pair, state.def.time_step, parallel_for);
+      }
+    }
+  }
+
+  /// Whether models are made right after the contacts, while these are in the cache: where nobody
+  /// has to know what other patches do to choose them.
+  [[nodiscard]] static bool is_linearised_early(const SensorPatch<S>& patch) {
+    return patch.def.integration == Integration::implicit;
   }
 
   /// Casts the rays of large patches, slice by slice, at one shape of each after the other, and
@@ -331,7 +341,9 @@ class SensorStage {
   void add_soft_block(State& state, SensorPatch<S>& patch, PatchPair<S>& pair, SoftOwner owner) {
     ++state.report.implicit_pairs;
     pair.soft = static_cast<std::uint32_t>(state.constraints.soft.size());
-    start_linearisation(patch, pair, state.def.time_step, state.def.parallel_for);
+    if (!is_linearised_early(patch)) {
+      start_linearisation(patch, pair, state.def.time_step, state.def.parallel_for);
+    }
     SoftBlock<S> block;
     block.body_a = patch.body.index;
     block.body_b = pair.body_b;

@@ -211,16 +211,17 @@ class SolveStage {
     const auto solve_once = [&] {
       for (const std::uint32_t soft : sensed) sensors.fill(state, soft);
       solver_.solve(island, constraints, bodies, context, report);
-      for (const std::uint32_t soft : sensed) sensors.evaluate(state, soft);
     };
-    const auto relinearise = [&](int pass, bool is_last_pass) {
+    const auto answer = [&](const SolvePass& pass) {
       bool has_changed = false;
-      for (const std::uint32_t soft : sensed) {
-        has_changed = sensors.relinearise(state, soft, pass, is_last_pass) || has_changed;
+      // Backwards: the last patch that was sensed with is the one that the cache still knows, and
+      // the first one is read first.
+      for (std::size_t k = sensed.size(); k-- > 0;) {
+        has_changed = sensors.answer(state, sensed[k], pass) || has_changed;
       }
       return has_changed;
     };
-    solve_in_passes(context.settings.max_passes, solve_once, relinearise);
+    solve_in_passes(context.settings.max_passes, solve_once, answer);
     // What the sensors gave is the sum of their evaluated impulses.
     if (!island.soft.empty()) apply_impulses(island, constraints, bodies);
     bounces_.calm(island, constraints, bodies, context, solver_, report);

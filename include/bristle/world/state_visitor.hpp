@@ -119,7 +119,8 @@ void visit_bristles(Tile& tile, Visitor& visit) {
   visit.value(tile.is_rooted);
   visit_vectors(tile.root_a, visit);
   visit_vectors(tile.root_b, visit);
-  visit.value(std::span(tile.rooted_in));
+  visit.value(tile.rooted_in.common);
+  visit.value(std::span(tile.rooted_in.own));
 }
 
 /// Of contacts and pairs, what is read between steps; the rest is one step's work.

@@ -51,11 +51,20 @@ TEST_CASE_TEMPLATE("collect_contacts: every hit that does not graze, at its body
         CHECK((patch.hits.tag[k] == 12u) == (body == 1));
         const Vec3<S> m = patch.hits.normal[k];
         const Vec3<S> point = patch.start[k] + patch.hits.distance[k] * Vec3<S>(patch.direction[k]);
-        CHECK((tile.point[i] - point).norm() < eps<S>);
-        CHECK((tile.g[i] - depth_gradient<S>(patch.direction[k], m)).norm() < S(100) * eps<S>);
         const S depth = S(1) - patch.hits.distance[k] / patch.length[k];
-        CHECK(std::abs(tile.depth[i] - depth) < eps<S>);
-        CHECK(((tile.is_touching >> i & 1u) != 0) == (tile.depth[i] > S(0)));
+        CHECK(((tile.is_touching >> i & 1u) != 0) == (depth > S(0)));
+        // In lanes, and of one sensor.
+        const std::size_t at = i / lanes<S> * lanes<S>;
+        const detail::TouchPack<S> touches(patch, patch.tiles[tile.tile], tile.tile, at,
+                                           tile.is_met, false);
+        const SensorTouch<S> touch = touch_of(patch, k);
+        for (const auto& [point_found, g_found, depth_found] :
+             {std::tuple(touches.point[i - at], touches.g[i - at], touches.depth[i - at]),
+              std::tuple(touch.point, touch.g, touch.depth)}) {
+          CHECK((point_found - point).norm() < eps<S>);
+          CHECK((g_found - depth_gradient<S>(patch.direction[k], m)).norm() < S(100) * eps<S>);
+          CHECK(std::abs(depth_found - depth) < eps<S>);
+        }
         center += point;
         // The motion at the point, from that of both bodies in the world.
         const Vec3<S> r_W = a.center_pose.rotate(point);
@@ -122,16 +131,17 @@ TEST_CASE_TEMPLATE("collect_contacts: stiffness is summed about the middle of th
     for (const PatchPair<S>& pair : patch.pairs) {
       PairStiffness<S> expected;
       for_each_contact(patch, pair, [&](const ContactTile<S>& tile, std::size_t i, std::size_t k) {
-        const Vec3<S> arm = tile.point[i] - patch.box.center();
+        const SensorTouch<S> touch = touch_of(patch, k);
+        const Vec3<S> arm = touch.point - patch.box.center();
         const S normal =
             (dt * dt * p.normal_stiffness + 2 * dt * p.normal_damping) / patch.length[k];
         expected.normal += normal;
         expected.normal_first += normal * arm;
         expected.normal_second += normal * arm.squaredNorm();
         if ((tile.is_touching >> i & 1u) == 0) return;
-        const S rate = tile.g[i].dot(pair.start_motion.at(tile.point[i])) / patch.length[k];
+        const S rate = touch.g.dot(pair.start_motion.at(touch.point)) / patch.length[k];
         const S k_t =
-            bristle_stiffness(p, scaling, normal_force(p, tile.depth[i], rate), tile.depth[i]);
+            bristle_stiffness(p, scaling, normal_force(p, touch.depth, rate), touch.depth);
         const S tangential = dt * dt * k_t + 2 * dt * p.sliding_friction;
         expected.bristle_sum += k_t;
         expected.viscous_sum += p.sliding_friction;
@@ -226,5 +236,5 @@ TEST_CASE("collect_contacts: a ray that starts inside a body is pressed in all t
                    {.dt = 1e-3});
   REQUIRE(patch.contacts.size() == 1);
   CHECK(patch.contacts[0].is_touching == 1u << 5);
-  CHECK(patch.contacts[0].depth[5] == 1.0);
+  CHECK(touch_of(patch, 5).depth == 1.0);
 }

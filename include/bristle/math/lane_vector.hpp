@@ -1,0 +1,39 @@
+/// @file
+/// Long arrays that registers are loaded from.
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstddef>
+#include <new>
+#include <vector>
+
+namespace bristle {
+
+/// Allocates at the beginnings of cache lines. `std::allocator` begins 16 bytes behind one, where
+/// every load of a whole register crosses lines.
+template <typename T>
+struct LineAllocator {
+  using value_type = T;
+  static constexpr std::align_val_t line{64};
+
+  LineAllocator() = default;
+  template <typename U>
+  LineAllocator(const LineAllocator<U>&) noexcept {
+  }  // NOLINT(google-explicit-constructor): containers do.
+
+  [[nodiscard]] T* allocate(std::size_t n) {
+    if (n > static_cast<std::size_t>(-1) / sizeof(T)) throw std::bad_array_new_length();
+    return static_cast<T*>(::operator new(n * sizeof(T), line));
+  }
+  void deallocate(T* p, std::size_t) { ::operator delete(p, line); }
+
+  [[nodiscard]] friend bool operator==(const LineAllocator&, const LineAllocator&) noexcept {
+    return true;
+  }
+};
+
+/// A std::vector whose registers are loaded from one cache line each.
+template <typename T>
+using LaneVector = std::vector<T, LineAllocator<T>>;
+
+}  // namespace bristle
