@@ -615,8 +615,8 @@ struct LineAllocator {
   LineAllocator(const LineAllocator<U>&) noexcept {
   }  // NOLINT(google-explicit-constructor): containers do.
 
+  /// @param n  [-] At most what addresses reach, as vectors see to.
   [[nodiscard]] T* allocate(std::size_t n) {
-    if (n > static_cast<std::size_t>(-1) / sizeof(T)) throw std::bad_array_new_length();
     return static_cast<T*>(::operator new(n * sizeof(T), line));
   }
   void deallocate(T* p, std::size_t) { ::operator delete(p, line); }

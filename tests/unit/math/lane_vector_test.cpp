@@ -4,7 +4,6 @@
 #include <doctest/doctest.h>
 
 #include <cstdint>
-#include <limits>
 
 using namespace bristle;
 
@@ -17,10 +16,4 @@ TEST_CASE_TEMPLATE("LaneVector: begins at a cache line, however long, and as it 
     CHECK(row.front() == T(3));
     CHECK(row.back() == T(4));
   }
-}
-
-TEST_CASE("LineAllocator: what does not fit an address is refused") {
-  LineAllocator<double> allocator;
-  CHECK_THROWS_AS((void)allocator.allocate(std::numeric_limits<std::size_t>::max() / 4),
-                  std::bad_array_new_length);
 }
