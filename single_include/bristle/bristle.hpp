@@ -611,9 +611,8 @@ struct LineAllocator {
   static constexpr std::align_val_t line{64};
 
   LineAllocator() = default;
-  template <typename U>
-  LineAllocator(const LineAllocator<U>&) noexcept {
-  }  // NOLINT(google-explicit-constructor): containers do.
+  template <typename U>  // NOLINTNEXTLINE(google-explicit-constructor): containers convert.
+  LineAllocator(const LineAllocator<U>&) noexcept {}
 
   /// @param n  [-] At most what addresses reach, as vectors see to.
   [[nodiscard]] T* allocate(std::size_t n) {
@@ -20458,34 +20457,34 @@ namespace detail {
 /// Touches of the sensors from lane `at` of a tile, and which of them there are. Made in its place:
 /// returned by a function, it would go through memory.
 template <Scalar S>
-struct TouchPack {
-  using T = Pack<S>;
-  Pack3<S> n, g, point;
-  T depth, inverse_length;
+struct TouchPack : SensorTouch<Pack<S>> {
   /// Lanes that have a contact. The others go on with a hit from ahead at the start of the ray, so
   /// that all is finite.
   Mask<S> is_met;
 
-  /// @param sensors  Tile `number` of the patch.
+  /// @param sensors  Tile `number` of the patch, which the caller has at hand: to look it up again
+  ///                 for each pack costs a held ball 4 % of its step.
   /// @param hit      Lanes that have a hit.
   /// @param decides  Whether a contact is what is hit at more than a grazing angle. That is decided
   ///                 once a step; afterwards every hit counts.
   BRISTLE_LANES TouchPack(const SensorPatch<S>& patch, const SensorTile<S>& sensors,
                           std::size_t number, std::size_t at, LaneBits hit, bool decides) {
+    using T = Pack<S>;
     const std::size_t first = number * tile_size + at;
     const RayHits<S>& hits = patch.hits;
-    n = load_pack(sensors.direction, at);
+    this->n = load_pack(sensors.direction, at);
     const Pack3<S> surface = Pack3<S>::load(
         hits.normal.x.data() + first, hits.normal.y.data() + first, hits.normal.z.data() + first);
-    // False for a normal that is no number, too.
-    const T cosine = dot(surface, n);
+    const T cosine = dot(surface, this->n);
     is_met = load_mask<S>(hit, at);
+    // False for a normal that is no number, too.
     if (decides) is_met = is_met & (cosine <= T(grazing_cosine<S>));
     const T distance = patch.distances_of(first, is_met);
-    inverse_length = load_pack(sensors.inverse_length, at);
-    g = depth_gradient<T>(select(is_met, surface, -n), select(is_met, cosine, T(S(-1))));
-    depth = sensor_depth(distance, inverse_length);
-    point = load_pack(sensors.start, at) + distance * n;
+    this->inverse_length = load_pack(sensors.inverse_length, at);
+    this->g =
+        depth_gradient<T>(select(is_met, surface, -this->n), select(is_met, cosine, T(S(-1))));
+    this->depth = sensor_depth(distance, this->inverse_length);
+    this->point = load_pack(sensors.start, at) + distance * this->n;
   }
 };
 
@@ -22191,20 +22190,24 @@ class HostPatch {
     SolveContext<S> context;
     context.dt = dt;
     const Island island{moving_, {}, {}, soft_numbers_};
+    bool is_solved = false;
     solve_in_passes(
-        context.settings.max_passes, [&] { solve_once(island, context); },
-        [&](const SolvePass& pass) { return answer(dt, pass); });
+        context.settings.max_passes, [&] { is_solved = solve_once(island, context); },
+        [&](const SolvePass& pass) { return is_solved && answer(dt, pass); });
+    for (std::size_t k = 0; k < patch_.pairs.size() && !is_solved; ++k) {
+      if (patch_.pairs[k].is_implicit) take_back(k);
+    }
   }
 
-  void solve_once(const Island& island, const SolveContext<S>& context) {
+  /// @return Whether there is a solution.
+  bool solve_once(const Island& island, const SolveContext<S>& context) {
     for (const PatchPair<S>& pair : patch_.pairs) {
       if (pair.is_implicit && pair.count > 0) {
         fill_block(pair, constraints_.soft[pair.soft]);
       }
     }
     SolveReport<S> report;
-    is_solved_ =
-        S(solver_.solve(island, constraints_, solver_bodies_, context, report)) < infinity<S>;
+    return S(solver_.solve(island, constraints_, solver_bodies_, context, report)) < infinity<S>;
   }
 
   bool answer(S dt, const SolvePass& pass) {
@@ -22212,11 +22215,6 @@ class HostPatch {
     for (std::size_t k = 0; k < patch_.pairs.size(); ++k) {
       PatchPair<S>& pair = patch_.pairs[k];
       if (!pair.is_implicit || pair.count == 0) continue;
-      if (!is_solved_) {
-        clear_impulses(patch_, pair);
-        impulses_[k] = {};
-        continue;
-      }
       const PairAnswer<S> found =
           answer_motion(patch_, pair, constraints_.soft[pair.soft].motion, dt, pass);
       impulses_[k] = found.impulse;
@@ -22227,11 +22225,14 @@ class HostPatch {
 
   void discard_what_is_not_finite() {
     for (std::size_t k = 0; k < patch_.pairs.size(); ++k) {
-      if (impulses_[k].force.allFinite() && impulses_[k].torque.allFinite()) continue;
-      const PatchPair<S>& pair = patch_.pairs[k];
-      impulses_[k] = {};
-      clear_impulses(patch_, pair);
+      if (!impulses_[k].force.allFinite() || !impulses_[k].torque.allFinite()) take_back(k);
     }
+  }
+
+  /// Takes back what pair k gave.
+  void take_back(std::size_t k) {
+    impulses_[k] = {};
+    clear_impulses(patch_, patch_.pairs[k]);
   }
 
   template <typename Host>
@@ -22252,7 +22253,6 @@ class HostPatch {
   std::vector<std::uint32_t> moving_;
   std::vector<std::uint32_t> soft_numbers_;
   std::vector<Wrench<S>> impulses_;
-  bool is_solved_ = false;
   Constraints<S> constraints_;
   ProximalSolver<S> solver_;
 };
@@ -27918,13 +27918,14 @@ class SensorStage {
     for_each_pair(state, [&](SensorPatch<S>& patch, PatchPair<S>& pair, SoftOwner) {
       const SolverBody<S>& a = state.solver_bodies[patch.body.index];
       const SolverBody<S>& b = state.solver_bodies[pair.body_b];
-      if (!is_linearised_early(patch)) measure_pair(patch, pair, a, b, state.def.time_step);
       // What several patches do to one body adds up; what does not move connects nothing.
       if (a.is_moving()) lambda_[patch.body.index] += pair.lambda;
       if (b.is_moving()) lambda_[pair.body_b] += pair.lambda;
     });
     for_each_pair(state, [&](SensorPatch<S>& patch, PatchPair<S>& pair, SoftOwner owner) {
-      pair.is_implicit = wants_implicit(state, patch, pair);
+      if (!pair.is_implicit && wants_implicit(state, patch, pair)) {
+        linearise(state, patch, pair, state.def.parallel_for);
+      }
       if (pair.is_implicit) {
         add_soft_block(state, patch, pair, owner);
       } else {
@@ -28092,21 +28093,21 @@ class SensorStage {
          .only_tag =
              scratch.candidates.size() == 1 ? scratch.candidates.front() : CollectDef<S>::any_tag},
         parallel_for);
-    if (!is_linearised_early(patch)) return;
     for (PatchPair<S>& pair : patch.pairs) {
       if (pair.count == 0) continue;
       measure_pair(patch, pair, state.solver_bodies[patch.body.index],
                    state.solver_bodies[pair.body_b], state.def.time_step);
-      if (wants_implicit(state, patch, pair)) {
-        start_linearisation(patch, pair, state.def.time_step, parallel_for);
+      // While the contacts are in the cache, where other patches have no say in it.
+      if (patch.def.integration == Integration::implicit && wants_implicit(state, patch, pair)) {
+        linearise(state, patch, pair, parallel_for);
       }
     }
   }
 
-  /// Whether models are made right after the contacts, while these are in the cache: where nobody
-  /// has to know what other patches do to choose them.
-  [[nodiscard]] static bool is_linearised_early(const SensorPatch<S>& patch) {
-    return patch.def.integration == Integration::implicit;
+  static void linearise(const State& state, const SensorPatch<S>& patch, PatchPair<S>& pair,
+                        const ParallelFor& parallel_for) {
+    pair.is_implicit = true;
+    start_linearisation(patch, pair, state.def.time_step, parallel_for);
   }
 
   /// Casts the rays of large patches, slice by slice, at one shape of each after the other, and
@@ -28170,9 +28171,6 @@ class SensorStage {
   void add_soft_block(State& state, SensorPatch<S>& patch, PatchPair<S>& pair, SoftOwner owner) {
     ++state.report.implicit_pairs;
     pair.soft = static_cast<std::uint32_t>(state.constraints.soft.size());
-    if (!is_linearised_early(patch)) {
-      start_linearisation(patch, pair, state.def.time_step, state.def.parallel_for);
-    }
     SoftBlock<S> block;
     block.body_a = patch.body.index;
     block.body_b = pair.body_b;

@@ -201,20 +201,24 @@ class HostPatch {
     SolveContext<S> context;
     context.dt = dt;
     const Island island{moving_, {}, {}, soft_numbers_};
+    bool is_solved = false;
     solve_in_passes(
-        context.settings.max_passes, [&] { solve_once(island, context); },
-        [&](const SolvePass& pass) { return answer(dt, pass); });
+        context.settings.max_passes, [&] { is_solved = solve_once(island, context); },
+        [&](const SolvePass& pass) { return is_solved && answer(dt, pass); });
+    for (std::size_t k = 0; k < patch_.pairs.size() && !is_solved; ++k) {
+      if (patch_.pairs[k].is_implicit) take_back(k);
+    }
   }
 
-  void solve_once(const Island& island, const SolveContext<S>& context) {
+  /// @return Whether there is a solution.
+  bool solve_once(const Island& island, const SolveContext<S>& context) {
     for (const PatchPair<S>& pair : patch_.pairs) {
       if (pair.is_implicit && pair.count > 0) {
         fill_block(pair, constraints_.soft[pair.soft]);
       }
     }
     SolveReport<S> report;
-    is_solved_ =
-        S(solver_.solve(island, constraints_, solver_bodies_, context, report)) < infinity<S>;
+    return S(solver_.solve(island, constraints_, solver_bodies_, context, report)) < infinity<S>;
   }
 
   bool answer(S dt, const SolvePass& pass) {
@@ -222,11 +226,6 @@ class HostPatch {
     for (std::size_t k = 0; k < patch_.pairs.size(); ++k) {
       PatchPair<S>& pair = patch_.pairs[k];
       if (!pair.is_implicit || pair.count == 0) continue;
-      if (!is_solved_) {
-        clear_impulses(patch_, pair);
-        impulses_[k] = {};
-        continue;
-      }
       const PairAnswer<S> found =
           answer_motion(patch_, pair, constraints_.soft[pair.soft].motion, dt, pass);
       impulses_[k] = found.impulse;
@@ -237,11 +236,14 @@ class HostPatch {
 
   void discard_what_is_not_finite() {
     for (std::size_t k = 0; k < patch_.pairs.size(); ++k) {
-      if (impulses_[k].force.allFinite() && impulses_[k].torque.allFinite()) continue;
-      const PatchPair<S>& pair = patch_.pairs[k];
-      impulses_[k] = {};
-      clear_impulses(patch_, pair);
+      if (!impulses_[k].force.allFinite() || !impulses_[k].torque.allFinite()) take_back(k);
     }
+  }
+
+  /// Takes back what pair k gave.
+  void take_back(std::size_t k) {
+    impulses_[k] = {};
+    clear_impulses(patch_, patch_.pairs[k]);
   }
 
   template <typename Host>
@@ -262,7 +264,6 @@ class HostPatch {
   std::vector<std::uint32_t> moving_;
   std::vector<std::uint32_t> soft_numbers_;
   std::vector<Wrench<S>> impulses_;
-  bool is_solved_ = false;
   Constraints<S> constraints_;
   ProximalSolver<S> solver_;
 };

@@ -17,9 +17,8 @@ struct LineAllocator {
   static constexpr std::align_val_t line{64};
 
   LineAllocator() = default;
-  template <typename U>
-  LineAllocator(const LineAllocator<U>&) noexcept {
-  }  // NOLINT(google-explicit-constructor): containers do.
+  template <typename U>  // NOLINTNEXTLINE(google-explicit-constructor): containers convert.
+  LineAllocator(const LineAllocator<U>&) noexcept {}
 
   /// @param n  [-] At most what addresses reach, as vectors see to.
   [[nodiscard]] T* allocate(std::size_t n) {

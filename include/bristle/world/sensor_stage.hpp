@@ -89,13 +89,14 @@ class SensorStage {
     for_each_pair(state, [&](SensorPatch<S>& patch, PatchPair<S>& pair, SoftOwner) {
       const SolverBody<S>& a = state.solver_bodies[patch.body.index];
       const SolverBody<S>& b = state.solver_bodies[pair.body_b];
-      if (!is_linearised_early(patch)) measure_pair(patch, pair, a, b, state.def.time_step);
       // What several patches do to one body adds up; what does not move connects nothing.
       if (a.is_moving()) lambda_[patch.body.index] += pair.lambda;
       if (b.is_moving()) lambda_[pair.body_b] += pair.lambda;
     });
     for_each_pair(state, [&](SensorPatch<S>& patch, PatchPair<S>& pair, SoftOwner owner) {
-      pair.is_implicit = wants_implicit(state, patch, pair);
+      if (!pair.is_implicit && wants_implicit(state, patch, pair)) {
+        linearise(state, patch, pair, state.def.parallel_for);
+      }
       if (pair.is_implicit) {
         add_soft_block(state, patch, pair, owner);
       } else {
@@ -263,21 +264,21 @@ class SensorStage {
          .only_tag =
              scratch.candidates.size() == 1 ? scratch.candidates.front() : CollectDef<S>::any_tag},
         parallel_for);
-    if (!is_linearised_early(patch)) return;
     for (PatchPair<S>& pair : patch.pairs) {
       if (pair.count == 0) continue;
       measure_pair(patch, pair, state.solver_bodies[patch.body.index],
                    state.solver_bodies[pair.body_b], state.def.time_step);
-      if (wants_implicit(state, patch, pair)) {
-        start_linearisation(patch, pair, state.def.time_step, parallel_for);
+      // While the contacts are in the cache, where other patches have no say in it.
+      if (patch.def.integration == Integration::implicit && wants_implicit(state, patch, pair)) {
+        linearise(state, patch, pair, parallel_for);
       }
     }
   }
 
-  /// Whether models are made right after the contacts, while these are in the cache: where nobody
-  /// has to know what other patches do to choose them.
-  [[nodiscard]] static bool is_linearised_early(const SensorPatch<S>& patch) {
-    return patch.def.integration == Integration::implicit;
+  static void linearise(const State& state, const SensorPatch<S>& patch, PatchPair<S>& pair,
+                        const ParallelFor& parallel_for) {
+    pair.is_implicit = true;
+    start_linearisation(patch, pair, state.def.time_step, parallel_for);
   }
 
   /// Casts the rays of large patches, slice by slice, at one shape of each after the other, and
@@ -341,9 +342,6 @@ class SensorStage {
   void add_soft_block(State& state, SensorPatch<S>& patch, PatchPair<S>& pair, SoftOwner owner) {
     ++state.report.implicit_pairs;
     pair.soft = static_cast<std::uint32_t>(state.constraints.soft.size());
-    if (!is_linearised_early(patch)) {
-      start_linearisation(patch, pair, state.def.time_step, state.def.parallel_for);
-    }
     SoftBlock<S> block;
     block.body_a = patch.body.index;
     block.body_b = pair.body_b;
