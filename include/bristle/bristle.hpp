@@ -109,6 +109,7 @@
 #include <bristle/math/dual.hpp>
 #include <bristle/math/envelope_cholesky.hpp>
 #include <bristle/math/lane_register.hpp>
+#include <bristle/math/lane_rows.hpp>
 #include <bristle/math/lane_value.hpp>
 #include <bristle/math/lane_vector.hpp>
 #include <bristle/math/mass_properties.hpp>

@@ -3611,6 +3611,15 @@ Body<S> make_body(const BodyDef<S>& def, const MassProperties<S>& of_shape) {
 #define BRISTLE_HAS_SIMD 0
 #endif
 
+// Whether the lanes of registers are put in any order by one expression (GCC from 12 on).
+#define BRISTLE_HAS_SHUFFLE 0
+#if BRISTLE_HAS_SIMD
+#if __has_builtin(__builtin_shufflevector)
+#undef BRISTLE_HAS_SHUFFLE
+#define BRISTLE_HAS_SHUFFLE 1
+#endif
+#endif
+
 namespace bristle {
 
 /// [bytes] Of a register.
@@ -4075,12 +4084,10 @@ namespace detail {
 /// Lane i from lane i + by, around the end.
 template <std::size_t by, Scalar S, std::size_t... i>
 BRISTLE_LANES Pack<S> rotated(const Pack<S>& a, std::index_sequence<i...>) {
-#if BRISTLE_HAS_SIMD
-#if __has_builtin(__builtin_shufflevector)
+#if BRISTLE_HAS_SHUFFLE
   if constexpr (has_register<S>) {
     return Pack<S>(__builtin_shufflevector(a.get(), a.get(), ((i + by) % lanes<S>)...));
   }
-#endif
 #endif
   const S values[] = {a[(i + by) % lanes<S>]...};
   return Pack<S>::load(values);
@@ -4270,8 +4277,8 @@ template <Scalar S>
   return {sum_of_lanes(a.x), sum_of_lanes(a.y), sum_of_lanes(a.z)};
 }
 
-/// The remainder of a / b, of the sign of a, exactly. Where no lane has more than one b in a that is
-/// a difference, which is exact there (Sterbenz); else lane by lane.
+/// The remainder of a / b, of the sign of a, exactly. Where no lane has more than one b in a that
+/// is a difference, which is exact there (Sterbenz); else lane by lane.
 template <Scalar S>
 [[nodiscard]] BRISTLE_LANES Pack<S> fmod(const Pack<S>& a, const Pack<S>& b) {
   using std::fmod;
@@ -6781,13 +6788,159 @@ class SavedImpulses {
 /// one force and one torque are given to the bodies, however many points there are.
 // SPDX-License-Identifier: BSD-3-Clause
 
+// === bristle/math/lane_rows.hpp
+
+/// @file
+/// Rows of scalars read into lanes and written back: a row for each lane, wherever it lies.
+///
+/// Element by element that is a load or a store and a shuffle for each of them. Rows are moved by
+/// whole registers instead, which are then transposed in log2(n) rounds of exchanges.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <cstddef>
+#include <cstdint>
+#include <utility>
+
+namespace bristle {
+
+/// [-] Scalars of a row, with those at its end that nobody asks for. They are read and written too.
+inline constexpr std::size_t row_stride = 8;
+
+/// Lane i of columns[c] becomes rows[at[i] + c].
+/// @param at  [-] Of each lane, where its row begins.
+template <std::size_t count, Scalar S>
+BRISTLE_LANES void load_rows(const S* rows, const std::uint32_t* at, Pack<S> (&columns)[count]);
+/// The inverse. Of lanes with the same row the last one stays. What the row has behind `count`
+/// scalars is lost.
+template <std::size_t count, Scalar S>
+BRISTLE_LANES void store_rows(S* rows, const std::uint32_t* at, const Pack<S> (&columns)[count]);
+
+// Implementation -----------------------------------------------------------------------------------
+
+namespace detail {
+
+#if BRISTLE_HAS_SHUFFLE
+
+/// Whether rows are transposed. With two lanes that takes more instructions than it saves.
+template <Scalar S>
+inline constexpr bool are_rows_transposed = has_register<S> && (lanes<S> > 2);
+
+/// [-] Registers that are transposed together. They are pieces of rows, or two rows each: those of
+/// the lanes i and i + row_stride.
+template <Scalar S>
+inline constexpr std::size_t square = lanes<S> < row_stride ? lanes<S> : row_stride;
+
+/// Lanes whose number has the bit d, of the one register, change places with those that lack it, of
+/// the other.
+template <std::size_t d, Scalar S, std::size_t... lane>
+BRISTLE_LANES void exchange(Pack<S>& upper, Pack<S>& lower, std::index_sequence<lane...>) {
+  constexpr std::size_t n = lanes<S>;
+  const auto a = upper.get();
+  const auto b = lower.get();
+  upper = Pack<S>(__builtin_shufflevector(a, b, ((lane & d) != 0 ? n + lane - d : lane)...));
+  lower = Pack<S>(__builtin_shufflevector(a, b, ((lane & d) != 0 ? n + lane : lane + d)...));
+}
+/// The same for all registers whose number lacks the bit d, with those that have it.
+template <std::size_t d, Scalar S, std::size_t... i>
+BRISTLE_LANES void exchange_all(Pack<S> (&registers)[square<S>], std::index_sequence<i...>) {
+  (exchange<d>(registers[i / d * 2 * d + i % d], registers[i / d * 2 * d + i % d + d],
+               std::make_index_sequence<lanes<S>>()),
+   ...);
+}
+template <Scalar S>
+BRISTLE_LANES void transpose(Pack<S> (&registers)[square<S>]) {
+  constexpr auto pairs = std::make_index_sequence<square<S> / 2>();
+  if constexpr (square < S >> 4) exchange_all<4>(registers, pairs);
+  exchange_all<2>(registers, pairs);
+  exchange_all<1>(registers, pairs);
+}
+
+template <Scalar S, std::size_t... lane>
+BRISTLE_LANES Pack<S> load_piece(const S* rows, const std::uint32_t* at,
+                                 std::index_sequence<lane...>) {
+  if constexpr (lanes<S> <= row_stride) {
+    return Pack<S>::load(rows + *at);
+  } else {
+    typedef S Row __attribute__((vector_size(row_stride * sizeof(S))));
+    Row one, other;
+    __builtin_memcpy(&one, rows + at[0], sizeof one);
+    __builtin_memcpy(&other, rows + at[row_stride], sizeof other);
+    return Pack<S>(__builtin_shufflevector(one, other, lane...));
+  }
+}
+template <Scalar S, std::size_t... lane>
+BRISTLE_LANES void store_piece(const Pack<S>& piece, S* rows, const std::uint32_t* at,
+                               std::index_sequence<lane...>) {
+  if constexpr (lanes<S> <= row_stride) {
+    piece.store(rows + *at);
+  } else {
+    const auto one = __builtin_shufflevector(piece.get(), piece.get(), lane...);
+    const auto other = __builtin_shufflevector(piece.get(), piece.get(), (row_stride + lane)...);
+    __builtin_memcpy(rows + at[0], &one, sizeof one);
+    __builtin_memcpy(rows + at[row_stride], &other, sizeof other);
+  }
+}
+
+#else
+template <Scalar S>
+inline constexpr bool are_rows_transposed = false;
+#endif
+
+}  // namespace detail
+
+template <std::size_t count, Scalar S>
+BRISTLE_LANES void load_rows(const S* rows, const std::uint32_t* at, Pack<S> (&columns)[count]) {
+  static_assert(count <= row_stride);
+#if BRISTLE_HAS_SHUFFLE
+  if constexpr (detail::are_rows_transposed<S>) {
+    constexpr std::size_t n = detail::square<S>;
+    for (std::size_t first = 0; first < count; first += n) {
+      Pack<S> pieces[n];
+      for (std::size_t i = 0; i < n; ++i) {
+        pieces[i] = detail::load_piece(rows + first, at + i, std::make_index_sequence<lanes<S>>());
+      }
+      detail::transpose(pieces);
+      for (std::size_t i = 0; i < n && first + i < count; ++i) columns[first + i] = pieces[i];
+    }
+    return;
+  }
+#endif
+  for (std::size_t c = 0; c < count; ++c) columns[c] = Pack<S>::gather(rows + c, at);
+}
+
+template <std::size_t count, Scalar S>
+BRISTLE_LANES void store_rows(S* rows, const std::uint32_t* at, const Pack<S> (&columns)[count]) {
+  static_assert(count <= row_stride);
+#if BRISTLE_HAS_SHUFFLE
+  if constexpr (detail::are_rows_transposed<S>) {
+    constexpr std::size_t n = detail::square<S>;
+    for (std::size_t first = 0; first < count; first += n) {
+      Pack<S> pieces[n];
+      for (std::size_t i = 0; i < n; ++i) {
+        pieces[i] = first + i < count ? columns[first + i] : Pack<S>(S(0));
+      }
+      detail::transpose(pieces);
+      for (std::size_t i = 0; i < n; ++i) {
+        detail::store_piece(pieces[i], rows + first, at + i,
+                            std::make_index_sequence<row_stride>());
+      }
+    }
+    return;
+  }
+#endif
+  for (std::size_t c = 0; c < count; ++c) columns[c].scatter(rows + c, at);
+}
+
+}  // namespace bristle
+
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <span>
-#include <vector>
+#include <type_traits>
+#include <utility>
 
 namespace bristle {
 
@@ -6795,8 +6948,8 @@ namespace bristle {
 template <Scalar S>
 class VelocityTable {
  public:
-  /// [-] Numbers a body: six, and two that let it begin where a cache line does.
-  static constexpr std::uint32_t stride = 8;
+  /// [-] Numbers a body: six, and two that let it begin where a register is loaded at once.
+  static constexpr std::uint32_t stride = row_stride;
 
   void resize(std::size_t bodies) { numbers_.resize(std::max(numbers_.size(), stride * bodies)); }
   void set(std::size_t body, const Twist<S>& v) {
@@ -6810,23 +6963,29 @@ class VelocityTable {
     const S* p = numbers_.data() + stride * body;
     return {{p[0], p[1], p[2]}, {p[3], p[4], p[5]}};
   }
-  /// Linear velocity (part 0) or angular velocity (part 1) of a body for each lane.
+  /// Linear and angular velocity of a body for each lane.
   /// @param at  [-] Number of the body times `stride`.
-  [[nodiscard]] BRISTLE_LANES Pack3<S> load(std::size_t part, const std::uint32_t* at) const {
-    const S* p = numbers_.data() + 3 * part;
-    return {Pack<S>::gather(p, at), Pack<S>::gather(p + 1, at), Pack<S>::gather(p + 2, at)};
+  BRISTLE_LANES void load(const std::uint32_t* at, Pack3<S>& linear, Pack3<S>& angular) const {
+    Pack<S> columns[6];
+    load_rows(numbers_.data(), at, columns);
+    linear = {columns[0], columns[1], columns[2]};
+    angular = {columns[3], columns[4], columns[5]};
   }
-  /// The inverse; lanes with the same body write one after the other.
-  BRISTLE_LANES void store(std::size_t part, const std::uint32_t* at, const Pack3<S>& v) {
-    S* p = numbers_.data() + 3 * part;
-    v.x.scatter(p, at);
-    v.y.scatter(p + 1, at);
-    v.z.scatter(p + 2, at);
+  /// The inverse. Lanes with the same body overwrite each other.
+  BRISTLE_LANES void store(const std::uint32_t* at, const Pack3<S>& linear,
+                           const Pack3<S>& angular) {
+    const Pack<S> columns[] = {linear.x, linear.y, linear.z, angular.x, angular.y, angular.z};
+    store_rows(numbers_.data(), at, columns);
   }
 
  private:
-  std::vector<S> numbers_;
+  LaneVector<S> numbers_;
 };
+
+/// [-] Points of a manifold that are solved without the six numbers in between: what the impulse of
+/// one does to those after it is known beforehand, so that each waits for two multiplications and
+/// not for four.
+inline constexpr std::uint32_t point_group = 4;
 
 /// One point of each of the manifolds of a block. Zero where a manifold has fewer points.
 /// @tparam n  [-] Lanes, as the file is compiled for: part of the type, as it decides its layout.
@@ -6838,15 +6997,19 @@ struct alignas(64) ManifoldPoints {
   /// What it does to the normal velocity of the centre, and to the turn about the tangents.
   Row linear{}, turn1{}, turn2{};
   Row response{}, inverse_response{};
+  /// What unit impulses at the points before it in its group do to its own normal velocity.
+  std::array<Row, point_group - 1> coupling{};
   /// Distance from the centre of pressure: the arm of torsion.
   Row radius{};
   Row target{}, impulse{};
-  /// Of the position problem: gap by step, the share that moves the bodies and the least of it, and
-  /// what `inverse_response` is for it; 0 where bodies fly apart after a bounce.
-  Row approach{}, placed{}, least_placed{}, inverse_placing{};
+  /// Of the position problem: the velocity that closes the gap within the step, the share that
+  /// moves the bodies and the least of it, and what `inverse_response` is for it; 0 where bodies
+  /// fly apart after a bounce.
+  Row placing_target{}, placed{}, least_placed{}, inverse_placing{};
 };
 
-/// As many manifolds as a register has lanes; unused lanes are zero and do nothing.
+/// As many manifolds as a register has lanes. Unused lanes are zero and do nothing, but for the
+/// determinant: with an inverse they stick, and do not call for what sliding ones need.
 template <Scalar S, std::size_t n = lanes<S>>
 struct alignas(64) ManifoldBlock {
   using Row = std::array<S, n>;
@@ -6876,6 +7039,8 @@ struct alignas(64) ManifoldBlock {
   std::uint32_t points = 0;
   /// [-] Of each lane, its contacts as they are counted in the island.
   std::array<std::uint32_t, n> first_contact{}, contacts{};
+  /// Of each lane, whether one of its bodies moves with a mechanism.
+  std::array<bool, n> follows_joints{};
 
   Side a, b;
   /// Normal and tangents, world axes.
@@ -6943,12 +7108,6 @@ class ManifoldKernel {
       l1 += x * row(p.e1);
       l2 += x * row(p.e2);
     }
-    BRISTLE_LANES void add(const Points& p, const T& x, Relative& v) {
-      add(p, x);
-      v.n += x * row(p.linear);
-      v.w1 += x * row(p.turn1);
-      v.w2 += x * row(p.turn2);
-    }
   };
   /// What `detail::solve_friction` asks for.
   struct TangentialResponse {
@@ -6967,8 +7126,10 @@ class ManifoldKernel {
            row(m_.across[i][2]) * load.l2;
   }
   [[nodiscard]] BRISTLE_LANES Motion motion(const VelocityTable<S>& velocities) const {
-    return {velocities.load(0, m_.a.from.data()), velocities.load(1, m_.a.from.data()),
-            velocities.load(0, m_.b.from.data()), velocities.load(1, m_.b.from.data())};
+    Motion of;
+    velocities.load(m_.a.from.data(), of.v_a, of.w_a);
+    velocities.load(m_.b.from.data(), of.v_b, of.w_b);
+    return of;
   }
   [[nodiscard]] BRISTLE_LANES Relative relative(const Motion& of) const {
     const Pack3<S> v =
@@ -7000,9 +7161,16 @@ class ManifoldKernel {
     }
     const Pack3<S> m = row(side.inverse_mass);
     const Pack3<S> move{m.x * force.x, m.y * force.y, m.z * force.z};
-    velocities.store(0, side.to.data(), v + move);
-    velocities.store(1, side.to.data(), w + turn);
+    velocities.store(side.to.data(), v + move, w + turn);
   }
+  /// One turn of all points: impulses x go to where normal velocities are at their targets, but not
+  /// below `least(point)`.
+  /// @param v    Without what the points of this turn do.
+  /// @param use  (point, x) called for each.
+  /// @return [m/s] Largest velocity change.
+  template <typename Least, typename Use>
+  BRISTLE_LANES T solve_points(Relative v, Load& load, Row Points::*target, Row Points::*inverse,
+                               Row Points::*x, const Least& least, const Use& use);
   BRISTLE_LANES void rub(const T& most, const T& most_torsion, const Relative& v);
 
   Block& m_;
@@ -7016,20 +7184,15 @@ BRISTLE_LANES Pack<S> ManifoldKernel<S>::solve(VelocityTable<S>& velocities) {
   const Motion before_turn = motion(velocities);
   Relative v = relative(before_turn);
   Load load;
-  T largest = S(0);
   T sum = S(0);
   T moment = S(0);
-  for (Points& p : points_) {
-    const T before = row(p.impulse);
-    // In this order a velocity that is no number gives no impulse.
-    const T wanted = max(before + (row(p.target) - speed(p, v)) * row(p.inverse_response), T(S(0)));
-    const T change = wanted - before;
-    wanted.store(p.impulse.data());
-    sum += wanted;
-    moment += wanted * row(p.radius);
-    load.add(p, change, v);
-    largest = max(abs(change) * row(p.response), largest);
-  }
+  T largest = solve_points(
+      v, load, &Points::target, &Points::inverse_response, &Points::impulse,
+      [](const Points&) { return T(S(0)); },
+      [&](const Points& p, const T& impulse) {
+        sum += impulse;
+        moment += impulse * row(p.radius);
+      });
   v.v1 += across(0, load);
   v.v2 += across(1, load);
   v.spin += across(2, load);
@@ -7043,6 +7206,48 @@ BRISTLE_LANES Pack<S> ManifoldKernel<S>::solve(VelocityTable<S>& velocities) {
   largest = max(max(abs(change1), abs(change2)) * row(m_.largest_response), largest);
   largest = max(abs(twist) * row(m_.torsion_response) * row(m_.radius), largest);
   if (any(largest > T(S(0)))) push(velocities, before_turn, load, change1, change2, twist);
+  return largest;
+}
+
+template <Scalar S>
+template <typename Least, typename Use>
+BRISTLE_LANES Pack<S> ManifoldKernel<S>::solve_points(Relative v, Load& load, Row Points::*target,
+                                                      Row Points::*inverse, Row Points::*x,
+                                                      const Least& least, const Use& use) {
+  T largest = S(0);
+  for (std::size_t first = 0; first < points_.size(); first += point_group) {
+    const auto points = points_.subspan(first);
+    T left[point_group], change[point_group];
+    // The numbers of points are constants, so that what belongs to each stays in registers.
+    const auto for_each_of_group = [&](const auto& turn) {
+      const auto unroll = [&]<std::size_t... k>(std::index_sequence<k...>) {
+        ((k < points.size() ? turn(std::integral_constant<std::size_t, k>(), points[k]) : void()),
+         ...);
+      };
+      unroll(std::make_index_sequence<point_group>());
+    };
+    for_each_of_group([&](auto k, const Points& p) { left[k] = row(p.*target) - speed(p, v); });
+    for_each_of_group([&](auto k, Points& p) {
+      const auto couple = [&]<std::size_t... i>(std::index_sequence<i...>) {
+        ((left[k] -= row(p.coupling[i]) * change[i]), ...);
+      };
+      couple(std::make_index_sequence<k>());
+      const T before = row(p.*x);
+      // In this order a velocity that is no number gives no impulse.
+      const T wanted = max(before + left[k] * row(p.*inverse), least(p));
+      change[k] = wanted - before;
+      wanted.store((p.*x).data());
+      use(p, wanted);
+      load.add(p, change[k]);
+      largest = max(abs(change[k]) * row(p.response), largest);
+    });
+    if (points.size() <= point_group) break;
+    for_each_of_group([&](auto k, const Points& p) {
+      v.n += change[k] * row(p.linear);
+      v.w1 += change[k] * row(p.turn1);
+      v.w2 += change[k] * row(p.turn2);
+    });
+  }
   return largest;
 }
 
@@ -7076,18 +7281,11 @@ BRISTLE_LANES void ManifoldKernel<S>::rub(const T& most, const T& most_torsion, 
 template <Scalar S>
 BRISTLE_LANES Pack<S> ManifoldKernel<S>::place(VelocityTable<S>& displacements) {
   const Motion before_turn = motion(displacements);
-  Relative v = relative(before_turn);
   Load load;
-  T largest = S(0);
-  for (Points& p : points_) {
-    const T before = row(p.placed);
-    const T left = row(p.approach) + speed(p, v);
-    const T wanted = max(before - left * row(p.inverse_placing), row(p.least_placed));
-    const T change = wanted - before;
-    wanted.store(p.placed.data());
-    load.add(p, change, v);
-    largest = max(abs(change) * row(p.response), largest);
-  }
+  const T largest = solve_points(
+      relative(before_turn), load, &Points::placing_target, &Points::inverse_placing,
+      &Points::placed, [](const Points& p) { return row(p.least_placed); },
+      [](const Points&, const T&) {});
   const T zero = S(0);
   if (any(largest > zero)) push(displacements, before_turn, load, zero, zero, zero);
   return largest;
@@ -7285,6 +7483,9 @@ class ManifoldSweeps {
                    [&](ContactConstraint<S>& c, S speed) { place_contact(c, speed, integrator); });
   }
 
+  /// Whether any contact may bounce.
+  [[nodiscard]] bool bounces() const { return bounces_; }
+
   /// Lets gaps follow the motion of a part of the step.
   void move_gaps(const Island& island, Constraints<S>& constraints,
                  std::span<const SolverBody<S>> bodies, S dt) {
@@ -7293,13 +7494,12 @@ class ManifoldSweeps {
   }
 
   /// Takes over the shares of the impulses that the contacts have, for sweeps of the position
-  /// problem; `store_placed` writes them back.
+  /// problem. The contacts never learn what becomes of them: only the displacements count.
   void start_placing(const Island& island, const Constraints<S>& constraints, S dt);
   /// One sweep of the position problem.
   S place(bool backwards) {
     return for_each_block(backwards, [this](Kernel block) { return block.place(velocities_); });
   }
-  void store_placed(const Island& island, Constraints<S>& constraints) const;
 
   /// Writes the impulses back to the constraints: friction is spread over the points in proportion
   /// to their normal impulses, so that its force and its torsion stay what they are.
@@ -7370,8 +7570,8 @@ class ManifoldSweeps {
   std::vector<std::uint32_t> slots_;  // By place less 1.
   std::vector<std::uint32_t> place_;  // By slot; 0 where it has none.
   VelocityTable<S> velocities_;
-  bool bounces_ = false;  // Whether any contact may.
-  std::vector<Row> speeds_, free_speeds_, motion_speeds_;
+  bool bounces_ = false;
+  std::vector<Row> speeds_, free_speeds_;
 };
 
 // Implementation -----------------------------------------------------------------------------------
@@ -7391,6 +7591,7 @@ void ManifoldSweeps<S>::start(const Island& island, const Constraints<S>& constr
     if (blocks_.empty() || blocks_.back().used == lanes<S> || place.round != round) {
       Block& block = blocks_.emplace_back();
       block.first_point = static_cast<std::uint32_t>(points_.size());
+      block.inverse_determinant.fill(S(1));
       // Its first manifold has the most.
       block.points = place.count;
       points_.resize(points_.size() + place.count);
@@ -7469,6 +7670,7 @@ void ManifoldSweeps<S>::add_manifold(const ManifoldSpan& manifold, const Island&
   const SolverBody<S>& b = bodies[manifold.body_b];
   add_side(block.a, lane, manifold.body_a, a, arm_a);
   add_side(block.b, lane, manifold.body_b, b, arm_b);
+  block.follows_joints[lane] = a.follows_joints || b.follows_joints;
   block.normal.set(lane, one.axes[0]);
   block.tangent1.set(lane, one.axes[1]);
   block.tangent2.set(lane, one.axes[2]);
@@ -7510,6 +7712,10 @@ void ManifoldSweeps<S>::add_manifold(const ManifoldSpan& manifold, const Island&
     const S turn2 = w.turn(2, 0) + e1 * w.angular(2, 1) + e2 * w.angular(2, 2);
     const S linear = K.nn + e1 * w.turn(1, 0) + e2 * w.turn(2, 0);
     const S response = linear + e1 * turn1 + e2 * turn2;
+    for (std::uint32_t i = k - k % point_group; i < k; ++i) {
+      const Points& o = points_[block.first_point + i];
+      p.coupling[i % point_group][lane] = o.linear[lane] + e1 * o.turn1[lane] + e2 * o.turn2[lane];
+    }
     p.turn1[lane] = turn1;
     p.turn2[lane] = turn2;
     p.linear[lane] = linear;
@@ -7523,17 +7729,21 @@ void ManifoldSweeps<S>::aim(const Island& island, Constraints<S>& constraints,
                             std::span<const SolverBody<S>> bodies, const SolveContext<S>& context) {
   const auto start = [](const SolverBody<S>& body) -> const Twist<S>& { return body.start; };
   const auto free = [](const SolverBody<S>& body) -> const Twist<S>& { return body.free; };
-  const auto motion = [](const SolverBody<S>& body) -> const Twist<S>& { return body.free_motion; };
   find_speeds(bodies, start, speeds_);
   find_speeds(bodies, free, free_speeds_);
-  find_speeds(bodies, motion, motion_speeds_);
+  // As `mean_free_motion` has it.
+  const auto mean_of = [is_euler = context.integrator == Integrator::symplectic_euler](S at_start,
+                                                                                       S at_end) {
+    return is_euler ? at_end : S(0.5) * (at_start + at_end);
+  };
   for (Block& block : blocks_) {
     block.friction_impulse1 = block.friction_impulse2 = block.torsion = {};
     for_each_point(block, [&](std::uint32_t contact, std::uint32_t point, std::size_t lane) {
       ContactConstraint<S>& c = constraints.contacts[island.contacts[contact]];
-      aim_contact<S>(c,
-                     {speeds_[point][lane], free_speeds_[point][lane], motion_speeds_[point][lane]},
-                     bodies[c.body_a].follows_joints || bodies[c.body_b].follows_joints, context);
+      const S start_speed = speeds_[point][lane];
+      const S free_speed = free_speeds_[point][lane];
+      aim_contact<S>(c, {start_speed, free_speed, mean_of(start_speed, free_speed)},
+                     block.follows_joints[lane], context);
       Points& p = points_[point];
       p.target[lane] = c.target;
       p.impulse[lane] = c.impulse[0];
@@ -7551,16 +7761,10 @@ void ManifoldSweeps<S>::start_placing(const Island& island, const Constraints<S>
   for_each_point([&](std::uint32_t contact, std::uint32_t point, std::size_t lane) {
     const ContactConstraint<S>& c = constraints.contacts[island.contacts[contact]];
     Points& p = points_[point];
-    p.approach[lane] = c.gap * per_step;
+    p.placing_target[lane] = -c.gap * per_step;
     p.placed[lane] = c.placed;
     p.least_placed[lane] = c.parts ? c.placed : c.least_placed;
     p.inverse_placing[lane] = c.parts ? S(0) : p.inverse_response[lane];
-  });
-}
-template <Scalar S>
-void ManifoldSweeps<S>::store_placed(const Island& island, Constraints<S>& constraints) const {
-  for_each_point([&](std::uint32_t contact, std::uint32_t point, std::size_t lane) {
-    constraints.contacts[island.contacts[contact]].placed = points_[point].placed[lane];
   });
 }
 
@@ -7664,6 +7868,8 @@ class SequentialSolver {
                       std::span<const SolverBody<S>> bodies, Integrator integrator) {
     manifolds_.place_contacts(island, constraints, bodies, integrator);
   }
+  /// Whether any contact may bounce, of an island that is swept by manifold.
+  [[nodiscard]] bool bounces() const { return manifolds_.bounces(); }
   /// Lets gaps follow its motion.
   void move_gaps(const Island& island, Constraints<S>& constraints,
                  std::span<const SolverBody<S>> bodies, S dt) {
@@ -7712,11 +7918,8 @@ class SequentialSolver {
     manifolds_.start_placing(island, constraints, dt);
     if (!shares_bodies(island)) manifolds_.load(bodies, motion_of);
   }
-  void finish_positions(const Island& island, Constraints<S>& constraints,
-                        std::span<SolverBody<S>> bodies) const {
-    if (!by_manifold_) return;
-    manifolds_.store_placed(island, constraints);
-    if (!shares_bodies(island)) manifolds_.unload(bodies, motion_of);
+  void finish_positions(const Island& island, std::span<SolverBody<S>> bodies) const {
+    if (by_manifold_ && !shares_bodies(island)) manifolds_.unload(bodies, motion_of);
   }
   /// One sweep of the position problem over the displacements in `SolverBody::motion`: contacts
   /// move their bodies apart by a larger share of their impulse, or together by a smaller one,
@@ -8128,7 +8331,7 @@ class IslandSolver {
       bodies[slot].motion = mean_motion(bodies[slot], part.integrator);
     }
     sequential_.place_contacts(island, constraints, bodies, part.integrator);
-    move_by_bounces(island, constraints, bodies, part);
+    if (sequential_.bounces()) move_by_bounces(island, constraints, bodies, part);
     sequential_.start_positions(island, constraints, bodies, part.dt);
     for (int n = 0; n < part.settings.large_position_sweeps; ++n) {
       const S residual =
@@ -8136,7 +8339,7 @@ class IslandSolver {
       ++report.position_sweeps;
       if (residual * part.dt <= part.position_tolerance) break;
     }
-    sequential_.finish_positions(island, constraints, bodies);
+    sequential_.finish_positions(island, bodies);
   }
 
   void end_part(const Island& island, Constraints<S>& constraints, std::span<SolverBody<S>> bodies,
@@ -8219,7 +8422,7 @@ class IslandSolver {
         break;
       }
     }
-    sequential_.finish_positions(island, constraints, bodies);
+    sequential_.finish_positions(island, bodies);
   }
 
   /// Gives bodies the displacement of bounces, whose share is not the usual one.
@@ -15958,6 +16161,22 @@ BRISTLE_LANES RayHitLanes<S> hit_lanes(const RayLanes<S>& ray, const Mask<S>& is
 }
 
 template <Scalar S>
+BRISTLE_LANES RayHitLanes<S> no_hits() {
+  const Pack<S> zero(S(0));
+  return {Pack<S>(infinity<S>), {zero, zero, zero}};
+}
+
+/// Whether rays are long enough to reach what is around a core, as far as rounding can tell: of the
+/// rays of a patch, half are not, and neighbours are alike.
+/// @param apart2  [m^2] Square of the distance of their starts from the core.
+/// @param radius  [m] How far around the core the shape reaches.
+template <Scalar S>
+BRISTLE_LANES Mask<S> may_reach(const RayLanes<S>& ray, const Pack<S>& apart2, S radius) {
+  const Pack<S> reach = ray.length + radius;
+  return apart2 <= (S(1) + Tolerance<S>::round_off()) * (reach * reach);
+}
+
+template <Scalar S>
 BRISTLE_LANES Pack3<S> normalized(const Pack3<S>& v) {
   return (S(1) / sqrt(dot(v, v))) * v;
 }
@@ -16054,13 +16273,15 @@ template <Scalar S>
 BRISTLE_LANES RayHitLanes<S> ray_cast(const Sphere<S>& sphere, const RayLanes<S>& ray) {
   const Pack<S> zero(S(0));
   const Pack<S> radius2(sphere.radius * sphere.radius);
+  const Pack<S> apart2 = dot(ray.origin, ray.origin);
+  if (none(may_reach(ray, apart2, sphere.radius))) return no_hits<S>();
   const Pack<S> closest = -dot(ray.origin, ray.direction);
   const Pack3<S> foot = ray.origin + closest * ray.direction;
   const Pack<S> half2 = radius2 - dot(foot, foot);
   const Pack<S> half = sqrt(max(half2, zero));
   const Pack3<S> point = foot - half * ray.direction;
   const Mask<S> may_hit = (closest >= zero) & (half2 >= zero);
-  return hit_lanes(ray, dot(ray.origin, ray.origin) <= radius2, may_hit, closest - half,
+  return hit_lanes(ray, apart2 <= radius2, may_hit, closest - half,
                    renormalized((S(1) / sphere.radius) * point, may_hit));
 }
 
@@ -16119,6 +16340,8 @@ BRISTLE_LANES RayHitLanes<S> ray_cast(const Capsule<S>& capsule, const RayLanes<
   const Pack<S> radius2(capsule.radius * capsule.radius);
   const Pack3<S>& o = ray.origin;
   const Pack3<S> from_axis{o.x, o.y, o.z - max(-half, min(o.z, half))};
+  const Pack<S> apart2 = dot(from_axis, from_axis);
+  if (none(may_reach(ray, apart2, capsule.radius))) return no_hits<S>();
   const ApproachLanes<S> near(ray, capsule.half_length + capsule.radius);
   const TubeEntry<S> tube(near.origin, ray.direction, capsule.radius);
   const Mask<S> is_beyond_end =
@@ -16128,7 +16351,7 @@ BRISTLE_LANES RayHitLanes<S> ray_cast(const Capsule<S>& capsule, const RayLanes<
   const Pack<S> z = select(is_beyond_end, near.origin.z, point.z);
   const Mask<S> may_hit = near.is_near & tube.is_met & (is_beyond_end | tube.is_ahead);
   const Mask<S> is_side = (abs(z) <= half) & !is_beyond_end;
-  const Mask<S> is_inside = dot(from_axis, from_axis) <= radius2;
+  const Mask<S> is_inside = apart2 <= radius2;
   const Pack<S> inverse_radius(S(1) / capsule.radius);
   const RayHitLanes<S> side =
       hit_lanes(ray, is_inside, may_hit & is_side, near.skipped + tube.distance,

@@ -4,7 +4,7 @@
 cmake_minimum_required(VERSION 3.24)
 
 if(NOT DEFINED BUDGET)
-  set(BUDGET 140000)  # of which Eigen/Geometry alone is about 99000
+  set(BUDGET 142000)  # of which Eigen/Geometry alone is about 99000, with the standard headers 120000
 endif()
 
 # Sets `out` to the lines that are neither blank nor line markers.

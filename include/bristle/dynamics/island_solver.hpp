@@ -239,7 +239,7 @@ class IslandSolver {
       bodies[slot].motion = mean_motion(bodies[slot], part.integrator);
     }
     sequential_.place_contacts(island, constraints, bodies, part.integrator);
-    move_by_bounces(island, constraints, bodies, part);
+    if (sequential_.bounces()) move_by_bounces(island, constraints, bodies, part);
     sequential_.start_positions(island, constraints, bodies, part.dt);
     for (int n = 0; n < part.settings.large_position_sweeps; ++n) {
       const S residual =
@@ -247,7 +247,7 @@ class IslandSolver {
       ++report.position_sweeps;
       if (residual * part.dt <= part.position_tolerance) break;
     }
-    sequential_.finish_positions(island, constraints, bodies);
+    sequential_.finish_positions(island, bodies);
   }
 
   void end_part(const Island& island, Constraints<S>& constraints, std::span<SolverBody<S>> bodies,
@@ -330,7 +330,7 @@ class IslandSolver {
         break;
       }
     }
-    sequential_.finish_positions(island, constraints, bodies);
+    sequential_.finish_positions(island, bodies);
   }
 
   /// Gives bodies the displacement of bounces, whose share is not the usual one.

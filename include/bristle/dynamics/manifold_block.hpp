@@ -11,6 +11,8 @@
 #pragma once
 
 #include <bristle/dynamics/contact_constraint.hpp>
+#include <bristle/math/lane_rows.hpp>
+#include <bristle/math/lane_vector.hpp>
 #include <bristle/math/pack3.hpp>
 #include <bristle/math/spatial.hpp>
 
@@ -20,7 +22,8 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
-#include <vector>
+#include <type_traits>
+#include <utility>
 
 namespace bristle {
 
@@ -28,8 +31,8 @@ namespace bristle {
 template <Scalar S>
 class VelocityTable {
  public:
-  /// [-] Numbers a body: six, and two that let it begin where a cache line does.
-  static constexpr std::uint32_t stride = 8;
+  /// [-] Numbers a body: six, and two that let it begin where a register is loaded at once.
+  static constexpr std::uint32_t stride = row_stride;
 
   void resize(std::size_t bodies) { numbers_.resize(std::max(numbers_.size(), stride * bodies)); }
   void set(std::size_t body, const Twist<S>& v) {
@@ -43,23 +46,29 @@ class VelocityTable {
     const S* p = numbers_.data() + stride * body;
     return {{p[0], p[1], p[2]}, {p[3], p[4], p[5]}};
   }
-  /// Linear velocity (part 0) or angular velocity (part 1) of a body for each lane.
+  /// Linear and angular velocity of a body for each lane.
   /// @param at  [-] Number of the body times `stride`.
-  [[nodiscard]] BRISTLE_LANES Pack3<S> load(std::size_t part, const std::uint32_t* at) const {
-    const S* p = numbers_.data() + 3 * part;
-    return {Pack<S>::gather(p, at), Pack<S>::gather(p + 1, at), Pack<S>::gather(p + 2, at)};
+  BRISTLE_LANES void load(const std::uint32_t* at, Pack3<S>& linear, Pack3<S>& angular) const {
+    Pack<S> columns[6];
+    load_rows(numbers_.data(), at, columns);
+    linear = {columns[0], columns[1], columns[2]};
+    angular = {columns[3], columns[4], columns[5]};
   }
-  /// The inverse; lanes with the same body write one after the other.
-  BRISTLE_LANES void store(std::size_t part, const std::uint32_t* at, const Pack3<S>& v) {
-    S* p = numbers_.data() + 3 * part;
-    v.x.scatter(p, at);
-    v.y.scatter(p + 1, at);
-    v.z.scatter(p + 2, at);
+  /// The inverse. Lanes with the same body overwrite each other.
+  BRISTLE_LANES void store(const std::uint32_t* at, const Pack3<S>& linear,
+                           const Pack3<S>& angular) {
+    const Pack<S> columns[] = {linear.x, linear.y, linear.z, angular.x, angular.y, angular.z};
+    store_rows(numbers_.data(), at, columns);
   }
 
  private:
-  std::vector<S> numbers_;
+  LaneVector<S> numbers_;
 };
+
+/// [-] Points of a manifold that are solved without the six numbers in between: what the impulse of
+/// one does to those after it is known beforehand, so that each waits for two multiplications and
+/// not for four.
+inline constexpr std::uint32_t point_group = 4;
 
 /// One point of each of the manifolds of a block. Zero where a manifold has fewer points.
 /// @tparam n  [-] Lanes, as the file is compiled for: part of the type, as it decides its layout.
@@ -71,15 +80,19 @@ struct alignas(64) ManifoldPoints {
   /// What it does to the normal velocity of the centre, and to the turn about the tangents.
   Row linear{}, turn1{}, turn2{};
   Row response{}, inverse_response{};
+  /// What unit impulses at the points before it in its group do to its own normal velocity.
+  std::array<Row, point_group - 1> coupling{};
   /// Distance from the centre of pressure: the arm of torsion.
   Row radius{};
   Row target{}, impulse{};
-  /// Of the position problem: gap by step, the share that moves the bodies and the least of it, and
-  /// what `inverse_response` is for it; 0 where bodies fly apart after a bounce.
-  Row approach{}, placed{}, least_placed{}, inverse_placing{};
+  /// Of the position problem: the velocity that closes the gap within the step, the share that
+  /// moves the bodies and the least of it, and what `inverse_response` is for it; 0 where bodies
+  /// fly apart after a bounce.
+  Row placing_target{}, placed{}, least_placed{}, inverse_placing{};
 };
 
-/// As many manifolds as a register has lanes; unused lanes are zero and do nothing.
+/// As many manifolds as a register has lanes. Unused lanes are zero and do nothing, but for the
+/// determinant: with an inverse they stick, and do not call for what sliding ones need.
 template <Scalar S, std::size_t n = lanes<S>>
 struct alignas(64) ManifoldBlock {
   using Row = std::array<S, n>;
@@ -109,6 +122,8 @@ struct alignas(64) ManifoldBlock {
   std::uint32_t points = 0;
   /// [-] Of each lane, its contacts as they are counted in the island.
   std::array<std::uint32_t, n> first_contact{}, contacts{};
+  /// Of each lane, whether one of its bodies moves with a mechanism.
+  std::array<bool, n> follows_joints{};
 
   Side a, b;
   /// Normal and tangents, world axes.
@@ -176,12 +191,6 @@ class ManifoldKernel {
       l1 += x * row(p.e1);
       l2 += x * row(p.e2);
     }
-    BRISTLE_LANES void add(const Points& p, const T& x, Relative& v) {
-      add(p, x);
-      v.n += x * row(p.linear);
-      v.w1 += x * row(p.turn1);
-      v.w2 += x * row(p.turn2);
-    }
   };
   /// What `detail::solve_friction` asks for.
   struct TangentialResponse {
@@ -200,8 +209,10 @@ class ManifoldKernel {
            row(m_.across[i][2]) * load.l2;
   }
   [[nodiscard]] BRISTLE_LANES Motion motion(const VelocityTable<S>& velocities) const {
-    return {velocities.load(0, m_.a.from.data()), velocities.load(1, m_.a.from.data()),
-            velocities.load(0, m_.b.from.data()), velocities.load(1, m_.b.from.data())};
+    Motion of;
+    velocities.load(m_.a.from.data(), of.v_a, of.w_a);
+    velocities.load(m_.b.from.data(), of.v_b, of.w_b);
+    return of;
   }
   [[nodiscard]] BRISTLE_LANES Relative relative(const Motion& of) const {
     const Pack3<S> v =
@@ -233,9 +244,16 @@ class ManifoldKernel {
     }
     const Pack3<S> m = row(side.inverse_mass);
     const Pack3<S> move{m.x * force.x, m.y * force.y, m.z * force.z};
-    velocities.store(0, side.to.data(), v + move);
-    velocities.store(1, side.to.data(), w + turn);
+    velocities.store(side.to.data(), v + move, w + turn);
   }
+  /// One turn of all points: impulses x go to where normal velocities are at their targets, but not
+  /// below `least(point)`.
+  /// @param v    Without what the points of this turn do.
+  /// @param use  (point, x) called for each.
+  /// @return [m/s] Largest velocity change.
+  template <typename Least, typename Use>
+  BRISTLE_LANES T solve_points(Relative v, Load& load, Row Points::*target, Row Points::*inverse,
+                               Row Points::*x, const Least& least, const Use& use);
   BRISTLE_LANES void rub(const T& most, const T& most_torsion, const Relative& v);
 
   Block& m_;
@@ -249,20 +267,15 @@ BRISTLE_LANES Pack<S> ManifoldKernel<S>::solve(VelocityTable<S>& velocities) {
   const Motion before_turn = motion(velocities);
   Relative v = relative(before_turn);
   Load load;
-  T largest = S(0);
   T sum = S(0);
   T moment = S(0);
-  for (Points& p : points_) {
-    const T before = row(p.impulse);
-    // In this order a velocity that is no number gives no impulse.
-    const T wanted = max(before + (row(p.target) - speed(p, v)) * row(p.inverse_response), T(S(0)));
-    const T change = wanted - before;
-    wanted.store(p.impulse.data());
-    sum += wanted;
-    moment += wanted * row(p.radius);
-    load.add(p, change, v);
-    largest = max(abs(change) * row(p.response), largest);
-  }
+  T largest = solve_points(
+      v, load, &Points::target, &Points::inverse_response, &Points::impulse,
+      [](const Points&) { return T(S(0)); },
+      [&](const Points& p, const T& impulse) {
+        sum += impulse;
+        moment += impulse * row(p.radius);
+      });
   v.v1 += across(0, load);
   v.v2 += across(1, load);
   v.spin += across(2, load);
@@ -276,6 +289,48 @@ BRISTLE_LANES Pack<S> ManifoldKernel<S>::solve(VelocityTable<S>& velocities) {
   largest = max(max(abs(change1), abs(change2)) * row(m_.largest_response), largest);
   largest = max(abs(twist) * row(m_.torsion_response) * row(m_.radius), largest);
   if (any(largest > T(S(0)))) push(velocities, before_turn, load, change1, change2, twist);
+  return largest;
+}
+
+template <Scalar S>
+template <typename Least, typename Use>
+BRISTLE_LANES Pack<S> ManifoldKernel<S>::solve_points(Relative v, Load& load, Row Points::*target,
+                                                      Row Points::*inverse, Row Points::*x,
+                                                      const Least& least, const Use& use) {
+  T largest = S(0);
+  for (std::size_t first = 0; first < points_.size(); first += point_group) {
+    const auto points = points_.subspan(first);
+    T left[point_group], change[point_group];
+    // The numbers of points are constants, so that what belongs to each stays in registers.
+    const auto for_each_of_group = [&](const auto& turn) {
+      const auto unroll = [&]<std::size_t... k>(std::index_sequence<k...>) {
+        ((k < points.size() ? turn(std::integral_constant<std::size_t, k>(), points[k]) : void()),
+         ...);
+      };
+      unroll(std::make_index_sequence<point_group>());
+    };
+    for_each_of_group([&](auto k, const Points& p) { left[k] = row(p.*target) - speed(p, v); });
+    for_each_of_group([&](auto k, Points& p) {
+      const auto couple = [&]<std::size_t... i>(std::index_sequence<i...>) {
+        ((left[k] -= row(p.coupling[i]) * change[i]), ...);
+      };
+      couple(std::make_index_sequence<k>());
+      const T before = row(p.*x);
+      // In this order a velocity that is no number gives no impulse.
+      const T wanted = max(before + left[k] * row(p.*inverse), least(p));
+      change[k] = wanted - before;
+      wanted.store((p.*x).data());
+      use(p, wanted);
+      load.add(p, change[k]);
+      largest = max(abs(change[k]) * row(p.response), largest);
+    });
+    if (points.size() <= point_group) break;
+    for_each_of_group([&](auto k, const Points& p) {
+      v.n += change[k] * row(p.linear);
+      v.w1 += change[k] * row(p.turn1);
+      v.w2 += change[k] * row(p.turn2);
+    });
+  }
   return largest;
 }
 
@@ -309,18 +364,11 @@ BRISTLE_LANES void ManifoldKernel<S>::rub(const T& most, const T& most_torsion, 
 template <Scalar S>
 BRISTLE_LANES Pack<S> ManifoldKernel<S>::place(VelocityTable<S>& displacements) {
   const Motion before_turn = motion(displacements);
-  Relative v = relative(before_turn);
   Load load;
-  T largest = S(0);
-  for (Points& p : points_) {
-    const T before = row(p.placed);
-    const T left = row(p.approach) + speed(p, v);
-    const T wanted = max(before - left * row(p.inverse_placing), row(p.least_placed));
-    const T change = wanted - before;
-    wanted.store(p.placed.data());
-    load.add(p, change, v);
-    largest = max(abs(change) * row(p.response), largest);
-  }
+  const T largest = solve_points(
+      relative(before_turn), load, &Points::placing_target, &Points::inverse_placing,
+      &Points::placed, [](const Points& p) { return row(p.least_placed); },
+      [](const Points&, const T&) {});
   const T zero = S(0);
   if (any(largest > zero)) push(displacements, before_turn, load, zero, zero, zero);
   return largest;

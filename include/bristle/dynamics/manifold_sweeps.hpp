@@ -76,6 +76,9 @@ class ManifoldSweeps {
                    [&](ContactConstraint<S>& c, S speed) { place_contact(c, speed, integrator); });
   }
 
+  /// Whether any contact may bounce.
+  [[nodiscard]] bool bounces() const { return bounces_; }
+
   /// Lets gaps follow the motion of a part of the step.
   void move_gaps(const Island& island, Constraints<S>& constraints,
                  std::span<const SolverBody<S>> bodies, S dt) {
@@ -84,13 +87,12 @@ class ManifoldSweeps {
   }
 
   /// Takes over the shares of the impulses that the contacts have, for sweeps of the position
-  /// problem; `store_placed` writes them back.
+  /// problem. The contacts never learn what becomes of them: only the displacements count.
   void start_placing(const Island& island, const Constraints<S>& constraints, S dt);
   /// One sweep of the position problem.
   S place(bool backwards) {
     return for_each_block(backwards, [this](Kernel block) { return block.place(velocities_); });
   }
-  void store_placed(const Island& island, Constraints<S>& constraints) const;
 
   /// Writes the impulses back to the constraints: friction is spread over the points in proportion
   /// to their normal impulses, so that its force and its torsion stay what they are.
@@ -161,8 +163,8 @@ class ManifoldSweeps {
   std::vector<std::uint32_t> slots_;  // By place less 1.
   std::vector<std::uint32_t> place_;  // By slot; 0 where it has none.
   VelocityTable<S> velocities_;
-  bool bounces_ = false;  // Whether any contact may.
-  std::vector<Row> speeds_, free_speeds_, motion_speeds_;
+  bool bounces_ = false;
+  std::vector<Row> speeds_, free_speeds_;
 };
 
 // Implementation -----------------------------------------------------------------------------------
@@ -182,6 +184,7 @@ void ManifoldSweeps<S>::start(const Island& island, const Constraints<S>& constr
     if (blocks_.empty() || blocks_.back().used == lanes<S> || place.round != round) {
       Block& block = blocks_.emplace_back();
       block.first_point = static_cast<std::uint32_t>(points_.size());
+      block.inverse_determinant.fill(S(1));
       // Its first manifold has the most.
       block.points = place.count;
       points_.resize(points_.size() + place.count);
@@ -260,6 +263,7 @@ void ManifoldSweeps<S>::add_manifold(const ManifoldSpan& manifold, const Island&
   const SolverBody<S>& b = bodies[manifold.body_b];
   add_side(block.a, lane, manifold.body_a, a, arm_a);
   add_side(block.b, lane, manifold.body_b, b, arm_b);
+  block.follows_joints[lane] = a.follows_joints || b.follows_joints;
   block.normal.set(lane, one.axes[0]);
   block.tangent1.set(lane, one.axes[1]);
   block.tangent2.set(lane, one.axes[2]);
@@ -301,6 +305,10 @@ void ManifoldSweeps<S>::add_manifold(const ManifoldSpan& manifold, const Island&
     const S turn2 = w.turn(2, 0) + e1 * w.angular(2, 1) + e2 * w.angular(2, 2);
     const S linear = K.nn + e1 * w.turn(1, 0) + e2 * w.turn(2, 0);
     const S response = linear + e1 * turn1 + e2 * turn2;
+    for (std::uint32_t i = k - k % point_group; i < k; ++i) {
+      const Points& o = points_[block.first_point + i];
+      p.coupling[i % point_group][lane] = o.linear[lane] + e1 * o.turn1[lane] + e2 * o.turn2[lane];
+    }
     p.turn1[lane] = turn1;
     p.turn2[lane] = turn2;
     p.linear[lane] = linear;
@@ -314,17 +322,21 @@ void ManifoldSweeps<S>::aim(const Island& island, Constraints<S>& constraints,
                             std::span<const SolverBody<S>> bodies, const SolveContext<S>& context) {
   const auto start = [](const SolverBody<S>& body) -> const Twist<S>& { return body.start; };
   const auto free = [](const SolverBody<S>& body) -> const Twist<S>& { return body.free; };
-  const auto motion = [](const SolverBody<S>& body) -> const Twist<S>& { return body.free_motion; };
   find_speeds(bodies, start, speeds_);
   find_speeds(bodies, free, free_speeds_);
-  find_speeds(bodies, motion, motion_speeds_);
+  // As `mean_free_motion` has it.
+  const auto mean_of = [is_euler = context.integrator == Integrator::symplectic_euler](S at_start,
+                                                                                       S at_end) {
+    return is_euler ? at_end : S(0.5) * (at_start + at_end);
+  };
   for (Block& block : blocks_) {
     block.friction_impulse1 = block.friction_impulse2 = block.torsion = {};
     for_each_point(block, [&](std::uint32_t contact, std::uint32_t point, std::size_t lane) {
       ContactConstraint<S>& c = constraints.contacts[island.contacts[contact]];
-      aim_contact<S>(c,
-                     {speeds_[point][lane], free_speeds_[point][lane], motion_speeds_[point][lane]},
-                     bodies[c.body_a].follows_joints || bodies[c.body_b].follows_joints, context);
+      const S start_speed = speeds_[point][lane];
+      const S free_speed = free_speeds_[point][lane];
+      aim_contact<S>(c, {start_speed, free_speed, mean_of(start_speed, free_speed)},
+                     block.follows_joints[lane], context);
       Points& p = points_[point];
       p.target[lane] = c.target;
       p.impulse[lane] = c.impulse[0];
@@ -342,16 +354,10 @@ void ManifoldSweeps<S>::start_placing(const Island& island, const Constraints<S>
   for_each_point([&](std::uint32_t contact, std::uint32_t point, std::size_t lane) {
     const ContactConstraint<S>& c = constraints.contacts[island.contacts[contact]];
     Points& p = points_[point];
-    p.approach[lane] = c.gap * per_step;
+    p.placing_target[lane] = -c.gap * per_step;
     p.placed[lane] = c.placed;
     p.least_placed[lane] = c.parts ? c.placed : c.least_placed;
     p.inverse_placing[lane] = c.parts ? S(0) : p.inverse_response[lane];
-  });
-}
-template <Scalar S>
-void ManifoldSweeps<S>::store_placed(const Island& island, Constraints<S>& constraints) const {
-  for_each_point([&](std::uint32_t contact, std::uint32_t point, std::size_t lane) {
-    constraints.contacts[island.contacts[contact]].placed = points_[point].placed[lane];
   });
 }
 

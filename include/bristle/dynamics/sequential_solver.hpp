@@ -52,6 +52,8 @@ class SequentialSolver {
                       std::span<const SolverBody<S>> bodies, Integrator integrator) {
     manifolds_.place_contacts(island, constraints, bodies, integrator);
   }
+  /// Whether any contact may bounce, of an island that is swept by manifold.
+  [[nodiscard]] bool bounces() const { return manifolds_.bounces(); }
   /// Lets gaps follow its motion.
   void move_gaps(const Island& island, Constraints<S>& constraints,
                  std::span<const SolverBody<S>> bodies, S dt) {
@@ -100,11 +102,8 @@ class SequentialSolver {
     manifolds_.start_placing(island, constraints, dt);
     if (!shares_bodies(island)) manifolds_.load(bodies, motion_of);
   }
-  void finish_positions(const Island& island, Constraints<S>& constraints,
-                        std::span<SolverBody<S>> bodies) const {
-    if (!by_manifold_) return;
-    manifolds_.store_placed(island, constraints);
-    if (!shares_bodies(island)) manifolds_.unload(bodies, motion_of);
+  void finish_positions(const Island& island, std::span<SolverBody<S>> bodies) const {
+    if (by_manifold_ && !shares_bodies(island)) manifolds_.unload(bodies, motion_of);
   }
   /// One sweep of the position problem over the displacements in `SolverBody::motion`: contacts
   /// move their bodies apart by a larger share of their impulse, or together by a smaller one,

@@ -50,6 +50,22 @@ BRISTLE_LANES RayHitLanes<S> hit_lanes(const RayLanes<S>& ray, const Mask<S>& is
 }
 
 template <Scalar S>
+BRISTLE_LANES RayHitLanes<S> no_hits() {
+  const Pack<S> zero(S(0));
+  return {Pack<S>(infinity<S>), {zero, zero, zero}};
+}
+
+/// Whether rays are long enough to reach what is around a core, as far as rounding can tell: of the
+/// rays of a patch, half are not, and neighbours are alike.
+/// @param apart2  [m^2] Square of the distance of their starts from the core.
+/// @param radius  [m] How far around the core the shape reaches.
+template <Scalar S>
+BRISTLE_LANES Mask<S> may_reach(const RayLanes<S>& ray, const Pack<S>& apart2, S radius) {
+  const Pack<S> reach = ray.length + radius;
+  return apart2 <= (S(1) + Tolerance<S>::round_off()) * (reach * reach);
+}
+
+template <Scalar S>
 BRISTLE_LANES Pack3<S> normalized(const Pack3<S>& v) {
   return (S(1) / sqrt(dot(v, v))) * v;
 }
@@ -146,13 +162,15 @@ template <Scalar S>
 BRISTLE_LANES RayHitLanes<S> ray_cast(const Sphere<S>& sphere, const RayLanes<S>& ray) {
   const Pack<S> zero(S(0));
   const Pack<S> radius2(sphere.radius * sphere.radius);
+  const Pack<S> apart2 = dot(ray.origin, ray.origin);
+  if (none(may_reach(ray, apart2, sphere.radius))) return no_hits<S>();
   const Pack<S> closest = -dot(ray.origin, ray.direction);
   const Pack3<S> foot = ray.origin + closest * ray.direction;
   const Pack<S> half2 = radius2 - dot(foot, foot);
   const Pack<S> half = sqrt(max(half2, zero));
   const Pack3<S> point = foot - half * ray.direction;
   const Mask<S> may_hit = (closest >= zero) & (half2 >= zero);
-  return hit_lanes(ray, dot(ray.origin, ray.origin) <= radius2, may_hit, closest - half,
+  return hit_lanes(ray, apart2 <= radius2, may_hit, closest - half,
                    renormalized((S(1) / sphere.radius) * point, may_hit));
 }
 
@@ -211,6 +229,8 @@ BRISTLE_LANES RayHitLanes<S> ray_cast(const Capsule<S>& capsule, const RayLanes<
   const Pack<S> radius2(capsule.radius * capsule.radius);
   const Pack3<S>& o = ray.origin;
   const Pack3<S> from_axis{o.x, o.y, o.z - max(-half, min(o.z, half))};
+  const Pack<S> apart2 = dot(from_axis, from_axis);
+  if (none(may_reach(ray, apart2, capsule.radius))) return no_hits<S>();
   const ApproachLanes<S> near(ray, capsule.half_length + capsule.radius);
   const TubeEntry<S> tube(near.origin, ray.direction, capsule.radius);
   const Mask<S> is_beyond_end =
@@ -220,7 +240,7 @@ BRISTLE_LANES RayHitLanes<S> ray_cast(const Capsule<S>& capsule, const RayLanes<
   const Pack<S> z = select(is_beyond_end, near.origin.z, point.z);
   const Mask<S> may_hit = near.is_near & tube.is_met & (is_beyond_end | tube.is_ahead);
   const Mask<S> is_side = (abs(z) <= half) & !is_beyond_end;
-  const Mask<S> is_inside = dot(from_axis, from_axis) <= radius2;
+  const Mask<S> is_inside = apart2 <= radius2;
   const Pack<S> inverse_radius(S(1) / capsule.radius);
   const RayHitLanes<S> side =
       hit_lanes(ray, is_inside, may_hit & is_side, near.skipped + tube.distance,

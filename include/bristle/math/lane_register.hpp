@@ -23,6 +23,15 @@
 #define BRISTLE_HAS_SIMD 0
 #endif
 
+// Whether the lanes of registers are put in any order by one expression (GCC from 12 on).
+#define BRISTLE_HAS_SHUFFLE 0
+#if BRISTLE_HAS_SIMD
+#if __has_builtin(__builtin_shufflevector)
+#undef BRISTLE_HAS_SHUFFLE
+#define BRISTLE_HAS_SHUFFLE 1
+#endif
+#endif
+
 namespace bristle {
 
 /// [bytes] Of a register.

@@ -107,8 +107,8 @@ template <Scalar S>
   return {sum_of_lanes(a.x), sum_of_lanes(a.y), sum_of_lanes(a.z)};
 }
 
-/// The remainder of a / b, of the sign of a, exactly. Where no lane has more than one b in a that is
-/// a difference, which is exact there (Sterbenz); else lane by lane.
+/// The remainder of a / b, of the sign of a, exactly. Where no lane has more than one b in a that
+/// is a difference, which is exact there (Sterbenz); else lane by lane.
 template <Scalar S>
 [[nodiscard]] BRISTLE_LANES Pack<S> fmod(const Pack<S>& a, const Pack<S>& b) {
   using std::fmod;

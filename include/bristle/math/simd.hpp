@@ -295,12 +295,10 @@ namespace detail {
 /// Lane i from lane i + by, around the end.
 template <std::size_t by, Scalar S, std::size_t... i>
 BRISTLE_LANES Pack<S> rotated(const Pack<S>& a, std::index_sequence<i...>) {
-#if BRISTLE_HAS_SIMD
-#if __has_builtin(__builtin_shufflevector)
+#if BRISTLE_HAS_SHUFFLE
   if constexpr (has_register<S>) {
     return Pack<S>(__builtin_shufflevector(a.get(), a.get(), ((i + by) % lanes<S>)...));
   }
-#endif
 #endif
   const S values[] = {a[(i + by) % lanes<S>]...};
   return Pack<S>::load(values);

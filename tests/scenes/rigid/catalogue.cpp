@@ -97,6 +97,11 @@ void add_heaps(RecipeBook& book) {
   book.add<Pile>("pile1000", "1000 of them [m]", 1000);
 }
 
+void add_flights(RecipeBook& book) {
+  book.open("flight", {1.0 / 60, 1.0 / 240, 1.0 / 1000});
+  book.add<Flight>("flight1000", "1000 balls fly, distance from the parabola [m]");
+}
+
 void add_drops(RecipeBook& book) {
   book.open("drop", {1.0 / 60, 1.0 / 120, 1.0 / 240, 1.0 / 500, 1e-3, 5e-4, 1e-4});
   const auto add = [&book](const char* name, const char* description, int splits) {
@@ -174,6 +179,7 @@ std::vector<Recipe> catalogue() {
   add_matrix(book);
   add_loads(book);
   add_heaps(book);
+  add_flights(book);
   add_drops(book);
   add_published(book);
   add_perturbed(book);

@@ -1,0 +1,145 @@
+/// @file
+/// Rows of scalars read into lanes and written back: a row for each lane, wherever it lies.
+///
+/// Element by element that is a load or a store and a shuffle for each of them. Rows are moved by
+/// whole registers instead, which are then transposed in log2(n) rounds of exchanges.
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <bristle/math/simd.hpp>
+
+#include <cstddef>
+#include <cstdint>
+#include <utility>
+
+namespace bristle {
+
+/// [-] Scalars of a row, with those at its end that nobody asks for. They are read and written too.
+inline constexpr std::size_t row_stride = 8;
+
+/// Lane i of columns[c] becomes rows[at[i] + c].
+/// @param at  [-] Of each lane, where its row begins.
+template <std::size_t count, Scalar S>
+BRISTLE_LANES void load_rows(const S* rows, const std::uint32_t* at, Pack<S> (&columns)[count]);
+/// The inverse. Of lanes with the same row the last one stays. What the row has behind `count`
+/// scalars is lost.
+template <std::size_t count, Scalar S>
+BRISTLE_LANES void store_rows(S* rows, const std::uint32_t* at, const Pack<S> (&columns)[count]);
+
+// Implementation -----------------------------------------------------------------------------------
+
+namespace detail {
+
+#if BRISTLE_HAS_SHUFFLE
+
+/// Whether rows are transposed. With two lanes that takes more instructions than it saves.
+template <Scalar S>
+inline constexpr bool are_rows_transposed = has_register<S> && (lanes<S> > 2);
+
+/// [-] Registers that are transposed together. They are pieces of rows, or two rows each: those of
+/// the lanes i and i + row_stride.
+template <Scalar S>
+inline constexpr std::size_t square = lanes<S> < row_stride ? lanes<S> : row_stride;
+
+/// Lanes whose number has the bit d, of the one register, change places with those that lack it, of
+/// the other.
+template <std::size_t d, Scalar S, std::size_t... lane>
+BRISTLE_LANES void exchange(Pack<S>& upper, Pack<S>& lower, std::index_sequence<lane...>) {
+  constexpr std::size_t n = lanes<S>;
+  const auto a = upper.get();
+  const auto b = lower.get();
+  upper = Pack<S>(__builtin_shufflevector(a, b, ((lane & d) != 0 ? n + lane - d : lane)...));
+  lower = Pack<S>(__builtin_shufflevector(a, b, ((lane & d) != 0 ? n + lane : lane + d)...));
+}
+/// The same for all registers whose number lacks the bit d, with those that have it.
+template <std::size_t d, Scalar S, std::size_t... i>
+BRISTLE_LANES void exchange_all(Pack<S> (&registers)[square<S>], std::index_sequence<i...>) {
+  (exchange<d>(registers[i / d * 2 * d + i % d], registers[i / d * 2 * d + i % d + d],
+               std::make_index_sequence<lanes<S>>()),
+   ...);
+}
+template <Scalar S>
+BRISTLE_LANES void transpose(Pack<S> (&registers)[square<S>]) {
+  constexpr auto pairs = std::make_index_sequence<square<S> / 2>();
+  if constexpr (square < S >> 4) exchange_all<4>(registers, pairs);
+  exchange_all<2>(registers, pairs);
+  exchange_all<1>(registers, pairs);
+}
+
+template <Scalar S, std::size_t... lane>
+BRISTLE_LANES Pack<S> load_piece(const S* rows, const std::uint32_t* at,
+                                 std::index_sequence<lane...>) {
+  if constexpr (lanes<S> <= row_stride) {
+    return Pack<S>::load(rows + *at);
+  } else {
+    typedef S Row __attribute__((vector_size(row_stride * sizeof(S))));
+    Row one, other;
+    __builtin_memcpy(&one, rows + at[0], sizeof one);
+    __builtin_memcpy(&other, rows + at[row_stride], sizeof other);
+    return Pack<S>(__builtin_shufflevector(one, other, lane...));
+  }
+}
+template <Scalar S, std::size_t... lane>
+BRISTLE_LANES void store_piece(const Pack<S>& piece, S* rows, const std::uint32_t* at,
+                               std::index_sequence<lane...>) {
+  if constexpr (lanes<S> <= row_stride) {
+    piece.store(rows + *at);
+  } else {
+    const auto one = __builtin_shufflevector(piece.get(), piece.get(), lane...);
+    const auto other = __builtin_shufflevector(piece.get(), piece.get(), (row_stride + lane)...);
+    __builtin_memcpy(rows + at[0], &one, sizeof one);
+    __builtin_memcpy(rows + at[row_stride], &other, sizeof other);
+  }
+}
+
+#else
+template <Scalar S>
+inline constexpr bool are_rows_transposed = false;
+#endif
+
+}  // namespace detail
+
+template <std::size_t count, Scalar S>
+BRISTLE_LANES void load_rows(const S* rows, const std::uint32_t* at, Pack<S> (&columns)[count]) {
+  static_assert(count <= row_stride);
+#if BRISTLE_HAS_SHUFFLE
+  if constexpr (detail::are_rows_transposed<S>) {
+    constexpr std::size_t n = detail::square<S>;
+    for (std::size_t first = 0; first < count; first += n) {
+      Pack<S> pieces[n];
+      for (std::size_t i = 0; i < n; ++i) {
+        pieces[i] = detail::load_piece(rows + first, at + i, std::make_index_sequence<lanes<S>>());
+      }
+      detail::transpose(pieces);
+      for (std::size_t i = 0; i < n && first + i < count; ++i) columns[first + i] = pieces[i];
+    }
+    return;
+  }
+#endif
+  for (std::size_t c = 0; c < count; ++c) columns[c] = Pack<S>::gather(rows + c, at);
+}
+
+template <std::size_t count, Scalar S>
+BRISTLE_LANES void store_rows(S* rows, const std::uint32_t* at, const Pack<S> (&columns)[count]) {
+  static_assert(count <= row_stride);
+#if BRISTLE_HAS_SHUFFLE
+  if constexpr (detail::are_rows_transposed<S>) {
+    constexpr std::size_t n = detail::square<S>;
+    for (std::size_t first = 0; first < count; first += n) {
+      Pack<S> pieces[n];
+      for (std::size_t i = 0; i < n; ++i) {
+        pieces[i] = first + i < count ? columns[first + i] : Pack<S>(S(0));
+      }
+      detail::transpose(pieces);
+      for (std::size_t i = 0; i < n; ++i) {
+        detail::store_piece(pieces[i], rows + first, at + i,
+                            std::make_index_sequence<row_stride>());
+      }
+    }
+    return;
+  }
+#endif
+  for (std::size_t c = 0; c < count; ++c) columns[c].scatter(rows + c, at);
+}
+
+}  // namespace bristle
