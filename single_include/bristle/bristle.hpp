@@ -62,6 +62,10 @@
 /// Every macro the library reads. Define one before the first include, or on the command line.
 // SPDX-License-Identifier: BSD-3-Clause
 
+#if (defined(_MSVC_LANG) ? _MSVC_LANG : __cplusplus) < 202002L
+#error "bristle needs C++20: compile with -std=c++20 or later"
+#endif
+
 /// BRISTLE_ASSERT(condition): checks for errors of the library itself, never for a caller's data
 /// (that is `InvalidArgument`, in every build type). Debug builds abort; release builds skip it.
 #if !defined(BRISTLE_ASSERT)
@@ -7470,15 +7474,9 @@ class ManifoldSweeps {
   }
 
   /// Shares of the impulses by default and for bounces (`place_contact`), which `store` must have
-  /// written back.
+  /// written back. Where nothing may bounce, `start_placing` sets them.
   void place_contacts(const Island& island, Constraints<S>& constraints,
                       std::span<const SolverBody<S>> bodies, Integrator integrator) {
-    if (!bounces_) {
-      for (const std::uint32_t i : island.contacts) {
-        place_contact(constraints.contacts[i], S(0), integrator);
-      }
-      return;
-    }
     for_each_speed(island, constraints, bodies, velocity_of,
                    [&](ContactConstraint<S>& c, S speed) { place_contact(c, speed, integrator); });
   }
@@ -7486,16 +7484,20 @@ class ManifoldSweeps {
   /// Whether any contact may bounce.
   [[nodiscard]] bool bounces() const { return bounces_; }
 
-  /// Lets gaps follow the motion of a part of the step.
-  void move_gaps(const Island& island, Constraints<S>& constraints,
-                 std::span<const SolverBody<S>> bodies, S dt) {
-    for_each_speed(island, constraints, bodies, motion_of,
-                   [&](ContactConstraint<S>& c, S speed) { c.gap += dt * speed; });
+  /// Ends a part of the step that another one follows: gaps follow its motion, and impacts leave
+  /// nothing to the next part, as they say nothing about the load that follows.
+  void move_on(const Island& island, Constraints<S>& constraints,
+               std::span<const SolverBody<S>> bodies, S dt) {
+    for_each_speed(island, constraints, bodies, motion_of, [&](ContactConstraint<S>& c, S speed) {
+      c.gap += dt * speed;
+      if (c.is_impact) c.impulse = {};
+    });
   }
 
   /// Takes over the shares of the impulses that the contacts have, for sweeps of the position
   /// problem. The contacts never learn what becomes of them: only the displacements count.
-  void start_placing(const Island& island, const Constraints<S>& constraints, S dt);
+  void start_placing(const Island& island, Constraints<S>& constraints, S dt,
+                     Integrator integrator);
   /// One sweep of the position problem.
   S place(bool backwards) {
     return for_each_block(backwards, [this](Kernel block) { return block.place(velocities_); });
@@ -7503,7 +7505,9 @@ class ManifoldSweeps {
 
   /// Writes the impulses back to the constraints: friction is spread over the points in proportion
   /// to their normal impulses, so that its force and its torsion stay what they are.
-  void store(const Island& island, Constraints<S>& constraints) const;
+  /// @param totals  [N s] By contact of the island: are added to.
+  void store(const Island& island, Constraints<S>& constraints,
+             std::span<std::array<S, 3>> totals) const;
 
  private:
   using Kernel = ManifoldKernel<S>;
@@ -7559,7 +7563,7 @@ class ManifoldSweeps {
   void add_side(typename Block::Side& side, std::size_t lane, std::uint32_t slot,
                 const SolverBody<S>& body, const Vec3<S>& arm);
   void store(const Block& block, std::size_t lane, const Island& island,
-             Constraints<S>& constraints) const;
+             Constraints<S>& constraints, std::span<std::array<S, 3>> totals) const;
 
   std::vector<ManifoldSpan> manifolds_;
   ManifoldOrder order_;
@@ -7755,11 +7759,12 @@ void ManifoldSweeps<S>::aim(const Island& island, Constraints<S>& constraints,
 }
 
 template <Scalar S>
-void ManifoldSweeps<S>::start_placing(const Island& island, const Constraints<S>& constraints,
-                                      S dt) {
+void ManifoldSweeps<S>::start_placing(const Island& island, Constraints<S>& constraints, S dt,
+                                      Integrator integrator) {
   const S per_step = S(1) / dt;
   for_each_point([&](std::uint32_t contact, std::uint32_t point, std::size_t lane) {
-    const ContactConstraint<S>& c = constraints.contacts[island.contacts[contact]];
+    ContactConstraint<S>& c = constraints.contacts[island.contacts[contact]];
+    if (!bounces_) place_contact(c, S(0), integrator);
     Points& p = points_[point];
     p.placing_target[lane] = -c.gap * per_step;
     p.placed[lane] = c.placed;
@@ -7769,14 +7774,18 @@ void ManifoldSweeps<S>::start_placing(const Island& island, const Constraints<S>
 }
 
 template <Scalar S>
-void ManifoldSweeps<S>::store(const Island& island, Constraints<S>& constraints) const {
+void ManifoldSweeps<S>::store(const Island& island, Constraints<S>& constraints,
+                              std::span<std::array<S, 3>> totals) const {
   for (const Block& block : blocks_) {
-    for (std::size_t lane = 0; lane < block.used; ++lane) store(block, lane, island, constraints);
+    for (std::size_t lane = 0; lane < block.used; ++lane) {
+      store(block, lane, island, constraints, totals);
+    }
   }
 }
 template <Scalar S>
 void ManifoldSweeps<S>::store(const Block& block, std::size_t lane, const Island& island,
-                              Constraints<S>& constraints) const {
+                              Constraints<S>& constraints,
+                              std::span<std::array<S, 3>> totals) const {
   using std::abs;
   using std::copysign;
   using std::max;
@@ -7817,15 +7826,18 @@ void ManifoldSweeps<S>::store(const Block& block, std::size_t lane, const Island
     const S load = p.impulse[lane];
     const S share = load * per_load;
     const S turn = twist * load;
-    constraints.contacts[island.contacts[block.first_contact[lane] + k]].impulse = {
-        load, share * friction1 - turn * (p.e1[lane] - e1),
-        share * friction2 - turn * (p.e2[lane] - e2)};
+    const std::size_t contact = block.first_contact[lane] + k;
+    const std::array<S, 3> impulse = {load, share * friction1 - turn * (p.e1[lane] - e1),
+                                      share * friction2 - turn * (p.e2[lane] - e2)};
+    constraints.contacts[island.contacts[contact]].impulse = impulse;
+    for (std::size_t i = 0; i < 3; ++i) totals[contact][i] += impulse[i];
   }
 }
 
 }  // namespace bristle
 
 #include <algorithm>
+#include <array>
 #include <vector>
 
 namespace bristle {
@@ -7863,17 +7875,18 @@ class SequentialSolver {
       manifolds_.apply();
     }
   }
-  /// Places its contacts (`place_contact`), once impulses are written back.
+  /// Places its contacts (`place_contact`), once impulses are written back; to be called where any
+  /// may bounce. Else `start_positions` does.
   void place_contacts(const Island& island, Constraints<S>& constraints,
                       std::span<const SolverBody<S>> bodies, Integrator integrator) {
     manifolds_.place_contacts(island, constraints, bodies, integrator);
   }
   /// Whether any contact may bounce, of an island that is swept by manifold.
   [[nodiscard]] bool bounces() const { return manifolds_.bounces(); }
-  /// Lets gaps follow its motion.
-  void move_gaps(const Island& island, Constraints<S>& constraints,
-                 std::span<const SolverBody<S>> bodies, S dt) {
-    manifolds_.move_gaps(island, constraints, bodies, dt);
+  /// Ends it, where another one follows.
+  void move_on(const Island& island, Constraints<S>& constraints,
+               std::span<const SolverBody<S>> bodies, S dt) {
+    manifolds_.move_on(island, constraints, bodies, dt);
   }
 
   /// One sweep over all constraints, there or back: information crosses a stack in one pair of
@@ -7905,17 +7918,18 @@ class SequentialSolver {
   }
 
   /// Writes impulses that the sweeps kept to themselves back to the constraints, and velocities.
-  void finish(const Island& island, Constraints<S>& constraints,
-              std::span<SolverBody<S>> bodies) const {
+  /// @param totals  [N s] By contact of the island: the impulses are added to them.
+  void finish(const Island& island, Constraints<S>& constraints, std::span<SolverBody<S>> bodies,
+              std::span<std::array<S, 3>> totals) const {
     if (!shares_bodies(island)) manifolds_.unload(bodies, velocity_of);
-    manifolds_.store(island, constraints);
+    manifolds_.store(island, constraints, totals);
   }
 
   /// Starts sweeps of the position problem, once contacts are placed, and ends them.
-  void start_positions(const Island& island, const Constraints<S>& constraints,
-                       std::span<const SolverBody<S>> bodies, S dt) {
+  void start_positions(const Island& island, Constraints<S>& constraints,
+                       std::span<const SolverBody<S>> bodies, S dt, Integrator integrator) {
     if (!by_manifold_) return;
-    manifolds_.start_placing(island, constraints, dt);
+    manifolds_.start_placing(island, constraints, dt, integrator);
     if (!shares_bodies(island)) manifolds_.load(bodies, motion_of);
   }
   void finish_positions(const Island& island, std::span<SolverBody<S>> bodies) const {
@@ -8266,10 +8280,10 @@ class IslandSolver {
         ++report.sweeps;
         if (report.residual <= part.velocity_tolerance) break;
       }
-      sequential_.finish(island, constraints, bodies);
+      sequential_.finish(island, constraints, bodies, totals_);
       if (!island.soft.empty()) break;  // Placed when their sensors have settled.
       place_part(island, constraints, bodies, part, report);
-      if (k + 1 < count) sequential_.move_gaps(island, constraints, bodies, part.dt);
+      if (k + 1 < count) sequential_.move_on(island, constraints, bodies, part.dt);
       end_part(island, constraints, bodies, part.dt, parts);
     }
     end_parts(island, constraints, bodies);
@@ -8330,9 +8344,11 @@ class IslandSolver {
     for (const std::uint32_t slot : island.bodies) {
       bodies[slot].motion = mean_motion(bodies[slot], part.integrator);
     }
-    sequential_.place_contacts(island, constraints, bodies, part.integrator);
-    if (sequential_.bounces()) move_by_bounces(island, constraints, bodies, part);
-    sequential_.start_positions(island, constraints, bodies, part.dt);
+    if (sequential_.bounces()) {
+      sequential_.place_contacts(island, constraints, bodies, part.integrator);
+      move_by_bounces(island, constraints, bodies, part);
+    }
+    sequential_.start_positions(island, constraints, bodies, part.dt, part.integrator);
     for (int n = 0; n < part.settings.large_position_sweeps; ++n) {
       const S residual =
           sequential_.sweep_positions(island, constraints, bodies, part.dt, n % 2 != 0);
@@ -8344,12 +8360,6 @@ class IslandSolver {
 
   void end_part(const Island& island, Constraints<S>& constraints, std::span<SolverBody<S>> bodies,
                 S dt, S parts) {
-    for (std::size_t k = 0; k < island.contacts.size(); ++k) {
-      ContactConstraint<S>& c = constraints.contacts[island.contacts[k]];
-      for (std::size_t i = 0; i < 3; ++i) totals_[k][i] += c.impulse[i];
-      // As from step to step: an impact says nothing about the load that follows.
-      if (c.is_impact) c.impulse = {};
-    }
     std::size_t r = 0;
     for_each_row(island, constraints,
                  [&](ConstraintRow<S>& row) { row_totals_[r++] += row.impulse; });
@@ -8408,7 +8418,7 @@ class IslandSolver {
     const S tolerance = context.position_tolerance / context.dt;
     Convergence progress(tolerance, tolerance);
     watch_.start();
-    sequential_.start_positions(island, constraints, bodies, context.dt);
+    sequential_.start_positions(island, constraints, bodies, context.dt, context.integrator);
     for (int n = 0; n < most_sweeps; ++n) {
       const S residual =
           sequential_.sweep_positions(island, constraints, bodies, context.dt, n % 2 != 0);

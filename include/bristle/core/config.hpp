@@ -3,6 +3,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#if (defined(_MSVC_LANG) ? _MSVC_LANG : __cplusplus) < 202002L
+#error "bristle needs C++20: compile with -std=c++20 or later"
+#endif
+
 /// BRISTLE_ASSERT(condition): checks for errors of the library itself, never for a caller's data
 /// (that is `InvalidArgument`, in every build type). Debug builds abort; release builds skip it.
 #if !defined(BRISTLE_ASSERT)

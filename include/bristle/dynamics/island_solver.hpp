@@ -174,10 +174,10 @@ class IslandSolver {
         ++report.sweeps;
         if (report.residual <= part.velocity_tolerance) break;
       }
-      sequential_.finish(island, constraints, bodies);
+      sequential_.finish(island, constraints, bodies, totals_);
       if (!island.soft.empty()) break;  // Placed when their sensors have settled.
       place_part(island, constraints, bodies, part, report);
-      if (k + 1 < count) sequential_.move_gaps(island, constraints, bodies, part.dt);
+      if (k + 1 < count) sequential_.move_on(island, constraints, bodies, part.dt);
       end_part(island, constraints, bodies, part.dt, parts);
     }
     end_parts(island, constraints, bodies);
@@ -238,9 +238,11 @@ class IslandSolver {
     for (const std::uint32_t slot : island.bodies) {
       bodies[slot].motion = mean_motion(bodies[slot], part.integrator);
     }
-    sequential_.place_contacts(island, constraints, bodies, part.integrator);
-    if (sequential_.bounces()) move_by_bounces(island, constraints, bodies, part);
-    sequential_.start_positions(island, constraints, bodies, part.dt);
+    if (sequential_.bounces()) {
+      sequential_.place_contacts(island, constraints, bodies, part.integrator);
+      move_by_bounces(island, constraints, bodies, part);
+    }
+    sequential_.start_positions(island, constraints, bodies, part.dt, part.integrator);
     for (int n = 0; n < part.settings.large_position_sweeps; ++n) {
       const S residual =
           sequential_.sweep_positions(island, constraints, bodies, part.dt, n % 2 != 0);
@@ -252,12 +254,6 @@ class IslandSolver {
 
   void end_part(const Island& island, Constraints<S>& constraints, std::span<SolverBody<S>> bodies,
                 S dt, S parts) {
-    for (std::size_t k = 0; k < island.contacts.size(); ++k) {
-      ContactConstraint<S>& c = constraints.contacts[island.contacts[k]];
-      for (std::size_t i = 0; i < 3; ++i) totals_[k][i] += c.impulse[i];
-      // As from step to step: an impact says nothing about the load that follows.
-      if (c.is_impact) c.impulse = {};
-    }
     std::size_t r = 0;
     for_each_row(island, constraints,
                  [&](ConstraintRow<S>& row) { row_totals_[r++] += row.impulse; });
@@ -316,7 +312,7 @@ class IslandSolver {
     const S tolerance = context.position_tolerance / context.dt;
     Convergence progress(tolerance, tolerance);
     watch_.start();
-    sequential_.start_positions(island, constraints, bodies, context.dt);
+    sequential_.start_positions(island, constraints, bodies, context.dt, context.integrator);
     for (int n = 0; n < most_sweeps; ++n) {
       const S residual =
           sequential_.sweep_positions(island, constraints, bodies, context.dt, n % 2 != 0);

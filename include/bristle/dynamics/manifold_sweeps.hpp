@@ -63,15 +63,9 @@ class ManifoldSweeps {
   }
 
   /// Shares of the impulses by default and for bounces (`place_contact`), which `store` must have
-  /// written back.
+  /// written back. Where nothing may bounce, `start_placing` sets them.
   void place_contacts(const Island& island, Constraints<S>& constraints,
                       std::span<const SolverBody<S>> bodies, Integrator integrator) {
-    if (!bounces_) {
-      for (const std::uint32_t i : island.contacts) {
-        place_contact(constraints.contacts[i], S(0), integrator);
-      }
-      return;
-    }
     for_each_speed(island, constraints, bodies, velocity_of,
                    [&](ContactConstraint<S>& c, S speed) { place_contact(c, speed, integrator); });
   }
@@ -79,16 +73,20 @@ class ManifoldSweeps {
   /// Whether any contact may bounce.
   [[nodiscard]] bool bounces() const { return bounces_; }
 
-  /// Lets gaps follow the motion of a part of the step.
-  void move_gaps(const Island& island, Constraints<S>& constraints,
-                 std::span<const SolverBody<S>> bodies, S dt) {
-    for_each_speed(island, constraints, bodies, motion_of,
-                   [&](ContactConstraint<S>& c, S speed) { c.gap += dt * speed; });
+  /// Ends a part of the step that another one follows: gaps follow its motion, and impacts leave
+  /// nothing to the next part, as they say nothing about the load that follows.
+  void move_on(const Island& island, Constraints<S>& constraints,
+               std::span<const SolverBody<S>> bodies, S dt) {
+    for_each_speed(island, constraints, bodies, motion_of, [&](ContactConstraint<S>& c, S speed) {
+      c.gap += dt * speed;
+      if (c.is_impact) c.impulse = {};
+    });
   }
 
   /// Takes over the shares of the impulses that the contacts have, for sweeps of the position
   /// problem. The contacts never learn what becomes of them: only the displacements count.
-  void start_placing(const Island& island, const Constraints<S>& constraints, S dt);
+  void start_placing(const Island& island, Constraints<S>& constraints, S dt,
+                     Integrator integrator);
   /// One sweep of the position problem.
   S place(bool backwards) {
     return for_each_block(backwards, [this](Kernel block) { return block.place(velocities_); });
@@ -96,7 +94,9 @@ class ManifoldSweeps {
 
   /// Writes the impulses back to the constraints: friction is spread over the points in proportion
   /// to their normal impulses, so that its force and its torsion stay what they are.
-  void store(const Island& island, Constraints<S>& constraints) const;
+  /// @param totals  [N s] By contact of the island: are added to.
+  void store(const Island& island, Constraints<S>& constraints,
+             std::span<std::array<S, 3>> totals) const;
 
  private:
   using Kernel = ManifoldKernel<S>;
@@ -152,7 +152,7 @@ class ManifoldSweeps {
   void add_side(typename Block::Side& side, std::size_t lane, std::uint32_t slot,
                 const SolverBody<S>& body, const Vec3<S>& arm);
   void store(const Block& block, std::size_t lane, const Island& island,
-             Constraints<S>& constraints) const;
+             Constraints<S>& constraints, std::span<std::array<S, 3>> totals) const;
 
   std::vector<ManifoldSpan> manifolds_;
   ManifoldOrder order_;
@@ -348,11 +348,12 @@ void ManifoldSweeps<S>::aim(const Island& island, Constraints<S>& constraints,
 }
 
 template <Scalar S>
-void ManifoldSweeps<S>::start_placing(const Island& island, const Constraints<S>& constraints,
-                                      S dt) {
+void ManifoldSweeps<S>::start_placing(const Island& island, Constraints<S>& constraints, S dt,
+                                      Integrator integrator) {
   const S per_step = S(1) / dt;
   for_each_point([&](std::uint32_t contact, std::uint32_t point, std::size_t lane) {
-    const ContactConstraint<S>& c = constraints.contacts[island.contacts[contact]];
+    ContactConstraint<S>& c = constraints.contacts[island.contacts[contact]];
+    if (!bounces_) place_contact(c, S(0), integrator);
     Points& p = points_[point];
     p.placing_target[lane] = -c.gap * per_step;
     p.placed[lane] = c.placed;
@@ -362,14 +363,18 @@ void ManifoldSweeps<S>::start_placing(const Island& island, const Constraints<S>
 }
 
 template <Scalar S>
-void ManifoldSweeps<S>::store(const Island& island, Constraints<S>& constraints) const {
+void ManifoldSweeps<S>::store(const Island& island, Constraints<S>& constraints,
+                              std::span<std::array<S, 3>> totals) const {
   for (const Block& block : blocks_) {
-    for (std::size_t lane = 0; lane < block.used; ++lane) store(block, lane, island, constraints);
+    for (std::size_t lane = 0; lane < block.used; ++lane) {
+      store(block, lane, island, constraints, totals);
+    }
   }
 }
 template <Scalar S>
 void ManifoldSweeps<S>::store(const Block& block, std::size_t lane, const Island& island,
-                              Constraints<S>& constraints) const {
+                              Constraints<S>& constraints,
+                              std::span<std::array<S, 3>> totals) const {
   using std::abs;
   using std::copysign;
   using std::max;
@@ -410,9 +415,11 @@ void ManifoldSweeps<S>::store(const Block& block, std::size_t lane, const Island
     const S load = p.impulse[lane];
     const S share = load * per_load;
     const S turn = twist * load;
-    constraints.contacts[island.contacts[block.first_contact[lane] + k]].impulse = {
-        load, share * friction1 - turn * (p.e1[lane] - e1),
-        share * friction2 - turn * (p.e2[lane] - e2)};
+    const std::size_t contact = block.first_contact[lane] + k;
+    const std::array<S, 3> impulse = {load, share * friction1 - turn * (p.e1[lane] - e1),
+                                      share * friction2 - turn * (p.e2[lane] - e2)};
+    constraints.contacts[island.contacts[contact]].impulse = impulse;
+    for (std::size_t i = 0; i < 3; ++i) totals[contact][i] += impulse[i];
   }
 }
 

@@ -10,6 +10,7 @@
 #include <bristle/dynamics/solver_types.hpp>
 
 #include <algorithm>
+#include <array>
 #include <vector>
 
 namespace bristle {
@@ -47,17 +48,18 @@ class SequentialSolver {
       manifolds_.apply();
     }
   }
-  /// Places its contacts (`place_contact`), once impulses are written back.
+  /// Places its contacts (`place_contact`), once impulses are written back; to be called where any
+  /// may bounce. Else `start_positions` does.
   void place_contacts(const Island& island, Constraints<S>& constraints,
                       std::span<const SolverBody<S>> bodies, Integrator integrator) {
     manifolds_.place_contacts(island, constraints, bodies, integrator);
   }
   /// Whether any contact may bounce, of an island that is swept by manifold.
   [[nodiscard]] bool bounces() const { return manifolds_.bounces(); }
-  /// Lets gaps follow its motion.
-  void move_gaps(const Island& island, Constraints<S>& constraints,
-                 std::span<const SolverBody<S>> bodies, S dt) {
-    manifolds_.move_gaps(island, constraints, bodies, dt);
+  /// Ends it, where another one follows.
+  void move_on(const Island& island, Constraints<S>& constraints,
+               std::span<const SolverBody<S>> bodies, S dt) {
+    manifolds_.move_on(island, constraints, bodies, dt);
   }
 
   /// One sweep over all constraints, there or back: information crosses a stack in one pair of
@@ -89,17 +91,18 @@ class SequentialSolver {
   }
 
   /// Writes impulses that the sweeps kept to themselves back to the constraints, and velocities.
-  void finish(const Island& island, Constraints<S>& constraints,
-              std::span<SolverBody<S>> bodies) const {
+  /// @param totals  [N s] By contact of the island: the impulses are added to them.
+  void finish(const Island& island, Constraints<S>& constraints, std::span<SolverBody<S>> bodies,
+              std::span<std::array<S, 3>> totals) const {
     if (!shares_bodies(island)) manifolds_.unload(bodies, velocity_of);
-    manifolds_.store(island, constraints);
+    manifolds_.store(island, constraints, totals);
   }
 
   /// Starts sweeps of the position problem, once contacts are placed, and ends them.
-  void start_positions(const Island& island, const Constraints<S>& constraints,
-                       std::span<const SolverBody<S>> bodies, S dt) {
+  void start_positions(const Island& island, Constraints<S>& constraints,
+                       std::span<const SolverBody<S>> bodies, S dt, Integrator integrator) {
     if (!by_manifold_) return;
-    manifolds_.start_placing(island, constraints, dt);
+    manifolds_.start_placing(island, constraints, dt, integrator);
     if (!shares_bodies(island)) manifolds_.load(bodies, motion_of);
   }
   void finish_positions(const Island& island, std::span<SolverBody<S>> bodies) const {

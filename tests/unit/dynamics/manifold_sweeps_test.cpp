@@ -9,6 +9,7 @@
 
 #include <doctest/doctest.h>
 
+#include <array>
 #include <cstdint>
 #include <limits>
 #include <vector>
@@ -164,14 +165,14 @@ TEST_CASE_TEMPLATE("ManifoldSweeps: in lanes as one after the other, to the last
       CHECK(expected > S(0));
     }
     sweeps.unload(together.bodies, velocity_of);
-    sweeps.store(island, together.constraints);
-    sweeps.place_contacts(island, together.constraints, together.bodies, Integrator::trapezoidal);
-    sweeps.start_placing(island, together.constraints, context<S>().dt);
+    std::vector<std::array<S, 3>> totals(together.contacts.size());
+    sweeps.store(island, together.constraints, totals);
+    sweeps.start_placing(island, together.constraints, context<S>().dt, Integrator::trapezoidal);
     sweeps.load(together.bodies, motion_of);
     for (std::size_t k = 0; k < single.size(); ++k) {
-      single[k].store(alone(k), apart.constraints);
-      single[k].place_contacts(alone(k), apart.constraints, apart.bodies, Integrator::trapezoidal);
-      single[k].start_placing(alone(k), apart.constraints, context<S>().dt);
+      single[k].store(alone(k), apart.constraints, totals);
+      single[k].start_placing(alone(k), apart.constraints, context<S>().dt,
+                              Integrator::trapezoidal);
     }
     for (int n = 0; n < 4; ++n) {
       const bool backwards = n % 2 != 0;
@@ -215,7 +216,8 @@ TEST_CASE_TEMPLATE("ManifoldSweeps: without friction, points are solved as conta
     manifolds.sweep(island, by_manifold.constraints, by_manifold.bodies, backwards);
     points.sweep(island, by_point.constraints, by_point.bodies, backwards);
   }
-  manifolds.finish(island, by_manifold.constraints, by_manifold.bodies);
+  std::vector<std::array<S, 3>> totals(by_manifold.contacts.size());
+  manifolds.finish(island, by_manifold.constraints, by_manifold.bodies, totals);
   const auto check = [&](const auto& of) {
     for (std::size_t i = 0; i < by_point.bodies.size(); ++i) {
       CAPTURE(i);
@@ -228,9 +230,8 @@ TEST_CASE_TEMPLATE("ManifoldSweeps: without friction, points are solved as conta
   };
   check(velocity_of);
 
-  manifolds.place_contacts(island, by_manifold.constraints, by_manifold.bodies,
-                           Integrator::trapezoidal);
-  manifolds.start_positions(island, by_manifold.constraints, by_manifold.bodies, context<S>().dt);
+  manifolds.start_positions(island, by_manifold.constraints, by_manifold.bodies, context<S>().dt,
+                            Integrator::trapezoidal);
   for (ContactConstraint<S>& c : by_point.constraints.contacts) {
     place_contact(c, S(0), Integrator::trapezoidal);
   }
@@ -258,7 +259,9 @@ TEST_CASE("ManifoldSweeps: a single point is solved as a contact is") {
     sweeps.load(pair.bodies, velocity_of);
     sweeps.sweep(false);
     sweeps.unload(pair.bodies, velocity_of);
-    sweeps.store(island, pair.constraints);
+    std::vector<std::array<double, 3>> totals(pair.contacts.size());
+    sweeps.store(island, pair.constraints, totals);
+    CHECK(totals[0] == pair.constraints.contacts[pair.contacts[0]].impulse);
 
     ContactConstraint<double>& c = expected.constraints.contacts[1];
     SolverBody<double>& a = expected.bodies[1];
