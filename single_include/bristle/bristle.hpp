@@ -4329,7 +4329,8 @@ struct ContactConstraint {
   /// [N s] What of it answers the velocities that the step started with, where that is known. They
   /// are gone at its end: the next step needs that much less.
   std::array<S, 3> passing{};
-  /// [N s] What of the normal impulse moves the bodies within the step, and the least it may be.
+  /// [N s] What of the normal impulse moves the bodies within the step, before sweeps over
+  /// manifolds change it (which keep that to themselves), and the least it may be.
   S placed = S(0);
   S least_placed = S(0);
   /// [1] Share of the step that is left after a bounce, which is the share of its impulse that
@@ -5024,11 +5025,16 @@ template <Scalar S>
   return body.free_motion + S(0.5) * (body.twist - body.free);
 }
 
-/// The same for free motion that starts and ends with known velocities.
+/// The same for free motion that starts and ends with known velocities, of a body or of a point.
+template <Scalar S, typename Velocity>
+[[nodiscard]] Velocity mean_free_motion(const Velocity& start, const Velocity& free,
+                                        Integrator integrator) {
+  if (integrator == Integrator::symplectic_euler) return free;
+  return S(0.5) * (start + free);
+}
 template <Scalar S>
 [[nodiscard]] Twist<S> mean_free_motion(const SolverBody<S>& body, Integrator integrator) {
-  if (integrator == Integrator::symplectic_euler) return body.free;
-  return S(0.5) * (body.start + body.free);
+  return mean_free_motion<S>(body.start, body.free, integrator);
 }
 
 /// Picks the velocity at the end of the step, or the displacement of it, for the functions above.
@@ -6815,7 +6821,7 @@ inline constexpr std::size_t row_stride = 8;
 template <std::size_t count, Scalar S>
 BRISTLE_LANES void load_rows(const S* rows, const std::uint32_t* at, Pack<S> (&columns)[count]);
 /// The inverse. Of lanes with the same row the last one stays. What the row has behind `count`
-/// scalars is lost.
+/// scalars may be overwritten.
 template <std::size_t count, Scalar S>
 BRISTLE_LANES void store_rows(S* rows, const std::uint32_t* at, const Pack<S> (&columns)[count]);
 
@@ -6832,7 +6838,7 @@ inline constexpr bool are_rows_transposed = has_register<S> && (lanes<S> > 2);
 /// [-] Registers that are transposed together. They are pieces of rows, or two rows each: those of
 /// the lanes i and i + row_stride.
 template <Scalar S>
-inline constexpr std::size_t square = lanes<S> < row_stride ? lanes<S> : row_stride;
+inline constexpr std::size_t block_size = lanes<S> < row_stride ? lanes<S> : row_stride;
 
 /// Lanes whose number has the bit d, of the one register, change places with those that lack it, of
 /// the other.
@@ -6846,15 +6852,16 @@ BRISTLE_LANES void exchange(Pack<S>& upper, Pack<S>& lower, std::index_sequence<
 }
 /// The same for all registers whose number lacks the bit d, with those that have it.
 template <std::size_t d, Scalar S, std::size_t... i>
-BRISTLE_LANES void exchange_all(Pack<S> (&registers)[square<S>], std::index_sequence<i...>) {
+BRISTLE_LANES void exchange_all(Pack<S> (&registers)[block_size<S>], std::index_sequence<i...>) {
   (exchange<d>(registers[i / d * 2 * d + i % d], registers[i / d * 2 * d + i % d + d],
                std::make_index_sequence<lanes<S>>()),
    ...);
 }
 template <Scalar S>
-BRISTLE_LANES void transpose(Pack<S> (&registers)[square<S>]) {
-  constexpr auto pairs = std::make_index_sequence<square<S> / 2>();
-  if constexpr (square < S >> 4) exchange_all<4>(registers, pairs);
+BRISTLE_LANES void transpose(Pack<S> (&registers)[block_size<S>]) {
+  constexpr std::size_t n = block_size<S>;
+  constexpr auto pairs = std::make_index_sequence<n / 2>();
+  if constexpr (n > 4) exchange_all<4>(registers, pairs);
   exchange_all<2>(registers, pairs);
   exchange_all<1>(registers, pairs);
 }
@@ -6885,9 +6892,6 @@ BRISTLE_LANES void store_piece(const Pack<S>& piece, S* rows, const std::uint32_
   }
 }
 
-#else
-template <Scalar S>
-inline constexpr bool are_rows_transposed = false;
 #endif
 
 }  // namespace detail
@@ -6897,7 +6901,7 @@ BRISTLE_LANES void load_rows(const S* rows, const std::uint32_t* at, Pack<S> (&c
   static_assert(count <= row_stride);
 #if BRISTLE_HAS_SHUFFLE
   if constexpr (detail::are_rows_transposed<S>) {
-    constexpr std::size_t n = detail::square<S>;
+    constexpr std::size_t n = detail::block_size<S>;
     for (std::size_t first = 0; first < count; first += n) {
       Pack<S> pieces[n];
       for (std::size_t i = 0; i < n; ++i) {
@@ -6917,7 +6921,7 @@ BRISTLE_LANES void store_rows(S* rows, const std::uint32_t* at, const Pack<S> (&
   static_assert(count <= row_stride);
 #if BRISTLE_HAS_SHUFFLE
   if constexpr (detail::are_rows_transposed<S>) {
-    constexpr std::size_t n = detail::square<S>;
+    constexpr std::size_t n = detail::block_size<S>;
     for (std::size_t first = 0; first < count; first += n) {
       Pack<S> pieces[n];
       for (std::size_t i = 0; i < n; ++i) {
@@ -6988,7 +6992,7 @@ class VelocityTable {
 
 /// [-] Points of a manifold that are solved without the six numbers in between: what the impulse of
 /// one does to those after it is known beforehand, so that each waits for two multiplications and
-/// not for four.
+/// not for three.
 inline constexpr std::uint32_t point_group = 4;
 
 /// One point of each of the manifolds of a block. Zero where a manifold has fewer points.
@@ -7444,7 +7448,8 @@ class ManifoldSweeps {
              std::span<const SolverBody<S>> bodies);
 
   /// Starts a part of the step, in which arms, axes and masses are those that were set up: aims the
-  /// contacts and takes over the impulses they have.
+  /// contacts and takes over the impulses they have. Free motion is the mean of the velocities at
+  /// both ends (`mean_free_motion`), whatever `SolverBody::free_motion` says.
   void aim(const Island& island, Constraints<S>& constraints, std::span<const SolverBody<S>> bodies,
            const SolveContext<S>& context);
 
@@ -7474,9 +7479,15 @@ class ManifoldSweeps {
   }
 
   /// Shares of the impulses by default and for bounces (`place_contact`), which `store` must have
-  /// written back. Where nothing may bounce, `start_placing` sets them.
+  /// written back.
   void place_contacts(const Island& island, Constraints<S>& constraints,
                       std::span<const SolverBody<S>> bodies, Integrator integrator) {
+    if (!bounces_) {
+      for (const std::uint32_t i : island.contacts) {
+        place_contact(constraints.contacts[i], S(0), integrator);
+      }
+      return;
+    }
     for_each_speed(island, constraints, bodies, velocity_of,
                    [&](ContactConstraint<S>& c, S speed) { place_contact(c, speed, integrator); });
   }
@@ -7496,8 +7507,7 @@ class ManifoldSweeps {
 
   /// Takes over the shares of the impulses that the contacts have, for sweeps of the position
   /// problem. The contacts never learn what becomes of them: only the displacements count.
-  void start_placing(const Island& island, Constraints<S>& constraints, S dt,
-                     Integrator integrator);
+  void start_placing(const Island& island, const Constraints<S>& constraints, S dt);
   /// One sweep of the position problem.
   S place(bool backwards) {
     return for_each_block(backwards, [this](Kernel block) { return block.place(velocities_); });
@@ -7735,18 +7745,15 @@ void ManifoldSweeps<S>::aim(const Island& island, Constraints<S>& constraints,
   const auto free = [](const SolverBody<S>& body) -> const Twist<S>& { return body.free; };
   find_speeds(bodies, start, speeds_);
   find_speeds(bodies, free, free_speeds_);
-  // As `mean_free_motion` has it.
-  const auto mean_of = [is_euler = context.integrator == Integrator::symplectic_euler](S at_start,
-                                                                                       S at_end) {
-    return is_euler ? at_end : S(0.5) * (at_start + at_end);
-  };
   for (Block& block : blocks_) {
     block.friction_impulse1 = block.friction_impulse2 = block.torsion = {};
     for_each_point(block, [&](std::uint32_t contact, std::uint32_t point, std::size_t lane) {
       ContactConstraint<S>& c = constraints.contacts[island.contacts[contact]];
       const S start_speed = speeds_[point][lane];
       const S free_speed = free_speeds_[point][lane];
-      aim_contact<S>(c, {start_speed, free_speed, mean_of(start_speed, free_speed)},
+      aim_contact<S>(c,
+                     {start_speed, free_speed,
+                      mean_free_motion<S>(start_speed, free_speed, context.integrator)},
                      block.follows_joints[lane], context);
       Points& p = points_[point];
       p.target[lane] = c.target;
@@ -7759,12 +7766,11 @@ void ManifoldSweeps<S>::aim(const Island& island, Constraints<S>& constraints,
 }
 
 template <Scalar S>
-void ManifoldSweeps<S>::start_placing(const Island& island, Constraints<S>& constraints, S dt,
-                                      Integrator integrator) {
+void ManifoldSweeps<S>::start_placing(const Island& island, const Constraints<S>& constraints,
+                                      S dt) {
   const S per_step = S(1) / dt;
   for_each_point([&](std::uint32_t contact, std::uint32_t point, std::size_t lane) {
-    ContactConstraint<S>& c = constraints.contacts[island.contacts[contact]];
-    if (!bounces_) place_contact(c, S(0), integrator);
+    const ContactConstraint<S>& c = constraints.contacts[island.contacts[contact]];
     Points& p = points_[point];
     p.placing_target[lane] = -c.gap * per_step;
     p.placed[lane] = c.placed;
@@ -7875,8 +7881,7 @@ class SequentialSolver {
       manifolds_.apply();
     }
   }
-  /// Places its contacts (`place_contact`), once impulses are written back; to be called where any
-  /// may bounce. Else `start_positions` does.
+  /// Places its contacts (`place_contact`), once impulses are written back.
   void place_contacts(const Island& island, Constraints<S>& constraints,
                       std::span<const SolverBody<S>> bodies, Integrator integrator) {
     manifolds_.place_contacts(island, constraints, bodies, integrator);
@@ -7926,10 +7931,10 @@ class SequentialSolver {
   }
 
   /// Starts sweeps of the position problem, once contacts are placed, and ends them.
-  void start_positions(const Island& island, Constraints<S>& constraints,
-                       std::span<const SolverBody<S>> bodies, S dt, Integrator integrator) {
+  void start_positions(const Island& island, const Constraints<S>& constraints,
+                       std::span<const SolverBody<S>> bodies, S dt) {
     if (!by_manifold_) return;
-    manifolds_.start_placing(island, constraints, dt, integrator);
+    manifolds_.start_placing(island, constraints, dt);
     if (!shares_bodies(island)) manifolds_.load(bodies, motion_of);
   }
   void finish_positions(const Island& island, std::span<SolverBody<S>> bodies) const {
@@ -8344,11 +8349,9 @@ class IslandSolver {
     for (const std::uint32_t slot : island.bodies) {
       bodies[slot].motion = mean_motion(bodies[slot], part.integrator);
     }
-    if (sequential_.bounces()) {
-      sequential_.place_contacts(island, constraints, bodies, part.integrator);
-      move_by_bounces(island, constraints, bodies, part);
-    }
-    sequential_.start_positions(island, constraints, bodies, part.dt, part.integrator);
+    sequential_.place_contacts(island, constraints, bodies, part.integrator);
+    if (sequential_.bounces()) move_by_bounces(island, constraints, bodies, part);
+    sequential_.start_positions(island, constraints, bodies, part.dt);
     for (int n = 0; n < part.settings.large_position_sweeps; ++n) {
       const S residual =
           sequential_.sweep_positions(island, constraints, bodies, part.dt, n % 2 != 0);
@@ -8418,7 +8421,7 @@ class IslandSolver {
     const S tolerance = context.position_tolerance / context.dt;
     Convergence progress(tolerance, tolerance);
     watch_.start();
-    sequential_.start_positions(island, constraints, bodies, context.dt, context.integrator);
+    sequential_.start_positions(island, constraints, bodies, context.dt);
     for (int n = 0; n < most_sweeps; ++n) {
       const S residual =
           sequential_.sweep_positions(island, constraints, bodies, context.dt, n % 2 != 0);
@@ -16176,14 +16179,16 @@ BRISTLE_LANES RayHitLanes<S> no_hits() {
   return {Pack<S>(infinity<S>), {zero, zero, zero}};
 }
 
-/// Whether rays are long enough to reach what is around a core, as far as rounding can tell: of the
-/// rays of a patch, half are not, and neighbours are alike.
+/// Whether rays are long enough to reach what is around a core, as far as rounding can tell. Where
+/// a part of a patch touches, many rays are not, and neighbours are alike.
 /// @param apart2  [m^2] Square of the distance of their starts from the core.
 /// @param radius  [m] How far around the core the shape reaches.
+/// @param extent  [m] How far from the shape's origin: rounding is relative to it, too.
 template <Scalar S>
-BRISTLE_LANES Mask<S> may_reach(const RayLanes<S>& ray, const Pack<S>& apart2, S radius) {
-  const Pack<S> reach = ray.length + radius;
-  return apart2 <= (S(1) + Tolerance<S>::round_off()) * (reach * reach);
+BRISTLE_LANES Mask<S> may_reach(const RayLanes<S>& ray, const Pack<S>& apart2, S radius, S extent) {
+  constexpr S slack = Tolerance<S>::round_off();
+  const Pack<S> reach = (S(1) + slack) * (ray.length + radius) + slack * extent;
+  return apart2 <= reach * reach;
 }
 
 template <Scalar S>
@@ -16284,7 +16289,7 @@ BRISTLE_LANES RayHitLanes<S> ray_cast(const Sphere<S>& sphere, const RayLanes<S>
   const Pack<S> zero(S(0));
   const Pack<S> radius2(sphere.radius * sphere.radius);
   const Pack<S> apart2 = dot(ray.origin, ray.origin);
-  if (none(may_reach(ray, apart2, sphere.radius))) return no_hits<S>();
+  if (none(may_reach(ray, apart2, sphere.radius, sphere.radius))) return no_hits<S>();
   const Pack<S> closest = -dot(ray.origin, ray.direction);
   const Pack3<S> foot = ray.origin + closest * ray.direction;
   const Pack<S> half2 = radius2 - dot(foot, foot);
@@ -16351,7 +16356,8 @@ BRISTLE_LANES RayHitLanes<S> ray_cast(const Capsule<S>& capsule, const RayLanes<
   const Pack3<S>& o = ray.origin;
   const Pack3<S> from_axis{o.x, o.y, o.z - max(-half, min(o.z, half))};
   const Pack<S> apart2 = dot(from_axis, from_axis);
-  if (none(may_reach(ray, apart2, capsule.radius))) return no_hits<S>();
+  if (none(may_reach(ray, apart2, capsule.radius, capsule.half_length + capsule.radius)))
+    return no_hits<S>();
   const ApproachLanes<S> near(ray, capsule.half_length + capsule.radius);
   const TubeEntry<S> tube(near.origin, ray.direction, capsule.radius);
   const Mask<S> is_beyond_end =
@@ -20695,8 +20701,8 @@ struct TouchPack : SensorTouch<Pack<S>> {
   /// that all is finite.
   Mask<S> is_met;
 
-  /// @param sensors  Tile `number` of the patch, which the caller has at hand: to look it up again
-  ///                 for each pack costs a held ball 4 % of its step.
+  /// @param sensors  Tile `number` of the patch, which the caller has at hand and need not look up
+  ///                 again for each pack.
   /// @param hit      Lanes that have a hit.
   /// @param decides  Whether a contact is what is hit at more than a grazing angle. That is decided
   ///                 once a step; afterwards every hit counts.

@@ -238,11 +238,9 @@ class IslandSolver {
     for (const std::uint32_t slot : island.bodies) {
       bodies[slot].motion = mean_motion(bodies[slot], part.integrator);
     }
-    if (sequential_.bounces()) {
-      sequential_.place_contacts(island, constraints, bodies, part.integrator);
-      move_by_bounces(island, constraints, bodies, part);
-    }
-    sequential_.start_positions(island, constraints, bodies, part.dt, part.integrator);
+    sequential_.place_contacts(island, constraints, bodies, part.integrator);
+    if (sequential_.bounces()) move_by_bounces(island, constraints, bodies, part);
+    sequential_.start_positions(island, constraints, bodies, part.dt);
     for (int n = 0; n < part.settings.large_position_sweeps; ++n) {
       const S residual =
           sequential_.sweep_positions(island, constraints, bodies, part.dt, n % 2 != 0);
@@ -312,7 +310,7 @@ class IslandSolver {
     const S tolerance = context.position_tolerance / context.dt;
     Convergence progress(tolerance, tolerance);
     watch_.start();
-    sequential_.start_positions(island, constraints, bodies, context.dt, context.integrator);
+    sequential_.start_positions(island, constraints, bodies, context.dt);
     for (int n = 0; n < most_sweeps; ++n) {
       const S residual =
           sequential_.sweep_positions(island, constraints, bodies, context.dt, n % 2 != 0);

@@ -67,7 +67,7 @@ class VelocityTable {
 
 /// [-] Points of a manifold that are solved without the six numbers in between: what the impulse of
 /// one does to those after it is known beforehand, so that each waits for two multiplications and
-/// not for four.
+/// not for three.
 inline constexpr std::uint32_t point_group = 4;
 
 /// One point of each of the manifolds of a block. Zero where a manifold has fewer points.

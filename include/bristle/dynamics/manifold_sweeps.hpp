@@ -33,7 +33,8 @@ class ManifoldSweeps {
              std::span<const SolverBody<S>> bodies);
 
   /// Starts a part of the step, in which arms, axes and masses are those that were set up: aims the
-  /// contacts and takes over the impulses they have.
+  /// contacts and takes over the impulses they have. Free motion is the mean of the velocities at
+  /// both ends (`mean_free_motion`), whatever `SolverBody::free_motion` says.
   void aim(const Island& island, Constraints<S>& constraints, std::span<const SolverBody<S>> bodies,
            const SolveContext<S>& context);
 
@@ -63,9 +64,15 @@ class ManifoldSweeps {
   }
 
   /// Shares of the impulses by default and for bounces (`place_contact`), which `store` must have
-  /// written back. Where nothing may bounce, `start_placing` sets them.
+  /// written back.
   void place_contacts(const Island& island, Constraints<S>& constraints,
                       std::span<const SolverBody<S>> bodies, Integrator integrator) {
+    if (!bounces_) {
+      for (const std::uint32_t i : island.contacts) {
+        place_contact(constraints.contacts[i], S(0), integrator);
+      }
+      return;
+    }
     for_each_speed(island, constraints, bodies, velocity_of,
                    [&](ContactConstraint<S>& c, S speed) { place_contact(c, speed, integrator); });
   }
@@ -85,8 +92,7 @@ class ManifoldSweeps {
 
   /// Takes over the shares of the impulses that the contacts have, for sweeps of the position
   /// problem. The contacts never learn what becomes of them: only the displacements count.
-  void start_placing(const Island& island, Constraints<S>& constraints, S dt,
-                     Integrator integrator);
+  void start_placing(const Island& island, const Constraints<S>& constraints, S dt);
   /// One sweep of the position problem.
   S place(bool backwards) {
     return for_each_block(backwards, [this](Kernel block) { return block.place(velocities_); });
@@ -324,18 +330,15 @@ void ManifoldSweeps<S>::aim(const Island& island, Constraints<S>& constraints,
   const auto free = [](const SolverBody<S>& body) -> const Twist<S>& { return body.free; };
   find_speeds(bodies, start, speeds_);
   find_speeds(bodies, free, free_speeds_);
-  // As `mean_free_motion` has it.
-  const auto mean_of = [is_euler = context.integrator == Integrator::symplectic_euler](S at_start,
-                                                                                       S at_end) {
-    return is_euler ? at_end : S(0.5) * (at_start + at_end);
-  };
   for (Block& block : blocks_) {
     block.friction_impulse1 = block.friction_impulse2 = block.torsion = {};
     for_each_point(block, [&](std::uint32_t contact, std::uint32_t point, std::size_t lane) {
       ContactConstraint<S>& c = constraints.contacts[island.contacts[contact]];
       const S start_speed = speeds_[point][lane];
       const S free_speed = free_speeds_[point][lane];
-      aim_contact<S>(c, {start_speed, free_speed, mean_of(start_speed, free_speed)},
+      aim_contact<S>(c,
+                     {start_speed, free_speed,
+                      mean_free_motion<S>(start_speed, free_speed, context.integrator)},
                      block.follows_joints[lane], context);
       Points& p = points_[point];
       p.target[lane] = c.target;
@@ -348,12 +351,11 @@ void ManifoldSweeps<S>::aim(const Island& island, Constraints<S>& constraints,
 }
 
 template <Scalar S>
-void ManifoldSweeps<S>::start_placing(const Island& island, Constraints<S>& constraints, S dt,
-                                      Integrator integrator) {
+void ManifoldSweeps<S>::start_placing(const Island& island, const Constraints<S>& constraints,
+                                      S dt) {
   const S per_step = S(1) / dt;
   for_each_point([&](std::uint32_t contact, std::uint32_t point, std::size_t lane) {
-    ContactConstraint<S>& c = constraints.contacts[island.contacts[contact]];
-    if (!bounces_) place_contact(c, S(0), integrator);
+    const ContactConstraint<S>& c = constraints.contacts[island.contacts[contact]];
     Points& p = points_[point];
     p.placing_target[lane] = -c.gap * per_step;
     p.placed[lane] = c.placed;

@@ -48,8 +48,7 @@ class SequentialSolver {
       manifolds_.apply();
     }
   }
-  /// Places its contacts (`place_contact`), once impulses are written back; to be called where any
-  /// may bounce. Else `start_positions` does.
+  /// Places its contacts (`place_contact`), once impulses are written back.
   void place_contacts(const Island& island, Constraints<S>& constraints,
                       std::span<const SolverBody<S>> bodies, Integrator integrator) {
     manifolds_.place_contacts(island, constraints, bodies, integrator);
@@ -99,10 +98,10 @@ class SequentialSolver {
   }
 
   /// Starts sweeps of the position problem, once contacts are placed, and ends them.
-  void start_positions(const Island& island, Constraints<S>& constraints,
-                       std::span<const SolverBody<S>> bodies, S dt, Integrator integrator) {
+  void start_positions(const Island& island, const Constraints<S>& constraints,
+                       std::span<const SolverBody<S>> bodies, S dt) {
     if (!by_manifold_) return;
-    manifolds_.start_placing(island, constraints, dt, integrator);
+    manifolds_.start_placing(island, constraints, dt);
     if (!shares_bodies(island)) manifolds_.load(bodies, motion_of);
   }
   void finish_positions(const Island& island, std::span<SolverBody<S>> bodies) const {

@@ -295,11 +295,16 @@ template <Scalar S>
   return body.free_motion + S(0.5) * (body.twist - body.free);
 }
 
-/// The same for free motion that starts and ends with known velocities.
+/// The same for free motion that starts and ends with known velocities, of a body or of a point.
+template <Scalar S, typename Velocity>
+[[nodiscard]] Velocity mean_free_motion(const Velocity& start, const Velocity& free,
+                                        Integrator integrator) {
+  if (integrator == Integrator::symplectic_euler) return free;
+  return S(0.5) * (start + free);
+}
 template <Scalar S>
 [[nodiscard]] Twist<S> mean_free_motion(const SolverBody<S>& body, Integrator integrator) {
-  if (integrator == Integrator::symplectic_euler) return body.free;
-  return S(0.5) * (body.start + body.free);
+  return mean_free_motion<S>(body.start, body.free, integrator);
 }
 
 /// Picks the velocity at the end of the step, or the displacement of it, for the functions above.

@@ -55,14 +55,16 @@ BRISTLE_LANES RayHitLanes<S> no_hits() {
   return {Pack<S>(infinity<S>), {zero, zero, zero}};
 }
 
-/// Whether rays are long enough to reach what is around a core, as far as rounding can tell: of the
-/// rays of a patch, half are not, and neighbours are alike.
+/// Whether rays are long enough to reach what is around a core, as far as rounding can tell. Where
+/// a part of a patch touches, many rays are not, and neighbours are alike.
 /// @param apart2  [m^2] Square of the distance of their starts from the core.
 /// @param radius  [m] How far around the core the shape reaches.
+/// @param extent  [m] How far from the shape's origin: rounding is relative to it, too.
 template <Scalar S>
-BRISTLE_LANES Mask<S> may_reach(const RayLanes<S>& ray, const Pack<S>& apart2, S radius) {
-  const Pack<S> reach = ray.length + radius;
-  return apart2 <= (S(1) + Tolerance<S>::round_off()) * (reach * reach);
+BRISTLE_LANES Mask<S> may_reach(const RayLanes<S>& ray, const Pack<S>& apart2, S radius, S extent) {
+  constexpr S slack = Tolerance<S>::round_off();
+  const Pack<S> reach = (S(1) + slack) * (ray.length + radius) + slack * extent;
+  return apart2 <= reach * reach;
 }
 
 template <Scalar S>
@@ -163,7 +165,7 @@ BRISTLE_LANES RayHitLanes<S> ray_cast(const Sphere<S>& sphere, const RayLanes<S>
   const Pack<S> zero(S(0));
   const Pack<S> radius2(sphere.radius * sphere.radius);
   const Pack<S> apart2 = dot(ray.origin, ray.origin);
-  if (none(may_reach(ray, apart2, sphere.radius))) return no_hits<S>();
+  if (none(may_reach(ray, apart2, sphere.radius, sphere.radius))) return no_hits<S>();
   const Pack<S> closest = -dot(ray.origin, ray.direction);
   const Pack3<S> foot = ray.origin + closest * ray.direction;
   const Pack<S> half2 = radius2 - dot(foot, foot);
@@ -230,7 +232,8 @@ BRISTLE_LANES RayHitLanes<S> ray_cast(const Capsule<S>& capsule, const RayLanes<
   const Pack3<S>& o = ray.origin;
   const Pack3<S> from_axis{o.x, o.y, o.z - max(-half, min(o.z, half))};
   const Pack<S> apart2 = dot(from_axis, from_axis);
-  if (none(may_reach(ray, apart2, capsule.radius))) return no_hits<S>();
+  if (none(may_reach(ray, apart2, capsule.radius, capsule.half_length + capsule.radius)))
+    return no_hits<S>();
   const ApproachLanes<S> near(ray, capsule.half_length + capsule.radius);
   const TubeEntry<S> tube(near.origin, ray.direction, capsule.radius);
   const Mask<S> is_beyond_end =

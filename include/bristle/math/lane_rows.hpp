@@ -22,7 +22,7 @@ inline constexpr std::size_t row_stride = 8;
 template <std::size_t count, Scalar S>
 BRISTLE_LANES void load_rows(const S* rows, const std::uint32_t* at, Pack<S> (&columns)[count]);
 /// The inverse. Of lanes with the same row the last one stays. What the row has behind `count`
-/// scalars is lost.
+/// scalars may be overwritten.
 template <std::size_t count, Scalar S>
 BRISTLE_LANES void store_rows(S* rows, const std::uint32_t* at, const Pack<S> (&columns)[count]);
 
@@ -39,7 +39,7 @@ inline constexpr bool are_rows_transposed = has_register<S> && (lanes<S> > 2);
 /// [-] Registers that are transposed together. They are pieces of rows, or two rows each: those of
 /// the lanes i and i + row_stride.
 template <Scalar S>
-inline constexpr std::size_t square = lanes<S> < row_stride ? lanes<S> : row_stride;
+inline constexpr std::size_t block_size = lanes<S> < row_stride ? lanes<S> : row_stride;
 
 /// Lanes whose number has the bit d, of the one register, change places with those that lack it, of
 /// the other.
@@ -53,15 +53,16 @@ BRISTLE_LANES void exchange(Pack<S>& upper, Pack<S>& lower, std::index_sequence<
 }
 /// The same for all registers whose number lacks the bit d, with those that have it.
 template <std::size_t d, Scalar S, std::size_t... i>
-BRISTLE_LANES void exchange_all(Pack<S> (&registers)[square<S>], std::index_sequence<i...>) {
+BRISTLE_LANES void exchange_all(Pack<S> (&registers)[block_size<S>], std::index_sequence<i...>) {
   (exchange<d>(registers[i / d * 2 * d + i % d], registers[i / d * 2 * d + i % d + d],
                std::make_index_sequence<lanes<S>>()),
    ...);
 }
 template <Scalar S>
-BRISTLE_LANES void transpose(Pack<S> (&registers)[square<S>]) {
-  constexpr auto pairs = std::make_index_sequence<square<S> / 2>();
-  if constexpr (square < S >> 4) exchange_all<4>(registers, pairs);
+BRISTLE_LANES void transpose(Pack<S> (&registers)[block_size<S>]) {
+  constexpr std::size_t n = block_size<S>;
+  constexpr auto pairs = std::make_index_sequence<n / 2>();
+  if constexpr (n > 4) exchange_all<4>(registers, pairs);
   exchange_all<2>(registers, pairs);
   exchange_all<1>(registers, pairs);
 }
@@ -92,9 +93,6 @@ BRISTLE_LANES void store_piece(const Pack<S>& piece, S* rows, const std::uint32_
   }
 }
 
-#else
-template <Scalar S>
-inline constexpr bool are_rows_transposed = false;
 #endif
 
 }  // namespace detail
@@ -104,7 +102,7 @@ BRISTLE_LANES void load_rows(const S* rows, const std::uint32_t* at, Pack<S> (&c
   static_assert(count <= row_stride);
 #if BRISTLE_HAS_SHUFFLE
   if constexpr (detail::are_rows_transposed<S>) {
-    constexpr std::size_t n = detail::square<S>;
+    constexpr std::size_t n = detail::block_size<S>;
     for (std::size_t first = 0; first < count; first += n) {
       Pack<S> pieces[n];
       for (std::size_t i = 0; i < n; ++i) {
@@ -124,7 +122,7 @@ BRISTLE_LANES void store_rows(S* rows, const std::uint32_t* at, const Pack<S> (&
   static_assert(count <= row_stride);
 #if BRISTLE_HAS_SHUFFLE
   if constexpr (detail::are_rows_transposed<S>) {
-    constexpr std::size_t n = detail::square<S>;
+    constexpr std::size_t n = detail::block_size<S>;
     for (std::size_t first = 0; first < count; first += n) {
       Pack<S> pieces[n];
       for (std::size_t i = 0; i < n; ++i) {

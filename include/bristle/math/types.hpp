@@ -3,6 +3,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <bristle/core/config.hpp>
+
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 

@@ -43,8 +43,8 @@ struct TouchPack : SensorTouch<Pack<S>> {
   /// that all is finite.
   Mask<S> is_met;
 
-  /// @param sensors  Tile `number` of the patch, which the caller has at hand: to look it up again
-  ///                 for each pack costs a held ball 4 % of its step.
+  /// @param sensors  Tile `number` of the patch, which the caller has at hand and need not look up
+  ///                 again for each pack.
   /// @param hit      Lanes that have a hit.
   /// @param decides  Whether a contact is what is hit at more than a grazing angle. That is decided
   ///                 once a step; afterwards every hit counts.

@@ -10,6 +10,7 @@
 #include <doctest/doctest.h>
 
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <limits>
 #include <vector>
@@ -19,10 +20,11 @@ using namespace bristle;
 namespace {
 
 /// Bodies that touch each other in any way: some that nothing moves, some without an axis they
-/// would rather turn about. Manifolds have one to eight points.
+/// would rather turn about. Manifolds have one to eight points, and every third bounces.
 template <typename S>
 test::ContactIsland<S> random_heap(test::Random& random, std::uint32_t bodies,
-                                   std::uint32_t manifolds) {
+                                   std::uint32_t manifolds,
+                                   Integrator integrator = Integrator::trapezoidal) {
   test::ContactIsland<S> heap = test::random_pile<S>(random, bodies, 1, S(0.5), S(10));
   for (std::uint32_t i = 0; i < bodies; i += 5) {
     SolverBody<S>& body = heap.bodies[i];  // Driven: it has a velocity, and keeps it.
@@ -37,8 +39,10 @@ test::ContactIsland<S> random_heap(test::Random& random, std::uint32_t bodies,
   }
   heap.moving.clear();
   for (std::uint32_t i = 0; i <= bodies; ++i) {
-    heap.bodies[i].start = heap.bodies[i].free;
-    heap.bodies[i].motion = heap.bodies[i].free_motion = heap.bodies[i].free;
+    SolverBody<S>& body = heap.bodies[i];
+    body.start = body.free;
+    if (body.moves) body.start.linear += random.in_cube(S(0.05));
+    body.motion = body.free_motion = mean_free_motion(body, integrator);
     if (heap.bodies[i].moves) heap.moving.push_back(i);
   }
   heap.contacts.clear();
@@ -55,6 +59,7 @@ test::ContactIsland<S> random_heap(test::Random& random, std::uint32_t bodies,
     c.axes[0] = random.in_cube(S(1)).normalized();
     tangent_basis<S>(c.axes[0], c.axes[1], c.axes[2]);
     c.friction = random.uniform(S(0), S(1));
+    c.restitution = k % 3 == 0 ? S(0.5) : S(0);
     for (std::uint32_t i = 0; i <= k % 8; ++i) {
       c.arm_a = random.in_cube(S(0.2));
       c.arm_b = c.arm_a + S(0.1) * c.axes[0];
@@ -68,8 +73,9 @@ test::ContactIsland<S> random_heap(test::Random& random, std::uint32_t bodies,
 }
 
 template <typename S>
-SolveContext<S> context() {
+SolveContext<S> context(Integrator integrator = Integrator::trapezoidal) {
   SolveContext<S> c;
+  c.integrator = integrator;
   c.dt = S(1) / S(240);
   c.speed_change = S(10);
   c.is_swept = true;
@@ -165,14 +171,21 @@ TEST_CASE_TEMPLATE("ManifoldSweeps: in lanes as one after the other, to the last
       CHECK(expected > S(0));
     }
     sweeps.unload(together.bodies, velocity_of);
-    std::vector<std::array<S, 3>> totals(together.contacts.size());
+    const std::array<S, 3> before{S(1), S(2), S(3)};
+    std::vector<std::array<S, 3>> totals(together.contacts.size(), before);
     sweeps.store(island, together.constraints, totals);
-    sweeps.start_placing(island, together.constraints, context<S>().dt, Integrator::trapezoidal);
+    for (std::size_t k = 0; k < totals.size(); ++k) {
+      const std::array<S, 3>& x = together.constraints.contacts[together.contacts[k]].impulse;
+      for (std::size_t i = 0; i < 3; ++i) CHECK(totals[k][i] == before[i] + x[i]);
+    }
+    sweeps.place_contacts(island, together.constraints, together.bodies, Integrator::trapezoidal);
+    sweeps.start_placing(island, together.constraints, context<S>().dt);
     sweeps.load(together.bodies, motion_of);
     for (std::size_t k = 0; k < single.size(); ++k) {
-      single[k].store(alone(k), apart.constraints, totals);
-      single[k].start_placing(alone(k), apart.constraints, context<S>().dt,
-                              Integrator::trapezoidal);
+      std::vector<std::array<S, 3>> own(manifolds[k].size());
+      single[k].store(alone(k), apart.constraints, own);
+      single[k].place_contacts(alone(k), apart.constraints, apart.bodies, Integrator::trapezoidal);
+      single[k].start_placing(alone(k), apart.constraints, context<S>().dt);
     }
     for (int n = 0; n < 4; ++n) {
       const bool backwards = n % 2 != 0;
@@ -197,51 +210,63 @@ TEST_CASE_TEMPLATE("ManifoldSweeps: in lanes as one after the other, to the last
 // some thirty points, with up to ten roundings each.
 TEST_CASE_TEMPLATE("ManifoldSweeps: without friction, points are solved as contacts are", S, double,
                    float) {
-  test::Random random(19);
   const S tolerance = 2000 * std::numeric_limits<S>::epsilon();
-  auto by_manifold = random_heap<S>(random, 40, 120);
-  for (auto& c : by_manifold.constraints.contacts) c.friction = S(0);
-  auto by_point = by_manifold;
-  const Island island = by_manifold.island();
-  SequentialSolver<S> manifolds, points;
-  manifolds.start_manifolds(island, by_manifold.constraints, by_manifold.bodies);
-  manifolds.start_part(island, by_manifold.constraints, by_manifold.bodies, context<S>());
-  for (ContactConstraint<S>& c : by_point.constraints.contacts) {
-    aim_contact(c, by_point.bodies[c.body_a], by_point.bodies[c.body_b], context<S>());
-  }
-  points.start(island, by_point.constraints, by_point.bodies);
-  for (int n = 0; n < 6; ++n) {
-    const bool backwards =
-        false;  // There, points of a manifold keep their order and contacts do not.
-    manifolds.sweep(island, by_manifold.constraints, by_manifold.bodies, backwards);
-    points.sweep(island, by_point.constraints, by_point.bodies, backwards);
-  }
-  std::vector<std::array<S, 3>> totals(by_manifold.contacts.size());
-  manifolds.finish(island, by_manifold.constraints, by_manifold.bodies, totals);
-  const auto check = [&](const auto& of) {
-    for (std::size_t i = 0; i < by_point.bodies.size(); ++i) {
-      CAPTURE(i);
-      const Twist<S>& expected = of(by_point.bodies[i]);
-      const Twist<S> error = of(by_manifold.bodies[i]) - expected;
-      const S size = S(1) + expected.linear.norm() + expected.angular.norm();
-      CHECK(error.linear.norm() < tolerance * size);
-      CHECK(error.angular.norm() < tolerance * size);
+  for (const Integrator integrator : {Integrator::trapezoidal, Integrator::symplectic_euler}) {
+    test::Random random(19);
+    auto by_manifold = random_heap<S>(random, 40, 120, integrator);
+    for (auto& c : by_manifold.constraints.contacts) c.friction = S(0);
+    auto by_point = by_manifold;
+    const Island island = by_manifold.island();
+    const SolveContext<S> solve = context<S>(integrator);
+    SequentialSolver<S> manifolds, points;
+    manifolds.start_manifolds(island, by_manifold.constraints, by_manifold.bodies);
+    manifolds.start_part(island, by_manifold.constraints, by_manifold.bodies, solve);
+    for (ContactConstraint<S>& c : by_point.constraints.contacts) {
+      aim_contact(c, by_point.bodies[c.body_a], by_point.bodies[c.body_b], solve);
     }
-  };
-  check(velocity_of);
+    points.start(island, by_point.constraints, by_point.bodies);
+    for (int n = 0; n < 6; ++n) {
+      // Not backwards: there the points of a manifold keep their order, and contacts do not.
+      manifolds.sweep(island, by_manifold.constraints, by_manifold.bodies, false);
+      points.sweep(island, by_point.constraints, by_point.bodies, false);
+    }
+    std::vector<std::array<S, 3>> totals(by_manifold.contacts.size());
+    manifolds.finish(island, by_manifold.constraints, by_manifold.bodies, totals);
+    const auto check = [&](const auto& of) {
+      for (std::size_t i = 0; i < by_point.bodies.size(); ++i) {
+        CAPTURE(i);
+        const Twist<S>& expected = of(by_point.bodies[i]);
+        const Twist<S> error = of(by_manifold.bodies[i]) - expected;
+        const S size = S(1) + expected.linear.norm() + expected.angular.norm();
+        CHECK(error.linear.norm() < tolerance * size);
+        CHECK(error.angular.norm() < tolerance * size);
+      }
+    };
+    check(velocity_of);
 
-  manifolds.start_positions(island, by_manifold.constraints, by_manifold.bodies, context<S>().dt,
-                            Integrator::trapezoidal);
-  for (ContactConstraint<S>& c : by_point.constraints.contacts) {
-    place_contact(c, S(0), Integrator::trapezoidal);
+    manifolds.place_contacts(island, by_manifold.constraints, by_manifold.bodies, integrator);
+    manifolds.start_positions(island, by_manifold.constraints, by_manifold.bodies, solve.dt);
+    int parting = 0;
+    for (std::size_t i = 0; i < by_point.constraints.contacts.size(); ++i) {
+      ContactConstraint<S>& c = by_point.constraints.contacts[i];
+      const S speed =
+          c.normal_velocity(by_point.bodies[c.body_a].twist, by_point.bodies[c.body_b].twist);
+      place_contact(c, speed, integrator);
+      // At rest, round-off decides whether bodies part.
+      const bool parts = by_manifold.constraints.contacts[i].parts;
+      if (std::abs(speed) > tolerance) CHECK(c.parts == parts);
+      c.parts = parts;
+      parting += parts ? 1 : 0;
+    }
+    CHECK(parting > 0);
+    for (int n = 0; n < 6; ++n) {
+      manifolds.sweep_positions(island, by_manifold.constraints, by_manifold.bodies, solve.dt,
+                                false);
+      points.sweep_positions(island, by_point.constraints, by_point.bodies, solve.dt, false);
+    }
+    manifolds.finish_positions(island, by_manifold.bodies);
+    check(motion_of);
   }
-  for (int n = 0; n < 6; ++n) {
-    manifolds.sweep_positions(island, by_manifold.constraints, by_manifold.bodies, context<S>().dt,
-                              false);
-    points.sweep_positions(island, by_point.constraints, by_point.bodies, context<S>().dt, false);
-  }
-  manifolds.finish_positions(island, by_manifold.bodies);
-  check(motion_of);
 }
 
 // A manifold of one point has neither lever nor torsion, and is that contact.

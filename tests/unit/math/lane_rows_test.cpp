@@ -36,7 +36,8 @@ void check_rows() {
   std::vector<bool> is_written(rows);
   for (const std::uint32_t first : at) is_written[first / row_stride] = true;
   for (std::size_t row = 0; row < rows; ++row) {
-    for (std::size_t c = 0; c < count; ++c) {
+    // Of rows that are written only the first numbers are told.
+    for (std::size_t c = 0; c < (is_written[row] ? count : row_stride); ++c) {
       const std::size_t i = row_stride * row + c;
       CHECK(numbers[i] == before[i] + (is_written[row] ? S(1000) : S(0)));
     }

@@ -1,0 +1,69 @@
+/// @file
+/// Rays in lanes that are just long enough. What else they meet is compared in tests/backend.
+// SPDX-License-Identifier: BSD-3-Clause
+#include <bristle/geometry/analytic_backend.hpp>
+
+#include <doctest/doctest.h>
+
+#include <cstddef>
+#include <limits>
+#include <support/random.hpp>
+#include <vector>
+
+using namespace bristle;
+
+namespace {
+
+/// As many rays as there are lanes, all of them with the same ray.
+template <typename S>
+struct SameRays {
+  SameRays(const Vec3<S>& origin, const Vec3<S>& direction)
+      : x(lanes<S>, origin[0]),
+        y(lanes<S>, origin[1]),
+        z(lanes<S>, origin[2]),
+        dx(lanes<S>, direction[0]),
+        dy(lanes<S>, direction[1]),
+        dz(lanes<S>, direction[2]) {}
+
+  /// [m] Where a shape is hit by rays of a length.
+  [[nodiscard]] S distance(const Shape<S>& shape, S length) const {
+    const std::vector<S> lengths(lanes<S>, length);
+    RayHits<S> hits;
+    hits.reset(lanes<S>);
+    const auto made = AnalyticBackend::make<S>(shape);
+    AnalyticBackend::cast_rays<S>(made, Transform<S>{}, {x, y, z, dx, dy, dz, lengths}, 0, hits);
+    return hits.distance[lanes<S> - 1];
+  }
+
+  std::vector<S> x, y, z, dx, dy, dz;
+};
+
+}  // namespace
+
+TEST_CASE_TEMPLATE("cast_rays: a hit at the very end of a ray is one, and behind it is none", S,
+                   float, double) {
+  test::Random random(5);
+  const Shape<S> shapes[] = {Sphere<S>{S(0.03)}, Capsule<S>{S(0.02), S(0.05)},
+                             Capsule<S>{S(0.01), S(10)}};
+  int hits = 0;
+  for (const Shape<S>& shape : shapes) {
+    for (int i = 0; i < 3000; ++i) {
+      // Near and far; head-on at the axis, where a ray has no length to spare, or past it.
+      const S away = i % 3 == 0 ? S(0.001) : S(i % 3);
+      const bool is_head_on = i % 2 == 0;
+      Vec3<S> target = is_head_on ? Vec3<S>(Vec3<S>::Zero()) : random.in_cube(S(0.015));
+      if (i % 5 == 0) target.z() += S(5);  // Off a ball; the side of the long capsule.
+      Vec3<S> back = random.in_cube(S(1));
+      if (is_head_on) back.z() = S(0);
+      const Vec3<S> origin = target + (S(0.06) + away) * back.normalized();
+      const Vec3<S> direction = (target - origin).normalized();
+      const SameRays<S> rays(origin, direction);
+      const S found = rays.distance(shape, S(100));
+      if (!(found > S(0) && found < infinity<S>)) continue;
+      ++hits;
+      CHECK(rays.distance(shape, found) == found);
+      CHECK(rays.distance(shape, found * (S(1) - S(1e-3))) == infinity<S>);
+    }
+  }
+  CHECK(hits > 3000);
+}
