@@ -6,7 +6,6 @@
 #include <doctest/doctest.h>
 
 #include <cstddef>
-#include <limits>
 #include <support/random.hpp>
 #include <vector>
 

@@ -55,14 +55,18 @@ TEST_CASE_TEMPLATE("load_rows, store_rows: every lane its row, and no other row"
 }
 
 TEST_CASE_TEMPLATE("store_rows: of lanes with the same row, the last one stays", S, float, double) {
-  std::array<S, 2 * row_stride> numbers{};
-  std::array<std::uint32_t, lanes<S>> at{};
-  at.fill(row_stride);
-  Pack<S> columns[6];
-  for (std::size_t c = 0; c < 6; ++c) columns[c] = S(10 * c) + Pack<S>::numbers();
-  store_rows(numbers.data(), at.data(), columns);
-  for (std::size_t c = 0; c < 6; ++c) {
-    CHECK(numbers[c] == S(0));
-    CHECK(numbers[row_stride + c] == S(10 * c + lanes<S> - 1));
+  // Any two lanes in row 0, the others each in their own.
+  for (std::size_t one = 0; one < lanes<S>; ++one) {
+    for (std::size_t other = one + 1; other < lanes<S>; ++other) {
+      std::array<S, (lanes<S> + 1) * row_stride> numbers{};
+      std::array<std::uint32_t, lanes<S>> at{};
+      for (std::size_t i = 0; i < lanes<S>; ++i) {
+        at[i] = static_cast<std::uint32_t>(i == one || i == other ? 0 : (i + 1) * row_stride);
+      }
+      Pack<S> columns[6];
+      for (std::size_t c = 0; c < 6; ++c) columns[c] = S(100 * c) + Pack<S>::numbers();
+      store_rows(numbers.data(), at.data(), columns);
+      for (std::size_t c = 0; c < 6; ++c) CHECK(numbers[c] == S(100 * c + other));
+    }
   }
 }
