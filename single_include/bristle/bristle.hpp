@@ -1265,8 +1265,8 @@ auto AabbTree<S>::build_range(std::span<NodeId> leaves, int depth) -> NodeId {
 
 #include <algorithm>
 #include <compare>
+#include <cstddef>
 #include <cstdint>
-#include <iterator>
 #include <vector>
 
 namespace bristle {
@@ -1543,7 +1543,10 @@ class BroadPhase {
   void append_sorted(std::size_t sorted, std::vector<ShapePair>& out) {
     const auto middle = found_.begin() + static_cast<std::ptrdiff_t>(sorted);
     if (!std::is_sorted(middle, found_.end())) std::sort(middle, found_.end());
-    std::merge(found_.begin(), middle, middle, found_.end(), std::back_inserter(out));
+    const std::size_t before = out.size();
+    out.resize(before + found_.size());
+    std::merge(found_.begin(), middle, middle, found_.end(),
+               out.begin() + static_cast<std::ptrdiff_t>(before));
   }
 
   AabbTree<S> tree_;
@@ -6879,16 +6882,14 @@ BRISTLE_LANES Pack<S> load_piece(const S* rows, const std::uint32_t* at,
     return Pack<S>(__builtin_shufflevector(one, other, lane...));
   }
 }
-template <Scalar S, std::size_t... lane>
-BRISTLE_LANES void store_piece(const Pack<S>& piece, S* rows, const std::uint32_t* at,
-                               std::index_sequence<lane...>) {
+/// Writes a register, or one of its two rows: the one that starts at lane `first`.
+template <std::size_t first, Scalar S, std::size_t... lane>
+BRISTLE_LANES void store_piece(const Pack<S>& piece, S* row, std::index_sequence<lane...>) {
   if constexpr (lanes<S> <= row_stride) {
-    piece.store(rows + *at);
+    piece.store(row);
   } else {
-    const auto one = __builtin_shufflevector(piece.get(), piece.get(), lane...);
-    const auto other = __builtin_shufflevector(piece.get(), piece.get(), (row_stride + lane)...);
-    __builtin_memcpy(rows + at[0], &one, sizeof one);
-    __builtin_memcpy(rows + at[row_stride], &other, sizeof other);
+    const auto part = __builtin_shufflevector(piece.get(), piece.get(), (first + lane)...);
+    __builtin_memcpy(row, &part, sizeof part);
   }
 }
 
@@ -6928,9 +6929,13 @@ BRISTLE_LANES void store_rows(S* rows, const std::uint32_t* at, const Pack<S> (&
         pieces[i] = first + i < count ? columns[first + i] : Pack<S>(S(0));
       }
       detail::transpose(pieces);
+      // Lane by lane, so that of those with the same row the last one stays.
+      constexpr auto row = std::make_index_sequence<row_stride>();
       for (std::size_t i = 0; i < n; ++i) {
-        detail::store_piece(pieces[i], rows + first, at + i,
-                            std::make_index_sequence<row_stride>());
+        detail::store_piece<0>(pieces[i], rows + first + at[i], row);
+      }
+      for (std::size_t i = n; i < lanes<S>; ++i) {
+        detail::store_piece<n>(pieces[i - n], rows + first + at[i], row);
       }
     }
     return;
@@ -23286,7 +23291,6 @@ inline void PlotAxis::set_logarithmic_ticks(double room) {
 #include <cmath>
 #include <cstddef>
 #include <initializer_list>
-#include <iterator>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -23697,7 +23701,6 @@ inline std::string SvgHeatMaps::svg() const {
 #include <cmath>
 #include <cstddef>
 #include <filesystem>
-#include <iterator>
 #include <optional>
 #include <string>
 #include <utility>

@@ -1,10 +1,10 @@
 # What the umbrella header costs those who include it: its lines of code after preprocessing.
-# Usage: cmake -DCXX=<compiler> -DROOT=<tree> -DEIGEN=<include dir> [-DBUDGET=142000] -P budget.cmake
+# Usage: cmake -DCXX=<compiler> -DROOT=<tree> -DEIGEN=<include dir> [-DBUDGET=140000] -P budget.cmake
 # SPDX-License-Identifier: BSD-3-Clause
 cmake_minimum_required(VERSION 3.24)
 
 if(NOT DEFINED BUDGET)
-  set(BUDGET 142000)  # of which Eigen/Geometry alone is about 99000, with the standard headers 120000
+  set(BUDGET 140000)  # of which Eigen/Geometry alone is about 99000, with the standard headers 120000
 endif()
 
 # Sets `out` to the lines that are neither blank nor line markers.

@@ -11,8 +11,8 @@
 
 #include <algorithm>
 #include <compare>
+#include <cstddef>
 #include <cstdint>
-#include <iterator>
 #include <vector>
 
 namespace bristle {
@@ -289,7 +289,10 @@ class BroadPhase {
   void append_sorted(std::size_t sorted, std::vector<ShapePair>& out) {
     const auto middle = found_.begin() + static_cast<std::ptrdiff_t>(sorted);
     if (!std::is_sorted(middle, found_.end())) std::sort(middle, found_.end());
-    std::merge(found_.begin(), middle, middle, found_.end(), std::back_inserter(out));
+    const std::size_t before = out.size();
+    out.resize(before + found_.size());
+    std::merge(found_.begin(), middle, middle, found_.end(),
+               out.begin() + static_cast<std::ptrdiff_t>(before));
   }
 
   AabbTree<S> tree_;
