@@ -447,10 +447,11 @@ struct Aabb {
     return (lower.array() <= p.array()).all() && (p.array() <= upper.array()).all();
   }
 
+  /// [m^2] Half the surface of a box with edges x, y and z [m].
+  [[nodiscard]] static S half_area_of(S x, S y, S z) { return x * y + y * z + z * x; }
   /// [m^2] Half the surface: the cost measure of tree building (surface-area heuristic).
   [[nodiscard]] S half_area() const {
-    const Vec3<S> e = upper - lower;
-    return e.x() * e.y() + e.y() * e.z() + e.z() * e.x();
+    return half_area_of(upper.x() - lower.x(), upper.y() - lower.y(), upper.z() - lower.z());
   }
 };
 
@@ -944,6 +945,18 @@ template <Scalar S>
   return a;
 }
 
+/// What a node around two boxes costs. The edges stay scalars: a box that goes through memory is
+/// written in other pieces than it is read in, and that takes longer than all of this.
+template <Scalar S>
+[[nodiscard]] S merged_cost(const Aabb<S>& a, const Aabb<S>& b) {
+  const auto edge = [&](Eigen::Index i) {
+    return std::max(a.upper[i], b.upper[i]) - std::min(a.lower[i], b.lower[i]);
+  };
+  const S area = Aabb<S>::half_area_of(edge(0), edge(1), edge(2));
+  if (area <= tree_extent_limit<S> * tree_extent_limit<S>) return area;
+  return tree_cost(merged(a, b));
+}
+
 }  // namespace detail
 
 template <Scalar S>
@@ -1127,7 +1140,7 @@ void AabbTree<S>::detach(NodeId leaf) {
 /// costs is the surface of the common parent plus the growth of all nodes above.
 template <Scalar S>
 auto AabbTree<S>::best_sibling(const Aabb<S>& box) const -> NodeId {
-  using detail::merged;
+  using detail::merged_cost;
   using detail::tree_cost;
   const S box_cost = tree_cost(box);
   const auto distance_of = [&](NodeId child) {
@@ -1135,7 +1148,7 @@ auto AabbTree<S>::best_sibling(const Aabb<S>& box) const -> NodeId {
   };
   NodeId best = root_;
   NodeId id = root_;
-  S with_box = tree_cost(merged(nodes_[root_].box, box));
+  S with_box = merged_cost(nodes_[root_].box, box);
   S best_cost = with_box;
   S growth_above = S(0);
   while (!nodes_[id].is_leaf()) {
@@ -1145,7 +1158,7 @@ auto AabbTree<S>::best_sibling(const Aabb<S>& box) const -> NodeId {
     S next_with_box = S(0);
     for (const NodeId child : nodes_[id].child) {
       const Node& node = nodes_[child];
-      const S cost = tree_cost(merged(node.box, box));
+      const S cost = merged_cost(node.box, box);
       if (cost + growth_above < best_cost) {
         best = child;
         best_cost = cost + growth_above;
@@ -1205,7 +1218,7 @@ void AabbTree<S>::rotate(NodeId id) {
     const S cost = detail::tree_cost(nodes_[other].box);
     for (std::size_t i = 0; i < 2; ++i) {
       const NodeId stays = nodes_[other].child[1 - i];
-      const S gain = cost - detail::tree_cost(detail::merged(nodes_[child].box, nodes_[stays].box));
+      const S gain = cost - detail::merged_cost(nodes_[child].box, nodes_[stays].box);
       if (gain > best_gain) {
         best_gain = gain;
         best_child = child;
@@ -1651,9 +1664,12 @@ template <Scalar S>
   // y^5 / 11!, are below 3e-17.
   if (angle2 < S(0.0625)) {
     const S y = S(0.25) * angle2;
-    const auto term = [y](S n, S rest) { return S(1) - (y / n) * rest; };
-    const S cosine = term(S(2), term(S(12), term(S(30), term(S(56), term(S(90), S(1))))));
-    const S k = S(0.5) * term(S(6), term(S(20), term(S(42), term(S(72), S(1)))));
+    const S cosine =
+        S(1) +
+        y * (S(-1.0 / 2) +
+             y * (S(1.0 / 24) + y * (S(-1.0 / 720) + y * (S(1.0 / 40320) - y * S(1.0 / 3628800)))));
+    const S k = S(0.5) +
+                y * (S(-0.5 / 6) + y * (S(0.5 / 120) + y * (S(-0.5 / 5040) + y * S(0.5 / 362880))));
     return Quat<S>(cosine, k * phi.x(), k * phi.y(), k * phi.z());
   }
   const S angle = sqrt(angle2);
@@ -1698,7 +1714,20 @@ template <Scalar S>
 /// Attitude after turning for `dt` with the constant world-frame angular velocity `w_W` [rad/s].
 template <Scalar S>
 [[nodiscard]] Quat<S> step_rotation(const Quat<S>& q, const Vec3<S>& w_W, S dt) {
-  return (exp_rotation<S>(dt * w_W) * q).normalized();
+  using std::abs;
+  const Quat<S> p = exp_rotation<S>(dt * w_W);
+  // The product p q in scalars: four of them that go through memory as two halves and come back as
+  // a whole cost as much as all the rest.
+  const S x = (p.w() * q.x() + p.x() * q.w()) + (p.y() * q.z() - p.z() * q.y());
+  const S y = (p.w() * q.y() + p.y() * q.w()) + (p.z() * q.x() - p.x() * q.z());
+  const S z = (p.w() * q.z() + p.z() * q.w()) + (p.x() * q.y() - p.y() * q.x());
+  const S w = (p.w() * q.w() - p.x() * q.x()) - (p.y() * q.y() + p.z() * q.z());
+  const S norm2 = (x * x + y * y) + (z * z + w * w);
+  // The product of two unit quaternions is one but for round-off, and then one step of Newton's
+  // method for 1 / |p q| is exact.
+  if (!(abs(norm2 - S(1)) < Tolerance<S>::equal())) return Quat<S>(w, x, y, z).normalized();
+  const S scale = S(0.5) * (S(3) - norm2);
+  return Quat<S>(scale * w, scale * x, scale * y, scale * z);
 }
 
 /// Two unit vectors that complete the unit vector n to a right-handed orthonormal basis
@@ -5323,8 +5352,8 @@ namespace bristle {
 /// caller applies. The gyroscopic torque is not among them; `step_pose` accounts for it exactly.
 template <Scalar S>
 [[nodiscard]] Twist<S> free_twist(const Body<S>& body, const Vec3<S>& gravity, S dt) {
-  if (!body.is_dynamic()) return body.twist;
   Twist<S> result = body.twist;
+  if (!body.is_dynamic()) return result;
   for (std::size_t k = 0; k < 3; ++k) {
     const auto i = static_cast<Eigen::Index>(k);
     if (body.locked.linear[k]) continue;

@@ -17,8 +17,8 @@ namespace bristle {
 /// caller applies. The gyroscopic torque is not among them; `step_pose` accounts for it exactly.
 template <Scalar S>
 [[nodiscard]] Twist<S> free_twist(const Body<S>& body, const Vec3<S>& gravity, S dt) {
-  if (!body.is_dynamic()) return body.twist;
   Twist<S> result = body.twist;
+  if (!body.is_dynamic()) return result;
   for (std::size_t k = 0; k < 3; ++k) {
     const auto i = static_cast<Eigen::Index>(k);
     if (body.locked.linear[k]) continue;

@@ -47,10 +47,11 @@ struct Aabb {
     return (lower.array() <= p.array()).all() && (p.array() <= upper.array()).all();
   }
 
+  /// [m^2] Half the surface of a box with edges x, y and z [m].
+  [[nodiscard]] static S half_area_of(S x, S y, S z) { return x * y + y * z + z * x; }
   /// [m^2] Half the surface: the cost measure of tree building (surface-area heuristic).
   [[nodiscard]] S half_area() const {
-    const Vec3<S> e = upper - lower;
-    return e.x() * e.y() + e.y() * e.z() + e.z() * e.x();
+    return half_area_of(upper.x() - lower.x(), upper.y() - lower.y(), upper.z() - lower.z());
   }
 };
 

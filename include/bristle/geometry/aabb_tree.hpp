@@ -151,6 +151,18 @@ template <Scalar S>
   return a;
 }
 
+/// What a node around two boxes costs. The edges stay scalars: a box that goes through memory is
+/// written in other pieces than it is read in, and that takes longer than all of this.
+template <Scalar S>
+[[nodiscard]] S merged_cost(const Aabb<S>& a, const Aabb<S>& b) {
+  const auto edge = [&](Eigen::Index i) {
+    return std::max(a.upper[i], b.upper[i]) - std::min(a.lower[i], b.lower[i]);
+  };
+  const S area = Aabb<S>::half_area_of(edge(0), edge(1), edge(2));
+  if (area <= tree_extent_limit<S> * tree_extent_limit<S>) return area;
+  return tree_cost(merged(a, b));
+}
+
 }  // namespace detail
 
 template <Scalar S>
@@ -334,7 +346,7 @@ void AabbTree<S>::detach(NodeId leaf) {
 /// costs is the surface of the common parent plus the growth of all nodes above.
 template <Scalar S>
 auto AabbTree<S>::best_sibling(const Aabb<S>& box) const -> NodeId {
-  using detail::merged;
+  using detail::merged_cost;
   using detail::tree_cost;
   const S box_cost = tree_cost(box);
   const auto distance_of = [&](NodeId child) {
@@ -342,7 +354,7 @@ auto AabbTree<S>::best_sibling(const Aabb<S>& box) const -> NodeId {
   };
   NodeId best = root_;
   NodeId id = root_;
-  S with_box = tree_cost(merged(nodes_[root_].box, box));
+  S with_box = merged_cost(nodes_[root_].box, box);
   S best_cost = with_box;
   S growth_above = S(0);
   while (!nodes_[id].is_leaf()) {
@@ -352,7 +364,7 @@ auto AabbTree<S>::best_sibling(const Aabb<S>& box) const -> NodeId {
     S next_with_box = S(0);
     for (const NodeId child : nodes_[id].child) {
       const Node& node = nodes_[child];
-      const S cost = tree_cost(merged(node.box, box));
+      const S cost = merged_cost(node.box, box);
       if (cost + growth_above < best_cost) {
         best = child;
         best_cost = cost + growth_above;
@@ -412,7 +424,7 @@ void AabbTree<S>::rotate(NodeId id) {
     const S cost = detail::tree_cost(nodes_[other].box);
     for (std::size_t i = 0; i < 2; ++i) {
       const NodeId stays = nodes_[other].child[1 - i];
-      const S gain = cost - detail::tree_cost(detail::merged(nodes_[child].box, nodes_[stays].box));
+      const S gain = cost - detail::merged_cost(nodes_[child].box, nodes_[stays].box);
       if (gain > best_gain) {
         best_gain = gain;
         best_child = child;

@@ -23,9 +23,12 @@ template <Scalar S>
   // y^5 / 11!, are below 3e-17.
   if (angle2 < S(0.0625)) {
     const S y = S(0.25) * angle2;
-    const auto term = [y](S n, S rest) { return S(1) - (y / n) * rest; };
-    const S cosine = term(S(2), term(S(12), term(S(30), term(S(56), term(S(90), S(1))))));
-    const S k = S(0.5) * term(S(6), term(S(20), term(S(42), term(S(72), S(1)))));
+    const S cosine =
+        S(1) +
+        y * (S(-1.0 / 2) +
+             y * (S(1.0 / 24) + y * (S(-1.0 / 720) + y * (S(1.0 / 40320) - y * S(1.0 / 3628800)))));
+    const S k = S(0.5) +
+                y * (S(-0.5 / 6) + y * (S(0.5 / 120) + y * (S(-0.5 / 5040) + y * S(0.5 / 362880))));
     return Quat<S>(cosine, k * phi.x(), k * phi.y(), k * phi.z());
   }
   const S angle = sqrt(angle2);
@@ -70,7 +73,20 @@ template <Scalar S>
 /// Attitude after turning for `dt` with the constant world-frame angular velocity `w_W` [rad/s].
 template <Scalar S>
 [[nodiscard]] Quat<S> step_rotation(const Quat<S>& q, const Vec3<S>& w_W, S dt) {
-  return (exp_rotation<S>(dt * w_W) * q).normalized();
+  using std::abs;
+  const Quat<S> p = exp_rotation<S>(dt * w_W);
+  // The product p q in scalars: four of them that go through memory as two halves and come back as
+  // a whole cost as much as all the rest.
+  const S x = (p.w() * q.x() + p.x() * q.w()) + (p.y() * q.z() - p.z() * q.y());
+  const S y = (p.w() * q.y() + p.y() * q.w()) + (p.z() * q.x() - p.x() * q.z());
+  const S z = (p.w() * q.z() + p.z() * q.w()) + (p.x() * q.y() - p.y() * q.x());
+  const S w = (p.w() * q.w() - p.x() * q.x()) - (p.y() * q.y() + p.z() * q.z());
+  const S norm2 = (x * x + y * y) + (z * z + w * w);
+  // The product of two unit quaternions is one but for round-off, and then one step of Newton's
+  // method for 1 / |p q| is exact.
+  if (!(abs(norm2 - S(1)) < Tolerance<S>::equal())) return Quat<S>(w, x, y, z).normalized();
+  const S scale = S(0.5) * (S(3) - norm2);
+  return Quat<S>(scale * w, scale * x, scale * y, scale * z);
 }
 
 /// Two unit vectors that complete the unit vector n to a right-handed orthonormal basis

@@ -6,6 +6,7 @@
 #include <doctest/doctest.h>
 
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 using namespace bristle;
@@ -40,6 +41,42 @@ TEST_CASE_TEMPLATE("step_rotation: many small steps make a large one", S, float,
   CHECK(q.angularDistance(exp_rotation<S>(omega)) <
         (std::is_same_v<S, double> ? S(1e-7) : S(2e-3)));
   CHECK(std::abs(q.norm() - S(1)) < Tolerance<S>::round_off());
+}
+
+TEST_CASE_TEMPLATE(
+    "exp_rotation: the series of small angles and the functions agree to the last bits", S, float,
+    double) {
+  test::Random random(7);
+  const S few_bits = S(2) * std::numeric_limits<S>::epsilon();
+  for (int i = 0; i < 1000; ++i) {
+    // Below and above the angle from which the functions are called.
+    const S angle = S(0.3) * S(i + 1) / S(1000);
+    const Vec3<S> axis = random.direction<S>();
+    const Quat<S> q = exp_rotation<S>(angle * axis);
+    const Vec3<double> phi = (angle * axis).template cast<double>();
+    const double exact = phi.norm();
+    CHECK(std::abs(q.w() - S(std::cos(exact / 2))) <= few_bits);
+    const Vec3<double> sine = (std::sin(exact / 2) / exact) * phi;
+    CHECK((q.vec() - sine.template cast<S>()).norm() <= few_bits * S(angle));
+  }
+}
+
+TEST_CASE_TEMPLATE("step_rotation: stays of unit length, and comes back to it from any other", S,
+                   float, double) {
+  test::Random random(8);
+  const Quat<S> start = exp_rotation<S>(random.direction<S>());
+  const Vec3<S> omega(S(3), S(-2), S(5));
+  const S few_bits = S(4) * std::numeric_limits<S>::epsilon();
+  Quat<S> q = start;
+  for (int i = 0; i < 100000; ++i) q = step_rotation<S>(q, omega, S(0.01));
+  CHECK(std::abs(q.norm() - S(1)) <= few_bits);
+  const Quat<S> turned = step_rotation<S>(start, omega, S(0.01));
+  for (const S length : {S(1) - S(1e-6), S(1) + S(3e-4), S(0.5), S(20)}) {
+    Quat<S> other = start;
+    other.coeffs() *= length;
+    const Quat<S> back = step_rotation<S>(other, omega, S(0.01));
+    CHECK((back.coeffs() - turned.coeffs()).norm() <= few_bits);
+  }
 }
 
 TEST_CASE_TEMPLATE("tangent_basis: right-handed, orthonormal, for every direction", S, float,
