@@ -12,6 +12,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <type_traits>
 
 namespace bristle {
 
@@ -151,7 +152,10 @@ struct ApproachLanes {
   Pack3<S> origin;
   Mask<S> is_near;
 
-  BRISTLE_LANES ApproachLanes(const RayLanes<S>& ray, S radius) {
+  BRISTLE_LANES ApproachLanes(const RayLanes<S>& ray, S radius)
+      : skipped(S(0)), origin(ray.origin), is_near(Pack<S>(S(0)) <= Pack<S>(S(0))) {
+    // Sensors start so near that there is nothing to skip.
+    if (all(dot(origin, origin) <= Pack<S>(radius * radius))) return;
     const Pack<S> closest = -dot(ray.origin, ray.direction);
     skipped = select(closest > Pack<S>(radius), closest - radius, Pack<S>(S(0)));
     origin = ray.origin + skipped * ray.direction;
@@ -234,6 +238,14 @@ BRISTLE_LANES RayHitLanes<S> ray_cast(const Capsule<S>& capsule, const RayLanes<
   const Pack<S> apart2 = dot(from_axis, from_axis);
   if (none(may_reach(ray, apart2, capsule.radius, capsule.half_length + capsule.radius)))
     return no_hits<S>();
+  const auto against_end = [&](const Pack<S>& end) {
+    const Pack3<S> from_end{o.x, o.y, o.z - end};
+    return ray_cast(Sphere<S>{capsule.radius}, RayLanes<S>{from_end, ray.direction, ray.length});
+  };
+  // Neighbours that keep beyond one end meet nothing but its ball.
+  const Pack<S> last_z = o.z + ray.length * ray.direction.z;
+  if (all((o.z > half) & (last_z > half))) return against_end(half);
+  if (all((o.z < -half) & (last_z < -half))) return against_end(-half);
   const ApproachLanes<S> near(ray, capsule.half_length + capsule.radius);
   const TubeEntry<S> tube(near.origin, ray.direction, capsule.radius);
   const Mask<S> is_beyond_end =
@@ -251,9 +263,7 @@ BRISTLE_LANES RayHitLanes<S> ray_cast(const Capsule<S>& capsule, const RayLanes<
                              may_hit & is_side));
   const Mask<S> takes_end = may_hit & !is_side & !is_inside;
   if (none(takes_end)) return side;
-  const Pack3<S> from_end{o.x, o.y, o.z - select(z < zero, -half, half)};
-  const RayHitLanes<S> end =
-      ray_cast(Sphere<S>{capsule.radius}, RayLanes<S>{from_end, ray.direction, ray.length});
+  const RayHitLanes<S> end = against_end(select(z < zero, -half, half));
   return {select(takes_end, end.distance, side.distance),
           select(takes_end, end.normal, side.normal)};
 }
@@ -379,7 +389,7 @@ void cast_rays_in_lanes(const ConvexShape& shape, const Transform<S>& X_RC, cons
   const Mat3<S> R_CR = R_RC.transpose();
   const Pack3<S> p_RC = Pack3<S>::all(X_RC.translation);
   const std::size_t n = std::min<std::size_t>(rays.slice.end, rays.size());
-  const auto cast = [&](std::size_t i, std::uint32_t count, const auto& load, const auto& store) {
+  const auto cast = [&](std::size_t i, auto count, const auto& load, const auto& store) {
     const Pack<S> best = load(hits.distance.data() + i);
     const Pack3<S> origin{load(rays.origin_x.data() + i), load(rays.origin_y.data() + i),
                           load(rays.origin_z.data() + i)};
@@ -400,13 +410,16 @@ void cast_rays_in_lanes(const ConvexShape& shape, const Transform<S>& X_RC, cons
     keep(hits.normal.y.data(), normal.y);
     keep(hits.normal.z.data(), normal.z);
     const std::uint32_t met = bits(is_nearer);
+    const std::uint32_t own = tag;
     std::uint32_t* const tags = hits.tag.data() + i;
-    for (std::uint32_t k = 0; k < count; ++k) tags[k] = (met >> k & 1u) != 0 ? tag : tags[k];
+    // A choice that compilers make in lanes, too.
+    for (std::uint32_t k = 0; k < count; ++k) tags[k] ^= (tags[k] ^ own) & (0u - (met >> k & 1u));
   };
   const auto cast_from = [&](std::size_t i, std::size_t end) {
     for (; i + lanes<S> <= end; i += lanes<S>) {
       cast(
-          i, lanes<S>, [](const S* p) { return Pack<S>::load(p); },
+          i, std::integral_constant<std::uint32_t, lanes<S>>{},
+          [](const S* p) { return Pack<S>::load(p); },
           [](S* p, const Pack<S>& value) { value.store(p); });
     }
     if (i >= end) return;

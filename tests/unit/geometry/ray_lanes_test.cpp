@@ -1,5 +1,6 @@
 /// @file
-/// Rays in lanes that are just long enough. What else they meet is compared in tests/backend.
+/// Rays in lanes that are just long enough, and rays beside others. What else they meet is compared
+/// in tests/backend.
 // SPDX-License-Identifier: BSD-3-Clause
 #include <bristle/geometry/analytic_backend.hpp>
 
@@ -7,6 +8,7 @@
 
 #include <cstddef>
 #include <support/random.hpp>
+#include <utility>
 #include <vector>
 
 using namespace bristle;
@@ -65,4 +67,40 @@ TEST_CASE_TEMPLATE("cast_rays: a hit at the very end of a ray is one, and behind
     }
   }
   CHECK(hits > 3000);
+}
+
+TEST_CASE_TEMPLATE("cast_rays: a ray meets the same alone, beside its like and beside any others",
+                   S, float, double) {
+  test::Random random(6);
+  const Capsule<S> capsule{S(0.02), S(0.05)};
+  const auto made = AnalyticBackend::make<S>(Shape<S>{capsule});
+  int hits = 0;
+  for (int i = 0; i < 500; ++i) {
+    // Beyond either end, along the side, from far away, all mixed; a few of them inside.
+    std::vector<S> x, y, z, dx, dy, dz, lengths;
+    for (std::size_t k = 0; k < lanes<S>; ++k) {
+      const Vec3<S> middle(S(0), S(0), random.in_cube(S(0.06)).z());
+      const S away = random.in_cube(S(1)).x() > S(0.8) ? S(1) : S(0.03);
+      const Vec3<S> origin = middle + away * random.direction<S>();
+      const Vec3<S> direction = (middle + random.in_cube(S(0.015)) - origin).normalized();
+      for (auto [values, v] : {std::pair{&x, origin.x()},
+                               {&y, origin.y()},
+                               {&z, origin.z()},
+                               {&dx, direction.x()},
+                               {&dy, direction.y()},
+                               {&dz, direction.z()},
+                               {&lengths, S(1.5) * away}}) {
+        values->push_back(v);
+      }
+    }
+    RayHits<S> mixed;
+    mixed.reset(lanes<S>);
+    AnalyticBackend::cast_rays<S>(made, Transform<S>{}, {x, y, z, dx, dy, dz, lengths}, 0, mixed);
+    for (std::size_t k = 0; k < lanes<S>; ++k) {
+      const SameRays<S> alike({x[k], y[k], z[k]}, {dx[k], dy[k], dz[k]});
+      CHECK(alike.distance(Shape<S>{capsule}, lengths[k]) == mixed.distance[k]);
+      hits += mixed.distance[k] > S(0) && mixed.distance[k] < infinity<S> ? 1 : 0;
+    }
+  }
+  CHECK(hits > 300 * static_cast<int>(lanes<S>));
 }
