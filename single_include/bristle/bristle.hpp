@@ -946,7 +946,8 @@ template <Scalar S>
 }
 
 /// What a node around two boxes costs. The edges stay scalars: a box that goes through memory is
-/// written in other pieces than it is read in, and that takes longer than all of this.
+/// written in other pieces than it is read in, and that takes longer than all of this. Boxes beyond
+/// bounds go the long way.
 template <Scalar S>
 [[nodiscard]] S merged_cost(const Aabb<S>& a, const Aabb<S>& b) {
   const auto edge = [&](Eigen::Index i) {
@@ -1724,7 +1725,7 @@ template <Scalar S>
   const S w = (p.w() * q.w() - p.x() * q.x()) - (p.y() * q.y() + p.z() * q.z());
   const S norm2 = (x * x + y * y) + (z * z + w * w);
   // The product of two unit quaternions is one but for round-off, and then one step of Newton's
-  // method for 1 / |p q| is exact.
+  // method for 1 / |p q| is exact to round-off.
   if (!(abs(norm2 - S(1)) < Tolerance<S>::equal())) return Quat<S>(w, x, y, z).normalized();
   const S scale = S(0.5) * (S(3) - norm2);
   return Quat<S>(scale * w, scale * x, scale * y, scale * z);
@@ -16400,7 +16401,8 @@ BRISTLE_LANES RayHitLanes<S> ray_cast(const Capsule<S>& capsule, const RayLanes<
     const Pack3<S> from_end{o.x, o.y, o.z - end};
     return ray_cast(Sphere<S>{capsule.radius}, RayLanes<S>{from_end, ray.direction, ray.length});
   };
-  // Neighbours that keep beyond one end meet nothing but its ball.
+  // Neighbours that keep beyond one end meet nothing but its ball. (Whether a ray that grazes both
+  // it and the tube meets them is up to rounding, and so to the way taken.)
   const Pack<S> last_z = o.z + ray.length * ray.direction.z;
   if (all((o.z > half) & (last_z > half))) return against_end(half);
   if (all((o.z < -half) & (last_z < -half))) return against_end(-half);

@@ -152,7 +152,8 @@ template <Scalar S>
 }
 
 /// What a node around two boxes costs. The edges stay scalars: a box that goes through memory is
-/// written in other pieces than it is read in, and that takes longer than all of this.
+/// written in other pieces than it is read in, and that takes longer than all of this. Boxes beyond
+/// bounds go the long way.
 template <Scalar S>
 [[nodiscard]] S merged_cost(const Aabb<S>& a, const Aabb<S>& b) {
   const auto edge = [&](Eigen::Index i) {

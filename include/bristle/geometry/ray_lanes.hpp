@@ -242,7 +242,8 @@ BRISTLE_LANES RayHitLanes<S> ray_cast(const Capsule<S>& capsule, const RayLanes<
     const Pack3<S> from_end{o.x, o.y, o.z - end};
     return ray_cast(Sphere<S>{capsule.radius}, RayLanes<S>{from_end, ray.direction, ray.length});
   };
-  // Neighbours that keep beyond one end meet nothing but its ball.
+  // Neighbours that keep beyond one end meet nothing but its ball. (Whether a ray that grazes both
+  // it and the tube meets them is up to rounding, and so to the way taken.)
   const Pack<S> last_z = o.z + ray.length * ray.direction.z;
   if (all((o.z > half) & (last_z > half))) return against_end(half);
   if (all((o.z < -half) & (last_z < -half))) return against_end(-half);

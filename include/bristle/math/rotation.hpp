@@ -83,7 +83,7 @@ template <Scalar S>
   const S w = (p.w() * q.w() - p.x() * q.x()) - (p.y() * q.y() + p.z() * q.z());
   const S norm2 = (x * x + y * y) + (z * z + w * w);
   // The product of two unit quaternions is one but for round-off, and then one step of Newton's
-  // method for 1 / |p q| is exact.
+  // method for 1 / |p q| is exact to round-off.
   if (!(abs(norm2 - S(1)) < Tolerance<S>::equal())) return Quat<S>(w, x, y, z).normalized();
   const S scale = S(0.5) * (S(3) - norm2);
   return Quat<S>(scale * w, scale * x, scale * y, scale * z);
