@@ -29,14 +29,17 @@ struct SameRays {
         dy(lanes<S>, direction[1]),
         dz(lanes<S>, direction[2]) {}
 
-  /// [m] Where a shape is hit by rays of a length.
-  [[nodiscard]] S distance(const Shape<S>& shape, S length) const {
+  /// Where a shape is hit by rays of a length [m].
+  [[nodiscard]] RayHit<S> hit(const Shape<S>& shape, S length) const {
     const std::vector<S> lengths(lanes<S>, length);
     RayHits<S> hits;
     hits.reset(lanes<S>);
     const auto made = AnalyticBackend::make<S>(shape);
     AnalyticBackend::cast_rays<S>(made, Transform<S>{}, {x, y, z, dx, dy, dz, lengths}, 0, hits);
-    return hits.distance[lanes<S> - 1];
+    return {hits.distance[lanes<S> - 1], hits.normal[lanes<S> - 1]};
+  }
+  [[nodiscard]] S distance(const Shape<S>& shape, S length) const {
+    return hit(shape, length).distance;
   }
 
   std::vector<S> x, y, z, dx, dy, dz;
@@ -104,10 +107,12 @@ TEST_CASE_TEMPLATE(
     AnalyticBackend::cast_rays<S>(made, Transform<S>{}, {x, y, z, dx, dy, dz, lengths}, 3, mixed);
     for (std::size_t k = 0; k < count; ++k) {
       const SameRays<S> alike({x[k], y[k], z[k]}, {dx[k], dy[k], dz[k]});
-      CHECK(alike.distance(Shape<S>{capsule}, lengths[k]) == mixed.distance[k]);
+      const RayHit<S> same = alike.hit(Shape<S>{capsule}, lengths[k]);
+      CHECK(same.distance == mixed.distance[k]);
       const bool is_hit = mixed.distance[k] < infinity<S>;
       CHECK(mixed.tag[k] == (is_hit ? 3u : 7u));
       if (!is_hit) continue;
+      CHECK(same.normal == mixed.normal[k]);
       const RayHit<S> hit =
           ray_cast(capsule, Ray<S>{{x[k], y[k], z[k]}, {dx[k], dy[k], dz[k]}, lengths[k]});
       // Where a ray comes in at an angle, and not along the surface.
