@@ -1712,23 +1712,29 @@ template <Scalar S>
   return angle + turn * floor(turns + S(0.5));
 }
 
-/// Attitude after turning for `dt` with the constant world-frame angular velocity `w_W` [rad/s].
+/// The rotation p q, of length 1 to round-off: what products of many unit quaternions lose of it is
+/// put right in each.
 template <Scalar S>
-[[nodiscard]] Quat<S> step_rotation(const Quat<S>& q, const Vec3<S>& w_W, S dt) {
+[[nodiscard]] Quat<S> unit_product(const Quat<S>& p, const Quat<S>& q) {
   using std::abs;
-  const Quat<S> p = exp_rotation<S>(dt * w_W);
-  // The product p q in scalars: four of them that go through memory as two halves and come back as
-  // a whole cost as much as all the rest.
+  // In scalars: four of them that go through memory as two halves and come back as a whole cost as
+  // much as all the rest.
   const S x = (p.w() * q.x() + p.x() * q.w()) + (p.y() * q.z() - p.z() * q.y());
   const S y = (p.w() * q.y() + p.y() * q.w()) + (p.z() * q.x() - p.x() * q.z());
   const S z = (p.w() * q.z() + p.z() * q.w()) + (p.x() * q.y() - p.y() * q.x());
   const S w = (p.w() * q.w() - p.x() * q.x()) - (p.y() * q.y() + p.z() * q.z());
   const S norm2 = (x * x + y * y) + (z * z + w * w);
-  // The product of two unit quaternions is one but for round-off, and then one step of Newton's
-  // method for 1 / |p q| is exact to round-off.
+  // Of a length that is 1 but for round-off one step of Newton's method for 1 / |p q| is exact to
+  // round-off.
   if (!(abs(norm2 - S(1)) < Tolerance<S>::equal())) return Quat<S>(w, x, y, z).normalized();
   const S scale = S(0.5) * (S(3) - norm2);
   return Quat<S>(scale * w, scale * x, scale * y, scale * z);
+}
+
+/// Attitude after turning for `dt` with the constant world-frame angular velocity `w_W` [rad/s].
+template <Scalar S>
+[[nodiscard]] Quat<S> step_rotation(const Quat<S>& q, const Vec3<S>& w_W, S dt) {
+  return unit_product(exp_rotation<S>(dt * w_W), q);
 }
 
 /// Two unit vectors that complete the unit vector n to a right-handed orthonormal basis
@@ -5445,8 +5451,8 @@ void turn_free_top(Body<S>& body, const Vec3<S>& w, S dt) {
     const Vec3<S> y = rotation.conjugate() * L_W;
     Vec3<S> q;
     if (solve_top_step(body.inertia_B, body.inverse_inertia_B, y, h, q)) {
-      rotation =
-          (rotation * Quat<S>(sqrt(S(1) - q.squaredNorm()), q.x(), q.y(), q.z())).normalized();
+      const Quat<S> turn(sqrt(S(1) - q.squaredNorm()), q.x(), q.y(), q.z());
+      rotation = unit_product(rotation, turn);
     } else {
       // Faster than the parts resolve: momentum is still kept, and energy stays between its bounds.
       rotation = step_rotation<S>(rotation, rotation * (body.inverse_inertia_B * y), h);
@@ -16311,10 +16317,7 @@ struct ApproachLanes {
   Pack3<S> origin;
   Mask<S> is_near;
 
-  BRISTLE_LANES ApproachLanes(const RayLanes<S>& ray, S radius)
-      : skipped(S(0)), origin(ray.origin), is_near(Pack<S>(S(0)) <= Pack<S>(S(0))) {
-    // Sensors start so near that there is nothing to skip.
-    if (all(dot(origin, origin) <= Pack<S>(radius * radius))) return;
+  BRISTLE_LANES ApproachLanes(const RayLanes<S>& ray, S radius) {
     const Pack<S> closest = -dot(ray.origin, ray.direction);
     skipped = select(closest > Pack<S>(radius), closest - radius, Pack<S>(S(0)));
     origin = ray.origin + skipped * ray.direction;
@@ -16569,10 +16572,15 @@ void cast_rays_in_lanes(const ConvexShape& shape, const Transform<S>& X_RC, cons
     keep(hits.normal.x.data(), normal.x);
     keep(hits.normal.y.data(), normal.y);
     keep(hits.normal.z.data(), normal.z);
-    const std::uint32_t met = bits(is_nearer);
-    const std::uint32_t own = tag;
     std::uint32_t* const tags = hits.tag.data() + i;
-    // A choice that compilers make in lanes, too.
+    // Only of a full pack.
+    if (all(is_nearer)) {
+      std::fill_n(tags, lanes<S>, tag);
+      return;
+    }
+    const std::uint32_t met = bits(is_nearer);
+    // A choice that compilers make in lanes: by masks, of a number that no tag can overwrite.
+    const std::uint32_t own = tag;
     for (std::uint32_t k = 0; k < count; ++k) tags[k] ^= (tags[k] ^ own) & (0u - (met >> k & 1u));
   };
   const auto cast_from = [&](std::size_t i, std::size_t end) {

@@ -109,8 +109,8 @@ void turn_free_top(Body<S>& body, const Vec3<S>& w, S dt) {
     const Vec3<S> y = rotation.conjugate() * L_W;
     Vec3<S> q;
     if (solve_top_step(body.inertia_B, body.inverse_inertia_B, y, h, q)) {
-      rotation =
-          (rotation * Quat<S>(sqrt(S(1) - q.squaredNorm()), q.x(), q.y(), q.z())).normalized();
+      const Quat<S> turn(sqrt(S(1) - q.squaredNorm()), q.x(), q.y(), q.z());
+      rotation = unit_product(rotation, turn);
     } else {
       // Faster than the parts resolve: momentum is still kept, and energy stays between its bounds.
       rotation = step_rotation<S>(rotation, rotation * (body.inverse_inertia_B * y), h);

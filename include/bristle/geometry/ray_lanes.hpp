@@ -152,10 +152,7 @@ struct ApproachLanes {
   Pack3<S> origin;
   Mask<S> is_near;
 
-  BRISTLE_LANES ApproachLanes(const RayLanes<S>& ray, S radius)
-      : skipped(S(0)), origin(ray.origin), is_near(Pack<S>(S(0)) <= Pack<S>(S(0))) {
-    // Sensors start so near that there is nothing to skip.
-    if (all(dot(origin, origin) <= Pack<S>(radius * radius))) return;
+  BRISTLE_LANES ApproachLanes(const RayLanes<S>& ray, S radius) {
     const Pack<S> closest = -dot(ray.origin, ray.direction);
     skipped = select(closest > Pack<S>(radius), closest - radius, Pack<S>(S(0)));
     origin = ray.origin + skipped * ray.direction;
@@ -410,10 +407,15 @@ void cast_rays_in_lanes(const ConvexShape& shape, const Transform<S>& X_RC, cons
     keep(hits.normal.x.data(), normal.x);
     keep(hits.normal.y.data(), normal.y);
     keep(hits.normal.z.data(), normal.z);
-    const std::uint32_t met = bits(is_nearer);
-    const std::uint32_t own = tag;
     std::uint32_t* const tags = hits.tag.data() + i;
-    // A choice that compilers make in lanes, too.
+    // Only of a full pack.
+    if (all(is_nearer)) {
+      std::fill_n(tags, lanes<S>, tag);
+      return;
+    }
+    const std::uint32_t met = bits(is_nearer);
+    // A choice that compilers make in lanes: by masks, of a number that no tag can overwrite.
+    const std::uint32_t own = tag;
     for (std::uint32_t k = 0; k < count; ++k) tags[k] ^= (tags[k] ^ own) & (0u - (met >> k & 1u));
   };
   const auto cast_from = [&](std::size_t i, std::size_t end) {

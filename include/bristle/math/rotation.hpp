@@ -70,23 +70,29 @@ template <Scalar S>
   return angle + turn * floor(turns + S(0.5));
 }
 
-/// Attitude after turning for `dt` with the constant world-frame angular velocity `w_W` [rad/s].
+/// The rotation p q, of length 1 to round-off: what products of many unit quaternions lose of it is
+/// put right in each.
 template <Scalar S>
-[[nodiscard]] Quat<S> step_rotation(const Quat<S>& q, const Vec3<S>& w_W, S dt) {
+[[nodiscard]] Quat<S> unit_product(const Quat<S>& p, const Quat<S>& q) {
   using std::abs;
-  const Quat<S> p = exp_rotation<S>(dt * w_W);
-  // The product p q in scalars: four of them that go through memory as two halves and come back as
-  // a whole cost as much as all the rest.
+  // In scalars: four of them that go through memory as two halves and come back as a whole cost as
+  // much as all the rest.
   const S x = (p.w() * q.x() + p.x() * q.w()) + (p.y() * q.z() - p.z() * q.y());
   const S y = (p.w() * q.y() + p.y() * q.w()) + (p.z() * q.x() - p.x() * q.z());
   const S z = (p.w() * q.z() + p.z() * q.w()) + (p.x() * q.y() - p.y() * q.x());
   const S w = (p.w() * q.w() - p.x() * q.x()) - (p.y() * q.y() + p.z() * q.z());
   const S norm2 = (x * x + y * y) + (z * z + w * w);
-  // The product of two unit quaternions is one but for round-off, and then one step of Newton's
-  // method for 1 / |p q| is exact to round-off.
+  // Of a length that is 1 but for round-off one step of Newton's method for 1 / |p q| is exact to
+  // round-off.
   if (!(abs(norm2 - S(1)) < Tolerance<S>::equal())) return Quat<S>(w, x, y, z).normalized();
   const S scale = S(0.5) * (S(3) - norm2);
   return Quat<S>(scale * w, scale * x, scale * y, scale * z);
+}
+
+/// Attitude after turning for `dt` with the constant world-frame angular velocity `w_W` [rad/s].
+template <Scalar S>
+[[nodiscard]] Quat<S> step_rotation(const Quat<S>& q, const Vec3<S>& w_W, S dt) {
+  return unit_product(exp_rotation<S>(dt * w_W), q);
 }
 
 /// Two unit vectors that complete the unit vector n to a right-handed orthonormal basis

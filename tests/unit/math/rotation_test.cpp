@@ -61,6 +61,17 @@ TEST_CASE_TEMPLATE(
   }
 }
 
+TEST_CASE_TEMPLATE("unit_product: the product of Eigen, of length 1", S, float, double) {
+  test::Random random(9);
+  const S few_bits = S(4) * std::numeric_limits<S>::epsilon();
+  for (int i = 0; i < 1000; ++i) {
+    const Quat<S> p = exp_rotation<S>(random.in_cube(S(3)));
+    Quat<S> q = exp_rotation<S>(random.in_cube(S(3)));
+    if (i % 2 == 0) q.coeffs() *= random.uniform(S(0.1), S(10));
+    CHECK((unit_product(p, q).coeffs() - (p * q).normalized().coeffs()).norm() <= few_bits);
+  }
+}
+
 TEST_CASE_TEMPLATE("step_rotation: stays of unit length, and comes back to it from any other", S,
                    float, double) {
   test::Random random(8);
