@@ -38,8 +38,10 @@
 #include <bristle/dynamics/joint_spring.hpp>
 #include <bristle/dynamics/joint_system.hpp>
 #include <bristle/dynamics/manifold_block.hpp>
+#include <bristle/dynamics/manifold_kernel.hpp>
 #include <bristle/dynamics/manifold_mobility.hpp>
 #include <bristle/dynamics/manifold_order.hpp>
+#include <bristle/dynamics/manifold_part.hpp>
 #include <bristle/dynamics/manifold_sweeps.hpp>
 #include <bristle/dynamics/material.hpp>
 #include <bristle/dynamics/passive_bounces.hpp>

@@ -5056,6 +5056,10 @@ void apply_soft(const SoftBlock<S>& block, const Vec6<S>& p, SolverBody<S>& a, S
 template <Scalar S>
 void apply_impulses(const Island& island, const Constraints<S>& constraints,
                     std::span<SolverBody<S>> bodies);
+/// Adds the impulses of joints and sensors alone.
+template <Scalar S>
+void apply_blocks(const Island& island, const Constraints<S>& constraints,
+                  std::span<SolverBody<S>> bodies);
 
 /// Displacement of a body in a step, divided by it, from its velocities.
 template <Scalar S>
@@ -5104,6 +5108,12 @@ void apply_impulses(const Island& island, const Constraints<S>& constraints,
     if (a.moves) a.push(a.twist, -force, -torque_a);
     if (b.moves) b.push(b.twist, force, torque_b);
   }
+  apply_blocks(island, constraints, bodies);
+}
+
+template <Scalar S>
+void apply_blocks(const Island& island, const Constraints<S>& constraints,
+                  std::span<SolverBody<S>> bodies) {
   for (const std::uint32_t i : island.blocks) {
     const ConstraintBlock<S>& block = constraints.blocks[i];
     for (std::uint32_t r = block.first; r < block.first + block.count; ++r) {
@@ -5146,35 +5156,59 @@ void add_contacts(const CachedManifold<S>& manifold, const std::vector<CachedPoi
 
 /// [m/s] Normal velocities of a contact: at the start of the step, and at its end and in the mean
 /// of it if nothing but free motion acted.
-template <Scalar S>
+template <Value T>
 struct NormalSpeeds {
-  S start, free, free_motion;
+  T start, free, free_motion;
 };
 
+/// What a contact wants of the step, or several of them do.
+template <Value T>
+struct ContactAim {
+  /// As the fields of `ContactConstraint` with these names.
+  T target, bounce_share;
+  Truth<T> is_impact;
+};
+/// What the velocities that a contact starts from ask of it.
+/// @param is_loaded       Whether it carried a load before.
+/// @param follows_joints  Whether one of its bodies moves with a mechanism.
+template <Value T>
+BRISTLE_LANES ContactAim<T> aim_at(const T& gap, const T& restitution, const Truth<T>& is_loaded,
+                                   const NormalSpeeds<T>& speeds, const Truth<T>& follows_joints,
+                                   const SolveContext<ScalarOf<T>>& context);
 /// Sets what a contact wants of the velocities at the end of the step.
 template <Scalar S>
 void aim_contact(ContactConstraint<S>& c, const SolverBody<S>& a, const SolverBody<S>& b,
                  const SolveContext<S>& context);
-/// The same where its normal velocities are known.
-/// @param follows_joints  Whether one of its bodies moves with a mechanism.
-template <Scalar S>
-void aim_contact(ContactConstraint<S>& c, const NormalSpeeds<S>& speeds, bool follows_joints,
-                 const SolveContext<S>& context);
 
+/// What moves the bodies of a contact within the step, or those of several contacts.
+template <Value T>
+struct ContactPlace {
+  /// As the fields of `ContactConstraint` with these names.
+  T placed, least_placed;
+  Truth<T> parts;
+};
 /// Share of the impulse that a contact will have taken when the step ends, by default and for
 /// bounces; to be called when impulses are known.
 ///
-/// @param normal_velocity  [m/s] At the end of the step; not asked for without restitution.
+/// @param impulse          [N s] Along the normal.
+/// @param normal_velocity  [m/s] At the end of the step; of no account without restitution.
+template <Value T>
+BRISTLE_LANES ContactPlace<T> place_of(const T& impulse, const T& restitution,
+                                       const T& bounce_share, const T& normal_velocity,
+                                       Integrator integrator);
 template <Scalar S>
 void place_contact(ContactConstraint<S>& c, S normal_velocity, Integrator integrator) {
-  c.parts = c.restitution > S(0) && normal_velocity > S(0);
-  const S usual = integrator == Integrator::trapezoidal ? S(0.5) : S(1);
-  if (c.bounce_share >= S(0)) {
-    c.placed = c.least_placed = c.bounce_share * c.impulse[0];
-  } else {
-    c.placed = usual * c.impulse[0];
-    c.least_placed = integrator == Integrator::trapezoidal ? S(0) : c.placed;
-  }
+  const ContactPlace<S> place =
+      place_of<S>(c.impulse[0], c.restitution, c.bounce_share, normal_velocity, integrator);
+  c.placed = place.placed;
+  c.least_placed = place.least_placed;
+  c.parts = place.parts;
+}
+
+/// [1] Share of an impulse that moves the bodies of contacts that do not bounce.
+template <Scalar S>
+[[nodiscard]] S usual_share(Integrator integrator) {
+  return integrator == Integrator::trapezoidal ? S(0.5) : S(1);
 }
 
 // Implementation -----------------------------------------------------------------------------------
@@ -5183,18 +5217,65 @@ namespace detail {
 
 /// [1] When, as a share of the step, a gap closes that opens at the speed v0 and accelerates by a:
 /// the first root of gap + v0 t + a t^2 / 2 in units of the step (v0 and a given in metres a step).
-template <Scalar S>
-[[nodiscard]] S closing_time(S gap, S v0, S a) {
+template <Value T>
+[[nodiscard]] BRISTLE_LANES T closing_time(const T& gap, const T& v0, const T& a) {
+  using S = ScalarOf<T>;
   using std::max;
   using std::min;
   using std::sqrt;
-  if (gap <= S(0)) return S(0);
+  const T zero = S(0);
   // In the form that loses no digits where a is small; v0 < 0.
-  const S root = sqrt(max(S(0), v0 * v0 - S(2) * a * gap));
-  return min(S(1), S(2) * gap / (root - v0));
+  const T root = sqrt(max(zero, v0 * v0 - S(2) * a * gap));
+  return select(gap <= zero, zero, min(T(S(1)), S(2) * gap / (root - v0)));
 }
 
 }  // namespace detail
+
+template <Value T>
+BRISTLE_LANES ContactAim<T> aim_at(const T& gap, const T& restitution, const Truth<T>& is_loaded,
+                                   const NormalSpeeds<T>& speeds, const Truth<T>& follows_joints,
+                                   const SolveContext<ScalarOf<T>>& context) {
+  using S = ScalarOf<T>;
+  using std::max;
+  using std::min;
+  const T zero = S(0);
+  const T dt = context.dt;
+  const T start = speeds.start;
+  const T free = speeds.free;
+  const T change = free - start;  // What forces do to the normal velocity within the step.
+  const T closing_speed = gap / dt;
+  const Truth<T> may_bounce = restitution > zero;
+  const Truth<T> closes = gap + dt * speeds.free_motion < zero;
+  const Truth<T> bounces = may_bounce & closes & (start < T(-context.restitution_speed));
+  ContactAim<T> aim;
+  aim.bounce_share = S(-1);
+  // What carried a load and approaches all the same does so because sweeps were cut short.
+  aim.is_impact = closes & (-start > T(context.speed_change)) & !is_loaded;
+  if (context.integrator != Integrator::trapezoidal) {
+    aim.target = select(gap > zero, -closing_speed, zero);
+    aim.target = select(bounces, max(aim.target, -restitution * start), aim.target);
+    return aim;
+  }
+  // Free flight that does not touch must not feel the contact; others may still push the bodies
+  // together, by the gap at most. Where they bounce the speed of approach is not lost, so they may
+  // come together as fast as closes the gap by the end of the step: stopping bodies that part would
+  // give energy to whatever pushes them.
+  const Truth<T> touches = closes | ((gap <= T(context.position_tolerance)) & !may_bounce);
+  const T nearest = select(may_bounce, S(-2) * closing_speed - start, -closing_speed);
+  aim.target = select(touches, zero, min(free, nearest));
+  if (!any(bounces)) return aim;
+  const T time = detail::closing_time<T>(gap, dt * start, dt * change);
+  const T after = -restitution * (start + time * change);
+  const T rest = (S(1) - time) * change;
+  // A bounce too low to leave the surface within this step is none.
+  const Truth<T> leaves = bounces & !follows_joints & (S(2) * after > -rest);
+  aim.target = select(leaves, after + rest, aim.target);
+  aim.bounce_share = select(leaves, S(1) - time, aim.bounce_share);
+  // What changes the speed of a mechanism within the step depends on its speed, and must not be
+  // given back to it as if it were a constant force.
+  aim.target = select(bounces & follows_joints, -restitution * free, aim.target);
+  return aim;
+}
 
 template <Scalar S>
 void aim_contact(ContactConstraint<S>& c, const SolverBody<S>& a, const SolverBody<S>& b,
@@ -5207,59 +5288,29 @@ void aim_contact(ContactConstraint<S>& c, const SolverBody<S>& a, const SolverBo
   };
   const NormalSpeeds<S> speeds{normal_part(a.start, b.start), normal_part(a.free, b.free),
                                normal_part(a.free_motion, b.free_motion)};
-  aim_contact(c, speeds, a.follows_joints || b.follows_joints, context);
-}
-
-template <Scalar S>
-void aim_contact(ContactConstraint<S>& c, const NormalSpeeds<S>& speeds, bool follows_joints,
-                 const SolveContext<S>& context) {
-  using std::max;
-  using std::min;
-  const S dt = context.dt;
-  const bool is_trapezoidal = context.integrator == Integrator::trapezoidal;
-  const S start = speeds.start;
-  const S free = speeds.free;
-  const S change = free - start;  // What forces do to the normal velocity within the step.
-  const bool closes = c.gap + dt * speeds.free_motion < S(0);
-  const bool bounces = c.restitution > S(0) && closes && start < -context.restitution_speed;
-  c.bounce_share = S(-1);
-  // What carried a load and approaches all the same does so because sweeps were cut short.
   const bool is_loaded = context.is_swept && c.impulse[0] > S(0);
-  c.is_impact = closes && -start > context.speed_change && !is_loaded;
+  const ContactAim<S> aim = aim_at<S>(c.gap, c.restitution, is_loaded, speeds,
+                                      a.follows_joints || b.follows_joints, context);
+  c.target = aim.target;
+  c.bounce_share = aim.bounce_share;
+  c.is_impact = aim.is_impact;
   // An impact says nothing about the load that follows, nor the load about the impact.
   if (c.is_impact) c.impulse = {};
+}
 
-  if (!is_trapezoidal) {
-    c.target = c.gap > S(0) ? -c.gap / dt : S(0);
-    if (bounces) c.target = max(c.target, -c.restitution * start);
-    return;
-  }
-  if (bounces && follows_joints) {
-    // What changes the speed of a mechanism within the step depends on its speed, and must not be
-    // given back to it as if it were a constant force.
-    c.target = -c.restitution * free;
-    return;
-  }
-  if (bounces) {
-    const S time = detail::closing_time(c.gap, dt * start, dt * change);
-    const S after = -c.restitution * (start + time * change);
-    const S rest = (S(1) - time) * change;
-    // A bounce too low to leave the surface within this step is none.
-    if (S(2) * after > -rest) {
-      c.target = after + rest;
-      c.bounce_share = S(1) - time;
-      return;
-    }
-  }
-  if (closes || (c.gap <= context.position_tolerance && value_of(c.restitution) == 0)) {
-    c.target = S(0);
-    return;
-  }
-  // Free flight that does not touch must not feel the contact; others may still push the bodies
-  // together, by the gap at most. Where they bounce the speed of approach is not lost, so they may
-  // come together as fast as closes the gap by the end of the step: stopping bodies that part would
-  // give energy to whatever pushes them.
-  c.target = min(free, c.restitution > S(0) ? S(-2) * c.gap / dt - start : -c.gap / dt);
+template <Value T>
+BRISTLE_LANES ContactPlace<T> place_of(const T& impulse, const T& restitution,
+                                       const T& bounce_share, const T& normal_velocity,
+                                       Integrator integrator) {
+  using S = ScalarOf<T>;
+  const T zero = S(0);
+  const Truth<T> bounces = bounce_share >= zero;
+  ContactPlace<T> place;
+  place.placed = select(bounces, bounce_share, T(usual_share<S>(integrator))) * impulse;
+  place.least_placed =
+      integrator == Integrator::trapezoidal ? select(bounces, place.placed, zero) : place.placed;
+  place.parts = (restitution > zero) & (normal_velocity > zero);
+  return place;
 }
 
 }  // namespace bristle
@@ -6821,13 +6872,13 @@ class SavedImpulses {
 /// the centre of pressure and a torsion about the normal, bounded by what the normal impulses
 /// allow. What it gives up is friction that differs from point to point within one patch, which
 /// rigid bodies leave undetermined anyway. Manifolds without a moving body in common are solved
-/// side by side, in lanes (`ManifoldBlock`), with the results of one after the other.
+/// side by side, in lanes (`ManifoldKernel`), with the results of one after the other.
 // SPDX-License-Identifier: BSD-3-Clause
 
 // === bristle/dynamics/manifold_block.hpp
 
 /// @file
-/// Several manifolds in the lanes of registers, and the solution of each of them alone.
+/// Several manifolds in the lanes of registers, and their motion.
 ///
 /// A manifold sees six numbers: the velocity of b relative to a at the centre of pressure and the
 /// relative angular velocity, along its axes. With the point's lever e = r x n about the centre,
@@ -6984,12 +7035,8 @@ BRISTLE_LANES void store_rows(S* rows, const std::uint32_t* at, const Pack<S> (&
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <span>
-#include <type_traits>
-#include <utility>
 
 namespace bristle {
 
@@ -7057,6 +7104,20 @@ struct alignas(64) ManifoldPoints {
   Row placing_target{}, placed{}, least_placed{}, inverse_placing{};
 };
 
+/// What the contacts of a block's points have beside what sweeps read again and again. Zero where a
+/// manifold has fewer points. Fields with the names of `ContactConstraint` are its own.
+template <Scalar S, std::size_t n = lanes<S>>
+struct alignas(64) ManifoldContacts {
+  using Row = std::array<S, n>;
+  Row gap{}, restitution{}, bounce_share{};
+  /// [N s] Impulses along the tangents; that along the normal is `ManifoldPoints::impulse`.
+  Row friction1{}, friction2{};
+  /// [N s] Impulses of all parts of the step so far, along the normal and the tangents.
+  std::array<Row, 3> total{};
+  /// [-] Lanes for which `is_impact` holds, and `parts`.
+  std::uint32_t impacts = 0, parting = 0;
+};
+
 /// As many manifolds as a register has lanes. Unused lanes are zero and do nothing, but for the
 /// determinant: with an inverse they stick, and do not call for what sliding ones need.
 template <Scalar S, std::size_t n = lanes<S>>
@@ -7088,8 +7149,8 @@ struct alignas(64) ManifoldBlock {
   std::uint32_t points = 0;
   /// [-] Of each lane, its contacts as they are counted in the island.
   std::array<std::uint32_t, n> first_contact{}, contacts{};
-  /// Of each lane, whether one of its bodies moves with a mechanism.
-  std::array<bool, n> follows_joints{};
+  /// [-] Lanes of which a body moves with a mechanism.
+  std::uint32_t follow_joints = 0;
 
   Side a, b;
   /// Normal and tangents, world axes.
@@ -7106,39 +7167,17 @@ struct alignas(64) ManifoldBlock {
   Row friction_impulse1{}, friction_impulse2{}, torsion{};
 };
 
-/// The arithmetic of one block.
+/// The motion of the bodies of one block, and what impulses do to it.
 template <Scalar S>
-class ManifoldKernel {
- public:
+class ManifoldMotion {
+ protected:
   using T = Pack<S>;
   using Block = ManifoldBlock<S>;
   using Points = ManifoldPoints<S>;
   using Row = typename Block::Row;
 
-  ManifoldKernel(Block& block, std::span<Points> points)
-      : m_(block), points_(points.subspan(block.first_point, block.points)) {}
+  explicit ManifoldMotion(Block& block) : m_(block) {}
 
-  /// Writes the normal velocities at all points to their places in `out`.
-  void write_speeds(const VelocityTable<S>& velocities, std::span<Row> out) const {
-    const Relative v = relative(motion(velocities));
-    for (std::size_t k = 0; k < points_.size(); ++k) {
-      speed(points_[k], v).store(out[m_.first_point + k].data());
-    }
-  }
-  /// Adds what all impulses do.
-  void apply(VelocityTable<S>& velocities) const {
-    Load load;
-    for (const Points& p : points_) load.add(p, row(p.impulse));
-    push(velocities, motion(velocities), load, row(m_.friction_impulse1), row(m_.friction_impulse2),
-         row(m_.torsion));
-  }
-  /// One turn of the velocity problem.
-  /// @return [m/s] Largest velocity change.
-  BRISTLE_LANES T solve(VelocityTable<S>& velocities);
-  /// One turn of the position problem.
-  BRISTLE_LANES T place(VelocityTable<S>& displacements);
-
- private:
   /// Of the two bodies.
   struct Motion {
     Pack3<S> v_a, w_a, v_b, w_b;
@@ -7158,21 +7197,12 @@ class ManifoldKernel {
       l2 += x * row(p.e2);
     }
   };
-  /// What `detail::solve_friction` asks for.
-  struct TangentialResponse {
-    T a, b, c, inverse_determinant, inverse_largest;
-  };
-
   [[nodiscard]] BRISTLE_LANES static T row(const Row& r) { return T::load(r.data()); }
   [[nodiscard]] BRISTLE_LANES static Pack3<S> row(const typename Block::Row3& r) {
     return Pack3<S>::load(r.x.data(), r.y.data(), r.z.data());
   }
   [[nodiscard]] BRISTLE_LANES static T speed(const Points& p, const Relative& v) {
     return v.n + row(p.e1) * v.w1 + row(p.e2) * v.w2;
-  }
-  [[nodiscard]] BRISTLE_LANES T across(std::size_t i, const Load& load) const {
-    return row(m_.across[i][0]) * load.n + row(m_.across[i][1]) * load.l1 +
-           row(m_.across[i][2]) * load.l2;
   }
   [[nodiscard]] BRISTLE_LANES Motion motion(const VelocityTable<S>& velocities) const {
     Motion of;
@@ -7212,6 +7242,62 @@ class ManifoldKernel {
     const Pack3<S> move{m.x * force.x, m.y * force.y, m.z * force.z};
     velocities.store(side.to.data(), v + move, w + turn);
   }
+
+  Block& m_;
+};
+
+}  // namespace bristle
+
+// === bristle/dynamics/manifold_kernel.hpp
+
+/// @file
+/// One turn of the sweeps: the solution of several manifolds, each with all others held still.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <cstddef>
+#include <span>
+#include <type_traits>
+#include <utility>
+
+namespace bristle {
+
+/// The turns of one block.
+template <Scalar S>
+class ManifoldKernel : ManifoldMotion<S> {
+  using Base = ManifoldMotion<S>;
+  using typename Base::Block, typename Base::Points;
+  using T = Pack<S>;
+
+ public:
+  ManifoldKernel(Block& block, std::span<Points> points)
+      : Base(block), points_(points.subspan(block.first_point, block.points)) {}
+
+  /// Adds what all impulses do.
+  void apply(VelocityTable<S>& velocities) const {
+    Load load;
+    for (const Points& p : points_) load.add(p, row(p.impulse));
+    push(velocities, motion(velocities), load, row(m_.friction_impulse1), row(m_.friction_impulse2),
+         row(m_.torsion));
+  }
+  /// One turn of the velocity problem.
+  /// @return [m/s] Largest velocity change.
+  BRISTLE_LANES T solve(VelocityTable<S>& velocities);
+  /// One turn of the position problem.
+  BRISTLE_LANES T place(VelocityTable<S>& displacements);
+
+ private:
+  using Base::m_, Base::motion, Base::push, Base::relative, Base::row, Base::speed;
+  using typename Base::Load, typename Base::Motion, typename Base::Relative, typename Base::Row;
+
+  /// What `detail::solve_friction` asks for.
+  struct TangentialResponse {
+    T a, b, c, inverse_determinant, inverse_largest;
+  };
+
+  [[nodiscard]] BRISTLE_LANES T across(std::size_t i, const Load& load) const {
+    return row(m_.across[i][0]) * load.n + row(m_.across[i][1]) * load.l1 +
+           row(m_.across[i][2]) * load.l2;
+  }
   /// One turn of all points: impulses x go to where normal velocities are at their targets, but not
   /// below `least(point)`.
   /// @param v    Without what the points of this turn do.
@@ -7222,7 +7308,6 @@ class ManifoldKernel {
                                Row Points::*x, const Least& least, const Use& use);
   BRISTLE_LANES void rub(const T& most, const T& most_torsion, const Relative& v);
 
-  Block& m_;
   std::span<Points> points_;
 };
 
@@ -7471,8 +7556,205 @@ class ManifoldOrder {
 
 }  // namespace bristle
 
+// === bristle/dynamics/manifold_part.hpp
+
+/// @file
+/// What several manifolds do between sweeps: at the start and the end of each part of a step.
+///
+/// Between the first part and the last the numbers of contacts stay in the rows of their block:
+/// constraints are 240 bytes each, and visiting them in every part took a sixth of a long step.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <cstddef>
+#include <span>
+
+namespace bristle {
+
+/// The contacts of one block.
+template <Scalar S>
+class ManifoldPart : ManifoldMotion<S> {
+  using Base = ManifoldMotion<S>;
+  using typename Base::Block, typename Base::Points;
+  using T = Pack<S>;
+
+ public:
+  using Contacts = ManifoldContacts<S>;
+
+  ManifoldPart(Block& block, std::span<Points> points, std::span<Contacts> contacts)
+      : Base(block),
+        points_(points.subspan(block.first_point, block.points)),
+        contacts_(contacts.subspan(block.first_point, block.points)) {}
+
+  /// Sets what contacts aim at (`aim_at`), and starts from the impulses that they have.
+  /// @param start, free  Velocities at the start of the part, and at its end in free motion.
+  void aim(const VelocityTable<S>& start, const VelocityTable<S>& free,
+           const SolveContext<S>& context);
+
+  /// Ends the sweeps. Friction is spread over the points in proportion to their normal impulses, so
+  /// that its force and its torsion stay what they are, and all impulses are added to the totals.
+  void spread_friction();
+
+  /// Sets the shares of the impulses that move the bodies (`place_of`), for sweeps of the position
+  /// problem.
+  /// @param velocities  At the end of the part; of no account without restitution.
+  void start_placing(const VelocityTable<S>& velocities, const SolveContext<S>& context);
+  /// Gives bodies the displacement of bounces, whose share is not the usual one.
+  void move_by_bounces(VelocityTable<S>& displacements, Integrator integrator);
+
+  /// Goes on to the next part: gaps follow the motion of this one, and impacts leave nothing, as
+  /// they say nothing about the load that follows.
+  void move_on(const VelocityTable<S>& displacements, S dt);
+
+ private:
+  using Base::m_, Base::motion, Base::push, Base::relative, Base::row, Base::speed;
+  using typename Base::Load, typename Base::Relative;
+
+  [[nodiscard]] BRISTLE_LANES static Mask<S> mask(std::uint32_t set) {
+    return Mask<S>::from_bits(set);
+  }
+  /// Takes back the impulses of lanes.
+  BRISTLE_LANES static void clear(const Mask<S>& lanes_to_clear, Points& p, Contacts& c) {
+    for (auto* impulse : {&p.impulse, &c.friction1, &c.friction2}) {
+      select(lanes_to_clear, T(S(0)), row(*impulse)).store(impulse->data());
+    }
+  }
+
+  std::span<Points> points_;
+  std::span<Contacts> contacts_;
+};
+
+// Implementation -----------------------------------------------------------------------------------
+
+template <Scalar S>
+void ManifoldPart<S>::aim(const VelocityTable<S>& start, const VelocityTable<S>& free,
+                          const SolveContext<S>& context) {
+  const Relative v_start = relative(motion(start));
+  const Relative v_free = relative(motion(free));
+  const Mask<S> follow_joints = mask(m_.follow_joints);
+  const Mask<S> keep_loads = mask(context.is_swept ? first_bits(lanes<S>) : 0);
+  const T zero = S(0);
+  T friction1 = zero, friction2 = zero, torsion = zero;
+  for (std::size_t k = 0; k < points_.size(); ++k) {
+    Points& p = points_[k];
+    Contacts& c = contacts_[k];
+    NormalSpeeds<T> speeds{speed(p, v_start), speed(p, v_free), zero};
+    speeds.free_motion = mean_free_motion<S>(speeds.start, speeds.free, context.integrator);
+    const ContactAim<T> aim =
+        aim_at<T>(row(c.gap), row(c.restitution), keep_loads & (row(p.impulse) > zero), speeds,
+                  follow_joints, context);
+    aim.target.store(p.target.data());
+    aim.bounce_share.store(c.bounce_share.data());
+    c.impacts = bits(aim.is_impact);
+    // An impact says nothing about the load that follows, nor the load about the impact.
+    if (c.impacts != 0) clear(aim.is_impact, p, c);
+    const T x1 = row(c.friction1);
+    const T x2 = row(c.friction2);
+    friction1 += x1;
+    friction2 += x2;
+    torsion -= row(p.e1) * x1 + row(p.e2) * x2;
+  }
+  friction1.store(m_.friction_impulse1.data());
+  friction2.store(m_.friction_impulse2.data());
+  torsion.store(m_.torsion.data());
+}
+
+template <Scalar S>
+void ManifoldPart<S>::spread_friction() {
+  using std::max;
+  using std::min;
+  using std::sqrt;
+  const T zero = S(0);
+  const T friction1 = row(m_.friction_impulse1);
+  const T friction2 = row(m_.friction_impulse2);
+  Load load;
+  for (const Points& p : points_) load.add(p, row(p.impulse));
+  const T per_load = select(load.n > zero, T(S(1)) / load.n, zero);
+  const T e1 = load.l1 * per_load;
+  const T e2 = load.l2 * per_load;
+  // The force now acts at the centre of these impulses; what it did about the former one becomes
+  // torsion.
+  const T torsion = row(m_.torsion) + e1 * friction1 + e2 * friction2;
+  T moment = zero;
+  T farthest2 = zero;
+  for (const Points& p : points_) {
+    const T r1 = row(p.e1) - e1;
+    const T r2 = row(p.e2) - e2;
+    const T distance2 = r1 * r1 + r2 * r2;
+    moment += row(p.impulse) * distance2;
+    farthest2 = max(farthest2, distance2);
+  }
+  // No point may carry more than its own friction, whatever torsion was found for others.
+  const T most = row(m_.friction) / sqrt(farthest2);
+  const T twist = select(moment > zero, max(min(torsion / moment, most), -most), zero);
+  for (std::size_t k = 0; k < points_.size(); ++k) {
+    const Points& p = points_[k];
+    Contacts& c = contacts_[k];
+    const T impulse = row(p.impulse);
+    const T share = impulse * per_load;
+    const T turn = twist * impulse;
+    const T x1 = share * friction1 - turn * (row(p.e1) - e1);
+    const T x2 = share * friction2 - turn * (row(p.e2) - e2);
+    x1.store(c.friction1.data());
+    x2.store(c.friction2.data());
+    const T whole[] = {impulse, x1, x2};
+    for (std::size_t i = 0; i < 3; ++i) (row(c.total[i]) + whole[i]).store(c.total[i].data());
+  }
+}
+
+template <Scalar S>
+void ManifoldPart<S>::start_placing(const VelocityTable<S>& velocities,
+                                    const SolveContext<S>& context) {
+  const T zero = S(0);
+  const T per_step = S(1) / context.dt;
+  const Relative v = relative(motion(velocities));
+  for (std::size_t k = 0; k < points_.size(); ++k) {
+    Points& p = points_[k];
+    Contacts& c = contacts_[k];
+    const ContactPlace<T> place = place_of<T>(row(p.impulse), row(c.restitution),
+                                              row(c.bounce_share), speed(p, v), context.integrator);
+    c.parting = bits(place.parts);
+    (-row(c.gap) * per_step).store(p.placing_target.data());
+    place.placed.store(p.placed.data());
+    select(place.parts, place.placed, place.least_placed).store(p.least_placed.data());
+    select(place.parts, zero, row(p.inverse_response)).store(p.inverse_placing.data());
+  }
+}
+
+template <Scalar S>
+void ManifoldPart<S>::move_by_bounces(VelocityTable<S>& displacements, Integrator integrator) {
+  const T zero = S(0);
+  const T usual = usual_share<S>(integrator);
+  Load load;
+  T along1 = zero, along2 = zero, spin = zero;
+  for (std::size_t k = 0; k < points_.size(); ++k) {
+    const Points& p = points_[k];
+    const Contacts& c = contacts_[k];
+    const T share = row(c.bounce_share);
+    const T more = select(share >= zero, share - usual, zero);
+    const T x1 = more * row(c.friction1);
+    const T x2 = more * row(c.friction2);
+    load.add(p, more * row(p.impulse));
+    along1 += x1;
+    along2 += x2;
+    spin -= row(p.e1) * x1 + row(p.e2) * x2;
+  }
+  push(displacements, motion(displacements), load, along1, along2, spin);
+}
+
+template <Scalar S>
+void ManifoldPart<S>::move_on(const VelocityTable<S>& displacements, S dt) {
+  const Relative v = relative(motion(displacements));
+  for (std::size_t k = 0; k < points_.size(); ++k) {
+    Points& p = points_[k];
+    Contacts& c = contacts_[k];
+    (row(c.gap) + dt * speed(p, v)).store(c.gap.data());
+    if (c.impacts != 0) clear(mask(c.impacts), p, c);
+  }
+}
+
+}  // namespace bristle
+
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdint>
 #include <span>
@@ -7485,20 +7767,29 @@ template <Scalar S>
 class ManifoldSweeps {
  public:
   /// Sets up an island's manifolds. Contacts of one manifold follow each other.
+  /// @param parts  [-] Parts of the step, among which the impulses of the contacts are divided.
   void start(const Island& island, const Constraints<S>& constraints,
-             std::span<const SolverBody<S>> bodies);
+             std::span<const SolverBody<S>> bodies, S parts);
+
+  /// Whether most contacts are new, with no impulse to start from.
+  [[nodiscard]] bool is_cold() const { return is_cold_; }
 
   /// Starts a part of the step, in which arms, axes and masses are those that were set up: aims the
-  /// contacts and takes over the impulses they have. Free motion is the mean of the velocities at
-  /// both ends (`mean_free_motion`), whatever `SolverBody::free_motion` says.
-  void aim(const Island& island, Constraints<S>& constraints, std::span<const SolverBody<S>> bodies,
-           const SolveContext<S>& context);
+  /// contacts, with the impulses they have, and reads the velocities of free motion. Free motion is
+  /// the mean of the velocities at both ends (`mean_free_motion`), whatever
+  /// `SolverBody::free_motion` says.
+  void aim(std::span<const SolverBody<S>> bodies, const SolveContext<S>& context) {
+    const auto start = [](const SolverBody<S>& body) -> const Twist<S>& { return body.start; };
+    const auto free = [](const SolverBody<S>& body) -> const Twist<S>& { return body.free; };
+    read(bodies, start, starts_);
+    load(bodies, free);
+    for_each_part([&](Part part) { part.aim(starts_, velocities_, context); });
+  }
 
   /// Reads the bodies' velocities, or their displacements. All that follows works on what was read.
   template <typename Of>
   void load(std::span<const SolverBody<S>> bodies, Of&& of) {
-    velocities_.resize(slots_.size() + 1);
-    for (std::size_t k = 0; k < slots_.size(); ++k) velocities_.set(k + 1, of(bodies[slots_[k]]));
+    read(bodies, of, velocities_);
   }
   /// Writes back those of the bodies that are moved.
   template <typename Of>
@@ -7519,52 +7810,41 @@ class ManifoldSweeps {
     return for_each_block(backwards, [this](Kernel block) { return block.solve(velocities_); });
   }
 
-  /// Shares of the impulses by default and for bounces (`place_contact`), which `store` must have
-  /// written back.
-  void place_contacts(const Island& island, Constraints<S>& constraints,
-                      std::span<const SolverBody<S>> bodies, Integrator integrator) {
-    if (!bounces_) {
-      for (const std::uint32_t i : island.contacts) {
-        place_contact(constraints.contacts[i], S(0), integrator);
-      }
-      return;
-    }
-    for_each_speed(island, constraints, bodies, velocity_of,
-                   [&](ContactConstraint<S>& c, S speed) { place_contact(c, speed, integrator); });
+  /// Ends the sweeps over velocities.
+  void spread_friction() {
+    for_each_part([](Part part) { part.spread_friction(); });
   }
 
-  /// Whether any contact may bounce.
-  [[nodiscard]] bool bounces() const { return bounces_; }
-
-  /// Ends a part of the step that another one follows: gaps follow its motion, and impacts leave
-  /// nothing to the next part, as they say nothing about the load that follows.
-  void move_on(const Island& island, Constraints<S>& constraints,
-               std::span<const SolverBody<S>> bodies, S dt) {
-    for_each_speed(island, constraints, bodies, motion_of, [&](ContactConstraint<S>& c, S speed) {
-      c.gap += dt * speed;
-      if (c.is_impact) c.impulse = {};
-    });
+  /// Starts the position problem: reads the bodies' displacements, to which bounces are added. The
+  /// constraints never learn which shares of their impulses it finds: only displacements count.
+  void start_placing(std::span<const SolverBody<S>> bodies, const SolveContext<S>& context) {
+    if (bounces_) load(bodies, velocity_of);
+    for_each_part([&](Part part) { part.start_placing(velocities_, context); });
+    load(bodies, motion_of);
+    if (!bounces_) return;
+    for_each_part([&](Part part) { part.move_by_bounces(velocities_, context.integrator); });
   }
-
-  /// Takes over the shares of the impulses that the contacts have, for sweeps of the position
-  /// problem. The contacts never learn what becomes of them: only the displacements count.
-  void start_placing(const Island& island, const Constraints<S>& constraints, S dt);
   /// One sweep of the position problem.
   S place(bool backwards) {
     return for_each_block(backwards, [this](Kernel block) { return block.place(velocities_); });
   }
 
-  /// Writes the impulses back to the constraints: friction is spread over the points in proportion
-  /// to their normal impulses, so that its force and its torsion stay what they are.
-  /// @param totals  [N s] By contact of the island: are added to.
-  void store(const Island& island, Constraints<S>& constraints,
-             std::span<std::array<S, 3>> totals) const;
+  /// Ends a part of the step that another one follows.
+  void move_on(std::span<const SolverBody<S>> bodies, S dt) {
+    load(bodies, motion_of);
+    for_each_part([&](Part part) { part.move_on(velocities_, dt); });
+  }
+
+  /// Writes back what has become of the contacts: the impulses of all parts, and of the last one
+  /// whether it was an impact and whether the bodies part.
+  void write_back(const Island& island, Constraints<S>& constraints) const;
 
  private:
   using Kernel = ManifoldKernel<S>;
+  using Part = ManifoldPart<S>;
   using Block = ManifoldBlock<S>;
   using Points = ManifoldPoints<S>;
-  using Row = typename Block::Row;
+  using Contacts = ManifoldContacts<S>;
 
   template <typename Turn>
   S for_each_block(bool backwards, Turn&& turn) {
@@ -7576,69 +7856,50 @@ class ManifoldSweeps {
     return max_of_lanes(largest);
   }
 
-  /// Calls use(contact of the island, rows of its point, lane) for all points of a block, or of
-  /// all.
   template <typename Use>
-  static void for_each_point(const Block& block, Use&& use) {
-    for (std::size_t lane = 0; lane < block.used; ++lane) {
-      for (std::uint32_t k = 0; k < block.contacts[lane]; ++k) {
-        use(block.first_contact[lane] + k, block.first_point + k, lane);
-      }
-    }
+  void for_each_part(Use&& use) {
+    for (Block& block : blocks_) use(Part(block, points_, contacts_));
   }
-  template <typename Use>
-  void for_each_point(Use&& use) const {
-    for (const Block& block : blocks_) for_each_point(block, use);
-  }
-  /// Normal velocities at all points.
+  /// Reads velocities into a table.
   template <typename Of>
-  void find_speeds(std::span<const SolverBody<S>> bodies, Of&& of, std::vector<Row>& speeds) {
-    load(bodies, of);
-    speeds.resize(points_.size());
-    for (Block& block : blocks_) Kernel(block, points_).write_speeds(velocities_, speeds);
-  }
-  /// Calls use(contact, normal velocity) for all contacts.
-  template <typename Of, typename Use>
-  void for_each_speed(const Island& island, Constraints<S>& constraints,
-                      std::span<const SolverBody<S>> bodies, Of&& of, Use&& use) {
-    find_speeds(bodies, of, speeds_);
-    for_each_point([&](std::uint32_t contact, std::uint32_t point, std::size_t lane) {
-      use(constraints.contacts[island.contacts[contact]], speeds_[point][lane]);
-    });
+  void read(std::span<const SolverBody<S>> bodies, Of&& of, VelocityTable<S>& table) const {
+    table.resize(slots_.size() + 1);
+    for (std::size_t k = 0; k < slots_.size(); ++k) table.set(k + 1, of(bodies[slots_[k]]));
   }
 
   void find_manifolds(const Island& island, const Constraints<S>& constraints,
                       std::span<const SolverBody<S>> bodies);
   void add_manifold(const ManifoldSpan& manifold, const Island& island,
-                    const Constraints<S>& constraints, std::span<const SolverBody<S>> bodies);
+                    const Constraints<S>& constraints, std::span<const SolverBody<S>> bodies,
+                    S parts);
   void add_side(typename Block::Side& side, std::size_t lane, std::uint32_t slot,
                 const SolverBody<S>& body, const Vec3<S>& arm);
-  void store(const Block& block, std::size_t lane, const Island& island,
-             Constraints<S>& constraints, std::span<std::array<S, 3>> totals) const;
 
   std::vector<ManifoldSpan> manifolds_;
   ManifoldOrder order_;
   std::vector<Block> blocks_;
   std::vector<Points> points_;
+  std::vector<Contacts> contacts_;  // Of the same numbers.
 
   // Bodies have places in the table from 1 on. What nothing moves is written to place 0.
   std::vector<std::uint32_t> slots_;  // By place less 1.
   std::vector<std::uint32_t> place_;  // By slot; 0 where it has none.
-  VelocityTable<S> velocities_;
-  bool bounces_ = false;
-  std::vector<Row> speeds_, free_speeds_;
+  VelocityTable<S> velocities_, starts_;
+  bool bounces_ = false;  // Whether any contact may.
+  bool is_cold_ = false;
 };
 
 // Implementation -----------------------------------------------------------------------------------
 
 template <Scalar S>
 void ManifoldSweeps<S>::start(const Island& island, const Constraints<S>& constraints,
-                              std::span<const SolverBody<S>> bodies) {
+                              std::span<const SolverBody<S>> bodies, S parts) {
   for (const std::uint32_t slot : slots_) place_[slot] = 0;
   slots_.clear();
   place_.resize(std::max(place_.size(), bodies.size()), 0);
   blocks_.clear();
   points_.clear();
+  contacts_.clear();
   find_manifolds(island, constraints, bodies);
   order_.build(manifolds_, bodies.size());
   std::uint32_t round = 0;
@@ -7650,9 +7911,10 @@ void ManifoldSweeps<S>::start(const Island& island, const Constraints<S>& constr
       // Its first manifold has the most.
       block.points = place.count;
       points_.resize(points_.size() + place.count);
+      contacts_.resize(points_.size());
       round = place.round;
     }
-    add_manifold(manifolds_[place.manifold], island, constraints, bodies);
+    add_manifold(manifolds_[place.manifold], island, constraints, bodies, parts);
   }
 }
 
@@ -7661,10 +7923,12 @@ void ManifoldSweeps<S>::find_manifolds(const Island& island, const Constraints<S
                                        std::span<const SolverBody<S>> bodies) {
   manifolds_.clear();
   bounces_ = false;
+  std::size_t fresh = 0;
   for (std::uint32_t k = 0; k < island.contacts.size(); ++k) {
     const std::uint32_t i = island.contacts[k];
     const ContactConstraint<S>& c = constraints.contacts[i];
     bounces_ = bounces_ || c.restitution > S(0);
+    fresh += c.is_fresh ? 1u : 0u;
     if (k > 0 && island.contacts[k - 1] + 1 == i &&
         are_of_one_manifold(constraints.contacts[i - 1], c)) {
       ++manifolds_.back().count;
@@ -7673,6 +7937,7 @@ void ManifoldSweeps<S>::find_manifolds(const Island& island, const Constraints<S
           {k, 1, c.body_a, c.body_b, bodies[c.body_a].moves, bodies[c.body_b].moves});
     }
   }
+  is_cold_ = 2 * fresh > island.contacts.size();
 }
 
 template <Scalar S>
@@ -7696,7 +7961,7 @@ void ManifoldSweeps<S>::add_side(typename Block::Side& side, std::size_t lane, s
 template <Scalar S>
 void ManifoldSweeps<S>::add_manifold(const ManifoldSpan& manifold, const Island& island,
                                      const Constraints<S>& constraints,
-                                     std::span<const SolverBody<S>> bodies) {
+                                     std::span<const SolverBody<S>> bodies, S parts) {
   using std::max;
   using std::sqrt;
   Block& block = blocks_.back();
@@ -7725,7 +7990,7 @@ void ManifoldSweeps<S>::add_manifold(const ManifoldSpan& manifold, const Island&
   const SolverBody<S>& b = bodies[manifold.body_b];
   add_side(block.a, lane, manifold.body_a, a, arm_a);
   add_side(block.b, lane, manifold.body_b, b, arm_b);
-  block.follows_joints[lane] = a.follows_joints || b.follows_joints;
+  if (a.follows_joints || b.follows_joints) block.follow_joints |= 1u << lane;
   block.normal.set(lane, one.axes[0]);
   block.tangent1.set(lane, one.axes[1]);
   block.tangent2.set(lane, one.axes[2]);
@@ -7750,12 +8015,19 @@ void ManifoldSweeps<S>::add_manifold(const ManifoldSpan& manifold, const Island&
   }
 
   for (std::uint32_t k = 0; k < manifold.count; ++k) {
+    const ContactConstraint<S>& c = contact(k);
+    Contacts& state = contacts_[block.first_point + k];
+    state.gap[lane] = c.gap;
+    state.restitution[lane] = c.restitution;
+    state.friction1[lane] = c.impulse[1] / parts;
+    state.friction2[lane] = c.impulse[2] / parts;
     Points& p = points_[block.first_point + k];
+    p.impulse[lane] = c.impulse[0] / parts;
     S e1 = S(0);
     S e2 = S(0);
     // A single point is the centre of pressure, and has no lever about it.
     if (manifold.count > 1) {
-      const Vec3<S> from_center = contact(k).arm_a - arm_a;
+      const Vec3<S> from_center = c.arm_a - arm_a;
       e1 = from_center.dot(one.axes[2]);
       e2 = -from_center.dot(one.axes[1]);
       p.radius[lane] = sqrt(e1 * e1 + e2 * e2);
@@ -7780,104 +8052,18 @@ void ManifoldSweeps<S>::add_manifold(const ManifoldSpan& manifold, const Island&
 }
 
 template <Scalar S>
-void ManifoldSweeps<S>::aim(const Island& island, Constraints<S>& constraints,
-                            std::span<const SolverBody<S>> bodies, const SolveContext<S>& context) {
-  const auto start = [](const SolverBody<S>& body) -> const Twist<S>& { return body.start; };
-  const auto free = [](const SolverBody<S>& body) -> const Twist<S>& { return body.free; };
-  find_speeds(bodies, start, speeds_);
-  find_speeds(bodies, free, free_speeds_);
-  for (Block& block : blocks_) {
-    block.friction_impulse1 = block.friction_impulse2 = block.torsion = {};
-    for_each_point(block, [&](std::uint32_t contact, std::uint32_t point, std::size_t lane) {
-      ContactConstraint<S>& c = constraints.contacts[island.contacts[contact]];
-      const S start_speed = speeds_[point][lane];
-      const S free_speed = free_speeds_[point][lane];
-      aim_contact<S>(c,
-                     {start_speed, free_speed,
-                      mean_free_motion<S>(start_speed, free_speed, context.integrator)},
-                     block.follows_joints[lane], context);
-      Points& p = points_[point];
-      p.target[lane] = c.target;
-      p.impulse[lane] = c.impulse[0];
-      block.friction_impulse1[lane] += c.impulse[1];
-      block.friction_impulse2[lane] += c.impulse[2];
-      block.torsion[lane] -= p.e1[lane] * c.impulse[1] + p.e2[lane] * c.impulse[2];
-    });
-  }
-}
-
-template <Scalar S>
-void ManifoldSweeps<S>::start_placing(const Island& island, const Constraints<S>& constraints,
-                                      S dt) {
-  const S per_step = S(1) / dt;
-  for_each_point([&](std::uint32_t contact, std::uint32_t point, std::size_t lane) {
-    const ContactConstraint<S>& c = constraints.contacts[island.contacts[contact]];
-    Points& p = points_[point];
-    p.placing_target[lane] = -c.gap * per_step;
-    p.placed[lane] = c.placed;
-    p.least_placed[lane] = c.parts ? c.placed : c.least_placed;
-    p.inverse_placing[lane] = c.parts ? S(0) : p.inverse_response[lane];
-  });
-}
-
-template <Scalar S>
-void ManifoldSweeps<S>::store(const Island& island, Constraints<S>& constraints,
-                              std::span<std::array<S, 3>> totals) const {
+void ManifoldSweeps<S>::write_back(const Island& island, Constraints<S>& constraints) const {
   for (const Block& block : blocks_) {
     for (std::size_t lane = 0; lane < block.used; ++lane) {
-      store(block, lane, island, constraints, totals);
+      for (std::uint32_t k = 0; k < block.contacts[lane]; ++k) {
+        const Contacts& state = contacts_[block.first_point + k];
+        ContactConstraint<S>& c =
+            constraints.contacts[island.contacts[block.first_contact[lane] + k]];
+        for (std::size_t i = 0; i < 3; ++i) c.impulse[i] = state.total[i][lane];
+        c.is_impact = (state.impacts >> lane & 1u) != 0;
+        c.parts = (state.parting >> lane & 1u) != 0;
+      }
     }
-  }
-}
-template <Scalar S>
-void ManifoldSweeps<S>::store(const Block& block, std::size_t lane, const Island& island,
-                              Constraints<S>& constraints,
-                              std::span<std::array<S, 3>> totals) const {
-  using std::abs;
-  using std::copysign;
-  using std::max;
-  using std::min;
-  using std::sqrt;
-  const auto points = std::span(points_).subspan(block.first_point, block.contacts[lane]);
-  const S friction1 = block.friction_impulse1[lane];
-  const S friction2 = block.friction_impulse2[lane];
-  S sum = S(0);
-  S e1 = S(0);
-  S e2 = S(0);
-  for (const Points& p : points) {
-    sum += p.impulse[lane];
-    e1 += p.impulse[lane] * p.e1[lane];
-    e2 += p.impulse[lane] * p.e2[lane];
-  }
-  const S per_load = sum > S(0) ? S(1) / sum : S(0);
-  e1 *= per_load;
-  e2 *= per_load;
-  // The force now acts at the centre of these impulses; what it did about the former one becomes
-  // torsion.
-  const S torsion = block.torsion[lane] + e1 * friction1 + e2 * friction2;
-  S moment = S(0);
-  S farthest2 = S(0);
-  for (const Points& p : points) {
-    const S r1 = p.e1[lane] - e1;
-    const S r2 = p.e2[lane] - e2;
-    moment += p.impulse[lane] * (r1 * r1 + r2 * r2);
-    farthest2 = max(farthest2, r1 * r1 + r2 * r2);
-  }
-  // No point may carry more than its own friction, whatever torsion was found for others.
-  const S twist =
-      moment > S(0)
-          ? copysign(min(abs(torsion / moment), block.friction[lane] / sqrt(farthest2)), torsion)
-          : S(0);
-  for (std::uint32_t k = 0; k < points.size(); ++k) {
-    const Points& p = points[k];
-    const S load = p.impulse[lane];
-    const S share = load * per_load;
-    const S turn = twist * load;
-    const std::size_t contact = block.first_contact[lane] + k;
-    const std::array<S, 3> impulse = {load, share * friction1 - turn * (p.e1[lane] - e1),
-                                      share * friction2 - turn * (p.e2[lane] - e2)};
-    constraints.contacts[island.contacts[contact]].impulse = impulse;
-    for (std::size_t i = 0; i < 3; ++i) totals[contact][i] += impulse[i];
   }
 }
 
@@ -7905,34 +8091,28 @@ class SequentialSolver {
   /// The same for sweeps in which the points of a manifold share their friction, but for velocities
   /// and what contacts aim at: `start_part` sets them.
   void start_manifolds(const Island& island, Constraints<S>& constraints,
-                       std::span<const SolverBody<S>> bodies) {
+                       std::span<const SolverBody<S>> bodies, S parts) {
     by_manifold_ = true;
-    manifolds_.start(island, constraints, bodies);
+    manifolds_.start(island, constraints, bodies, parts);
     start_blocks(island, constraints, bodies);
   }
+  /// Whether most contacts of those manifolds are new.
+  [[nodiscard]] bool is_cold() const { return manifolds_.is_cold(); }
   /// Starts one part of the step: arms, axes and masses stay those of its start.
   void start_part(const Island& island, Constraints<S>& constraints,
                   std::span<SolverBody<S>> bodies, const SolveContext<S>& context) {
-    manifolds_.aim(island, constraints, bodies, context);
-    if (shares_bodies(island)) {
-      apply_impulses(island, constraints, bodies);
-    } else {
-      for (const std::uint32_t slot : island.bodies) bodies[slot].twist = bodies[slot].free;
-      manifolds_.load(bodies, velocity_of);
-      manifolds_.apply();
-    }
+    for (const std::uint32_t slot : island.bodies) bodies[slot].twist = bodies[slot].free;
+    manifolds_.aim(bodies, context);
+    manifolds_.apply();
+    if (!shares_bodies(island)) return;
+    manifolds_.unload(bodies, velocity_of);
+    apply_blocks(island, constraints, bodies);
   }
-  /// Places its contacts (`place_contact`), once impulses are written back.
-  void place_contacts(const Island& island, Constraints<S>& constraints,
-                      std::span<const SolverBody<S>> bodies, Integrator integrator) {
-    manifolds_.place_contacts(island, constraints, bodies, integrator);
-  }
-  /// Whether any contact may bounce, of an island that is swept by manifold.
-  [[nodiscard]] bool bounces() const { return manifolds_.bounces(); }
   /// Ends it, where another one follows.
-  void move_on(const Island& island, Constraints<S>& constraints,
-               std::span<const SolverBody<S>> bodies, S dt) {
-    manifolds_.move_on(island, constraints, bodies, dt);
+  void move_on(std::span<const SolverBody<S>> bodies, S dt) { manifolds_.move_on(bodies, dt); }
+  /// Ends the last one: writes back what the sweeps kept to themselves.
+  void finish_parts(const Island& island, Constraints<S>& constraints) const {
+    manifolds_.write_back(island, constraints);
   }
 
   /// One sweep over all constraints, there or back: information crosses a stack in one pair of
@@ -7963,23 +8143,20 @@ class SequentialSolver {
     return largest;
   }
 
-  /// Writes impulses that the sweeps kept to themselves back to the constraints, and velocities.
-  /// @param totals  [N s] By contact of the island: the impulses are added to them.
-  void finish(const Island& island, Constraints<S>& constraints, std::span<SolverBody<S>> bodies,
-              std::span<std::array<S, 3>> totals) const {
+  /// Ends the sweeps of a part.
+  void finish(const Island& island, std::span<SolverBody<S>> bodies) {
     if (!shares_bodies(island)) manifolds_.unload(bodies, velocity_of);
-    manifolds_.store(island, constraints, totals);
+    manifolds_.spread_friction();
   }
 
-  /// Starts sweeps of the position problem, once contacts are placed, and ends them.
-  void start_positions(const Island& island, const Constraints<S>& constraints,
-                       std::span<const SolverBody<S>> bodies, S dt) {
-    if (!by_manifold_) return;
-    manifolds_.start_placing(island, constraints, dt);
-    if (!shares_bodies(island)) manifolds_.load(bodies, motion_of);
+  /// Starts sweeps of the position problem of a part, and ends them.
+  void start_positions(const Island& island, std::span<SolverBody<S>> bodies,
+                       const SolveContext<S>& context) {
+    manifolds_.start_placing(bodies, context);
+    if (shares_bodies(island)) manifolds_.unload(bodies, motion_of);
   }
   void finish_positions(const Island& island, std::span<SolverBody<S>> bodies) const {
-    if (by_manifold_ && !shares_bodies(island)) manifolds_.unload(bodies, motion_of);
+    if (!shares_bodies(island)) manifolds_.unload(bodies, motion_of);
   }
   /// One sweep of the position problem over the displacements in `SolverBody::motion`: contacts
   /// move their bodies apart by a larger share of their impulse, or together by a smaller one,
@@ -8193,9 +8370,13 @@ class IslandSolver {
   /// from the velocities and nothing is to be solved.
   void place(const Island& island, Constraints<S>& constraints, std::span<SolverBody<S>> bodies,
              const SolveContext<S>& context, SolveReport<S>& report) {
-    // Large islands are placed part by part as they are solved.
-    if (is_large(context) && island.soft.empty()) return;
-    place(island, constraints, bodies, context, context.settings.max_position_sweeps, report);
+    const int most_sweeps = context.settings.max_position_sweeps;
+    if (!is_large(context)) {
+      place_small(island, constraints, bodies, context, most_sweeps, report);
+    } else if (!island.soft.empty()) {
+      // Others are placed part by part as they are solved.
+      place_part(island, constraints, bodies, context, most_sweeps, report);
+    }
   }
 
   /// [-] Multiply-adds of one assembly and factorisation of an island's matrix, for
@@ -8311,7 +8492,9 @@ class IslandSolver {
     SolveContext<S> part = context.part(parts);
     part.is_swept = true;
     begin_parts(island, constraints, bodies, parts);
-    sequential_.start_manifolds(island, constraints, bodies);
+    sequential_.start_manifolds(island, constraints, bodies, parts);
+    const int most =
+        sequential_.is_cold() ? context.settings.max_sweeps : context.settings.large_sweeps;
     for (int k = 0; k < count; ++k) {
       for (std::size_t n = 0; n < island.bodies.size(); ++n) {
         SolverBody<S>& body = bodies[island.bodies[n]];
@@ -8320,18 +8503,18 @@ class IslandSolver {
         body.free_motion = mean_free_motion(body, context.integrator);
       }
       sequential_.start_part(island, constraints, bodies, part);
-      const int most = is_cold_ ? context.settings.max_sweeps : context.settings.large_sweeps;
       for (int n = 0; n < most; ++n) {
         report.residual = sequential_.sweep(island, constraints, bodies, n % 2 != 0);
         ++report.sweeps;
         if (report.residual <= part.velocity_tolerance) break;
       }
-      sequential_.finish(island, constraints, bodies, totals_);
+      sequential_.finish(island, bodies);
       if (!island.soft.empty()) break;  // Placed when their sensors have settled.
-      place_part(island, constraints, bodies, part, report);
-      if (k + 1 < count) sequential_.move_on(island, constraints, bodies, part.dt);
+      place_part(island, constraints, bodies, part, part.settings.large_position_sweeps, report);
+      if (k + 1 < count) sequential_.move_on(bodies, part.dt);
       end_part(island, constraints, bodies, part.dt, parts);
     }
+    sequential_.finish_parts(island, constraints);
     end_parts(island, constraints, bodies);
     scale_bounds(island, constraints, parts);
   }
@@ -8344,7 +8527,7 @@ class IslandSolver {
     return static_cast<int>(min(most, ceil(context.dt / context.settings.longest_part)));
   }
 
-  /// Remembers the whole step of each body and makes warm impulses those of a part.
+  /// Remembers the whole step of each body and makes warm impulses of joints those of a part.
   void begin_parts(const Island& island, Constraints<S>& constraints,
                    std::span<SolverBody<S>> bodies, S parts) {
     parts_.resize(std::max(parts_.size(), island.bodies.size()));
@@ -8356,15 +8539,7 @@ class IslandSolver {
       parts_[n].change = (S(1) / parts) * (body.free - body.start);
       parts_[n].motion = {};
     }
-    detail::refill(totals_, island.contacts.size(), {});
     row_totals_.clear();
-    std::size_t fresh = 0;
-    for (const std::uint32_t i : island.contacts) {
-      ContactConstraint<S>& c = constraints.contacts[i];
-      fresh += c.is_fresh ? 1u : 0u;
-      for (S& x : c.impulse) x /= parts;
-    }
-    is_cold_ = 2 * fresh > island.contacts.size();
     for_each_row(island, constraints, [&](ConstraintRow<S>& row) {
       row.impulse /= parts;
       row.compliance *= parts;
@@ -8385,15 +8560,13 @@ class IslandSolver {
 
   /// The position problem of a part, swept.
   void place_part(const Island& island, Constraints<S>& constraints,
-                  std::span<SolverBody<S>> bodies, const SolveContext<S>& part,
+                  std::span<SolverBody<S>> bodies, const SolveContext<S>& part, int most_sweeps,
                   SolveReport<S>& report) {
     for (const std::uint32_t slot : island.bodies) {
       bodies[slot].motion = mean_motion(bodies[slot], part.integrator);
     }
-    sequential_.place_contacts(island, constraints, bodies, part.integrator);
-    if (sequential_.bounces()) move_by_bounces(island, constraints, bodies, part);
-    sequential_.start_positions(island, constraints, bodies, part.dt);
-    for (int n = 0; n < part.settings.large_position_sweeps; ++n) {
+    sequential_.start_positions(island, bodies, part);
+    for (int n = 0; n < most_sweeps; ++n) {
       const S residual =
           sequential_.sweep_positions(island, constraints, bodies, part.dt, n % 2 != 0);
       ++report.position_sweeps;
@@ -8431,17 +8604,15 @@ class IslandSolver {
       body.motion = parts_[n].motion;
     }
     if (!island.soft.empty()) return;
-    for (std::size_t k = 0; k < island.contacts.size(); ++k) {
-      constraints.contacts[island.contacts[k]].impulse = totals_[k];
-    }
     std::size_t r = 0;
     for_each_row(island, constraints,
                  [&](ConstraintRow<S>& row) { row.impulse = row_totals_[r++]; });
     apply_impulses(island, constraints, bodies);
   }
 
-  void place(const Island& island, Constraints<S>& constraints, std::span<SolverBody<S>> bodies,
-             const SolveContext<S>& context, int most_sweeps, SolveReport<S>& report) {
+  void place_small(const Island& island, Constraints<S>& constraints,
+                   std::span<SolverBody<S>> bodies, const SolveContext<S>& context, int most_sweeps,
+                   SolveReport<S>& report) {
     for (const std::uint32_t slot : island.bodies) {
       bodies[slot].motion = mean_motion(bodies[slot], context.integrator);
     }
@@ -8454,7 +8625,7 @@ class IslandSolver {
     }
     move_by_bounces(island, constraints, bodies, context);
     if (!has_position_error(island, constraints, bodies, context)) return;
-    if (!island.blocks.empty() && !is_large(context)) {
+    if (!island.blocks.empty()) {
       // Joints must not give way to what they forbid, which sweeps do not see.
       proximal_.place(island, constraints, bodies, context, report);
       return;
@@ -8462,7 +8633,6 @@ class IslandSolver {
     const S tolerance = context.position_tolerance / context.dt;
     Convergence progress(tolerance, tolerance);
     watch_.start();
-    sequential_.start_positions(island, constraints, bodies, context.dt);
     for (int n = 0; n < most_sweeps; ++n) {
       const S residual =
           sequential_.sweep_positions(island, constraints, bodies, context.dt, n % 2 != 0);
@@ -8471,18 +8641,17 @@ class IslandSolver {
           have_settled(island, constraints, bodies, context, motion_of)) {
         break;
       }
-      if (!is_large(context) && progress.is_slow()) {
+      if (progress.is_slow()) {
         proximal_.place(island, constraints, bodies, context, report);
         break;
       }
     }
-    sequential_.finish_positions(island, bodies);
   }
 
   /// Gives bodies the displacement of bounces, whose share is not the usual one.
   static void move_by_bounces(const Island& island, const Constraints<S>& constraints,
                               std::span<SolverBody<S>> bodies, const SolveContext<S>& context) {
-    const S usual = context.integrator == Integrator::trapezoidal ? S(0.5) : S(1);
+    const S usual = usual_share<S>(context.integrator);
     for (const std::uint32_t i : island.contacts) {
       const ContactConstraint<S>& c = constraints.contacts[i];
       if (c.bounce_share < S(0)) continue;
@@ -8616,9 +8785,7 @@ class IslandSolver {
     Twist<S> start, free, free_motion, change, motion;
   };
   std::vector<Parts> parts_;
-  std::vector<std::array<S, 3>> totals_;  // Impulses of all parts.
-  std::vector<S> row_totals_;
-  bool is_cold_ = false;
+  std::vector<S> row_totals_;  // Impulses of all parts.
 };
 
 }  // namespace bristle

@@ -11,6 +11,7 @@
 #include <bristle/collision/contact_cache.hpp>
 #include <bristle/dynamics/material.hpp>
 #include <bristle/dynamics/solver_types.hpp>
+#include <bristle/math/lane_value.hpp>
 #include <bristle/math/rotation.hpp>
 
 namespace bristle {
@@ -40,35 +41,59 @@ void add_contacts(const CachedManifold<S>& manifold, const std::vector<CachedPoi
 
 /// [m/s] Normal velocities of a contact: at the start of the step, and at its end and in the mean
 /// of it if nothing but free motion acted.
-template <Scalar S>
+template <Value T>
 struct NormalSpeeds {
-  S start, free, free_motion;
+  T start, free, free_motion;
 };
 
+/// What a contact wants of the step, or several of them do.
+template <Value T>
+struct ContactAim {
+  /// As the fields of `ContactConstraint` with these names.
+  T target, bounce_share;
+  Truth<T> is_impact;
+};
+/// What the velocities that a contact starts from ask of it.
+/// @param is_loaded       Whether it carried a load before.
+/// @param follows_joints  Whether one of its bodies moves with a mechanism.
+template <Value T>
+BRISTLE_LANES ContactAim<T> aim_at(const T& gap, const T& restitution, const Truth<T>& is_loaded,
+                                   const NormalSpeeds<T>& speeds, const Truth<T>& follows_joints,
+                                   const SolveContext<ScalarOf<T>>& context);
 /// Sets what a contact wants of the velocities at the end of the step.
 template <Scalar S>
 void aim_contact(ContactConstraint<S>& c, const SolverBody<S>& a, const SolverBody<S>& b,
                  const SolveContext<S>& context);
-/// The same where its normal velocities are known.
-/// @param follows_joints  Whether one of its bodies moves with a mechanism.
-template <Scalar S>
-void aim_contact(ContactConstraint<S>& c, const NormalSpeeds<S>& speeds, bool follows_joints,
-                 const SolveContext<S>& context);
 
+/// What moves the bodies of a contact within the step, or those of several contacts.
+template <Value T>
+struct ContactPlace {
+  /// As the fields of `ContactConstraint` with these names.
+  T placed, least_placed;
+  Truth<T> parts;
+};
 /// Share of the impulse that a contact will have taken when the step ends, by default and for
 /// bounces; to be called when impulses are known.
 ///
-/// @param normal_velocity  [m/s] At the end of the step; not asked for without restitution.
+/// @param impulse          [N s] Along the normal.
+/// @param normal_velocity  [m/s] At the end of the step; of no account without restitution.
+template <Value T>
+BRISTLE_LANES ContactPlace<T> place_of(const T& impulse, const T& restitution,
+                                       const T& bounce_share, const T& normal_velocity,
+                                       Integrator integrator);
 template <Scalar S>
 void place_contact(ContactConstraint<S>& c, S normal_velocity, Integrator integrator) {
-  c.parts = c.restitution > S(0) && normal_velocity > S(0);
-  const S usual = integrator == Integrator::trapezoidal ? S(0.5) : S(1);
-  if (c.bounce_share >= S(0)) {
-    c.placed = c.least_placed = c.bounce_share * c.impulse[0];
-  } else {
-    c.placed = usual * c.impulse[0];
-    c.least_placed = integrator == Integrator::trapezoidal ? S(0) : c.placed;
-  }
+  const ContactPlace<S> place =
+      place_of<S>(c.impulse[0], c.restitution, c.bounce_share, normal_velocity, integrator);
+  c.placed = place.placed;
+  c.least_placed = place.least_placed;
+  c.parts = place.parts;
+}
+
+/// [1] Share of an impulse that moves the bodies of contacts that do not bounce.
+template <Scalar S>
+[[nodiscard]] S usual_share(Integrator integrator) {
+  return integrator == Integrator::trapezoidal ? S(0.5) : S(1);
 }
 
 // Implementation -----------------------------------------------------------------------------------
@@ -77,18 +102,65 @@ namespace detail {
 
 /// [1] When, as a share of the step, a gap closes that opens at the speed v0 and accelerates by a:
 /// the first root of gap + v0 t + a t^2 / 2 in units of the step (v0 and a given in metres a step).
-template <Scalar S>
-[[nodiscard]] S closing_time(S gap, S v0, S a) {
+template <Value T>
+[[nodiscard]] BRISTLE_LANES T closing_time(const T& gap, const T& v0, const T& a) {
+  using S = ScalarOf<T>;
   using std::max;
   using std::min;
   using std::sqrt;
-  if (gap <= S(0)) return S(0);
+  const T zero = S(0);
   // In the form that loses no digits where a is small; v0 < 0.
-  const S root = sqrt(max(S(0), v0 * v0 - S(2) * a * gap));
-  return min(S(1), S(2) * gap / (root - v0));
+  const T root = sqrt(max(zero, v0 * v0 - S(2) * a * gap));
+  return select(gap <= zero, zero, min(T(S(1)), S(2) * gap / (root - v0)));
 }
 
 }  // namespace detail
+
+template <Value T>
+BRISTLE_LANES ContactAim<T> aim_at(const T& gap, const T& restitution, const Truth<T>& is_loaded,
+                                   const NormalSpeeds<T>& speeds, const Truth<T>& follows_joints,
+                                   const SolveContext<ScalarOf<T>>& context) {
+  using S = ScalarOf<T>;
+  using std::max;
+  using std::min;
+  const T zero = S(0);
+  const T dt = context.dt;
+  const T start = speeds.start;
+  const T free = speeds.free;
+  const T change = free - start;  // What forces do to the normal velocity within the step.
+  const T closing_speed = gap / dt;
+  const Truth<T> may_bounce = restitution > zero;
+  const Truth<T> closes = gap + dt * speeds.free_motion < zero;
+  const Truth<T> bounces = may_bounce & closes & (start < T(-context.restitution_speed));
+  ContactAim<T> aim;
+  aim.bounce_share = S(-1);
+  // What carried a load and approaches all the same does so because sweeps were cut short.
+  aim.is_impact = closes & (-start > T(context.speed_change)) & !is_loaded;
+  if (context.integrator != Integrator::trapezoidal) {
+    aim.target = select(gap > zero, -closing_speed, zero);
+    aim.target = select(bounces, max(aim.target, -restitution * start), aim.target);
+    return aim;
+  }
+  // Free flight that does not touch must not feel the contact; others may still push the bodies
+  // together, by the gap at most. Where they bounce the speed of approach is not lost, so they may
+  // come together as fast as closes the gap by the end of the step: stopping bodies that part would
+  // give energy to whatever pushes them.
+  const Truth<T> touches = closes | ((gap <= T(context.position_tolerance)) & !may_bounce);
+  const T nearest = select(may_bounce, S(-2) * closing_speed - start, -closing_speed);
+  aim.target = select(touches, zero, min(free, nearest));
+  if (!any(bounces)) return aim;
+  const T time = detail::closing_time<T>(gap, dt * start, dt * change);
+  const T after = -restitution * (start + time * change);
+  const T rest = (S(1) - time) * change;
+  // A bounce too low to leave the surface within this step is none.
+  const Truth<T> leaves = bounces & !follows_joints & (S(2) * after > -rest);
+  aim.target = select(leaves, after + rest, aim.target);
+  aim.bounce_share = select(leaves, S(1) - time, aim.bounce_share);
+  // What changes the speed of a mechanism within the step depends on its speed, and must not be
+  // given back to it as if it were a constant force.
+  aim.target = select(bounces & follows_joints, -restitution * free, aim.target);
+  return aim;
+}
 
 template <Scalar S>
 void aim_contact(ContactConstraint<S>& c, const SolverBody<S>& a, const SolverBody<S>& b,
@@ -101,59 +173,29 @@ void aim_contact(ContactConstraint<S>& c, const SolverBody<S>& a, const SolverBo
   };
   const NormalSpeeds<S> speeds{normal_part(a.start, b.start), normal_part(a.free, b.free),
                                normal_part(a.free_motion, b.free_motion)};
-  aim_contact(c, speeds, a.follows_joints || b.follows_joints, context);
-}
-
-template <Scalar S>
-void aim_contact(ContactConstraint<S>& c, const NormalSpeeds<S>& speeds, bool follows_joints,
-                 const SolveContext<S>& context) {
-  using std::max;
-  using std::min;
-  const S dt = context.dt;
-  const bool is_trapezoidal = context.integrator == Integrator::trapezoidal;
-  const S start = speeds.start;
-  const S free = speeds.free;
-  const S change = free - start;  // What forces do to the normal velocity within the step.
-  const bool closes = c.gap + dt * speeds.free_motion < S(0);
-  const bool bounces = c.restitution > S(0) && closes && start < -context.restitution_speed;
-  c.bounce_share = S(-1);
-  // What carried a load and approaches all the same does so because sweeps were cut short.
   const bool is_loaded = context.is_swept && c.impulse[0] > S(0);
-  c.is_impact = closes && -start > context.speed_change && !is_loaded;
+  const ContactAim<S> aim = aim_at<S>(c.gap, c.restitution, is_loaded, speeds,
+                                      a.follows_joints || b.follows_joints, context);
+  c.target = aim.target;
+  c.bounce_share = aim.bounce_share;
+  c.is_impact = aim.is_impact;
   // An impact says nothing about the load that follows, nor the load about the impact.
   if (c.is_impact) c.impulse = {};
+}
 
-  if (!is_trapezoidal) {
-    c.target = c.gap > S(0) ? -c.gap / dt : S(0);
-    if (bounces) c.target = max(c.target, -c.restitution * start);
-    return;
-  }
-  if (bounces && follows_joints) {
-    // What changes the speed of a mechanism within the step depends on its speed, and must not be
-    // given back to it as if it were a constant force.
-    c.target = -c.restitution * free;
-    return;
-  }
-  if (bounces) {
-    const S time = detail::closing_time(c.gap, dt * start, dt * change);
-    const S after = -c.restitution * (start + time * change);
-    const S rest = (S(1) - time) * change;
-    // A bounce too low to leave the surface within this step is none.
-    if (S(2) * after > -rest) {
-      c.target = after + rest;
-      c.bounce_share = S(1) - time;
-      return;
-    }
-  }
-  if (closes || (c.gap <= context.position_tolerance && value_of(c.restitution) == 0)) {
-    c.target = S(0);
-    return;
-  }
-  // Free flight that does not touch must not feel the contact; others may still push the bodies
-  // together, by the gap at most. Where they bounce the speed of approach is not lost, so they may
-  // come together as fast as closes the gap by the end of the step: stopping bodies that part would
-  // give energy to whatever pushes them.
-  c.target = min(free, c.restitution > S(0) ? S(-2) * c.gap / dt - start : -c.gap / dt);
+template <Value T>
+BRISTLE_LANES ContactPlace<T> place_of(const T& impulse, const T& restitution,
+                                       const T& bounce_share, const T& normal_velocity,
+                                       Integrator integrator) {
+  using S = ScalarOf<T>;
+  const T zero = S(0);
+  const Truth<T> bounces = bounce_share >= zero;
+  ContactPlace<T> place;
+  place.placed = select(bounces, bounce_share, T(usual_share<S>(integrator))) * impulse;
+  place.least_placed =
+      integrator == Integrator::trapezoidal ? select(bounces, place.placed, zero) : place.placed;
+  place.parts = (restitution > zero) & (normal_velocity > zero);
+  return place;
 }
 
 }  // namespace bristle

@@ -41,9 +41,13 @@ class IslandSolver {
   /// from the velocities and nothing is to be solved.
   void place(const Island& island, Constraints<S>& constraints, std::span<SolverBody<S>> bodies,
              const SolveContext<S>& context, SolveReport<S>& report) {
-    // Large islands are placed part by part as they are solved.
-    if (is_large(context) && island.soft.empty()) return;
-    place(island, constraints, bodies, context, context.settings.max_position_sweeps, report);
+    const int most_sweeps = context.settings.max_position_sweeps;
+    if (!is_large(context)) {
+      place_small(island, constraints, bodies, context, most_sweeps, report);
+    } else if (!island.soft.empty()) {
+      // Others are placed part by part as they are solved.
+      place_part(island, constraints, bodies, context, most_sweeps, report);
+    }
   }
 
   /// [-] Multiply-adds of one assembly and factorisation of an island's matrix, for
@@ -159,7 +163,9 @@ class IslandSolver {
     SolveContext<S> part = context.part(parts);
     part.is_swept = true;
     begin_parts(island, constraints, bodies, parts);
-    sequential_.start_manifolds(island, constraints, bodies);
+    sequential_.start_manifolds(island, constraints, bodies, parts);
+    const int most =
+        sequential_.is_cold() ? context.settings.max_sweeps : context.settings.large_sweeps;
     for (int k = 0; k < count; ++k) {
       for (std::size_t n = 0; n < island.bodies.size(); ++n) {
         SolverBody<S>& body = bodies[island.bodies[n]];
@@ -168,18 +174,18 @@ class IslandSolver {
         body.free_motion = mean_free_motion(body, context.integrator);
       }
       sequential_.start_part(island, constraints, bodies, part);
-      const int most = is_cold_ ? context.settings.max_sweeps : context.settings.large_sweeps;
       for (int n = 0; n < most; ++n) {
         report.residual = sequential_.sweep(island, constraints, bodies, n % 2 != 0);
         ++report.sweeps;
         if (report.residual <= part.velocity_tolerance) break;
       }
-      sequential_.finish(island, constraints, bodies, totals_);
+      sequential_.finish(island, bodies);
       if (!island.soft.empty()) break;  // Placed when their sensors have settled.
-      place_part(island, constraints, bodies, part, report);
-      if (k + 1 < count) sequential_.move_on(island, constraints, bodies, part.dt);
+      place_part(island, constraints, bodies, part, part.settings.large_position_sweeps, report);
+      if (k + 1 < count) sequential_.move_on(bodies, part.dt);
       end_part(island, constraints, bodies, part.dt, parts);
     }
+    sequential_.finish_parts(island, constraints);
     end_parts(island, constraints, bodies);
     scale_bounds(island, constraints, parts);
   }
@@ -192,7 +198,7 @@ class IslandSolver {
     return static_cast<int>(min(most, ceil(context.dt / context.settings.longest_part)));
   }
 
-  /// Remembers the whole step of each body and makes warm impulses those of a part.
+  /// Remembers the whole step of each body and makes warm impulses of joints those of a part.
   void begin_parts(const Island& island, Constraints<S>& constraints,
                    std::span<SolverBody<S>> bodies, S parts) {
     parts_.resize(std::max(parts_.size(), island.bodies.size()));
@@ -204,15 +210,7 @@ class IslandSolver {
       parts_[n].change = (S(1) / parts) * (body.free - body.start);
       parts_[n].motion = {};
     }
-    detail::refill(totals_, island.contacts.size(), {});
     row_totals_.clear();
-    std::size_t fresh = 0;
-    for (const std::uint32_t i : island.contacts) {
-      ContactConstraint<S>& c = constraints.contacts[i];
-      fresh += c.is_fresh ? 1u : 0u;
-      for (S& x : c.impulse) x /= parts;
-    }
-    is_cold_ = 2 * fresh > island.contacts.size();
     for_each_row(island, constraints, [&](ConstraintRow<S>& row) {
       row.impulse /= parts;
       row.compliance *= parts;
@@ -233,15 +231,13 @@ class IslandSolver {
 
   /// The position problem of a part, swept.
   void place_part(const Island& island, Constraints<S>& constraints,
-                  std::span<SolverBody<S>> bodies, const SolveContext<S>& part,
+                  std::span<SolverBody<S>> bodies, const SolveContext<S>& part, int most_sweeps,
                   SolveReport<S>& report) {
     for (const std::uint32_t slot : island.bodies) {
       bodies[slot].motion = mean_motion(bodies[slot], part.integrator);
     }
-    sequential_.place_contacts(island, constraints, bodies, part.integrator);
-    if (sequential_.bounces()) move_by_bounces(island, constraints, bodies, part);
-    sequential_.start_positions(island, constraints, bodies, part.dt);
-    for (int n = 0; n < part.settings.large_position_sweeps; ++n) {
+    sequential_.start_positions(island, bodies, part);
+    for (int n = 0; n < most_sweeps; ++n) {
       const S residual =
           sequential_.sweep_positions(island, constraints, bodies, part.dt, n % 2 != 0);
       ++report.position_sweeps;
@@ -279,17 +275,15 @@ class IslandSolver {
       body.motion = parts_[n].motion;
     }
     if (!island.soft.empty()) return;
-    for (std::size_t k = 0; k < island.contacts.size(); ++k) {
-      constraints.contacts[island.contacts[k]].impulse = totals_[k];
-    }
     std::size_t r = 0;
     for_each_row(island, constraints,
                  [&](ConstraintRow<S>& row) { row.impulse = row_totals_[r++]; });
     apply_impulses(island, constraints, bodies);
   }
 
-  void place(const Island& island, Constraints<S>& constraints, std::span<SolverBody<S>> bodies,
-             const SolveContext<S>& context, int most_sweeps, SolveReport<S>& report) {
+  void place_small(const Island& island, Constraints<S>& constraints,
+                   std::span<SolverBody<S>> bodies, const SolveContext<S>& context, int most_sweeps,
+                   SolveReport<S>& report) {
     for (const std::uint32_t slot : island.bodies) {
       bodies[slot].motion = mean_motion(bodies[slot], context.integrator);
     }
@@ -302,7 +296,7 @@ class IslandSolver {
     }
     move_by_bounces(island, constraints, bodies, context);
     if (!has_position_error(island, constraints, bodies, context)) return;
-    if (!island.blocks.empty() && !is_large(context)) {
+    if (!island.blocks.empty()) {
       // Joints must not give way to what they forbid, which sweeps do not see.
       proximal_.place(island, constraints, bodies, context, report);
       return;
@@ -310,7 +304,6 @@ class IslandSolver {
     const S tolerance = context.position_tolerance / context.dt;
     Convergence progress(tolerance, tolerance);
     watch_.start();
-    sequential_.start_positions(island, constraints, bodies, context.dt);
     for (int n = 0; n < most_sweeps; ++n) {
       const S residual =
           sequential_.sweep_positions(island, constraints, bodies, context.dt, n % 2 != 0);
@@ -319,18 +312,17 @@ class IslandSolver {
           have_settled(island, constraints, bodies, context, motion_of)) {
         break;
       }
-      if (!is_large(context) && progress.is_slow()) {
+      if (progress.is_slow()) {
         proximal_.place(island, constraints, bodies, context, report);
         break;
       }
     }
-    sequential_.finish_positions(island, bodies);
   }
 
   /// Gives bodies the displacement of bounces, whose share is not the usual one.
   static void move_by_bounces(const Island& island, const Constraints<S>& constraints,
                               std::span<SolverBody<S>> bodies, const SolveContext<S>& context) {
-    const S usual = context.integrator == Integrator::trapezoidal ? S(0.5) : S(1);
+    const S usual = usual_share<S>(context.integrator);
     for (const std::uint32_t i : island.contacts) {
       const ContactConstraint<S>& c = constraints.contacts[i];
       if (c.bounce_share < S(0)) continue;
@@ -464,9 +456,7 @@ class IslandSolver {
     Twist<S> start, free, free_motion, change, motion;
   };
   std::vector<Parts> parts_;
-  std::vector<std::array<S, 3>> totals_;  // Impulses of all parts.
-  std::vector<S> row_totals_;
-  bool is_cold_ = false;
+  std::vector<S> row_totals_;  // Impulses of all parts.
 };
 
 }  // namespace bristle

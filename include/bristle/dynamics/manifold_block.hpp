@@ -1,5 +1,5 @@
 /// @file
-/// Several manifolds in the lanes of registers, and the solution of each of them alone.
+/// Several manifolds in the lanes of registers, and their motion.
 ///
 /// A manifold sees six numbers: the velocity of b relative to a at the centre of pressure and the
 /// relative angular velocity, along its axes. With the point's lever e = r x n about the centre,
@@ -10,7 +10,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <bristle/dynamics/contact_constraint.hpp>
 #include <bristle/math/lane_rows.hpp>
 #include <bristle/math/lane_vector.hpp>
 #include <bristle/math/pack3.hpp>
@@ -18,12 +17,8 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <span>
-#include <type_traits>
-#include <utility>
 
 namespace bristle {
 
@@ -91,6 +86,20 @@ struct alignas(64) ManifoldPoints {
   Row placing_target{}, placed{}, least_placed{}, inverse_placing{};
 };
 
+/// What the contacts of a block's points have beside what sweeps read again and again. Zero where a
+/// manifold has fewer points. Fields with the names of `ContactConstraint` are its own.
+template <Scalar S, std::size_t n = lanes<S>>
+struct alignas(64) ManifoldContacts {
+  using Row = std::array<S, n>;
+  Row gap{}, restitution{}, bounce_share{};
+  /// [N s] Impulses along the tangents; that along the normal is `ManifoldPoints::impulse`.
+  Row friction1{}, friction2{};
+  /// [N s] Impulses of all parts of the step so far, along the normal and the tangents.
+  std::array<Row, 3> total{};
+  /// [-] Lanes for which `is_impact` holds, and `parts`.
+  std::uint32_t impacts = 0, parting = 0;
+};
+
 /// As many manifolds as a register has lanes. Unused lanes are zero and do nothing, but for the
 /// determinant: with an inverse they stick, and do not call for what sliding ones need.
 template <Scalar S, std::size_t n = lanes<S>>
@@ -122,8 +131,8 @@ struct alignas(64) ManifoldBlock {
   std::uint32_t points = 0;
   /// [-] Of each lane, its contacts as they are counted in the island.
   std::array<std::uint32_t, n> first_contact{}, contacts{};
-  /// Of each lane, whether one of its bodies moves with a mechanism.
-  std::array<bool, n> follows_joints{};
+  /// [-] Lanes of which a body moves with a mechanism.
+  std::uint32_t follow_joints = 0;
 
   Side a, b;
   /// Normal and tangents, world axes.
@@ -140,39 +149,17 @@ struct alignas(64) ManifoldBlock {
   Row friction_impulse1{}, friction_impulse2{}, torsion{};
 };
 
-/// The arithmetic of one block.
+/// The motion of the bodies of one block, and what impulses do to it.
 template <Scalar S>
-class ManifoldKernel {
- public:
+class ManifoldMotion {
+ protected:
   using T = Pack<S>;
   using Block = ManifoldBlock<S>;
   using Points = ManifoldPoints<S>;
   using Row = typename Block::Row;
 
-  ManifoldKernel(Block& block, std::span<Points> points)
-      : m_(block), points_(points.subspan(block.first_point, block.points)) {}
+  explicit ManifoldMotion(Block& block) : m_(block) {}
 
-  /// Writes the normal velocities at all points to their places in `out`.
-  void write_speeds(const VelocityTable<S>& velocities, std::span<Row> out) const {
-    const Relative v = relative(motion(velocities));
-    for (std::size_t k = 0; k < points_.size(); ++k) {
-      speed(points_[k], v).store(out[m_.first_point + k].data());
-    }
-  }
-  /// Adds what all impulses do.
-  void apply(VelocityTable<S>& velocities) const {
-    Load load;
-    for (const Points& p : points_) load.add(p, row(p.impulse));
-    push(velocities, motion(velocities), load, row(m_.friction_impulse1), row(m_.friction_impulse2),
-         row(m_.torsion));
-  }
-  /// One turn of the velocity problem.
-  /// @return [m/s] Largest velocity change.
-  BRISTLE_LANES T solve(VelocityTable<S>& velocities);
-  /// One turn of the position problem.
-  BRISTLE_LANES T place(VelocityTable<S>& displacements);
-
- private:
   /// Of the two bodies.
   struct Motion {
     Pack3<S> v_a, w_a, v_b, w_b;
@@ -192,21 +179,12 @@ class ManifoldKernel {
       l2 += x * row(p.e2);
     }
   };
-  /// What `detail::solve_friction` asks for.
-  struct TangentialResponse {
-    T a, b, c, inverse_determinant, inverse_largest;
-  };
-
   [[nodiscard]] BRISTLE_LANES static T row(const Row& r) { return T::load(r.data()); }
   [[nodiscard]] BRISTLE_LANES static Pack3<S> row(const typename Block::Row3& r) {
     return Pack3<S>::load(r.x.data(), r.y.data(), r.z.data());
   }
   [[nodiscard]] BRISTLE_LANES static T speed(const Points& p, const Relative& v) {
     return v.n + row(p.e1) * v.w1 + row(p.e2) * v.w2;
-  }
-  [[nodiscard]] BRISTLE_LANES T across(std::size_t i, const Load& load) const {
-    return row(m_.across[i][0]) * load.n + row(m_.across[i][1]) * load.l1 +
-           row(m_.across[i][2]) * load.l2;
   }
   [[nodiscard]] BRISTLE_LANES Motion motion(const VelocityTable<S>& velocities) const {
     Motion of;
@@ -246,132 +224,8 @@ class ManifoldKernel {
     const Pack3<S> move{m.x * force.x, m.y * force.y, m.z * force.z};
     velocities.store(side.to.data(), v + move, w + turn);
   }
-  /// One turn of all points: impulses x go to where normal velocities are at their targets, but not
-  /// below `least(point)`.
-  /// @param v    Without what the points of this turn do.
-  /// @param use  (point, x) called for each.
-  /// @return [m/s] Largest velocity change.
-  template <typename Least, typename Use>
-  BRISTLE_LANES T solve_points(Relative v, Load& load, Row Points::*target, Row Points::*inverse,
-                               Row Points::*x, const Least& least, const Use& use);
-  BRISTLE_LANES void rub(const T& most, const T& most_torsion, const Relative& v);
 
   Block& m_;
-  std::span<Points> points_;
 };
-
-// Implementation -----------------------------------------------------------------------------------
-
-template <Scalar S>
-BRISTLE_LANES Pack<S> ManifoldKernel<S>::solve(VelocityTable<S>& velocities) {
-  const Motion before_turn = motion(velocities);
-  Relative v = relative(before_turn);
-  Load load;
-  T sum = S(0);
-  T moment = S(0);
-  T largest = solve_points(
-      v, load, &Points::target, &Points::inverse_response, &Points::impulse,
-      [](const Points&) { return T(S(0)); },
-      [&](const Points& p, const T& impulse) {
-        sum += impulse;
-        moment += impulse * row(p.radius);
-      });
-  v.v1 += across(0, load);
-  v.v2 += across(1, load);
-  v.spin += across(2, load);
-  const T before1 = row(m_.friction_impulse1);
-  const T before2 = row(m_.friction_impulse2);
-  const T before_torsion = row(m_.torsion);
-  rub(row(m_.friction) * sum, row(m_.friction) * moment, v);
-  const T change1 = row(m_.friction_impulse1) - before1;
-  const T change2 = row(m_.friction_impulse2) - before2;
-  const T twist = row(m_.torsion) - before_torsion;
-  largest = max(max(abs(change1), abs(change2)) * row(m_.largest_response), largest);
-  largest = max(abs(twist) * row(m_.torsion_response) * row(m_.radius), largest);
-  if (any(largest > T(S(0)))) push(velocities, before_turn, load, change1, change2, twist);
-  return largest;
-}
-
-template <Scalar S>
-template <typename Least, typename Use>
-BRISTLE_LANES Pack<S> ManifoldKernel<S>::solve_points(Relative v, Load& load, Row Points::*target,
-                                                      Row Points::*inverse, Row Points::*x,
-                                                      const Least& least, const Use& use) {
-  T largest = S(0);
-  for (std::size_t first = 0; first < points_.size(); first += point_group) {
-    const auto points = points_.subspan(first);
-    T left[point_group], change[point_group];
-    // The numbers of points are constants, so that what belongs to each stays in registers.
-    const auto for_each_of_group = [&](const auto& turn) {
-      const auto unroll = [&]<std::size_t... k>(std::index_sequence<k...>) {
-        ((k < points.size() ? turn(std::integral_constant<std::size_t, k>(), points[k]) : void()),
-         ...);
-      };
-      unroll(std::make_index_sequence<point_group>());
-    };
-    for_each_of_group([&](auto k, const Points& p) { left[k] = row(p.*target) - speed(p, v); });
-    for_each_of_group([&](auto k, Points& p) {
-      const auto couple = [&]<std::size_t... i>(std::index_sequence<i...>) {
-        ((left[k] -= row(p.coupling[i]) * change[i]), ...);
-      };
-      couple(std::make_index_sequence<k>());
-      const T before = row(p.*x);
-      // In this order a velocity that is no number gives no impulse.
-      const T wanted = max(before + left[k] * row(p.*inverse), least(p));
-      change[k] = wanted - before;
-      wanted.store((p.*x).data());
-      use(p, wanted);
-      load.add(p, change[k]);
-      largest = max(abs(change[k]) * row(p.response), largest);
-    });
-    if (points.size() <= point_group) break;
-    for_each_of_group([&](auto k, const Points& p) {
-      v.n += change[k] * row(p.linear);
-      v.w1 += change[k] * row(p.turn1);
-      v.w2 += change[k] * row(p.turn2);
-    });
-  }
-  return largest;
-}
-
-/// Friction of a manifold: force and torsion together within an ellipsoid, whose axes are the force
-/// `most` alone and the torsion `most_torsion` alone.
-template <Scalar S>
-BRISTLE_LANES void ManifoldKernel<S>::rub(const T& most, const T& most_torsion, const Relative& v) {
-  const TangentialResponse K{row(m_.response_a), row(m_.response_b), row(m_.response_c),
-                             row(m_.inverse_determinant), row(m_.inverse_largest)};
-  const T zero = S(0);
-  T x1 = row(m_.friction_impulse1);
-  T x2 = row(m_.friction_impulse2);
-  detail::solve_friction(K, v.v1, v.v2, most, x1, x2);
-  const Mask<S> twists = most_torsion > zero;
-  T torsion = select(twists, row(m_.torsion) - v.spin * row(m_.inverse_torsion_response), zero);
-  const T turn = select(twists, torsion / most_torsion, zero);
-  const T size2 = (x1 * x1 + x2 * x2) / (most * most) + turn * turn;
-  const Mask<S> is_beyond = size2 > T(S(1));
-  if (any(is_beyond)) {
-    const T shrink = select(is_beyond, T(S(1)) / sqrt(size2), T(S(1)));
-    torsion *= shrink;
-    x1 *= shrink;
-    x2 *= shrink;
-  }
-  const Mask<S> presses = most > zero;
-  select(presses, x1, zero).store(m_.friction_impulse1.data());
-  select(presses, x2, zero).store(m_.friction_impulse2.data());
-  select(presses, torsion, zero).store(m_.torsion.data());
-}
-
-template <Scalar S>
-BRISTLE_LANES Pack<S> ManifoldKernel<S>::place(VelocityTable<S>& displacements) {
-  const Motion before_turn = motion(displacements);
-  Load load;
-  const T largest = solve_points(
-      relative(before_turn), load, &Points::placing_target, &Points::inverse_placing,
-      &Points::placed, [](const Points& p) { return row(p.least_placed); },
-      [](const Points&, const T&) {});
-  const T zero = S(0);
-  if (any(largest > zero)) push(displacements, before_turn, load, zero, zero, zero);
-  return largest;
-}
 
 }  // namespace bristle

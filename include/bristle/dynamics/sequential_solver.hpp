@@ -31,34 +31,28 @@ class SequentialSolver {
   /// The same for sweeps in which the points of a manifold share their friction, but for velocities
   /// and what contacts aim at: `start_part` sets them.
   void start_manifolds(const Island& island, Constraints<S>& constraints,
-                       std::span<const SolverBody<S>> bodies) {
+                       std::span<const SolverBody<S>> bodies, S parts) {
     by_manifold_ = true;
-    manifolds_.start(island, constraints, bodies);
+    manifolds_.start(island, constraints, bodies, parts);
     start_blocks(island, constraints, bodies);
   }
+  /// Whether most contacts of those manifolds are new.
+  [[nodiscard]] bool is_cold() const { return manifolds_.is_cold(); }
   /// Starts one part of the step: arms, axes and masses stay those of its start.
   void start_part(const Island& island, Constraints<S>& constraints,
                   std::span<SolverBody<S>> bodies, const SolveContext<S>& context) {
-    manifolds_.aim(island, constraints, bodies, context);
-    if (shares_bodies(island)) {
-      apply_impulses(island, constraints, bodies);
-    } else {
-      for (const std::uint32_t slot : island.bodies) bodies[slot].twist = bodies[slot].free;
-      manifolds_.load(bodies, velocity_of);
-      manifolds_.apply();
-    }
+    for (const std::uint32_t slot : island.bodies) bodies[slot].twist = bodies[slot].free;
+    manifolds_.aim(bodies, context);
+    manifolds_.apply();
+    if (!shares_bodies(island)) return;
+    manifolds_.unload(bodies, velocity_of);
+    apply_blocks(island, constraints, bodies);
   }
-  /// Places its contacts (`place_contact`), once impulses are written back.
-  void place_contacts(const Island& island, Constraints<S>& constraints,
-                      std::span<const SolverBody<S>> bodies, Integrator integrator) {
-    manifolds_.place_contacts(island, constraints, bodies, integrator);
-  }
-  /// Whether any contact may bounce, of an island that is swept by manifold.
-  [[nodiscard]] bool bounces() const { return manifolds_.bounces(); }
   /// Ends it, where another one follows.
-  void move_on(const Island& island, Constraints<S>& constraints,
-               std::span<const SolverBody<S>> bodies, S dt) {
-    manifolds_.move_on(island, constraints, bodies, dt);
+  void move_on(std::span<const SolverBody<S>> bodies, S dt) { manifolds_.move_on(bodies, dt); }
+  /// Ends the last one: writes back what the sweeps kept to themselves.
+  void finish_parts(const Island& island, Constraints<S>& constraints) const {
+    manifolds_.write_back(island, constraints);
   }
 
   /// One sweep over all constraints, there or back: information crosses a stack in one pair of
@@ -89,23 +83,20 @@ class SequentialSolver {
     return largest;
   }
 
-  /// Writes impulses that the sweeps kept to themselves back to the constraints, and velocities.
-  /// @param totals  [N s] By contact of the island: the impulses are added to them.
-  void finish(const Island& island, Constraints<S>& constraints, std::span<SolverBody<S>> bodies,
-              std::span<std::array<S, 3>> totals) const {
+  /// Ends the sweeps of a part.
+  void finish(const Island& island, std::span<SolverBody<S>> bodies) {
     if (!shares_bodies(island)) manifolds_.unload(bodies, velocity_of);
-    manifolds_.store(island, constraints, totals);
+    manifolds_.spread_friction();
   }
 
-  /// Starts sweeps of the position problem, once contacts are placed, and ends them.
-  void start_positions(const Island& island, const Constraints<S>& constraints,
-                       std::span<const SolverBody<S>> bodies, S dt) {
-    if (!by_manifold_) return;
-    manifolds_.start_placing(island, constraints, dt);
-    if (!shares_bodies(island)) manifolds_.load(bodies, motion_of);
+  /// Starts sweeps of the position problem of a part, and ends them.
+  void start_positions(const Island& island, std::span<SolverBody<S>> bodies,
+                       const SolveContext<S>& context) {
+    manifolds_.start_placing(bodies, context);
+    if (shares_bodies(island)) manifolds_.unload(bodies, motion_of);
   }
   void finish_positions(const Island& island, std::span<SolverBody<S>> bodies) const {
-    if (by_manifold_ && !shares_bodies(island)) manifolds_.unload(bodies, motion_of);
+    if (!shares_bodies(island)) manifolds_.unload(bodies, motion_of);
   }
   /// One sweep of the position problem over the displacements in `SolverBody::motion`: contacts
   /// move their bodies apart by a larger share of their impulse, or together by a smaller one,

@@ -141,16 +141,16 @@ TEST_CASE_TEMPLATE("ManifoldSweeps: in lanes as one after the other, to the last
     auto apart = together;
     const Island island = together.island();
     ManifoldSweeps<S> sweeps;
-    sweeps.start(island, together.constraints, together.bodies);
-    sweeps.aim(island, together.constraints, together.bodies, context<S>());
+    sweeps.start(island, together.constraints, together.bodies, S(1));
+    sweeps.aim(together.bodies, context<S>());
     sweeps.load(together.bodies, velocity_of);
 
     const auto manifolds = split(apart);
     std::vector<ManifoldSweeps<S>> single(manifolds.size());
     const auto alone = [&](std::size_t k) { return Island{apart.moving, manifolds[k], {}, {}}; };
     for (std::size_t k = 0; k < single.size(); ++k) {
-      single[k].start(alone(k), apart.constraints, apart.bodies);
-      single[k].aim(alone(k), apart.constraints, apart.bodies, context<S>());
+      single[k].start(alone(k), apart.constraints, apart.bodies, S(1));
+      single[k].aim(apart.bodies, context<S>());
     }
     const auto turn_of_each = [&](bool backwards, const auto& of, const auto& turn) {
       S largest = S(0);
@@ -171,21 +171,13 @@ TEST_CASE_TEMPLATE("ManifoldSweeps: in lanes as one after the other, to the last
       CHECK(expected > S(0));
     }
     sweeps.unload(together.bodies, velocity_of);
-    const std::array<S, 3> before{S(1), S(2), S(3)};
-    std::vector<std::array<S, 3>> totals(together.contacts.size(), before);
-    sweeps.store(island, together.constraints, totals);
-    for (std::size_t k = 0; k < totals.size(); ++k) {
-      const std::array<S, 3>& x = together.constraints.contacts[together.contacts[k]].impulse;
-      for (std::size_t i = 0; i < 3; ++i) CHECK(totals[k][i] == before[i] + x[i]);
-    }
-    sweeps.place_contacts(island, together.constraints, together.bodies, Integrator::trapezoidal);
-    sweeps.start_placing(island, together.constraints, context<S>().dt);
-    sweeps.load(together.bodies, motion_of);
+    sweeps.spread_friction();
+    sweeps.start_placing(together.bodies, context<S>());
+    sweeps.unload(together.bodies, motion_of);
     for (std::size_t k = 0; k < single.size(); ++k) {
-      std::vector<std::array<S, 3>> own(manifolds[k].size());
-      single[k].store(alone(k), apart.constraints, own);
-      single[k].place_contacts(alone(k), apart.constraints, apart.bodies, Integrator::trapezoidal);
-      single[k].start_placing(alone(k), apart.constraints, context<S>().dt);
+      single[k].spread_friction();
+      single[k].start_placing(apart.bodies, context<S>());
+      single[k].unload(apart.bodies, motion_of);
     }
     for (int n = 0; n < 4; ++n) {
       const bool backwards = n % 2 != 0;
@@ -195,12 +187,20 @@ TEST_CASE_TEMPLATE("ManifoldSweeps: in lanes as one after the other, to the last
       CHECK(expected > S(0));
     }
     sweeps.unload(together.bodies, motion_of);
+    sweeps.write_back(island, together.constraints);
+    for (std::size_t k = 0; k < single.size(); ++k) {
+      single[k].write_back(alone(k), apart.constraints);
+    }
     for (std::size_t i = 0; i < together.bodies.size(); ++i) {
       check_same_twist(together.bodies[i].twist, apart.bodies[i].twist);
       check_same_twist(together.bodies[i].motion, apart.bodies[i].motion);
     }
     for (const std::uint32_t i : together.contacts) {
-      CHECK(together.constraints.contacts[i].impulse == apart.constraints.contacts[i].impulse);
+      const ContactConstraint<S>& c = together.constraints.contacts[i];
+      const ContactConstraint<S>& expected = apart.constraints.contacts[i];
+      CHECK(c.impulse == expected.impulse);
+      CHECK(c.is_impact == expected.is_impact);
+      CHECK(c.parts == expected.parts);
     }
   }
 }
@@ -219,7 +219,7 @@ TEST_CASE_TEMPLATE("ManifoldSweeps: without friction, points are solved as conta
     const Island island = by_manifold.island();
     const SolveContext<S> solve = context<S>(integrator);
     SequentialSolver<S> manifolds, points;
-    manifolds.start_manifolds(island, by_manifold.constraints, by_manifold.bodies);
+    manifolds.start_manifolds(island, by_manifold.constraints, by_manifold.bodies, S(1));
     manifolds.start_part(island, by_manifold.constraints, by_manifold.bodies, solve);
     for (ContactConstraint<S>& c : by_point.constraints.contacts) {
       aim_contact(c, by_point.bodies[c.body_a], by_point.bodies[c.body_b], solve);
@@ -230,8 +230,7 @@ TEST_CASE_TEMPLATE("ManifoldSweeps: without friction, points are solved as conta
       manifolds.sweep(island, by_manifold.constraints, by_manifold.bodies, false);
       points.sweep(island, by_point.constraints, by_point.bodies, false);
     }
-    std::vector<std::array<S, 3>> totals(by_manifold.contacts.size());
-    manifolds.finish(island, by_manifold.constraints, by_manifold.bodies, totals);
+    manifolds.finish(island, by_manifold.bodies);
     const auto check = [&](const auto& of) {
       for (std::size_t i = 0; i < by_point.bodies.size(); ++i) {
         CAPTURE(i);
@@ -244,14 +243,20 @@ TEST_CASE_TEMPLATE("ManifoldSweeps: without friction, points are solved as conta
     };
     check(velocity_of);
 
-    manifolds.place_contacts(island, by_manifold.constraints, by_manifold.bodies, integrator);
-    manifolds.start_positions(island, by_manifold.constraints, by_manifold.bodies, solve.dt);
+    manifolds.start_positions(island, by_manifold.bodies, solve);
+    manifolds.finish_parts(island, by_manifold.constraints);
     int parting = 0;
+    int bouncing = 0;
     for (std::size_t i = 0; i < by_point.constraints.contacts.size(); ++i) {
       ContactConstraint<S>& c = by_point.constraints.contacts[i];
       const S speed =
           c.normal_velocity(by_point.bodies[c.body_a].twist, by_point.bodies[c.body_b].twist);
       place_contact(c, speed, integrator);
+      if (c.bounce_share >= S(0)) {
+        ++bouncing;
+        apply_at_contact<S>(c, (c.bounce_share - usual_share<S>(integrator)) * c.impulse_W(),
+                            by_point.bodies[c.body_a], by_point.bodies[c.body_b], motion_of);
+      }
       // At rest, round-off decides whether bodies part.
       const bool parts = by_manifold.constraints.contacts[i].parts;
       if (std::abs(speed) > tolerance) CHECK(c.parts == parts);
@@ -259,6 +264,7 @@ TEST_CASE_TEMPLATE("ManifoldSweeps: without friction, points are solved as conta
       parting += parts ? 1 : 0;
     }
     CHECK(parting > 0);
+    CHECK((bouncing > 0) == (integrator == Integrator::trapezoidal));
     for (int n = 0; n < 6; ++n) {
       manifolds.sweep_positions(island, by_manifold.constraints, by_manifold.bodies, solve.dt,
                                 false);
@@ -266,6 +272,26 @@ TEST_CASE_TEMPLATE("ManifoldSweeps: without friction, points are solved as conta
     }
     manifolds.finish_positions(island, by_manifold.bodies);
     check(motion_of);
+  }
+}
+
+// Without sweeps each part leaves what it started from, and the parts add up to the step.
+TEST_CASE("ManifoldSweeps: impulses are divided among the parts of a step, and add up again") {
+  test::Random random(23);
+  auto heap = random_heap<double>(random, 40, 120);
+  for (ContactConstraint<double>& c : heap.constraints.contacts) c.friction = 0;
+  const Constraints<double> before = heap.constraints;
+  const Island island = heap.island();
+  ManifoldSweeps<double> sweeps;
+  sweeps.start(island, heap.constraints, heap.bodies, 4.0);
+  for (int part = 0; part < 4; ++part) {
+    sweeps.aim(heap.bodies, context<double>());
+    sweeps.spread_friction();
+  }
+  sweeps.write_back(island, heap.constraints);
+  for (const std::uint32_t i : heap.contacts) {
+    CHECK(heap.constraints.contacts[i].impulse[0] == before.contacts[i].impulse[0]);
+    CHECK_FALSE(heap.constraints.contacts[i].is_impact);
   }
 }
 
@@ -279,14 +305,13 @@ TEST_CASE("ManifoldSweeps: a single point is solved as a contact is") {
     pair.contacts.erase(pair.contacts.begin());
     ManifoldSweeps<double> sweeps;
     const Island island = pair.island();
-    sweeps.start(island, pair.constraints, pair.bodies);
-    sweeps.aim(island, pair.constraints, pair.bodies, context<double>());
+    sweeps.start(island, pair.constraints, pair.bodies, 1.0);
+    sweeps.aim(pair.bodies, context<double>());
     sweeps.load(pair.bodies, velocity_of);
     sweeps.sweep(false);
     sweeps.unload(pair.bodies, velocity_of);
-    std::vector<std::array<double, 3>> totals(pair.contacts.size());
-    sweeps.store(island, pair.constraints, totals);
-    CHECK(totals[0] == pair.constraints.contacts[pair.contacts[0]].impulse);
+    sweeps.spread_friction();
+    sweeps.write_back(island, pair.constraints);
 
     ContactConstraint<double>& c = expected.constraints.contacts[1];
     SolverBody<double>& a = expected.bodies[1];
