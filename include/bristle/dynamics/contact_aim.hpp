@@ -14,6 +14,11 @@
 #include <bristle/math/lane_value.hpp>
 #include <bristle/math/rotation.hpp>
 
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <vector>
+
 namespace bristle {
 
 /// Adds one constraint for every point of a manifold, warm with the impulses it has.
@@ -54,10 +59,10 @@ struct ContactAim {
   Truth<T> is_impact;
 };
 /// What the velocities that a contact starts from ask of it.
-/// @param is_loaded       Whether it carried a load before.
+/// @param impulse         [N s] That it starts from, along the normal.
 /// @param follows_joints  Whether one of its bodies moves with a mechanism.
 template <Value T>
-BRISTLE_LANES ContactAim<T> aim_at(const T& gap, const T& restitution, const Truth<T>& is_loaded,
+BRISTLE_LANES ContactAim<T> aim_at(const T& gap, const T& restitution, const T& impulse,
                                    const NormalSpeeds<T>& speeds, const Truth<T>& follows_joints,
                                    const SolveContext<ScalarOf<T>>& context);
 /// Sets what a contact wants of the velocities at the end of the step.
@@ -76,15 +81,15 @@ struct ContactPlace {
 /// bounces; to be called when impulses are known.
 ///
 /// @param impulse          [N s] Along the normal.
-/// @param normal_velocity  [m/s] At the end of the step; of no account without restitution.
+/// @param target           [m/s] That it aimed at: more than nothing where it bounces.
+/// @param normal_velocity  [m/s] At the end of the step; of no account where it does not.
 template <Value T>
-BRISTLE_LANES ContactPlace<T> place_of(const T& impulse, const T& restitution,
-                                       const T& bounce_share, const T& normal_velocity,
-                                       Integrator integrator);
+BRISTLE_LANES ContactPlace<T> place_of(const T& impulse, const T& target, const T& bounce_share,
+                                       const T& normal_velocity, Integrator integrator);
 template <Scalar S>
 void place_contact(ContactConstraint<S>& c, S normal_velocity, Integrator integrator) {
   const ContactPlace<S> place =
-      place_of<S>(c.impulse[0], c.restitution, c.bounce_share, normal_velocity, integrator);
+      place_of<S>(c.impulse[0], c.target, c.bounce_share, normal_velocity, integrator);
   c.placed = place.placed;
   c.least_placed = place.least_placed;
   c.parts = place.parts;
@@ -117,7 +122,7 @@ template <Value T>
 }  // namespace detail
 
 template <Value T>
-BRISTLE_LANES ContactAim<T> aim_at(const T& gap, const T& restitution, const Truth<T>& is_loaded,
+BRISTLE_LANES ContactAim<T> aim_at(const T& gap, const T& restitution, const T& impulse,
                                    const NormalSpeeds<T>& speeds, const Truth<T>& follows_joints,
                                    const SolveContext<ScalarOf<T>>& context) {
   using S = ScalarOf<T>;
@@ -134,8 +139,9 @@ BRISTLE_LANES ContactAim<T> aim_at(const T& gap, const T& restitution, const Tru
   const Truth<T> bounces = may_bounce & closes & (start < T(-context.restitution_speed));
   ContactAim<T> aim;
   aim.bounce_share = S(-1);
+  aim.is_impact = closes & (-start > T(context.speed_change));
   // What carried a load and approaches all the same does so because sweeps were cut short.
-  aim.is_impact = closes & (-start > T(context.speed_change)) & !is_loaded;
+  if (context.is_swept) aim.is_impact = aim.is_impact & !(impulse > zero);
   if (context.integrator != Integrator::trapezoidal) {
     aim.target = select(gap > zero, -closing_speed, zero);
     aim.target = select(bounces, max(aim.target, -restitution * start), aim.target);
@@ -173,8 +179,7 @@ void aim_contact(ContactConstraint<S>& c, const SolverBody<S>& a, const SolverBo
   };
   const NormalSpeeds<S> speeds{normal_part(a.start, b.start), normal_part(a.free, b.free),
                                normal_part(a.free_motion, b.free_motion)};
-  const bool is_loaded = context.is_swept && c.impulse[0] > S(0);
-  const ContactAim<S> aim = aim_at<S>(c.gap, c.restitution, is_loaded, speeds,
+  const ContactAim<S> aim = aim_at<S>(c.gap, c.restitution, c.impulse[0], speeds,
                                       a.follows_joints || b.follows_joints, context);
   c.target = aim.target;
   c.bounce_share = aim.bounce_share;
@@ -184,9 +189,8 @@ void aim_contact(ContactConstraint<S>& c, const SolverBody<S>& a, const SolverBo
 }
 
 template <Value T>
-BRISTLE_LANES ContactPlace<T> place_of(const T& impulse, const T& restitution,
-                                       const T& bounce_share, const T& normal_velocity,
-                                       Integrator integrator) {
+BRISTLE_LANES ContactPlace<T> place_of(const T& impulse, const T& target, const T& bounce_share,
+                                       const T& normal_velocity, Integrator integrator) {
   using S = ScalarOf<T>;
   const T zero = S(0);
   const Truth<T> bounces = bounce_share >= zero;
@@ -194,7 +198,10 @@ BRISTLE_LANES ContactPlace<T> place_of(const T& impulse, const T& restitution,
   place.placed = select(bounces, bounce_share, T(usual_share<S>(integrator))) * impulse;
   place.least_placed =
       integrator == Integrator::trapezoidal ? select(bounces, place.placed, zero) : place.placed;
-  place.parts = (restitution > zero) & (normal_velocity > zero);
+  // Not whatever may bounce and parts: at rest round-off decides that, and heaps of such bodies
+  // would sink into themselves.
+  const Truth<T> has_bounced = target > zero;
+  place.parts = has_bounced & (normal_velocity > zero);
   return place;
 }
 

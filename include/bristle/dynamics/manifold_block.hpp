@@ -65,7 +65,8 @@ class VelocityTable {
 /// not for three.
 inline constexpr std::uint32_t point_group = 4;
 
-/// One point of each of the manifolds of a block. Zero where a manifold has fewer points.
+/// One point of each of the manifolds of a block. Where a manifold has fewer points nothing
+/// responds to impulses, so that there are none.
 /// @tparam n  [-] Lanes, as the file is compiled for: part of the type, as it decides its layout.
 template <Scalar S, std::size_t n = lanes<S>>
 struct alignas(64) ManifoldPoints {
@@ -86,8 +87,9 @@ struct alignas(64) ManifoldPoints {
   Row placing_target{}, placed{}, least_placed{}, inverse_placing{};
 };
 
-/// What the contacts of a block's points have beside what sweeps read again and again. Zero where a
-/// manifold has fewer points. Fields with the names of `ContactConstraint` are its own.
+/// What the contacts of a block's points have beside what sweeps read again and again. Fields with
+/// the names of `ContactConstraint` are its own. Where a manifold has fewer points there is no
+/// impulse, and as nothing responds there never is one; the rest is of no account.
 template <Scalar S, std::size_t n = lanes<S>>
 struct alignas(64) ManifoldContacts {
   using Row = std::array<S, n>;
@@ -96,8 +98,8 @@ struct alignas(64) ManifoldContacts {
   Row friction1{}, friction2{};
   /// [N s] Impulses of all parts of the step so far, along the normal and the tangents.
   std::array<Row, 3> total{};
-  /// [-] Lanes for which `is_impact` holds, and `parts`.
-  std::uint32_t impacts = 0, parting = 0;
+  /// [-] Lanes for which `is_impact` holds.
+  std::uint32_t impacts = 0;
 };
 
 /// As many manifolds as a register has lanes. Unused lanes are zero and do nothing, but for the

@@ -9,7 +9,10 @@
 #include <bristle/dynamics/contact_aim.hpp>
 #include <bristle/dynamics/manifold_block.hpp>
 
+#include <algorithm>
+#include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <span>
 
 namespace bristle {
@@ -40,7 +43,7 @@ class ManifoldPart : ManifoldMotion<S> {
 
   /// Sets the shares of the impulses that move the bodies (`place_of`), for sweeps of the position
   /// problem.
-  /// @param velocities  At the end of the part; of no account without restitution.
+  /// @param velocities  At the end of the part; of no account where nothing bounces.
   void start_placing(const VelocityTable<S>& velocities, const SolveContext<S>& context);
   /// Gives bodies the displacement of bounces, whose share is not the usual one.
   void move_by_bounces(VelocityTable<S>& displacements, Integrator integrator);
@@ -75,7 +78,6 @@ void ManifoldPart<S>::aim(const VelocityTable<S>& start, const VelocityTable<S>&
   const Relative v_start = relative(motion(start));
   const Relative v_free = relative(motion(free));
   const Mask<S> follow_joints = mask(m_.follow_joints);
-  const Mask<S> keep_loads = mask(context.is_swept ? first_bits(lanes<S>) : 0);
   const T zero = S(0);
   T friction1 = zero, friction2 = zero, torsion = zero;
   for (std::size_t k = 0; k < points_.size(); ++k) {
@@ -84,8 +86,7 @@ void ManifoldPart<S>::aim(const VelocityTable<S>& start, const VelocityTable<S>&
     NormalSpeeds<T> speeds{speed(p, v_start), speed(p, v_free), zero};
     speeds.free_motion = mean_free_motion<S>(speeds.start, speeds.free, context.integrator);
     const ContactAim<T> aim =
-        aim_at<T>(row(c.gap), row(c.restitution), keep_loads & (row(p.impulse) > zero), speeds,
-                  follow_joints, context);
+        aim_at<T>(row(c.gap), row(c.restitution), row(p.impulse), speeds, follow_joints, context);
     aim.target.store(p.target.data());
     aim.bounce_share.store(c.bounce_share.data());
     c.impacts = bits(aim.is_impact);
@@ -153,10 +154,9 @@ void ManifoldPart<S>::start_placing(const VelocityTable<S>& velocities,
   const Relative v = relative(motion(velocities));
   for (std::size_t k = 0; k < points_.size(); ++k) {
     Points& p = points_[k];
-    Contacts& c = contacts_[k];
-    const ContactPlace<T> place = place_of<T>(row(p.impulse), row(c.restitution),
-                                              row(c.bounce_share), speed(p, v), context.integrator);
-    c.parting = bits(place.parts);
+    const Contacts& c = contacts_[k];
+    const ContactPlace<T> place = place_of<T>(row(p.impulse), row(p.target), row(c.bounce_share),
+                                              speed(p, v), context.integrator);
     (-row(c.gap) * per_step).store(p.placing_target.data());
     place.placed.store(p.placed.data());
     select(place.parts, place.placed, place.least_placed).store(p.least_placed.data());
@@ -170,11 +170,15 @@ void ManifoldPart<S>::move_by_bounces(VelocityTable<S>& displacements, Integrato
   const T usual = usual_share<S>(integrator);
   Load load;
   T along1 = zero, along2 = zero, spin = zero;
+  bool has_bounced = false;
   for (std::size_t k = 0; k < points_.size(); ++k) {
     const Points& p = points_[k];
     const Contacts& c = contacts_[k];
     const T share = row(c.bounce_share);
-    const T more = select(share >= zero, share - usual, zero);
+    const Mask<S> bounces = share >= zero;
+    if (!any(bounces)) continue;
+    has_bounced = true;
+    const T more = select(bounces, share - usual, zero);
     const T x1 = more * row(c.friction1);
     const T x2 = more * row(c.friction2);
     load.add(p, more * row(p.impulse));
@@ -182,7 +186,7 @@ void ManifoldPart<S>::move_by_bounces(VelocityTable<S>& displacements, Integrato
     along2 += x2;
     spin -= row(p.e1) * x1 + row(p.e2) * x2;
   }
-  push(displacements, motion(displacements), load, along1, along2, spin);
+  if (has_bounced) push(displacements, motion(displacements), load, along1, along2, spin);
 }
 
 template <Scalar S>

@@ -33,6 +33,8 @@ class ManifoldSweeps {
   void start(const Island& island, const Constraints<S>& constraints,
              std::span<const SolverBody<S>> bodies, S parts);
 
+  /// Whether any contact may bounce.
+  [[nodiscard]] bool may_bounce() const { return bounces_; }
   /// Whether most contacts are new, with no impulse to start from.
   [[nodiscard]] bool is_cold() const { return is_cold_; }
 
@@ -72,7 +74,7 @@ class ManifoldSweeps {
     return for_each_block(backwards, [this](Kernel block) { return block.solve(velocities_); });
   }
 
-  /// Ends the sweeps over velocities.
+  /// Ends the sweeps over velocities, once nothing calls for others.
   void spread_friction() {
     for_each_part([](Part part) { part.spread_friction(); });
   }
@@ -97,8 +99,16 @@ class ManifoldSweeps {
     for_each_part([&](Part part) { part.move_on(velocities_, dt); });
   }
 
-  /// Writes back what has become of the contacts: the impulses of all parts, and of the last one
-  /// whether it was an impact and whether the bodies part.
+  /// Forgets all impulses.
+  void forget() {
+    for (Points& p : points_) p.impulse = {};
+    for (Contacts& c : contacts_) c.friction1 = c.friction2 = {};
+  }
+
+  /// Writes the impulses that a part starts from to the constraints.
+  void write_impulses(const Island& island, Constraints<S>& constraints) const;
+  /// Writes back what has become of the contacts: the impulses of all parts, and whether they were
+  /// impacts in the last one.
   void write_back(const Island& island, Constraints<S>& constraints) const;
 
  private:
@@ -129,6 +139,9 @@ class ManifoldSweeps {
     for (std::size_t k = 0; k < slots_.size(); ++k) table.set(k + 1, of(bodies[slots_[k]]));
   }
 
+  /// Calls use(constraint, points, contacts, lane) for each contact.
+  template <typename Use>
+  void for_each_contact(const Island& island, Constraints<S>& constraints, Use&& use) const;
   void find_manifolds(const Island& island, const Constraints<S>& constraints,
                       std::span<const SolverBody<S>> bodies);
   void add_manifold(const ManifoldSpan& manifold, const Island& island,
@@ -147,7 +160,7 @@ class ManifoldSweeps {
   std::vector<std::uint32_t> slots_;  // By place less 1.
   std::vector<std::uint32_t> place_;  // By slot; 0 where it has none.
   VelocityTable<S> velocities_, starts_;
-  bool bounces_ = false;  // Whether any contact may.
+  bool bounces_ = false;
   bool is_cold_ = false;
 };
 
@@ -191,8 +204,11 @@ void ManifoldSweeps<S>::find_manifolds(const Island& island, const Constraints<S
     const ContactConstraint<S>& c = constraints.contacts[i];
     bounces_ = bounces_ || c.restitution > S(0);
     fresh += c.is_fresh ? 1u : 0u;
-    if (k > 0 && island.contacts[k - 1] + 1 == i &&
-        are_of_one_manifold(constraints.contacts[i - 1], c)) {
+    // What may bounce stands alone. The torsion of a manifold is bounded by where its points might
+    // press, and one that bounces on a single of them has none: its velocities would not be those
+    // of the impulses that are kept, and with nothing lost in bounces that grows without bound.
+    const bool is_next = k > 0 && island.contacts[k - 1] + 1 == i && !(c.restitution > S(0));
+    if (is_next && are_of_one_manifold(constraints.contacts[i - 1], c)) {
       ++manifolds_.back().count;
     } else {
       manifolds_.push_back(
@@ -314,19 +330,37 @@ void ManifoldSweeps<S>::add_manifold(const ManifoldSpan& manifold, const Island&
 }
 
 template <Scalar S>
-void ManifoldSweeps<S>::write_back(const Island& island, Constraints<S>& constraints) const {
+template <typename Use>
+void ManifoldSweeps<S>::for_each_contact(const Island& island, Constraints<S>& constraints,
+                                         Use&& use) const {
   for (const Block& block : blocks_) {
     for (std::size_t lane = 0; lane < block.used; ++lane) {
       for (std::uint32_t k = 0; k < block.contacts[lane]; ++k) {
-        const Contacts& state = contacts_[block.first_point + k];
-        ContactConstraint<S>& c =
-            constraints.contacts[island.contacts[block.first_contact[lane] + k]];
-        for (std::size_t i = 0; i < 3; ++i) c.impulse[i] = state.total[i][lane];
-        c.is_impact = (state.impacts >> lane & 1u) != 0;
-        c.parts = (state.parting >> lane & 1u) != 0;
+        const std::uint32_t contact = island.contacts[block.first_contact[lane] + k];
+        const std::uint32_t point = block.first_point + k;
+        use(constraints.contacts[contact], points_[point], contacts_[point], lane);
       }
     }
   }
+}
+
+template <Scalar S>
+void ManifoldSweeps<S>::write_impulses(const Island& island, Constraints<S>& constraints) const {
+  for_each_contact(
+      island, constraints,
+      [](ContactConstraint<S>& c, const Points& point, const Contacts& contacts, std::size_t lane) {
+        c.impulse = {point.impulse[lane], contacts.friction1[lane], contacts.friction2[lane]};
+      });
+}
+
+template <Scalar S>
+void ManifoldSweeps<S>::write_back(const Island& island, Constraints<S>& constraints) const {
+  for_each_contact(
+      island, constraints,
+      [](ContactConstraint<S>& c, const Points&, const Contacts& contacts, std::size_t lane) {
+        for (std::size_t i = 0; i < 3; ++i) c.impulse[i] = contacts.total[i][lane];
+        c.is_impact = (contacts.impacts >> lane & 1u) != 0;
+      });
 }
 
 }  // namespace bristle

@@ -41,12 +41,14 @@ class SequentialSolver {
   /// Starts one part of the step: arms, axes and masses stay those of its start.
   void start_part(const Island& island, Constraints<S>& constraints,
                   std::span<SolverBody<S>> bodies, const SolveContext<S>& context) {
-    for (const std::uint32_t slot : island.bodies) bodies[slot].twist = bodies[slot].free;
     manifolds_.aim(bodies, context);
-    manifolds_.apply();
-    if (!shares_bodies(island)) return;
-    manifolds_.unload(bodies, velocity_of);
-    apply_blocks(island, constraints, bodies);
+    if (shares_bodies(island)) {
+      manifolds_.write_impulses(island, constraints);
+      apply_impulses(island, constraints, bodies);
+    } else {
+      for (const std::uint32_t slot : island.bodies) bodies[slot].twist = bodies[slot].free;
+      manifolds_.apply();
+    }
   }
   /// Ends it, where another one follows.
   void move_on(std::span<const SolverBody<S>> bodies, S dt) { manifolds_.move_on(bodies, dt); }
@@ -84,10 +86,15 @@ class SequentialSolver {
   }
 
   /// Ends the sweeps of a part.
-  void finish(const Island& island, std::span<SolverBody<S>> bodies) {
+  void finish(const Island& island, std::span<SolverBody<S>> bodies) const {
     if (!shares_bodies(island)) manifolds_.unload(bodies, velocity_of);
-    manifolds_.spread_friction();
   }
+  /// Keeps what they found, once nothing calls for others (`ManifoldSweeps::spread_friction`).
+  void keep_impulses() { manifolds_.spread_friction(); }
+  /// Whether any contact of those manifolds may bounce.
+  [[nodiscard]] bool may_bounce() const { return manifolds_.may_bounce(); }
+  /// Forgets the impulses that contacts would start from.
+  void forget_impulses() { manifolds_.forget(); }
 
   /// Starts sweeps of the position problem of a part, and ends them.
   void start_positions(const Island& island, std::span<SolverBody<S>> bodies,

@@ -287,10 +287,6 @@ void apply_soft(const SoftBlock<S>& block, const Vec6<S>& p, SolverBody<S>& a, S
 template <Scalar S>
 void apply_impulses(const Island& island, const Constraints<S>& constraints,
                     std::span<SolverBody<S>> bodies);
-/// Adds the impulses of joints and sensors alone.
-template <Scalar S>
-void apply_blocks(const Island& island, const Constraints<S>& constraints,
-                  std::span<SolverBody<S>> bodies);
 
 /// Displacement of a body in a step, divided by it, from its velocities.
 template <Scalar S>
@@ -339,12 +335,6 @@ void apply_impulses(const Island& island, const Constraints<S>& constraints,
     if (a.moves) a.push(a.twist, -force, -torque_a);
     if (b.moves) b.push(b.twist, force, torque_b);
   }
-  apply_blocks(island, constraints, bodies);
-}
-
-template <Scalar S>
-void apply_blocks(const Island& island, const Constraints<S>& constraints,
-                  std::span<SolverBody<S>> bodies) {
   for (const std::uint32_t i : island.blocks) {
     const ConstraintBlock<S>& block = constraints.blocks[i];
     for (std::uint32_t r = block.first; r < block.first + block.count; ++r) {
