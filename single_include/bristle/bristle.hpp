@@ -5186,15 +5186,16 @@ struct ContactPlace {
 /// bounces; to be called when impulses are known.
 ///
 /// @param impulse          [N s] Along the normal.
-/// @param target           [m/s] That it aimed at: more than nothing where it bounces.
-/// @param normal_velocity  [m/s] At the end of the step; of no account where it does not.
+/// @param normal_velocity  [m/s] At the end of the step; of no account without restitution.
 template <Value T>
-BRISTLE_LANES ContactPlace<T> place_of(const T& impulse, const T& target, const T& bounce_share,
-                                       const T& normal_velocity, Integrator integrator);
+BRISTLE_LANES ContactPlace<T> place_of(const T& impulse, const T& restitution,
+                                       const ContactAim<T>& aim, const T& normal_velocity,
+                                       const SolveContext<ScalarOf<T>>& context);
 template <Scalar S>
-void place_contact(ContactConstraint<S>& c, S normal_velocity, Integrator integrator) {
+void place_contact(ContactConstraint<S>& c, S normal_velocity, const SolveContext<S>& context) {
+  const ContactAim<S> aim{c.target, c.bounce_share, c.is_impact};
   const ContactPlace<S> place =
-      place_of<S>(c.impulse[0], c.target, c.bounce_share, normal_velocity, integrator);
+      place_of<S>(c.impulse[0], c.restitution, aim, normal_velocity, context);
   c.placed = place.placed;
   c.least_placed = place.least_placed;
   c.parts = place.parts;
@@ -5294,19 +5295,23 @@ void aim_contact(ContactConstraint<S>& c, const SolverBody<S>& a, const SolverBo
 }
 
 template <Value T>
-BRISTLE_LANES ContactPlace<T> place_of(const T& impulse, const T& target, const T& bounce_share,
-                                       const T& normal_velocity, Integrator integrator) {
+BRISTLE_LANES ContactPlace<T> place_of(const T& impulse, const T& restitution,
+                                       const ContactAim<T>& aim, const T& normal_velocity,
+                                       const SolveContext<ScalarOf<T>>& context) {
   using S = ScalarOf<T>;
   const T zero = S(0);
-  const Truth<T> bounces = bounce_share >= zero;
+  const Truth<T> is_timed = aim.bounce_share >= zero;
+  const bool is_trapezoidal = context.integrator == Integrator::trapezoidal;
   ContactPlace<T> place;
-  place.placed = select(bounces, bounce_share, T(usual_share<S>(integrator))) * impulse;
-  place.least_placed =
-      integrator == Integrator::trapezoidal ? select(bounces, place.placed, zero) : place.placed;
-  // Not whatever may bounce and parts: at rest round-off decides that, and heaps of such bodies
-  // would sink into themselves.
-  const Truth<T> has_bounced = target > zero;
-  place.parts = has_bounced & (normal_velocity > zero);
+  place.placed =
+      select(is_timed, aim.bounce_share, T(usual_share<S>(context.integrator))) * impulse;
+  place.least_placed = is_trapezoidal ? select(is_timed, place.placed, zero) : place.placed;
+  // Not whatever may bounce and has any speed apart: at rest round-off decides that, and heaps of
+  // such bodies would sink into themselves.
+  const Truth<T> has_bounced = aim.target > zero;
+  const Truth<T> flies_apart = normal_velocity > T(context.restitution_speed);
+  const Truth<T> may_bounce = restitution > zero;
+  place.parts = may_bounce & (flies_apart | (has_bounced & (normal_velocity > zero)));
   return place;
 }
 
@@ -7598,7 +7603,7 @@ class ManifoldPart : ManifoldMotion<S> {
 
   /// Sets the shares of the impulses that move the bodies (`place_of`), for sweeps of the position
   /// problem.
-  /// @param velocities  At the end of the part; of no account where nothing bounces.
+  /// @param velocities  At the end of the part; of no account without restitution.
   void start_placing(const VelocityTable<S>& velocities, const SolveContext<S>& context);
   /// Gives bodies the displacement of bounces, whose share is not the usual one.
   void move_by_bounces(VelocityTable<S>& displacements, Integrator integrator);
@@ -7710,8 +7715,9 @@ void ManifoldPart<S>::start_placing(const VelocityTable<S>& velocities,
   for (std::size_t k = 0; k < points_.size(); ++k) {
     Points& p = points_[k];
     const Contacts& c = contacts_[k];
-    const ContactPlace<T> place = place_of<T>(row(p.impulse), row(p.target), row(c.bounce_share),
-                                              speed(p, v), context.integrator);
+    const ContactAim<T> aim{row(p.target), row(c.bounce_share), mask(c.impacts)};
+    const ContactPlace<T> place =
+        place_of<T>(row(p.impulse), row(c.restitution), aim, speed(p, v), context);
     (-row(c.gap) * per_step).store(p.placing_target.data());
     place.placed.store(p.placed.data());
     select(place.parts, place.placed, place.least_placed).store(p.least_placed.data());
@@ -8687,7 +8693,7 @@ class IslandSolver {
       const S parting = c.restitution > S(0)
                             ? c.normal_velocity(bodies[c.body_a].twist, bodies[c.body_b].twist)
                             : S(0);
-      place_contact(c, parting, context.integrator);
+      place_contact(c, parting, context);
     }
     move_by_bounces(island, constraints, bodies, context);
     if (!has_position_error(island, constraints, bodies, context)) return;

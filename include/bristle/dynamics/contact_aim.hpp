@@ -81,15 +81,16 @@ struct ContactPlace {
 /// bounces; to be called when impulses are known.
 ///
 /// @param impulse          [N s] Along the normal.
-/// @param target           [m/s] That it aimed at: more than nothing where it bounces.
-/// @param normal_velocity  [m/s] At the end of the step; of no account where it does not.
+/// @param normal_velocity  [m/s] At the end of the step; of no account without restitution.
 template <Value T>
-BRISTLE_LANES ContactPlace<T> place_of(const T& impulse, const T& target, const T& bounce_share,
-                                       const T& normal_velocity, Integrator integrator);
+BRISTLE_LANES ContactPlace<T> place_of(const T& impulse, const T& restitution,
+                                       const ContactAim<T>& aim, const T& normal_velocity,
+                                       const SolveContext<ScalarOf<T>>& context);
 template <Scalar S>
-void place_contact(ContactConstraint<S>& c, S normal_velocity, Integrator integrator) {
+void place_contact(ContactConstraint<S>& c, S normal_velocity, const SolveContext<S>& context) {
+  const ContactAim<S> aim{c.target, c.bounce_share, c.is_impact};
   const ContactPlace<S> place =
-      place_of<S>(c.impulse[0], c.target, c.bounce_share, normal_velocity, integrator);
+      place_of<S>(c.impulse[0], c.restitution, aim, normal_velocity, context);
   c.placed = place.placed;
   c.least_placed = place.least_placed;
   c.parts = place.parts;
@@ -189,19 +190,23 @@ void aim_contact(ContactConstraint<S>& c, const SolverBody<S>& a, const SolverBo
 }
 
 template <Value T>
-BRISTLE_LANES ContactPlace<T> place_of(const T& impulse, const T& target, const T& bounce_share,
-                                       const T& normal_velocity, Integrator integrator) {
+BRISTLE_LANES ContactPlace<T> place_of(const T& impulse, const T& restitution,
+                                       const ContactAim<T>& aim, const T& normal_velocity,
+                                       const SolveContext<ScalarOf<T>>& context) {
   using S = ScalarOf<T>;
   const T zero = S(0);
-  const Truth<T> bounces = bounce_share >= zero;
+  const Truth<T> is_timed = aim.bounce_share >= zero;
+  const bool is_trapezoidal = context.integrator == Integrator::trapezoidal;
   ContactPlace<T> place;
-  place.placed = select(bounces, bounce_share, T(usual_share<S>(integrator))) * impulse;
-  place.least_placed =
-      integrator == Integrator::trapezoidal ? select(bounces, place.placed, zero) : place.placed;
-  // Not whatever may bounce and parts: at rest round-off decides that, and heaps of such bodies
-  // would sink into themselves.
-  const Truth<T> has_bounced = target > zero;
-  place.parts = has_bounced & (normal_velocity > zero);
+  place.placed =
+      select(is_timed, aim.bounce_share, T(usual_share<S>(context.integrator))) * impulse;
+  place.least_placed = is_trapezoidal ? select(is_timed, place.placed, zero) : place.placed;
+  // Not whatever may bounce and has any speed apart: at rest round-off decides that, and heaps of
+  // such bodies would sink into themselves.
+  const Truth<T> has_bounced = aim.target > zero;
+  const Truth<T> flies_apart = normal_velocity > T(context.restitution_speed);
+  const Truth<T> may_bounce = restitution > zero;
+  place.parts = may_bounce & (flies_apart | (has_bounced & (normal_velocity > zero)));
   return place;
 }
 

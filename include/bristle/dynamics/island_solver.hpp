@@ -314,7 +314,7 @@ class IslandSolver {
       const S parting = c.restitution > S(0)
                             ? c.normal_velocity(bodies[c.body_a].twist, bodies[c.body_b].twist)
                             : S(0);
-      place_contact(c, parting, context.integrator);
+      place_contact(c, parting, context);
     }
     move_by_bounces(island, constraints, bodies, context);
     if (!has_position_error(island, constraints, bodies, context)) return;

@@ -43,7 +43,7 @@ class ManifoldPart : ManifoldMotion<S> {
 
   /// Sets the shares of the impulses that move the bodies (`place_of`), for sweeps of the position
   /// problem.
-  /// @param velocities  At the end of the part; of no account where nothing bounces.
+  /// @param velocities  At the end of the part; of no account without restitution.
   void start_placing(const VelocityTable<S>& velocities, const SolveContext<S>& context);
   /// Gives bodies the displacement of bounces, whose share is not the usual one.
   void move_by_bounces(VelocityTable<S>& displacements, Integrator integrator);
@@ -155,8 +155,9 @@ void ManifoldPart<S>::start_placing(const VelocityTable<S>& velocities,
   for (std::size_t k = 0; k < points_.size(); ++k) {
     Points& p = points_[k];
     const Contacts& c = contacts_[k];
-    const ContactPlace<T> place = place_of<T>(row(p.impulse), row(p.target), row(c.bounce_share),
-                                              speed(p, v), context.integrator);
+    const ContactAim<T> aim{row(p.target), row(c.bounce_share), mask(c.impacts)};
+    const ContactPlace<T> place =
+        place_of<T>(row(p.impulse), row(c.restitution), aim, speed(p, v), context);
     (-row(c.gap) * per_step).store(p.placing_target.data());
     place.placed.store(p.placed.data());
     select(place.parts, place.placed, place.least_placed).store(p.least_placed.data());

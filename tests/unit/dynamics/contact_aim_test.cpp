@@ -87,7 +87,7 @@ TEST_CASE("aim_contact: a bounce leaves at e times the speed it hits with, at th
   CHECK(fall.contact.target == doctest::Approx(e * hit + a * (dt - time)));
   CHECK(fall.contact.bounce_share == doctest::Approx(1 - time / dt));
   fall.contact.impulse[0] = 3;
-  place_contact(fall.contact, fall.contact.target, Integrator::trapezoidal);
+  place_contact(fall.contact, fall.contact.target, fall.context);
   CHECK(fall.contact.placed == doctest::Approx(3 * (1 - time / dt)));
   CHECK(fall.contact.least_placed == fall.contact.placed);
 }
@@ -109,6 +109,20 @@ TEST_CASE("aim_contact: by symplectic Euler surfaces approach by their gap, and 
   dead.aim();
   CHECK(dead.contact.target == doctest::Approx(-0.5));
   dead.contact.impulse[0] = 3;
-  place_contact(dead.contact, 0.0, Integrator::symplectic_euler);
+  place_contact(dead.contact, 0.0, dead.context);
   CHECK(dead.contact.placed == 3);
+}
+
+TEST_CASE("place_contact: bodies part where they bounce or fly apart, not by round-off") {
+  const auto parts = [](double restitution, double target, double speed) {
+    Fall fall(0, 0, 0, restitution);
+    fall.contact.target = target;
+    place_contact(fall.contact, speed, fall.context);
+    return fall.contact.parts;
+  };
+  CHECK_FALSE(parts(0.5, 0, 1e-9));
+  CHECK_FALSE(parts(0.5, 0.005, -0.005));  // A bounce that ends the step falling again.
+  CHECK(parts(0.5, 0.005, 0.005));
+  CHECK(parts(0.5, 0, 0.02));
+  CHECK_FALSE(parts(0, 0, 0.02));
 }

@@ -251,7 +251,7 @@ TEST_CASE_TEMPLATE("ManifoldSweeps: without friction, points are solved as conta
       ContactConstraint<S>& c = by_point.constraints.contacts[i];
       const S speed =
           c.normal_velocity(by_point.bodies[c.body_a].twist, by_point.bodies[c.body_b].twist);
-      place_contact(c, speed, integrator);
+      place_contact(c, speed, solve);
       if (c.bounce_share >= S(0)) {
         ++bouncing;
         apply_at_contact<S>(c, (c.bounce_share - usual_share<S>(integrator)) * c.impulse_W(),
