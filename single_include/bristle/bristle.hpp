@@ -4368,14 +4368,14 @@ struct ContactConstraint {
   /// [N s] What of it answers the velocities that the step started with, where that is known. They
   /// are gone at its end: the next step needs that much less.
   std::array<S, 3> passing{};
-  /// [N s] What of the normal impulse moves the bodies within the step, before sweeps over
-  /// manifolds change it (which keep that to themselves), and the least it may be.
+  /// [N s] What of the normal impulse moves the bodies within the step, and the least it may be.
+  /// Sweeps over manifolds keep theirs to themselves.
   S placed = S(0);
   S least_placed = S(0);
   /// [1] Share of the step that is left after a bounce, which is the share of its impulse that
   /// moves the bodies; negative where nothing bounces.
   S bounce_share = S(-1);
-  /// Whether its bodies fly apart after a bounce: an overlap then closes by itself.
+  /// Whether its bodies bounce or fly apart: an overlap then closes by itself.
   bool parts = false;
   /// Whether the impulse of the last step says nothing about this one: a new contact, or one that
   /// took an impact.
@@ -7039,6 +7039,7 @@ BRISTLE_LANES void store_rows(S* rows, const std::uint32_t* at, const Pack<S> (&
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 
 namespace bristle {
 
@@ -7103,7 +7104,7 @@ struct alignas(64) ManifoldPoints {
   Row target{}, impulse{};
   /// Of the position problem: the velocity that closes the gap within the step, the share that
   /// moves the bodies and the least of it, and what `inverse_response` is for it; 0 where bodies
-  /// fly apart after a bounce.
+  /// part.
   Row placing_target{}, placed{}, least_placed{}, inverse_placing{};
 };
 
@@ -7180,7 +7181,9 @@ class ManifoldMotion {
   using Points = ManifoldPoints<S>;
   using Row = typename Block::Row;
 
-  explicit ManifoldMotion(Block& block) : m_(block) {}
+  /// @param points  Of all blocks.
+  ManifoldMotion(Block& block, std::span<Points> points)
+      : m_(block), points_(points.subspan(block.first_point, block.points)) {}
 
   /// Of the two bodies.
   struct Motion {
@@ -7199,6 +7202,16 @@ class ManifoldMotion {
       n += x;
       l1 += x * row(p.e1);
       l2 += x * row(p.e2);
+    }
+  };
+  /// Sums of friction: force along the tangents, torque about the normal.
+  struct Friction {
+    T along1 = S(0), along2 = S(0), spin = S(0);
+
+    BRISTLE_LANES void add(const Points& p, const T& x1, const T& x2) {
+      along1 += x1;
+      along2 += x2;
+      spin -= row(p.e1) * x1 + row(p.e2) * x2;
     }
   };
   [[nodiscard]] BRISTLE_LANES static T row(const Row& r) { return T::load(r.data()); }
@@ -7248,6 +7261,7 @@ class ManifoldMotion {
   }
 
   Block& m_;
+  std::span<Points> points_;
 };
 
 }  // namespace bristle
@@ -7273,8 +7287,7 @@ class ManifoldKernel : ManifoldMotion<S> {
   using T = Pack<S>;
 
  public:
-  ManifoldKernel(Block& block, std::span<Points> points)
-      : Base(block), points_(points.subspan(block.first_point, block.points)) {}
+  ManifoldKernel(Block& block, std::span<Points> points) : Base(block, points) {}
 
   /// Adds what all impulses do.
   void apply(VelocityTable<S>& velocities) const {
@@ -7290,7 +7303,7 @@ class ManifoldKernel : ManifoldMotion<S> {
   BRISTLE_LANES T place(VelocityTable<S>& displacements);
 
  private:
-  using Base::m_, Base::motion, Base::push, Base::relative, Base::row, Base::speed;
+  using Base::m_, Base::motion, Base::points_, Base::push, Base::relative, Base::row, Base::speed;
   using typename Base::Load, typename Base::Motion, typename Base::Relative, typename Base::Row;
 
   /// What `detail::solve_friction` asks for.
@@ -7311,8 +7324,6 @@ class ManifoldKernel : ManifoldMotion<S> {
   BRISTLE_LANES T solve_points(Relative v, Load& load, Row Points::*target, Row Points::*inverse,
                                Row Points::*x, const Least& least, const Use& use);
   BRISTLE_LANES void rub(const T& most, const T& most_torsion, const Relative& v);
-
-  std::span<Points> points_;
 };
 
 // Implementation -----------------------------------------------------------------------------------
@@ -7588,9 +7599,7 @@ class ManifoldPart : ManifoldMotion<S> {
   using Contacts = ManifoldContacts<S>;
 
   ManifoldPart(Block& block, std::span<Points> points, std::span<Contacts> contacts)
-      : Base(block),
-        points_(points.subspan(block.first_point, block.points)),
-        contacts_(contacts.subspan(block.first_point, block.points)) {}
+      : Base(block, points), contacts_(contacts.subspan(block.first_point, block.points)) {}
 
   /// Sets what contacts aim at (`aim_at`), and starts from the impulses that they have.
   /// @param start, free  Velocities at the start of the part, and at its end in free motion.
@@ -7603,8 +7612,8 @@ class ManifoldPart : ManifoldMotion<S> {
 
   /// Sets the shares of the impulses that move the bodies (`place_of`), for sweeps of the position
   /// problem.
-  /// @param velocities  At the end of the part; of no account without restitution.
-  void start_placing(const VelocityTable<S>& velocities, const SolveContext<S>& context);
+  /// @param velocities  At the end of the part; null where nothing may bounce, and none is read.
+  void start_placing(const VelocityTable<S>* velocities, const SolveContext<S>& context);
   /// Gives bodies the displacement of bounces, whose share is not the usual one.
   void move_by_bounces(VelocityTable<S>& displacements, Integrator integrator);
 
@@ -7613,8 +7622,8 @@ class ManifoldPart : ManifoldMotion<S> {
   void move_on(const VelocityTable<S>& displacements, S dt);
 
  private:
-  using Base::m_, Base::motion, Base::push, Base::relative, Base::row, Base::speed;
-  using typename Base::Load, typename Base::Relative;
+  using Base::m_, Base::motion, Base::points_, Base::push, Base::relative, Base::row, Base::speed;
+  using typename Base::Friction, typename Base::Load, typename Base::Relative;
 
   [[nodiscard]] BRISTLE_LANES static Mask<S> mask(std::uint32_t set) {
     return Mask<S>::from_bits(set);
@@ -7626,7 +7635,6 @@ class ManifoldPart : ManifoldMotion<S> {
     }
   }
 
-  std::span<Points> points_;
   std::span<Contacts> contacts_;
 };
 
@@ -7639,7 +7647,7 @@ void ManifoldPart<S>::aim(const VelocityTable<S>& start, const VelocityTable<S>&
   const Relative v_free = relative(motion(free));
   const Mask<S> follow_joints = mask(m_.follow_joints);
   const T zero = S(0);
-  T friction1 = zero, friction2 = zero, torsion = zero;
+  Friction friction;
   for (std::size_t k = 0; k < points_.size(); ++k) {
     Points& p = points_[k];
     Contacts& c = contacts_[k];
@@ -7652,15 +7660,11 @@ void ManifoldPart<S>::aim(const VelocityTable<S>& start, const VelocityTable<S>&
     c.impacts = bits(aim.is_impact);
     // An impact says nothing about the load that follows, nor the load about the impact.
     if (c.impacts != 0) clear(aim.is_impact, p, c);
-    const T x1 = row(c.friction1);
-    const T x2 = row(c.friction2);
-    friction1 += x1;
-    friction2 += x2;
-    torsion -= row(p.e1) * x1 + row(p.e2) * x2;
+    friction.add(p, row(c.friction1), row(c.friction2));
   }
-  friction1.store(m_.friction_impulse1.data());
-  friction2.store(m_.friction_impulse2.data());
-  torsion.store(m_.torsion.data());
+  friction.along1.store(m_.friction_impulse1.data());
+  friction.along2.store(m_.friction_impulse2.data());
+  friction.spin.store(m_.torsion.data());
 }
 
 template <Scalar S>
@@ -7707,11 +7711,12 @@ void ManifoldPart<S>::spread_friction() {
 }
 
 template <Scalar S>
-void ManifoldPart<S>::start_placing(const VelocityTable<S>& velocities,
+void ManifoldPart<S>::start_placing(const VelocityTable<S>* velocities,
                                     const SolveContext<S>& context) {
   const T zero = S(0);
   const T per_step = S(1) / context.dt;
-  const Relative v = relative(motion(velocities));
+  Relative v{zero, zero, zero, zero, zero, zero};
+  if (velocities != nullptr) v = relative(motion(*velocities));
   for (std::size_t k = 0; k < points_.size(); ++k) {
     Points& p = points_[k];
     const Contacts& c = contacts_[k];
@@ -7730,7 +7735,7 @@ void ManifoldPart<S>::move_by_bounces(VelocityTable<S>& displacements, Integrato
   const T zero = S(0);
   const T usual = usual_share<S>(integrator);
   Load load;
-  T along1 = zero, along2 = zero, spin = zero;
+  Friction friction;
   bool has_bounced = false;
   for (std::size_t k = 0; k < points_.size(); ++k) {
     const Points& p = points_[k];
@@ -7740,14 +7745,11 @@ void ManifoldPart<S>::move_by_bounces(VelocityTable<S>& displacements, Integrato
     if (!any(bounces)) continue;
     has_bounced = true;
     const T more = select(bounces, share - usual, zero);
-    const T x1 = more * row(c.friction1);
-    const T x2 = more * row(c.friction2);
     load.add(p, more * row(p.impulse));
-    along1 += x1;
-    along2 += x2;
-    spin -= row(p.e1) * x1 + row(p.e2) * x2;
+    friction.add(p, more * row(c.friction1), more * row(c.friction2));
   }
-  if (has_bounced) push(displacements, motion(displacements), load, along1, along2, spin);
+  if (!has_bounced) return;
+  push(displacements, motion(displacements), load, friction.along1, friction.along2, friction.spin);
 }
 
 template <Scalar S>
@@ -7794,7 +7796,7 @@ class ManifoldSweeps {
     const auto free = [](const SolverBody<S>& body) -> const Twist<S>& { return body.free; };
     read(bodies, start, starts_);
     load(bodies, free);
-    for_each_part([&](Part part) { part.aim(starts_, velocities_, context); });
+    for_each_block([&](Part part) { part.aim(starts_, velocities_, context); });
   }
 
   /// Reads the bodies' velocities, or their displacements. All that follows works on what was read.
@@ -7818,32 +7820,33 @@ class ManifoldSweeps {
   /// One sweep over all contacts, there or back.
   /// @return [m/s] Largest velocity change.
   S sweep(bool backwards) {
-    return for_each_block(backwards, [this](Kernel block) { return block.solve(velocities_); });
+    return sweep_blocks(backwards, [this](Kernel block) { return block.solve(velocities_); });
   }
 
   /// Ends the sweeps over velocities, once nothing calls for others.
   void spread_friction() {
-    for_each_part([](Part part) { part.spread_friction(); });
+    for_each_block([](Part part) { part.spread_friction(); });
   }
 
   /// Starts the position problem: reads the bodies' displacements, to which bounces are added. The
   /// constraints never learn which shares of their impulses it finds: only displacements count.
   void start_placing(std::span<const SolverBody<S>> bodies, const SolveContext<S>& context) {
     if (bounces_) load(bodies, velocity_of);
-    for_each_part([&](Part part) { part.start_placing(velocities_, context); });
+    const VelocityTable<S>* const velocities = bounces_ ? &velocities_ : nullptr;
+    for_each_block([&](Part part) { part.start_placing(velocities, context); });
     load(bodies, motion_of);
     if (!bounces_) return;
-    for_each_part([&](Part part) { part.move_by_bounces(velocities_, context.integrator); });
+    for_each_block([&](Part part) { part.move_by_bounces(velocities_, context.integrator); });
   }
   /// One sweep of the position problem.
   S place(bool backwards) {
-    return for_each_block(backwards, [this](Kernel block) { return block.place(velocities_); });
+    return sweep_blocks(backwards, [this](Kernel block) { return block.place(velocities_); });
   }
 
   /// Ends a part of the step that another one follows.
   void move_on(std::span<const SolverBody<S>> bodies, S dt) {
     load(bodies, motion_of);
-    for_each_part([&](Part part) { part.move_on(velocities_, dt); });
+    for_each_block([&](Part part) { part.move_on(velocities_, dt); });
   }
 
   /// Forgets all impulses.
@@ -7866,7 +7869,7 @@ class ManifoldSweeps {
   using Contacts = ManifoldContacts<S>;
 
   template <typename Turn>
-  S for_each_block(bool backwards, Turn&& turn) {
+  S sweep_blocks(bool backwards, Turn&& turn) {
     Pack<S> largest = S(0);
     const std::size_t count = blocks_.size();
     for (std::size_t k = 0; k < count; ++k) {
@@ -7876,7 +7879,7 @@ class ManifoldSweeps {
   }
 
   template <typename Use>
-  void for_each_part(Use&& use) {
+  void for_each_block(Use&& use) {
     for (Block& block : blocks_) use(Part(block, points_, contacts_));
   }
   /// Reads velocities into a table.
@@ -8419,12 +8422,12 @@ class IslandSolver {
   /// from the velocities and nothing is to be solved.
   void place(const Island& island, Constraints<S>& constraints, std::span<SolverBody<S>> bodies,
              const SolveContext<S>& context, SolveReport<S>& report) {
-    const int most_sweeps = context.settings.max_position_sweeps;
     if (!is_large(context)) {
-      place_small(island, constraints, bodies, context, most_sweeps, report);
+      place_small(island, constraints, bodies, context, report);
     } else if (!island.soft.empty()) {
       // Others are placed part by part as they are solved.
-      place_part(island, constraints, bodies, context, most_sweeps, report);
+      place_part(island, constraints, bodies, context, context.settings.max_position_sweeps,
+                 report);
     }
   }
 
@@ -8683,7 +8686,7 @@ class IslandSolver {
   }
 
   void place_small(const Island& island, Constraints<S>& constraints,
-                   std::span<SolverBody<S>> bodies, const SolveContext<S>& context, int most_sweeps,
+                   std::span<SolverBody<S>> bodies, const SolveContext<S>& context,
                    SolveReport<S>& report) {
     for (const std::uint32_t slot : island.bodies) {
       bodies[slot].motion = mean_motion(bodies[slot], context.integrator);
@@ -8705,7 +8708,7 @@ class IslandSolver {
     const S tolerance = context.position_tolerance / context.dt;
     Convergence progress(tolerance, tolerance);
     watch_.start();
-    for (int n = 0; n < most_sweeps; ++n) {
+    for (int n = 0; n < context.settings.max_position_sweeps; ++n) {
       const S residual =
           sequential_.sweep_positions(island, constraints, bodies, context.dt, n % 2 != 0);
       ++report.position_sweeps;

@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <cmath>
 #include <span>
+#include <utility>
 #include <vector>
 
 using namespace bristle;
@@ -37,14 +38,8 @@ Wall make_wall(double dt) {
   return wall;
 }
 
-/// Kinetic energy and that of height.
 double total_energy(const Wall& wall) {
-  double sum = test::energy_of(wall.world, std::span<const BodyId>(wall.bodies));
-  for (const BodyId id : wall.bodies) {
-    const Body<double>& body = wall.world.body(id);
-    sum += 9.81 * body.mass * body.center_pose.translation.z();
-  }
-  return sum;
+  return test::energy_of(wall.world, std::span<const BodyId>(wall.bodies));
 }
 
 }  // namespace
@@ -78,8 +73,11 @@ TEST_CASE("large_islands: towers stand, however many cubes they have") {
 }
 
 TEST_CASE("large_islands: a pyramid of 210 boxes stands on sweeps of a bounded number") {
-  for (const double dt : {1.0 / 240, 1.0 / 60}) {
+  // Of boxes that may bounce round-off at rest must not decide what is held up and what may sink.
+  for (const auto& [dt, restitution] :
+       {std::pair(1.0 / 240, 0.0), std::pair(1.0 / 60, 0.0), std::pair(1.0 / 60, 0.3)}) {
     CAPTURE(dt);
+    CAPTURE(restitution);
     WorldDef<double> def;
     def.time_step = dt;
     World<double> world(def);
@@ -89,8 +87,10 @@ TEST_CASE("large_islands: a pyramid of 210 boxes stands on sweeps of a bounded n
     for (int row = 0; row < 20; ++row) {
       for (int i = 0; i < 20 - row; ++i) {
         places.push_back({(i - (19 - row) / 2.0) * 0.21, 0, 0.1 + 0.2 * row});
-        boxes.push_back(world.add_body(
-            {.mass = 1, .shape = Box<double>{{0.1, 0.1, 0.1}}, .position = places.back()}));
+        boxes.push_back(world.add_body({.mass = 1,
+                                        .shape = Box<double>{{0.1, 0.1, 0.1}},
+                                        .material = {.restitution = restitution},
+                                        .position = places.back()}));
       }
     }
     const double parts = std::ceil(dt / def.solver.longest_part);

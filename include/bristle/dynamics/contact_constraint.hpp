@@ -47,14 +47,14 @@ struct ContactConstraint {
   /// [N s] What of it answers the velocities that the step started with, where that is known. They
   /// are gone at its end: the next step needs that much less.
   std::array<S, 3> passing{};
-  /// [N s] What of the normal impulse moves the bodies within the step, before sweeps over
-  /// manifolds change it (which keep that to themselves), and the least it may be.
+  /// [N s] What of the normal impulse moves the bodies within the step, and the least it may be.
+  /// Sweeps over manifolds keep theirs to themselves.
   S placed = S(0);
   S least_placed = S(0);
   /// [1] Share of the step that is left after a bounce, which is the share of its impulse that
   /// moves the bodies; negative where nothing bounces.
   S bounce_share = S(-1);
-  /// Whether its bodies fly apart after a bounce: an overlap then closes by itself.
+  /// Whether its bodies bounce or fly apart: an overlap then closes by itself.
   bool parts = false;
   /// Whether the impulse of the last step says nothing about this one: a new contact, or one that
   /// took an impact.

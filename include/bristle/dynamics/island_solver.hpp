@@ -40,12 +40,12 @@ class IslandSolver {
   /// from the velocities and nothing is to be solved.
   void place(const Island& island, Constraints<S>& constraints, std::span<SolverBody<S>> bodies,
              const SolveContext<S>& context, SolveReport<S>& report) {
-    const int most_sweeps = context.settings.max_position_sweeps;
     if (!is_large(context)) {
-      place_small(island, constraints, bodies, context, most_sweeps, report);
+      place_small(island, constraints, bodies, context, report);
     } else if (!island.soft.empty()) {
       // Others are placed part by part as they are solved.
-      place_part(island, constraints, bodies, context, most_sweeps, report);
+      place_part(island, constraints, bodies, context, context.settings.max_position_sweeps,
+                 report);
     }
   }
 
@@ -304,7 +304,7 @@ class IslandSolver {
   }
 
   void place_small(const Island& island, Constraints<S>& constraints,
-                   std::span<SolverBody<S>> bodies, const SolveContext<S>& context, int most_sweeps,
+                   std::span<SolverBody<S>> bodies, const SolveContext<S>& context,
                    SolveReport<S>& report) {
     for (const std::uint32_t slot : island.bodies) {
       bodies[slot].motion = mean_motion(bodies[slot], context.integrator);
@@ -326,7 +326,7 @@ class IslandSolver {
     const S tolerance = context.position_tolerance / context.dt;
     Convergence progress(tolerance, tolerance);
     watch_.start();
-    for (int n = 0; n < most_sweeps; ++n) {
+    for (int n = 0; n < context.settings.max_position_sweeps; ++n) {
       const S residual =
           sequential_.sweep_positions(island, constraints, bodies, context.dt, n % 2 != 0);
       ++report.position_sweeps;

@@ -19,6 +19,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 
 namespace bristle {
 
@@ -83,7 +84,7 @@ struct alignas(64) ManifoldPoints {
   Row target{}, impulse{};
   /// Of the position problem: the velocity that closes the gap within the step, the share that
   /// moves the bodies and the least of it, and what `inverse_response` is for it; 0 where bodies
-  /// fly apart after a bounce.
+  /// part.
   Row placing_target{}, placed{}, least_placed{}, inverse_placing{};
 };
 
@@ -160,7 +161,9 @@ class ManifoldMotion {
   using Points = ManifoldPoints<S>;
   using Row = typename Block::Row;
 
-  explicit ManifoldMotion(Block& block) : m_(block) {}
+  /// @param points  Of all blocks.
+  ManifoldMotion(Block& block, std::span<Points> points)
+      : m_(block), points_(points.subspan(block.first_point, block.points)) {}
 
   /// Of the two bodies.
   struct Motion {
@@ -179,6 +182,16 @@ class ManifoldMotion {
       n += x;
       l1 += x * row(p.e1);
       l2 += x * row(p.e2);
+    }
+  };
+  /// Sums of friction: force along the tangents, torque about the normal.
+  struct Friction {
+    T along1 = S(0), along2 = S(0), spin = S(0);
+
+    BRISTLE_LANES void add(const Points& p, const T& x1, const T& x2) {
+      along1 += x1;
+      along2 += x2;
+      spin -= row(p.e1) * x1 + row(p.e2) * x2;
     }
   };
   [[nodiscard]] BRISTLE_LANES static T row(const Row& r) { return T::load(r.data()); }
@@ -228,6 +241,7 @@ class ManifoldMotion {
   }
 
   Block& m_;
+  std::span<Points> points_;
 };
 
 }  // namespace bristle

@@ -21,8 +21,7 @@ class ManifoldKernel : ManifoldMotion<S> {
   using T = Pack<S>;
 
  public:
-  ManifoldKernel(Block& block, std::span<Points> points)
-      : Base(block), points_(points.subspan(block.first_point, block.points)) {}
+  ManifoldKernel(Block& block, std::span<Points> points) : Base(block, points) {}
 
   /// Adds what all impulses do.
   void apply(VelocityTable<S>& velocities) const {
@@ -38,7 +37,7 @@ class ManifoldKernel : ManifoldMotion<S> {
   BRISTLE_LANES T place(VelocityTable<S>& displacements);
 
  private:
-  using Base::m_, Base::motion, Base::push, Base::relative, Base::row, Base::speed;
+  using Base::m_, Base::motion, Base::points_, Base::push, Base::relative, Base::row, Base::speed;
   using typename Base::Load, typename Base::Motion, typename Base::Relative, typename Base::Row;
 
   /// What `detail::solve_friction` asks for.
@@ -59,8 +58,6 @@ class ManifoldKernel : ManifoldMotion<S> {
   BRISTLE_LANES T solve_points(Relative v, Load& load, Row Points::*target, Row Points::*inverse,
                                Row Points::*x, const Least& least, const Use& use);
   BRISTLE_LANES void rub(const T& most, const T& most_torsion, const Relative& v);
-
-  std::span<Points> points_;
 };
 
 // Implementation -----------------------------------------------------------------------------------

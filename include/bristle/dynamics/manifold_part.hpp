@@ -28,9 +28,7 @@ class ManifoldPart : ManifoldMotion<S> {
   using Contacts = ManifoldContacts<S>;
 
   ManifoldPart(Block& block, std::span<Points> points, std::span<Contacts> contacts)
-      : Base(block),
-        points_(points.subspan(block.first_point, block.points)),
-        contacts_(contacts.subspan(block.first_point, block.points)) {}
+      : Base(block, points), contacts_(contacts.subspan(block.first_point, block.points)) {}
 
   /// Sets what contacts aim at (`aim_at`), and starts from the impulses that they have.
   /// @param start, free  Velocities at the start of the part, and at its end in free motion.
@@ -43,8 +41,8 @@ class ManifoldPart : ManifoldMotion<S> {
 
   /// Sets the shares of the impulses that move the bodies (`place_of`), for sweeps of the position
   /// problem.
-  /// @param velocities  At the end of the part; of no account without restitution.
-  void start_placing(const VelocityTable<S>& velocities, const SolveContext<S>& context);
+  /// @param velocities  At the end of the part; null where nothing may bounce, and none is read.
+  void start_placing(const VelocityTable<S>* velocities, const SolveContext<S>& context);
   /// Gives bodies the displacement of bounces, whose share is not the usual one.
   void move_by_bounces(VelocityTable<S>& displacements, Integrator integrator);
 
@@ -53,8 +51,8 @@ class ManifoldPart : ManifoldMotion<S> {
   void move_on(const VelocityTable<S>& displacements, S dt);
 
  private:
-  using Base::m_, Base::motion, Base::push, Base::relative, Base::row, Base::speed;
-  using typename Base::Load, typename Base::Relative;
+  using Base::m_, Base::motion, Base::points_, Base::push, Base::relative, Base::row, Base::speed;
+  using typename Base::Friction, typename Base::Load, typename Base::Relative;
 
   [[nodiscard]] BRISTLE_LANES static Mask<S> mask(std::uint32_t set) {
     return Mask<S>::from_bits(set);
@@ -66,7 +64,6 @@ class ManifoldPart : ManifoldMotion<S> {
     }
   }
 
-  std::span<Points> points_;
   std::span<Contacts> contacts_;
 };
 
@@ -79,7 +76,7 @@ void ManifoldPart<S>::aim(const VelocityTable<S>& start, const VelocityTable<S>&
   const Relative v_free = relative(motion(free));
   const Mask<S> follow_joints = mask(m_.follow_joints);
   const T zero = S(0);
-  T friction1 = zero, friction2 = zero, torsion = zero;
+  Friction friction;
   for (std::size_t k = 0; k < points_.size(); ++k) {
     Points& p = points_[k];
     Contacts& c = contacts_[k];
@@ -92,15 +89,11 @@ void ManifoldPart<S>::aim(const VelocityTable<S>& start, const VelocityTable<S>&
     c.impacts = bits(aim.is_impact);
     // An impact says nothing about the load that follows, nor the load about the impact.
     if (c.impacts != 0) clear(aim.is_impact, p, c);
-    const T x1 = row(c.friction1);
-    const T x2 = row(c.friction2);
-    friction1 += x1;
-    friction2 += x2;
-    torsion -= row(p.e1) * x1 + row(p.e2) * x2;
+    friction.add(p, row(c.friction1), row(c.friction2));
   }
-  friction1.store(m_.friction_impulse1.data());
-  friction2.store(m_.friction_impulse2.data());
-  torsion.store(m_.torsion.data());
+  friction.along1.store(m_.friction_impulse1.data());
+  friction.along2.store(m_.friction_impulse2.data());
+  friction.spin.store(m_.torsion.data());
 }
 
 template <Scalar S>
@@ -147,11 +140,12 @@ void ManifoldPart<S>::spread_friction() {
 }
 
 template <Scalar S>
-void ManifoldPart<S>::start_placing(const VelocityTable<S>& velocities,
+void ManifoldPart<S>::start_placing(const VelocityTable<S>* velocities,
                                     const SolveContext<S>& context) {
   const T zero = S(0);
   const T per_step = S(1) / context.dt;
-  const Relative v = relative(motion(velocities));
+  Relative v{zero, zero, zero, zero, zero, zero};
+  if (velocities != nullptr) v = relative(motion(*velocities));
   for (std::size_t k = 0; k < points_.size(); ++k) {
     Points& p = points_[k];
     const Contacts& c = contacts_[k];
@@ -170,7 +164,7 @@ void ManifoldPart<S>::move_by_bounces(VelocityTable<S>& displacements, Integrato
   const T zero = S(0);
   const T usual = usual_share<S>(integrator);
   Load load;
-  T along1 = zero, along2 = zero, spin = zero;
+  Friction friction;
   bool has_bounced = false;
   for (std::size_t k = 0; k < points_.size(); ++k) {
     const Points& p = points_[k];
@@ -180,14 +174,11 @@ void ManifoldPart<S>::move_by_bounces(VelocityTable<S>& displacements, Integrato
     if (!any(bounces)) continue;
     has_bounced = true;
     const T more = select(bounces, share - usual, zero);
-    const T x1 = more * row(c.friction1);
-    const T x2 = more * row(c.friction2);
     load.add(p, more * row(p.impulse));
-    along1 += x1;
-    along2 += x2;
-    spin -= row(p.e1) * x1 + row(p.e2) * x2;
+    friction.add(p, more * row(c.friction1), more * row(c.friction2));
   }
-  if (has_bounced) push(displacements, motion(displacements), load, along1, along2, spin);
+  if (!has_bounced) return;
+  push(displacements, motion(displacements), load, friction.along1, friction.along2, friction.spin);
 }
 
 template <Scalar S>

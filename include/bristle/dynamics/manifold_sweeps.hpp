@@ -47,7 +47,7 @@ class ManifoldSweeps {
     const auto free = [](const SolverBody<S>& body) -> const Twist<S>& { return body.free; };
     read(bodies, start, starts_);
     load(bodies, free);
-    for_each_part([&](Part part) { part.aim(starts_, velocities_, context); });
+    for_each_block([&](Part part) { part.aim(starts_, velocities_, context); });
   }
 
   /// Reads the bodies' velocities, or their displacements. All that follows works on what was read.
@@ -71,32 +71,33 @@ class ManifoldSweeps {
   /// One sweep over all contacts, there or back.
   /// @return [m/s] Largest velocity change.
   S sweep(bool backwards) {
-    return for_each_block(backwards, [this](Kernel block) { return block.solve(velocities_); });
+    return sweep_blocks(backwards, [this](Kernel block) { return block.solve(velocities_); });
   }
 
   /// Ends the sweeps over velocities, once nothing calls for others.
   void spread_friction() {
-    for_each_part([](Part part) { part.spread_friction(); });
+    for_each_block([](Part part) { part.spread_friction(); });
   }
 
   /// Starts the position problem: reads the bodies' displacements, to which bounces are added. The
   /// constraints never learn which shares of their impulses it finds: only displacements count.
   void start_placing(std::span<const SolverBody<S>> bodies, const SolveContext<S>& context) {
     if (bounces_) load(bodies, velocity_of);
-    for_each_part([&](Part part) { part.start_placing(velocities_, context); });
+    const VelocityTable<S>* const velocities = bounces_ ? &velocities_ : nullptr;
+    for_each_block([&](Part part) { part.start_placing(velocities, context); });
     load(bodies, motion_of);
     if (!bounces_) return;
-    for_each_part([&](Part part) { part.move_by_bounces(velocities_, context.integrator); });
+    for_each_block([&](Part part) { part.move_by_bounces(velocities_, context.integrator); });
   }
   /// One sweep of the position problem.
   S place(bool backwards) {
-    return for_each_block(backwards, [this](Kernel block) { return block.place(velocities_); });
+    return sweep_blocks(backwards, [this](Kernel block) { return block.place(velocities_); });
   }
 
   /// Ends a part of the step that another one follows.
   void move_on(std::span<const SolverBody<S>> bodies, S dt) {
     load(bodies, motion_of);
-    for_each_part([&](Part part) { part.move_on(velocities_, dt); });
+    for_each_block([&](Part part) { part.move_on(velocities_, dt); });
   }
 
   /// Forgets all impulses.
@@ -119,7 +120,7 @@ class ManifoldSweeps {
   using Contacts = ManifoldContacts<S>;
 
   template <typename Turn>
-  S for_each_block(bool backwards, Turn&& turn) {
+  S sweep_blocks(bool backwards, Turn&& turn) {
     Pack<S> largest = S(0);
     const std::size_t count = blocks_.size();
     for (std::size_t k = 0; k < count; ++k) {
@@ -129,7 +130,7 @@ class ManifoldSweeps {
   }
 
   template <typename Use>
-  void for_each_part(Use&& use) {
+  void for_each_block(Use&& use) {
     for (Block& block : blocks_) use(Part(block, points_, contacts_));
   }
   /// Reads velocities into a table.
