@@ -2,8 +2,8 @@
 /// Islands too large for a factorisation: swept sensors must not give energy, however far from
 /// converged the sweeps are.
 // SPDX-License-Identifier: BSD-3-Clause
+#include "scenes/bouncing_heap.hpp"
 #include "support/momentum.hpp"
-#include "support/random.hpp"
 
 #include <bristle/sensors/placement.hpp>
 
@@ -162,42 +162,18 @@ TEST_CASE("swept islands: a ball bounces as high as one that is factored") {
 TEST_CASE("swept islands: boxes that bounce between walls gain no energy") {
   for (const std::uint64_t seed : {1u, 4u}) {
     CAPTURE(seed);
-    WorldDef<double> def;
-    def.time_step = 1.0 / 240;
+    scenes::BouncingHeapDef def;
+    def.seed = seed;
     def.solver.max_direct_work = 0;
-    World<double> world(def);
-    BodyDef<double> wall;
-    wall.motion = Motion::fixed;
-    wall.shape = HalfSpace<double>{};
-    wall.material.friction = 0.5;
-    world.add_body(wall);
-    for (const Vec3<double>& normal : {Vec3<double>(1, 0, 0), Vec3<double>(-1, 0, 0),
-                                       Vec3<double>(0, 1, 0), Vec3<double>(0, -1, 0)}) {
-      wall.orientation = Quat<double>::FromTwoVectors(Vec3<double>::UnitZ(), normal);
-      wall.position = -0.45 * normal;
-      world.add_body(wall);
-    }
-    test::Random random(seed);
-    std::vector<BodyId> bodies;
-    for (int i = 0; i < 48; ++i) {
-      BodyDef<double> box;
-      box.mass = random.uniform(0.2, 2.0);
-      box.shape = Box<double>{{0.08, 0.08, 0.08}};
-      box.material.restitution = 1;
-      box.material.friction = 0.5;
-      box.position = {(i % 4) * 0.22 - 0.33, (i / 4 % 4) * 0.22 - 0.33, 0.3 + 0.25 * (i / 16)};
-      box.velocity = random.in_cube(1.0);
-      bodies.push_back(world.add_body(box));
-    }
-    const auto energy = [&] { return test::energy_of(world, std::span<const BodyId>(bodies)); };
-    const double initial = energy();
+    auto heap = scenes::make_bouncing_heap(def);
+    const double initial = heap.energy();
     double highest = 0;
     for (int n = 0; n < 600; ++n) {
-      world.step();
-      highest = std::max(highest, energy());
+      heap.world.step();
+      highest = std::max(highest, heap.energy());
     }
     // Several impacts at once may give a little; what they lose is more.
     CHECK(highest < 1.001 * initial);
-    CHECK(world.report().frozen_bodies == 0);
+    CHECK(heap.world.report().frozen_bodies == 0);
   }
 }
