@@ -95,12 +95,12 @@ void shrink(Real radius, Real& x, Real& y) {
   y *= radius / length;
 }
 
-/// Moves (n, x, y) to the nearest point of a friction cone.
+/// Moves (n, x, y) to the nearest point of a friction cone, which may be as narrow as a line.
 template <typename Real>
 void project_on_cone(Real friction, Real& n, Real& x, Real& y) {
   using std::hypot;
   const Real t = hypot(x, y);
-  if (t <= friction * n) return;
+  if (n >= Real(0) && t <= friction * n) return;
   if (friction * t <= -n) {
     n = x = y = Real(0);
     return;

@@ -283,13 +283,23 @@ class IslandRows {
     }
     return false;
   }
-  /// Writes by how much the contacts' multipliers fall along the whole step of the velocities.
+  /// Writes by how much the contacts' multipliers fall along the whole step of the velocities. The
+  /// step knows the contacts that press: where it closes another, the penalty may make any impulse
+  /// of that. What is larger than the largest there is counts for nothing.
   void store_passing(Real eps, const Island& island, Constraints<S>& constraints,
                      std::vector<Real>& scratch) const {
     scratch.resize(rows_.size());
-    for_each_impulse(eps, Real(0), [&](std::size_t i, Real x) { scratch[i] = x; });
+    Real largest = Real(0);
+    for_each_impulse(eps, Real(0), [&](std::size_t i, Real x) {
+      scratch[i] = x;
+      if (rows_[i].kind == Kind::cone) largest = std::max(largest, x);
+    });
+    bool is_likely = true;
     for_each_impulse(eps, Real(1), [&](std::size_t i, Real x) {
-      constraints.contacts[island.contacts[i / 3]].passing[i % 3] = S(scratch[i] - x);
+      const Row& row = rows_[i];
+      if (row.kind == Kind::cone) is_likely = row.side != Side::at_bound || x <= largest;
+      constraints.contacts[island.contacts[i / 3]].passing[i % 3] =
+          is_likely ? S(scratch[i] - x) : S(0);
     });
   }
   /// Writes the multipliers of the position rows back.
@@ -320,7 +330,7 @@ class IslandRows {
       return x > row.lower && x < row.upper ? Side::inside : Side::at_bound;
     }
     const Real t = hypot(rows_[i + 1].proposed(eps, Real(0)), rows_[i + 2].proposed(eps, Real(0)));
-    if (t <= row.friction * x) return Side::inside;
+    if (x >= Real(0) && t <= row.friction * x) return Side::inside;
     return row.friction * t <= -x ? Side::at_bound : Side::sliding;
   }
 
