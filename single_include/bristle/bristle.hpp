@@ -4839,12 +4839,6 @@ struct SolverBody {
   /// Displacement of the step, divided by the step: of free motion, and as known so far.
   Twist<S> free_motion{};
   Twist<S> motion{};
-  /// [1/kg, 1/(kg m^2)] World axes; zero along and about axes on which forces do not move it.
-  Vec3<S> inverse_mass = Vec3<S>::Zero();
-  Mat3<S> inverse_inertia = Mat3<S>::Zero();
-  /// [kg, kg m^2] Of the whole body, world axes.
-  S mass = S(0);
-  Mat3<S> inertia = Mat3<S>::Zero();
   /// Whether forces move it along or about any axis, and whether torques turn it about any.
   bool moves = false;
   bool turns = true;
@@ -4854,6 +4848,12 @@ struct SolverBody {
   bool is_sensed = false;
   /// Whether its free motion is that of a mechanism, and velocities are those at its end.
   bool follows_joints = false;
+  /// [1/kg, 1/(kg m^2)] World axes; zero along and about axes on which forces do not move it.
+  Vec3<S> inverse_mass = Vec3<S>::Zero();
+  Mat3<S> inverse_inertia = Mat3<S>::Zero();
+  /// [kg, kg m^2] Of the whole body, world axes.
+  S mass = S(0);
+  Mat3<S> inertia = Mat3<S>::Zero();
 
   [[nodiscard]] bool is_moving() const { return moves; }
   /// Whether nothing moves it along (0 to 2) or about (3 to 5) an axis of the world.
@@ -26521,6 +26521,8 @@ struct WorldState {
   /// Bodies asleep, and whether all is: then a step has nothing to do.
   std::uint32_t sleeping_bodies = 0;
   bool is_idle = false;
+  /// Whether a caller changed any body since the last step (`BodySleep::is_stirred`).
+  bool is_stirred = false;
   /// [-] Steps so far in which anything could move.
   std::uint64_t steps = 0;
 
@@ -28837,19 +28839,16 @@ class SolveStage {
     // Sensors ask early what their bodies weigh.
     if (state.patches.size() > 0) prepare_mass(state, slot);
     out.free = free_twist(body, state.def.gravity, state.def.time_step);
-    out.twist = out.free;
+    start_from_free(state, out);
   }
 
   /// Finds the velocities at the end of the step, and the position corrections.
   void solve(State& state, const SensorStage<S, Backend>& sensors) {
-    for (SolverBody<S>& body : state.solver_bodies) {
-      // A force that overflowed must not reach others through the island: the body stops instead.
-      if (!is_finite(body.free)) {
-        body.free = {};
-        ++state.report.frozen_bodies;
+    // Where there are sensors they may have pushed bodies since.
+    if (state.patches.size() > 0) {
+      for (SolverBody<S>& body : state.solver_bodies) {
+        if (body.is_sensed) start_from_free(state, body);
       }
-      body.twist = body.free;
-      body.motion = body.free_motion = mean_free_motion(body, integrator_of(state, body));
     }
     mechanisms_.begin_step(state);
     state.report.rows = 3 * state.constraints.contacts.size() + state.constraints.rows.size() +
@@ -28879,7 +28878,10 @@ class SolveStage {
       if (body.motion == Motion::fixed || body.is_asleep()) continue;
       const Transform<S> start = body.center_pose;
       const SolverBody<S>& solved = state.solver_bodies[i];
-      if (body.is_dynamic()) body.twist = solved.twist;
+      if (body.is_dynamic()) {
+        body.twist = solved.twist;
+        ++state.report.awake_bodies;
+      }
       if (solved.follows_joints) {
         mechanisms_.move(body, solved, i, state.def.time_step);
       } else {
@@ -28895,6 +28897,17 @@ class SolveStage {
   }
 
  private:
+  /// Sets what a body does if nothing acts on it, once its free velocities are known.
+  static void start_from_free(State& state, SolverBody<S>& body) {
+    // A force that overflowed must not reach others through the island: the body stops instead.
+    if (!is_finite(body.free)) {
+      body.free = {};
+      ++state.report.frozen_bodies;
+    }
+    body.twist = body.free;
+    body.motion = body.free_motion = mean_free_motion(body, integrator_of(state, body));
+  }
+
   [[nodiscard]] static bool is_finite(const Twist<S>& twist) {
     return all_finite<S>(twist.linear) && all_finite<S>(twist.angular);
   }
@@ -29178,7 +29191,7 @@ void disturb(WorldState<S, Backend>& state, BodyId id) {
   wake_island(state, id.index);
   if (!body.is_dynamic()) wake_neighbours(state, id.index);
   body.sleep.rest_time = S(0);
-  body.sleep.is_stirred = true;
+  body.sleep.is_stirred = state.is_stirred = true;
   state.is_idle = false;
 }
 
@@ -29217,15 +29230,16 @@ class SleepStage {
       connect(state, sensors);
       put_to_sleep(state);
     }
+    state.report.sleeping_bodies = state.sleeping_bodies;
+    // Where all are awake and none was changed, there is nothing to know of each.
+    if (!state.is_stirred && state.sleeping_bodies == 0) return;
     bool is_any_active = false;
     for (std::uint32_t i = 0; i < state.bodies.slot_count(); ++i) {
       if (!state.bodies.is_live(i)) continue;
-      Body<S>& body = state.bodies.at(i);
-      body.sleep.is_stirred = false;
-      if (body.is_dynamic() && !body.is_asleep()) ++state.report.awake_bodies;
+      state.bodies.at(i).sleep.is_stirred = false;
       is_any_active = is_any_active || state.is_active(i);
     }
-    state.report.sleeping_bodies = state.sleeping_bodies;
+    state.is_stirred = false;
     state.is_idle = state.sleeping_bodies > 0 && !is_any_active;
   }
 
@@ -29372,6 +29386,7 @@ class SleepStage {
       body.sleep.island = sets_.find(i);
       body.twist = {};
       ++state.sleeping_bodies;
+      --state.report.awake_bodies;
       has_slept = true;
     }
     if (!has_slept) return;
@@ -30650,7 +30665,9 @@ void World<S, Backend>::restore(std::span<const std::byte> bytes) {
   state_.ended_since.clear();
   state_.sleeping_bodies = 0;
   for (std::uint32_t i = 0; i < state_.bodies.slot_count(); ++i) {
-    if (state_.bodies.is_live(i) && state_.bodies.at(i).is_asleep()) ++state_.sleeping_bodies;
+    if (!state_.bodies.is_live(i)) continue;
+    if (state_.bodies.at(i).is_asleep()) ++state_.sleeping_bodies;
+    state_.is_stirred = state_.is_stirred || state_.bodies.at(i).sleep.is_stirred;
   }
   for (std::uint32_t i = 0; i < state_.colliders.slot_count(); ++i) {
     if (state_.colliders.is_live(i)) refresh_box(i);

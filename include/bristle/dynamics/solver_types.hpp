@@ -70,12 +70,6 @@ struct SolverBody {
   /// Displacement of the step, divided by the step: of free motion, and as known so far.
   Twist<S> free_motion{};
   Twist<S> motion{};
-  /// [1/kg, 1/(kg m^2)] World axes; zero along and about axes on which forces do not move it.
-  Vec3<S> inverse_mass = Vec3<S>::Zero();
-  Mat3<S> inverse_inertia = Mat3<S>::Zero();
-  /// [kg, kg m^2] Of the whole body, world axes.
-  S mass = S(0);
-  Mat3<S> inertia = Mat3<S>::Zero();
   /// Whether forces move it along or about any axis, and whether torques turn it about any.
   bool moves = false;
   bool turns = true;
@@ -85,6 +79,12 @@ struct SolverBody {
   bool is_sensed = false;
   /// Whether its free motion is that of a mechanism, and velocities are those at its end.
   bool follows_joints = false;
+  /// [1/kg, 1/(kg m^2)] World axes; zero along and about axes on which forces do not move it.
+  Vec3<S> inverse_mass = Vec3<S>::Zero();
+  Mat3<S> inverse_inertia = Mat3<S>::Zero();
+  /// [kg, kg m^2] Of the whole body, world axes.
+  S mass = S(0);
+  Mat3<S> inertia = Mat3<S>::Zero();
 
   [[nodiscard]] bool is_moving() const { return moves; }
   /// Whether nothing moves it along (0 to 2) or about (3 to 5) an axis of the world.

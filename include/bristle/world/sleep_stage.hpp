@@ -46,15 +46,16 @@ class SleepStage {
       connect(state, sensors);
       put_to_sleep(state);
     }
+    state.report.sleeping_bodies = state.sleeping_bodies;
+    // Where all are awake and none was changed, there is nothing to know of each.
+    if (!state.is_stirred && state.sleeping_bodies == 0) return;
     bool is_any_active = false;
     for (std::uint32_t i = 0; i < state.bodies.slot_count(); ++i) {
       if (!state.bodies.is_live(i)) continue;
-      Body<S>& body = state.bodies.at(i);
-      body.sleep.is_stirred = false;
-      if (body.is_dynamic() && !body.is_asleep()) ++state.report.awake_bodies;
+      state.bodies.at(i).sleep.is_stirred = false;
       is_any_active = is_any_active || state.is_active(i);
     }
-    state.report.sleeping_bodies = state.sleeping_bodies;
+    state.is_stirred = false;
     state.is_idle = state.sleeping_bodies > 0 && !is_any_active;
   }
 
@@ -201,6 +202,7 @@ class SleepStage {
       body.sleep.island = sets_.find(i);
       body.twist = {};
       ++state.sleeping_bodies;
+      --state.report.awake_bodies;
       has_slept = true;
     }
     if (!has_slept) return;

@@ -64,19 +64,16 @@ class SolveStage {
     // Sensors ask early what their bodies weigh.
     if (state.patches.size() > 0) prepare_mass(state, slot);
     out.free = free_twist(body, state.def.gravity, state.def.time_step);
-    out.twist = out.free;
+    start_from_free(state, out);
   }
 
   /// Finds the velocities at the end of the step, and the position corrections.
   void solve(State& state, const SensorStage<S, Backend>& sensors) {
-    for (SolverBody<S>& body : state.solver_bodies) {
-      // A force that overflowed must not reach others through the island: the body stops instead.
-      if (!is_finite(body.free)) {
-        body.free = {};
-        ++state.report.frozen_bodies;
+    // Where there are sensors they may have pushed bodies since.
+    if (state.patches.size() > 0) {
+      for (SolverBody<S>& body : state.solver_bodies) {
+        if (body.is_sensed) start_from_free(state, body);
       }
-      body.twist = body.free;
-      body.motion = body.free_motion = mean_free_motion(body, integrator_of(state, body));
     }
     mechanisms_.begin_step(state);
     state.report.rows = 3 * state.constraints.contacts.size() + state.constraints.rows.size() +
@@ -106,7 +103,10 @@ class SolveStage {
       if (body.motion == Motion::fixed || body.is_asleep()) continue;
       const Transform<S> start = body.center_pose;
       const SolverBody<S>& solved = state.solver_bodies[i];
-      if (body.is_dynamic()) body.twist = solved.twist;
+      if (body.is_dynamic()) {
+        body.twist = solved.twist;
+        ++state.report.awake_bodies;
+      }
       if (solved.follows_joints) {
         mechanisms_.move(body, solved, i, state.def.time_step);
       } else {
@@ -122,6 +122,17 @@ class SolveStage {
   }
 
  private:
+  /// Sets what a body does if nothing acts on it, once its free velocities are known.
+  static void start_from_free(State& state, SolverBody<S>& body) {
+    // A force that overflowed must not reach others through the island: the body stops instead.
+    if (!is_finite(body.free)) {
+      body.free = {};
+      ++state.report.frozen_bodies;
+    }
+    body.twist = body.free;
+    body.motion = body.free_motion = mean_free_motion(body, integrator_of(state, body));
+  }
+
   [[nodiscard]] static bool is_finite(const Twist<S>& twist) {
     return all_finite<S>(twist.linear) && all_finite<S>(twist.angular);
   }
