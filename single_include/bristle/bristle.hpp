@@ -1513,7 +1513,7 @@ class BroadPhase {
     Vec3<S> ahead = (S(30) * shift)
                         .cwiseMin(Vec3<S>::Constant(S(4) * size))
                         .cwiseMax(Vec3<S>::Constant(S(-4) * size));
-    // A force that overflowed reaches everywhere, which has no centre.
+    // What is too fast for its square reaches everywhere, which has no centre.
     if (!all_finite<S>(ahead)) ahead.setZero();
     if (fits && (spare - ahead.cwiseAbs()).maxCoeff() <= S(8) * surplus) return;
     Aabb<S> grown = swept.inflated(surplus);
@@ -4839,6 +4839,7 @@ struct SolverBody {
   /// Displacement of the step, divided by the step: of free motion, and as known so far.
   Twist<S> free_motion{};
   Twist<S> motion{};
+  // Up to here, and the flags, is all that a step needs of a body that touches nothing.
   /// Whether forces move it along or about any axis, and whether torques turn it about any.
   bool moves = false;
   bool turns = true;
@@ -6209,7 +6210,7 @@ class IslandRows {
   }
   /// Writes by how much the contacts' multipliers fall along the whole step of the velocities. The
   /// step knows the contacts that press: where it closes another, the penalty may make any impulse
-  /// of that. What is larger than the largest there is counts for nothing.
+  /// of that. A prediction above the largest impulse in the island is dropped.
   void store_passing(Real eps, const Island& island, Constraints<S>& constraints,
                      std::vector<Real>& scratch) const {
     scratch.resize(rows_.size());
@@ -26521,8 +26522,8 @@ struct WorldState {
   /// Bodies asleep, and whether all is: then a step has nothing to do.
   std::uint32_t sleeping_bodies = 0;
   bool is_idle = false;
-  /// Whether a caller changed any body since the last step (`BodySleep::is_stirred`).
-  bool is_stirred = false;
+  /// Whether a caller may have changed any body since the last step (`BodySleep::is_stirred`).
+  bool is_any_stirred = false;
   /// [-] Steps so far in which anything could move.
   std::uint64_t steps = 0;
 
@@ -28844,8 +28845,8 @@ class SolveStage {
 
   /// Finds the velocities at the end of the step, and the position corrections.
   void solve(State& state, const SensorStage<S, Backend>& sensors) {
-    // Where there are sensors they may have pushed bodies since.
-    if (state.patches.size() > 0) {
+    // Sensors that are explicit have pushed bodies since.
+    if (state.report.explicit_pairs > 0) {
       for (SolverBody<S>& body : state.solver_bodies) {
         if (body.is_sensed) start_from_free(state, body);
       }
@@ -28880,7 +28881,7 @@ class SolveStage {
       const SolverBody<S>& solved = state.solver_bodies[i];
       if (body.is_dynamic()) {
         body.twist = solved.twist;
-        ++state.report.awake_bodies;
+        ++state.report.awake_bodies;  // Unless it falls asleep yet.
       }
       if (solved.follows_joints) {
         mechanisms_.move(body, solved, i, state.def.time_step);
@@ -28899,7 +28900,7 @@ class SolveStage {
  private:
   /// Sets what a body does if nothing acts on it, once its free velocities are known.
   static void start_from_free(State& state, SolverBody<S>& body) {
-    // A force that overflowed must not reach others through the island: the body stops instead.
+    // A force that overflowed must not reach others: the body stops instead.
     if (!is_finite(body.free)) {
       body.free = {};
       ++state.report.frozen_bodies;
@@ -29191,7 +29192,7 @@ void disturb(WorldState<S, Backend>& state, BodyId id) {
   wake_island(state, id.index);
   if (!body.is_dynamic()) wake_neighbours(state, id.index);
   body.sleep.rest_time = S(0);
-  body.sleep.is_stirred = state.is_stirred = true;
+  body.sleep.is_stirred = state.is_any_stirred = true;
   state.is_idle = false;
 }
 
@@ -29226,20 +29227,22 @@ class SleepStage {
 
   /// Puts islands to sleep that have been at rest for long enough.
   void fall_asleep(State& state, const SensorStage<S, Backend>& sensors) {
+    const std::uint32_t asleep = state.sleeping_bodies;
     if (state.def.sleep.time < infinity<S> && measure_rest(state)) {
       connect(state, sensors);
       put_to_sleep(state);
     }
     state.report.sleeping_bodies = state.sleeping_bodies;
+    state.report.awake_bodies -= state.sleeping_bodies - asleep;
     // Where all are awake and none was changed, there is nothing to know of each.
-    if (!state.is_stirred && state.sleeping_bodies == 0) return;
+    if (!state.is_any_stirred && state.sleeping_bodies == 0) return;
     bool is_any_active = false;
     for (std::uint32_t i = 0; i < state.bodies.slot_count(); ++i) {
       if (!state.bodies.is_live(i)) continue;
       state.bodies.at(i).sleep.is_stirred = false;
       is_any_active = is_any_active || state.is_active(i);
     }
-    state.is_stirred = false;
+    state.is_any_stirred = false;
     state.is_idle = state.sleeping_bodies > 0 && !is_any_active;
   }
 
@@ -29386,7 +29389,6 @@ class SleepStage {
       body.sleep.island = sets_.find(i);
       body.twist = {};
       ++state.sleeping_bodies;
-      --state.report.awake_bodies;
       has_slept = true;
     }
     if (!has_slept) return;
@@ -30224,6 +30226,7 @@ requires ShapeBackend<Backend, S> BodyId World<S, Backend>::add_body(const BodyD
   for (const ShapeDef<S>& shape : def.shapes) {
     insert_shape(id, std::move(*next++), shape.shape, shape.X_BS, shape.material);
   }
+  detail::disturb(state_, id);
   return id;
 }
 
@@ -30667,7 +30670,7 @@ void World<S, Backend>::restore(std::span<const std::byte> bytes) {
   for (std::uint32_t i = 0; i < state_.bodies.slot_count(); ++i) {
     if (!state_.bodies.is_live(i)) continue;
     if (state_.bodies.at(i).is_asleep()) ++state_.sleeping_bodies;
-    state_.is_stirred = state_.is_stirred || state_.bodies.at(i).sleep.is_stirred;
+    state_.is_any_stirred = state_.is_any_stirred || state_.bodies.at(i).sleep.is_stirred;
   }
   for (std::uint32_t i = 0; i < state_.colliders.slot_count(); ++i) {
     if (state_.colliders.is_live(i)) refresh_box(i);

@@ -239,6 +239,22 @@ TEST_CASE("waking: a fixed body put next to a sleeper wakes it, one put elsewher
   }
 }
 
+TEST_CASE("waking: a body without a shape moves in a world that sleeps") {
+  World<double> world(sleepy());
+  add_floor(world);
+  const auto cubes = add_tower(world, 1);
+  run(world, 2);
+  REQUIRE(world.is_asleep(cubes[0]));
+  BodyDef<double> point;
+  point.mass = 1;
+  point.inertia = Mat3<double>::Identity();
+  const BodyId id = world.add_body(point);
+  world.step();
+  CHECK(world.report().awake_bodies == 1);
+  CHECK(world.body(id).twist.linear.z() < 0);
+  CHECK(world.is_asleep(cubes[0]));
+}
+
 TEST_CASE("waking: a fast body wakes what it hits in the very step, and what that hits") {
   const auto shoot = [](bool sleeps) {
     World<double> world(sleeps ? sleepy(1.0 / 60) : WorldDef<double>{.time_step = 1.0 / 60});

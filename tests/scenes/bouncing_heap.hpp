@@ -19,11 +19,14 @@ struct BouncingHeapDef {
   /// [-] Number of bodies, and whether every second one is a ball; all others are boxes.
   int count = 48;
   bool has_balls = false;
-  /// [1] Of all surfaces between bodies; floor and walls have no restitution of their own.
+  /// [1] Of bodies, and so of all pairs; friction of floor and walls, too.
   double restitution = 1;
   double friction = 0.5;
+  /// [s] Of the world.
   double time_step = 1.0 / 240;
+  /// [-] Of the world.
   SolverDef<double> solver{};
+  /// [-] Makes masses and velocities.
   std::uint64_t seed = 1;
 };
 

@@ -48,7 +48,8 @@ void check_heaps(BouncingHeapDef def, int base, double most_energy) {
       }
     }
   }
-  MESSAGE(def.count, " bodies, friction ", def.friction, ": highest energy ", highest);
+  MESSAGE(def.count, def.has_balls ? " boxes and balls" : " boxes", ", friction ", def.friction,
+          ": highest energy ", highest);
 }
 
 BouncingHeapDef swept_heap() {

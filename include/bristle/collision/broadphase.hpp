@@ -245,7 +245,7 @@ class BroadPhase {
     Vec3<S> ahead = (S(30) * shift)
                         .cwiseMin(Vec3<S>::Constant(S(4) * size))
                         .cwiseMax(Vec3<S>::Constant(S(-4) * size));
-    // A force that overflowed reaches everywhere, which has no centre.
+    // What is too fast for its square reaches everywhere, which has no centre.
     if (!all_finite<S>(ahead)) ahead.setZero();
     if (fits && (spare - ahead.cwiseAbs()).maxCoeff() <= S(8) * surplus) return;
     Aabb<S> grown = swept.inflated(surplus);

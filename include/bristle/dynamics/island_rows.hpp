@@ -285,7 +285,7 @@ class IslandRows {
   }
   /// Writes by how much the contacts' multipliers fall along the whole step of the velocities. The
   /// step knows the contacts that press: where it closes another, the penalty may make any impulse
-  /// of that. What is larger than the largest there is counts for nothing.
+  /// of that. A prediction above the largest impulse in the island is dropped.
   void store_passing(Real eps, const Island& island, Constraints<S>& constraints,
                      std::vector<Real>& scratch) const {
     scratch.resize(rows_.size());

@@ -70,6 +70,7 @@ struct SolverBody {
   /// Displacement of the step, divided by the step: of free motion, and as known so far.
   Twist<S> free_motion{};
   Twist<S> motion{};
+  // Up to here, and the flags, is all that a step needs of a body that touches nothing.
   /// Whether forces move it along or about any axis, and whether torques turn it about any.
   bool moves = false;
   bool turns = true;

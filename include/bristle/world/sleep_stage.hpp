@@ -42,20 +42,22 @@ class SleepStage {
 
   /// Puts islands to sleep that have been at rest for long enough.
   void fall_asleep(State& state, const SensorStage<S, Backend>& sensors) {
+    const std::uint32_t asleep = state.sleeping_bodies;
     if (state.def.sleep.time < infinity<S> && measure_rest(state)) {
       connect(state, sensors);
       put_to_sleep(state);
     }
     state.report.sleeping_bodies = state.sleeping_bodies;
+    state.report.awake_bodies -= state.sleeping_bodies - asleep;
     // Where all are awake and none was changed, there is nothing to know of each.
-    if (!state.is_stirred && state.sleeping_bodies == 0) return;
+    if (!state.is_any_stirred && state.sleeping_bodies == 0) return;
     bool is_any_active = false;
     for (std::uint32_t i = 0; i < state.bodies.slot_count(); ++i) {
       if (!state.bodies.is_live(i)) continue;
       state.bodies.at(i).sleep.is_stirred = false;
       is_any_active = is_any_active || state.is_active(i);
     }
-    state.is_stirred = false;
+    state.is_any_stirred = false;
     state.is_idle = state.sleeping_bodies > 0 && !is_any_active;
   }
 
@@ -202,7 +204,6 @@ class SleepStage {
       body.sleep.island = sets_.find(i);
       body.twist = {};
       ++state.sleeping_bodies;
-      --state.report.awake_bodies;
       has_slept = true;
     }
     if (!has_slept) return;

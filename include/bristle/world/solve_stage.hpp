@@ -69,8 +69,8 @@ class SolveStage {
 
   /// Finds the velocities at the end of the step, and the position corrections.
   void solve(State& state, const SensorStage<S, Backend>& sensors) {
-    // Where there are sensors they may have pushed bodies since.
-    if (state.patches.size() > 0) {
+    // Sensors that are explicit have pushed bodies since.
+    if (state.report.explicit_pairs > 0) {
       for (SolverBody<S>& body : state.solver_bodies) {
         if (body.is_sensed) start_from_free(state, body);
       }
@@ -105,7 +105,7 @@ class SolveStage {
       const SolverBody<S>& solved = state.solver_bodies[i];
       if (body.is_dynamic()) {
         body.twist = solved.twist;
-        ++state.report.awake_bodies;
+        ++state.report.awake_bodies;  // Unless it falls asleep yet.
       }
       if (solved.follows_joints) {
         mechanisms_.move(body, solved, i, state.def.time_step);
@@ -124,7 +124,7 @@ class SolveStage {
  private:
   /// Sets what a body does if nothing acts on it, once its free velocities are known.
   static void start_from_free(State& state, SolverBody<S>& body) {
-    // A force that overflowed must not reach others through the island: the body stops instead.
+    // A force that overflowed must not reach others: the body stops instead.
     if (!is_finite(body.free)) {
       body.free = {};
       ++state.report.frozen_bodies;

@@ -63,7 +63,7 @@ void disturb(WorldState<S, Backend>& state, BodyId id) {
   wake_island(state, id.index);
   if (!body.is_dynamic()) wake_neighbours(state, id.index);
   body.sleep.rest_time = S(0);
-  body.sleep.is_stirred = state.is_stirred = true;
+  body.sleep.is_stirred = state.is_any_stirred = true;
   state.is_idle = false;
 }
 

@@ -90,6 +90,7 @@ requires ShapeBackend<Backend, S> BodyId World<S, Backend>::add_body(const BodyD
   for (const ShapeDef<S>& shape : def.shapes) {
     insert_shape(id, std::move(*next++), shape.shape, shape.X_BS, shape.material);
   }
+  detail::disturb(state_, id);
   return id;
 }
 

@@ -214,7 +214,7 @@ void World<S, Backend>::restore(std::span<const std::byte> bytes) {
   for (std::uint32_t i = 0; i < state_.bodies.slot_count(); ++i) {
     if (!state_.bodies.is_live(i)) continue;
     if (state_.bodies.at(i).is_asleep()) ++state_.sleeping_bodies;
-    state_.is_stirred = state_.is_stirred || state_.bodies.at(i).sleep.is_stirred;
+    state_.is_any_stirred = state_.is_any_stirred || state_.bodies.at(i).sleep.is_stirred;
   }
   for (std::uint32_t i = 0; i < state_.colliders.slot_count(); ++i) {
     if (state_.colliders.is_live(i)) refresh_box(i);

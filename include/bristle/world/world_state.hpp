@@ -91,8 +91,8 @@ struct WorldState {
   /// Bodies asleep, and whether all is: then a step has nothing to do.
   std::uint32_t sleeping_bodies = 0;
   bool is_idle = false;
-  /// Whether a caller changed any body since the last step (`BodySleep::is_stirred`).
-  bool is_stirred = false;
+  /// Whether a caller may have changed any body since the last step (`BodySleep::is_stirred`).
+  bool is_any_stirred = false;
   /// [-] Steps so far in which anything could move.
   std::uint64_t steps = 0;
 

@@ -101,10 +101,14 @@ TEST_CASE("ProximalSolver: without what passes, impulses are those of the next s
   }
 }
 
-// The body below has landed, the one above still falls and would land in the next step: of an
-// impulse that is not there nothing passes, however fast it falls. With the stiffness of the
-// penalty, 1e6, it was as much as 5e4 N s. Nor does a contact without friction pull.
+// The body below has landed, the one above still falls. If the change of velocities came once more
+// it would land, too, by `closing` m/s too fast. What the penalty makes of that is a guess, which
+// is good for no more than what the column carries. Nor does a contact without friction pull.
 TEST_CASE("ProximalSolver: a contact that is yet to close inherits no more than there is") {
+  double closing = 0;
+  SUBCASE("barely") { closing = 1e-8; }
+  SUBCASE("fast") { closing = 0.05; }
+  const bool is_likely = closing < 1e-6;
   test::ContactIsland<double> column;
   column.bodies.resize(3);
   for (std::uint32_t i = 1; i <= 2; ++i) {
@@ -128,7 +132,7 @@ TEST_CASE("ProximalSolver: a contact that is yet to close inherits no more than 
   column.bodies[1].free.linear = {0, 0, -0.15};
   column.bodies[2].start.linear = {0, 0, -0.7};
   column.bodies[2].free.linear = {0, 0, -0.8};
-  column.constraints.contacts[1].target = -0.85;
+  column.constraints.contacts[1].target = -0.9 + closing;
   for (SolverBody<double>& body : column.bodies) body.twist = body.free;
   SolveReport<double> report;
   REQUIRE(solve_proximal(column, report) < 1e-9);
@@ -137,7 +141,10 @@ TEST_CASE("ProximalSolver: a contact that is yet to close inherits no more than 
   CHECK(below.impulse[0] == doctest::Approx(0.15));
   CHECK(below.passing[0] == doctest::Approx(0.05).epsilon(1e-5));
   CHECK(above.impulse[0] == 0);
-  CHECK(above.passing == std::array<double, 3>{});
+  // Less falls on the next step than on this one where the guess is a push.
+  CHECK(above.passing[0] <= 0);
+  CHECK(above.passing[0] >= -below.impulse[0]);
+  CHECK((above.passing[0] < 0) == is_likely);
 }
 
 TEST_CASE("ProximalSolver: a flat load is shared evenly by all the points that carry it") {

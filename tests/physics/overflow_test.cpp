@@ -1,0 +1,102 @@
+/// @file
+/// Numbers that are fine by themselves and overflow in a step: nothing spreads from them.
+// SPDX-License-Identifier: BSD-3-Clause
+#include "scenes/plate.hpp"
+
+#include <doctest/doctest.h>
+
+#include <cstdint>
+
+using namespace bristle;
+using namespace bristle::scenes;
+
+namespace {
+
+BodyDef<double> brick() {
+  BodyDef<double> def;
+  def.mass = 1;
+  def.shape = Box<double>{{0.1, 0.1, 0.1}};
+  return def;
+}
+
+}  // namespace
+
+TEST_CASE("overflow: what blows up freezes, and nothing spreads from it") {
+  // An explicit patch far beyond its limit, and a calm one beside it.
+  PlateDef<double> def;
+  def.integration = Integration::explicit_;
+  def.parameters.normal_damping = 1e308;
+  def.drop = 1e-4;
+  auto scene = make_plate<double>(def);
+  BodyDef<double> other = brick();
+  other.position = {5, 0, 0.1};
+  other.filter.mask = 1;
+  const BodyId calm = scene.world.add_body(other);
+  std::uint64_t frozen = 0;
+  for (int i = 0; i < 100; ++i) {
+    scene.world.step();
+    frozen += scene.world.report().frozen_bodies;
+    for (const BodyId id : {scene.plate, calm}) {
+      const Body<double>& body = scene.world.body(id);
+      REQUIRE(body.center_pose.translation.allFinite());
+      REQUIRE(body.center_pose.rotation.coeffs().allFinite());
+      REQUIRE(body.twist.linear.allFinite());
+      REQUIRE(body.twist.angular.allFinite());
+    }
+  }
+  CHECK(frozen > 0);
+  const double fallen = 9.81 * 0.1 * 0.1 / 2;
+  CHECK(scene.world.pose(calm).translation.z() == doctest::Approx(0.1 - fallen).epsilon(1e-9));
+}
+
+TEST_CASE("overflow: what flies beyond the largest number stops where it was") {
+  // 1e308 m/s for 100 s; the velocity itself is a fine number.
+  World<double> world({.gravity = {0, 0, 0}, .time_step = 100});
+  BodyDef<double> def = brick();
+  def.velocity = {1e308, 0, 0};
+  const BodyId dynamic = world.add_body(def);
+  def.motion = Motion::kinematic;
+  const BodyId kinematic = world.add_body(def);
+  world.step();
+  CHECK(world.report().frozen_bodies == 2);
+  for (const BodyId id : {dynamic, kinematic}) {
+    CHECK(world.pose(id).translation == Vec3<double>::Zero());
+    CHECK(world.body(id).twist.linear == Vec3<double>::Zero());
+  }
+}
+
+TEST_CASE("overflow: a force that overflows stops its body, and reaches nobody") {
+  World<double> world({.time_step = 0.1, .sleep = {.time = 0.5}});
+  world.add_body({.motion = Motion::fixed, .shape = HalfSpace<double>{}});
+  BodyDef<double> def = brick();
+  def.position = {5, 0, 0.1};
+  const BodyId sleeper = world.add_body(def);
+  for (int i = 0; i < 30; ++i) world.step();
+  REQUIRE(world.is_asleep(sleeper));
+  def.position = {0, 0, 3};
+  def.mass = 1e-3;
+  const BodyId pushed = world.add_body(def);
+  world.apply_wrench(pushed, {.force = {1e308, 0, 0}, .torque = {0, 0, 0}});
+  world.step();
+  CHECK(world.report().frozen_bodies == 1);
+  CHECK(world.report().awake_bodies == 1);
+  CHECK(world.pose(pushed).translation == Vec3<double>(0, 0, 3));
+  CHECK(world.body(pushed).twist.linear == Vec3<double>::Zero());
+  CHECK(world.is_asleep(sleeper));
+  world.step();
+  CHECK(world.body(pushed).twist.linear.z() == doctest::Approx(-0.981));
+}
+
+TEST_CASE("overflow: an implicit patch takes constants beyond all reason") {
+  for (const double huge : {1e6, 1e16, 1e300}) {
+    PlateDef<double> def;
+    def.parameters = {1, huge, 5000, huge, 1e-3};
+    auto scene = make_plate<double>(def);
+    scene.world.set_velocity(scene.plate, {{1, 0, -1}, {0, 1, 0}});
+    for (int i = 0; i < 100; ++i) {
+      scene.world.step();
+      REQUIRE(scene.world.body(scene.plate).twist.linear.allFinite());
+      REQUIRE(scene.world.body(scene.plate).twist.linear.norm() < 10);
+    }
+  }
+}
