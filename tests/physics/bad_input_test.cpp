@@ -1,6 +1,7 @@
 /// @file
 /// A caller's mistakes: named at the call, without a trace in the world.
 // SPDX-License-Identifier: BSD-3-Clause
+#include "scenes/brick.hpp"
 #include "scenes/grasp.hpp"
 #include "scenes/medley.hpp"
 
@@ -18,13 +19,6 @@ namespace {
 
 constexpr double nan_ = std::numeric_limits<double>::quiet_NaN();
 constexpr double inf = std::numeric_limits<double>::infinity();
-
-BodyDef<double> brick() {
-  BodyDef<double> def;
-  def.mass = 1;
-  def.shape = Box<double>{{0.1, 0.1, 0.1}};
-  return def;
-}
 
 PatchDef<double> one_sensor() {
   PatchDef<double> def;

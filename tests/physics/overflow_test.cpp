@@ -1,6 +1,7 @@
 /// @file
 /// Numbers that are fine by themselves and overflow in a step: nothing spreads from them.
 // SPDX-License-Identifier: BSD-3-Clause
+#include "scenes/brick.hpp"
 #include "scenes/plate.hpp"
 
 #include <doctest/doctest.h>
@@ -9,17 +10,6 @@
 
 using namespace bristle;
 using namespace bristle::scenes;
-
-namespace {
-
-BodyDef<double> brick() {
-  BodyDef<double> def;
-  def.mass = 1;
-  def.shape = Box<double>{{0.1, 0.1, 0.1}};
-  return def;
-}
-
-}  // namespace
 
 TEST_CASE("overflow: what blows up freezes, and nothing spreads from it") {
   // An explicit patch far beyond its limit, and a calm one beside it.

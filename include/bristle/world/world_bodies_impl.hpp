@@ -57,7 +57,6 @@ World<S, Backend>::insert_shape(BodyId id, Prepared prepared, const Shape<S>& sh
   const Aabb<S> box = c.half_space ? c.bounds : transformed(c.bounds, body.center_pose * c.X_CmS);
   const ShapeId shape_id = state_.colliders.insert(std::move(c));
   state_.broad_phase.insert(shape_id.index, box);
-  detail::disturb(state_, id);
   return shape_id;
 }
 
@@ -103,6 +102,7 @@ requires ShapeBackend<Backend, S> ShapeId World<S, Backend>::add_shape(BodyId id
                   "ShapeDef::shape", 0, "must not be a HalfSpace on a dynamic body");
   Prepared shape = Backend::template make<S>(def.shape);
   require_known_contacts(id, body.is_dynamic(), body.filter, kind_of(def.shape));
+  detail::disturb(state_, id);
   return insert_shape(id, std::move(shape), def.shape, def.X_BS, def.material);
 }
 

@@ -211,6 +211,7 @@ void World<S, Backend>::restore(std::span<const std::byte> bytes) {
   state_.ended.clear();
   state_.ended_since.clear();
   state_.sleeping_bodies = 0;
+  state_.is_any_stirred = false;
   for (std::uint32_t i = 0; i < state_.bodies.slot_count(); ++i) {
     if (!state_.bodies.is_live(i)) continue;
     if (state_.bodies.at(i).is_asleep()) ++state_.sleeping_bodies;
