@@ -128,6 +128,7 @@
 #include <bristle/sensors/lane_parameters.hpp>
 #include <bristle/sensors/law.hpp>
 #include <bristle/sensors/linear_model.hpp>
+#include <bristle/sensors/neighbour_order.hpp>
 #include <bristle/sensors/passes.hpp>
 #include <bristle/sensors/passivity_observer.hpp>
 #include <bristle/sensors/patch.hpp>

@@ -13,6 +13,7 @@
 
 #include <bristle/geometry/analytic_backend.hpp>
 #include <bristle/geometry/mesh_shapes.hpp>
+#include <bristle/sensors/neighbour_order.hpp>
 #include <bristle/sensors/sensor_layout.hpp>
 
 #include <algorithm>
@@ -55,8 +56,8 @@ template <Scalar S>
 }
 
 /// Rays of the pad, in its frame: the face's apex in the origin, its normal along z. As many as a
-/// square has that comes nearest to n.
-[[nodiscard]] inline SensorLayout<double> pad_rays(std::size_t n) {
+/// square has that comes nearest to n, row by row or in the order of neighbours.
+[[nodiscard]] inline SensorLayout<double> pad_rays(std::size_t n, bool in_rows = false) {
   test::Random random(1);
   const auto side = static_cast<std::size_t>(std::lround(std::sqrt(double(n))));
   const double spacing = 0.03 / double(side);
@@ -70,7 +71,7 @@ template <Scalar S>
     const Vec3<double> direction = (normal + 2 * degree * random.in_cube(0.7)).normalized();
     rays.add(center + 0.148 * normal, direction, 0.005);
   }
-  return rays;
+  return in_rows ? rays : in_order<double>(rays, neighbour_order(rays));
 }
 
 /// The same in another scalar.

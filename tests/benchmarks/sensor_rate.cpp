@@ -17,6 +17,9 @@
 //
 // Times are processor time of the thread if not said otherwise, medians of seven runs and more.
 // Usage: benchmark_sensor_rate [--markdown] [--csv FILE] [--only sensors|peers|worlds|threads]
+//                              [--rows]
+// With --rows the pad's sensors of the first two parts follow each other row by row, and not in the
+// order of neighbour_order.hpp.
 // SPDX-License-Identifier: BSD-3-Clause
 #include "benchmarks/benchmark_table.hpp"
 #include "benchmarks/pad_sensing.hpp"
@@ -57,10 +60,10 @@ int steps_for(std::size_t n) { return n < 500 ? 400 : n < 5000 ? 200 : n < 50000
 
 /// One pad over one object, with what it should find.
 struct Workload {
-  Workload(const Object& of, const Reference& reference, std::size_t n)
+  Workload(const Object& of, const Reference& reference, std::size_t n, bool in_rows)
       : object(of),
         name(of.name + ' ' + std::to_string(n)),
-        layout(pad_rays(n)),
+        layout(pad_rays(n, in_rows)),
         gap(gap_for_half(of, reference, layout)),
         expected(of, reference, layout, gap) {}
 
@@ -178,7 +181,7 @@ void measure_sensors(Report& report) {
     for (const std::size_t n : {100u, 1000u, 10000u, 100000u}) {
       // Whether the cost grows with the number is the question of two shapes.
       if (n == 100000 && object.name != "mesh10k" && object.name != "sphere") continue;
-      const Workload work(object, reference, n);
+      const Workload work(object, reference, n, report.options.in_rows);
       add_sensors<AnalyticBackend>(report, table, "analytic", work);
 #if defined(BRISTLE_WITH_FCL)
       add_sensors<FclBackend>(report, table, "fcl", work);
@@ -261,7 +264,7 @@ void measure_peers(Report& report) {
   for (const Object& object : pad_objects()) {
     const Reference reference(object.shape);
     for (const std::size_t n : {1000u, 10000u}) {
-      Workload work(object, reference, n);
+      Workload work(object, reference, n, report.options.in_rows);
       work.ray_cost = cost_of<float, AnalyticBackend>(work).ray;
 #if defined(BRISTLE_WITH_BULLET)
       measure_bullet(report, table, work);
@@ -396,6 +399,8 @@ int main(int argc, char** argv) {
     const std::string option = argv[i];
     if (option == "--markdown") {
       report.options.is_markdown = true;
+    } else if (option == "--rows") {
+      report.options.in_rows = true;
     } else if (option == "--csv" && i + 1 < argc) {
       report.options.csv = argv[++i];
     } else if (option == "--only" && i + 1 < argc) {

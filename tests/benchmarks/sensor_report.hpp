@@ -17,6 +17,8 @@ namespace bristle::benchmarks {
 /// What was asked for on the command line.
 struct Options {
   bool is_markdown = false;
+  /// Whether the pad's sensors follow each other row by row, and not as neighbours do.
+  bool in_rows = false;
   std::string csv;
   std::string only;
 

@@ -1,0 +1,70 @@
+/// @file
+/// An order of sensors in which neighbours follow each other, for layouts whose order means
+/// nothing.
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <bristle/core/error.hpp>
+#include <bristle/geometry/ray_bundles.hpp>
+#include <bristle/sensors/sensor_layout.hpp>
+
+#include <cstddef>
+#include <cstdint>
+#include <numeric>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace bristle {
+
+/// The numbers of a layout's sensors, neighbours after neighbours: four rows of four, four such
+/// squares, and so on, as far as their number and places allow.
+///
+/// A patch takes its sensors sixteen at a time, in the order of their layout. The edge of a contact
+/// runs through most of the rows of sixteen that it meets, but through few squares: in squares a
+/// half-touched pad of a thousand sensors and more costs 5 to 20 % less, one
+/// of a hundred nothing less (docs/decisions/0031-order-of-sensors.md). Readings are in the order
+/// of the layout, so this is for skins that are read as sums or by a table of sensors; images want
+/// rows (`tactile_image`).
+///
+/// @throws InvalidArgument when the layout breaks a rule of `SensorLayout::validate`.
+/// @note O(n log^2 n), once.
+template <Scalar S>
+[[nodiscard]] std::vector<std::uint32_t> neighbour_order(const SensorLayout<S>& layout);
+
+/// The sensors of a layout in another order: the k-th is `layout`'s sensor order[k]. Some may be
+/// left out or be there twice.
+/// @throws InvalidArgument when a number is not that of a sensor.
+template <Scalar S>
+[[nodiscard]] SensorLayout<S> in_order(const SensorLayout<S>& layout,
+                                       std::span<const std::uint32_t> order);
+
+// Implementation -----------------------------------------------------------------------------------
+
+template <Scalar S>
+std::vector<std::uint32_t> neighbour_order(const SensorLayout<S>& layout) {
+  layout.validate();
+  const RayBundles<S> bundles(RayBatch<S>{layout.start.x, layout.start.y, layout.start.z,
+                                          layout.direction.x, layout.direction.y,
+                                          layout.direction.z, layout.length});
+  std::vector<std::uint32_t> order(layout.size());
+  if (bundles.is_empty()) {
+    std::iota(order.begin(), order.end(), 0u);  // No sensors, or rays without an end.
+  } else {
+    for (std::size_t k = 0; k < order.size(); ++k) order[k] = bundles.ray_at(k);
+  }
+  return order;
+}
+
+template <Scalar S>
+SensorLayout<S> in_order(const SensorLayout<S>& layout, std::span<const std::uint32_t> order) {
+  SensorLayout<S> result;
+  for (const std::uint32_t i : order) {
+    detail::require(i < layout.size(), "in_order: order", i,
+                    "must be less than the number of sensors, " + std::to_string(layout.size()));
+    result.add(layout.start[i], layout.direction[i], layout.length[i]);
+  }
+  return result;
+}
+
+}  // namespace bristle

@@ -1,0 +1,136 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "support/random.hpp"
+
+#include <bristle/sensors/neighbour_order.hpp>
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <vector>
+
+using namespace bristle;
+
+namespace {
+
+/// A square grid of side x side sensors, 1 mm apart, somewhere in space; each moved along the grid
+/// by up to `scatter` [m] in x and y.
+template <Scalar S>
+SensorLayout<S> grid(std::size_t side, S scatter = S(0)) {
+  test::Random random(7);
+  SensorLayout<S> result;
+  for (std::size_t i = 0; i < side * side; ++i) {
+    const Vec3<S> at(S(1e-3) * S(i % side), S(1e-3) * S(i / side), S(0.25));
+    const Vec3<S> off = scatter * random.in_cube(S(1));
+    result.add(Vec3<S>(at + Vec3<S>(off.x(), off.y(), S(0))), Vec3<S>::UnitZ(), S(0.005));
+  }
+  return result;
+}
+
+template <Scalar S>
+SensorLayout<S> scattered(std::size_t n) {
+  test::Random random(3);
+  SensorLayout<S> layout;
+  for (std::size_t i = 0; i < n; ++i) {
+    layout.add(random.in_cube(S(0.05)), random.direction<S>(), random.uniform(S(0.005), S(0.02)));
+  }
+  return layout;
+}
+
+template <Scalar S>
+RayBundles<S> bundles_of(const SensorLayout<S>& layout) {
+  return RayBundles<S>(RayBatch<S>{layout.start.x, layout.start.y, layout.start.z,
+                                   layout.direction.x, layout.direction.y, layout.direction.z,
+                                   layout.length});
+}
+
+/// [-] How many columns and rows of a grid some sensors are spread over.
+std::array<std::size_t, 2> extent(const std::uint32_t* first, std::size_t count, std::size_t side) {
+  std::array<std::size_t, 2> lower{side, side};
+  std::array<std::size_t, 2> upper{0, 0};
+  for (std::size_t k = 0; k < count; ++k) {
+    const std::array<std::size_t, 2> at{first[k] % side, first[k] / side};
+    for (std::size_t axis = 0; axis < 2; ++axis) {
+      lower[axis] = std::min(lower[axis], at[axis]);
+      upper[axis] = std::max(upper[axis], at[axis]);
+    }
+  }
+  return {upper[0] - lower[0] + 1, upper[1] - lower[1] + 1};
+}
+
+}  // namespace
+
+TEST_CASE_TEMPLATE("neighbour_order: every sensor once, and then nothing is left to sort", S, float,
+                   double) {
+  for (const SensorLayout<S>& layout :
+       {grid<S>(1), grid<S>(10), grid<S>(32), scattered<S>(37), scattered<S>(1000)}) {
+    const std::vector<std::uint32_t> order = neighbour_order(layout);
+    std::vector<std::uint32_t> sorted = order;
+    std::sort(sorted.begin(), sorted.end());
+    REQUIRE(sorted.size() == layout.size());
+    for (std::size_t i = 0; i < sorted.size(); ++i) CHECK(sorted[i] == i);
+    const SensorLayout<S> result = in_order<S>(layout, order);
+    REQUIRE(result.size() == layout.size());
+    for (std::size_t k = 0; k < order.size(); ++k) {
+      CHECK(result.start[k] == layout.start[order[k]]);
+      CHECK(result.direction[k] == layout.direction[order[k]]);
+      CHECK(result.length[k] == layout.length[order[k]]);
+    }
+    const RayBundles<S> bundles = bundles_of(result);
+    for (std::size_t k = 0; k < order.size(); ++k) CHECK(bundles.ray_at(k) == k);
+  }
+  CHECK(neighbour_order(SensorLayout<S>{}).empty());
+}
+
+// Rows are not torn, neither where they are rows to round-off nor where sensors stand a little off.
+TEST_CASE_TEMPLATE("neighbour_order: grids of whole squares are divided into squares", S, float,
+                   double) {
+  for (const std::size_t side : {4u, 8u, 16u, 32u, 48u, 96u, 200u}) {
+    for (const S scatter : {S(0), S(3e-4)}) {
+      const std::vector<std::uint32_t> order = neighbour_order(grid<S>(side, scatter));
+      for (std::size_t k = 0; k < order.size(); k += 16) {
+        CHECK(extent(&order[k], 16, side) == std::array<std::size_t, 2>{4, 4});
+      }
+    }
+  }
+}
+
+// Of 100 columns no whole number of bundles of 64 takes half: of boxes that are torn along a row,
+// no more than a quarter is wider or higher than a square by half.
+TEST_CASE("neighbour_order: other grids are divided into what is nearly square") {
+  for (const std::size_t side : {50u, 71u, 100u, 141u}) {
+    const std::vector<std::uint32_t> order = neighbour_order(grid<double>(side, 3e-4));
+    std::size_t bundles = 0;
+    std::size_t long_ones = 0;
+    const RayBundles<double> all = bundles_of(grid<double>(side, 3e-4));
+    for (const RayBundle<double>& bundle : all.bundles()) {
+      if (bundle.is_divided() || bundle.count < RayBundles<double>::bundle_size) continue;
+      ++bundles;
+      const auto size = extent(&order[bundle.first], bundle.count, side);
+      long_ones += size[0] > 12 || size[1] > 12 ? 1u : 0u;
+    }
+    CHECK(bundles > 30);
+    CHECK(long_ones * 4 <= bundles);
+  }
+}
+
+TEST_CASE("in_order: sensors can be chosen, and must be there") {
+  const SensorLayout<double> layout = grid<double>(3);
+  const std::vector<std::uint32_t> some = {8, 0, 8};
+  const SensorLayout<double> chosen = in_order<double>(layout, some);
+  REQUIRE(chosen.size() == 3);
+  CHECK(chosen.start[0] == layout.start[8]);
+  CHECK(chosen.start[1] == layout.start[0]);
+  CHECK(chosen.start[2] == layout.start[8]);
+  const std::vector<std::uint32_t> wrong = {0, 9};
+  CHECK_THROWS_WITH_AS((void)in_order<double>(layout, wrong),
+                       doctest::Contains("must be less than the number of sensors, 9"),
+                       InvalidArgument);
+  SensorLayout<double> broken = layout;
+  broken.start.y[4] = std::numeric_limits<double>::quiet_NaN();
+  CHECK_THROWS_WITH_AS((void)neighbour_order(broken), doctest::Contains("SensorLayout::start[4]"),
+                       InvalidArgument);
+}
