@@ -15271,9 +15271,9 @@ class RayBundles {
  private:
   using Places = std::span<std::uint32_t>;
 
-  void build(const RayBatch<S>& rays, S spacing, Places places);
+  void build(const RayBatch<S>& rays, Places places);
   void fit(const RayBatch<S>& rays, Places places, RayBundle<S>& bundle) const;
-  static void split_into_blocks(const RayBatch<S>& rays, S spacing, Places places);
+  static void split_into_blocks(const RayBatch<S>& rays, Places places);
   void store(const RayBatch<S>& rays, const RayBundle<S>& bundle);
   void cut_slices();
 
@@ -15288,56 +15288,55 @@ class RayBundles {
 
 namespace detail {
 
-/// [m] From one start to the next, as if all stood on a flat square grid, or in a row.
-template <Scalar S>
-[[nodiscard]] S ray_spacing(const RayBatch<S>& rays) {
-  using std::sqrt;
-  Aabb<S> starts;
-  for (std::size_t i = 0; i < rays.size(); ++i) starts.include(rays[i].origin);
-  Vec3<S> extent = starts.upper - starts.lower;
-  std::sort(extent.data(), extent.data() + 3);
-  const S count = S(rays.size());
-  return std::max(S(sqrt(extent[1] * extent[2] / count)), S(extent[2] / count));
+/// [m] From one ray to the next if n of them stood on a whole square grid, or in a row, of these
+/// extents: (a / s + 1)(b / s + 1) = n.
+[[nodiscard]] inline double grid_spacing(double a, double b, std::size_t n) {
+  const double gaps = static_cast<double>(n) - 1;
+  return (a + b + std::sqrt((a + b) * (a + b) + 4 * gaps * a * b)) / (2 * gaps);
 }
 
 /// Orders rays by where they start along the longest extent of all starts, and divides them into
-/// two parts that can be divided into squares of `size` rays: near the middle, at a multiple of a
-/// square's side, where the gap is widest, as between two rows of a grid. (A row that is torn makes
-/// the boxes of two bundles overlap.)
-/// @return [-] How many are in the first part, a multiple of `size`.
+/// two parts of whole `size`s: near the middle, at a multiple of the side of a square of `size`
+/// rays, and around there where a gap is clearly wider, as between two rows of a grid. (A row that
+/// is torn makes the boxes of two bundles overlap.)
+/// @param some  More than `size`.
+/// @return [-] How many are in the first part.
 template <Scalar S>
-std::size_t split_rays(const RayBatch<S>& rays, S spacing, std::span<std::uint32_t> some,
-                       std::size_t size) {
-  using std::floor;
-  using std::round;
-  using std::sqrt;
+std::size_t split_rays(const RayBatch<S>& rays, std::span<std::uint32_t> some, std::size_t size) {
   Aabb<S> starts;
   for (const std::uint32_t i : some) starts.include(rays[i].origin);
   int axis = 0;
-  const S extent = (starts.upper - starts.lower).maxCoeff(&axis) + spacing;
+  (starts.upper - starts.lower).maxCoeff(&axis);
   const std::span<const S> along =
       axis == 0 ? rays.origin_x : (axis == 1 ? rays.origin_y : rays.origin_z);
   // A total order, so that the parts do not depend on the standard library.
   std::sort(some.begin(), some.end(), [along](std::uint32_t a, std::uint32_t b) {
     return along[a] < along[b] || (along[a] == along[b] && a < b);
   });
-  const auto gap_before = [&](std::size_t i) { return along[some[i]] - along[some[i - 1]]; };
-  const std::size_t parts = (some.size() + size - 1) / size;
-  const S side = sqrt(S(size)) * spacing;
-  const S share =
-      extent > S(2) * side ? floor(round(extent / side) / S(2)) * side / extent : S(0.5);
-  const std::size_t middle =
-      std::clamp<std::size_t>(static_cast<std::size_t>(round(share * S(parts))), 1, parts - 1);
-  std::size_t best = middle;
-  // Not for a gap that is wider by chance or by rounding.
-  constexpr S clearly = S(1.5);
-  for (std::size_t off = 1; off <= parts / 8; ++off) {
-    for (const std::size_t part : {middle - off, middle + off}) {
-      if (part < 1 || part >= parts) continue;
-      if (gap_before(part * size) > clearly * gap_before(best * size)) best = part;
-    }
+  // Where to divide is no matter of derivatives.
+  std::array<double, 3> extent;
+  for (int i = 0; i < 3; ++i) {
+    extent[static_cast<std::size_t>(i)] = static_cast<double>(starts.upper[i] - starts.lower[i]);
   }
-  return best * size;
+  std::sort(extent.begin(), extent.end());
+  const double spacing = grid_spacing(extent[1], extent[2], some.size());
+  const double squares = (extent[2] / spacing + 1) / std::sqrt(static_cast<double>(size));
+  const std::size_t parts = (some.size() + size - 1) / size;
+  // Not of starts that are all one.
+  const double share = squares >= 2 ? std::floor(std::round(squares) / 2) / squares : 0.5;
+  const std::size_t middle = std::clamp<std::size_t>(
+      static_cast<std::size_t>(share * static_cast<double>(parts) + 0.5), 1, parts - 1);
+  const auto gap_before = [&](std::size_t part) {
+    return static_cast<double>(along[some[part * size]] - along[some[part * size - 1]]);
+  };
+  const std::size_t room = std::min(parts / 8, middle - 1);
+  std::size_t widest = middle;
+  for (std::size_t part = middle - room; part <= middle + room && part < parts; ++part) {
+    if (gap_before(part) > gap_before(widest)) widest = part;
+  }
+  // Not for a gap that is wider by rounding or a little.
+  const bool is_clear = gap_before(widest) > std::max(1.5 * gap_before(middle), 0.25 * spacing);
+  return (is_clear ? widest : middle) * size;
 }
 
 }  // namespace detail
@@ -15360,13 +15359,13 @@ RayBundles<S>::RayBundles(const RayBatch<S>& rays) {
   }
   lines_.stretch.assign(blocks * block_size, S(1));
   lines_.length.assign(blocks * block_size, -infinity<S>);
-  build(rays, detail::ray_spacing(rays), order_);
+  build(rays, order_);
   cut_slices();
 }
 
 template <Scalar S>
-void RayBundles<S>::build(const RayBatch<S>& rays, S spacing, Places places) {
-  // Halves come in whatever order the standard library left them; sums of floats have one.
+void RayBundles<S>::build(const RayBatch<S>& rays, Places places) {
+  // Parts come in the order of their division; sums of floats have that of the batch.
   std::sort(places.begin(), places.end());
   const std::size_t id = bundles_.size();
   bundles_.emplace_back();
@@ -15374,14 +15373,14 @@ void RayBundles<S>::build(const RayBatch<S>& rays, S spacing, Places places) {
   bundles_[id].count = static_cast<std::uint32_t>(places.size());
   fit(rays, places, bundles_[id]);
   if (places.size() <= bundle_size) {
-    split_into_blocks(rays, spacing, places);
+    split_into_blocks(rays, places);
     store(rays, bundles_[id]);
     return;
   }
-  const std::size_t half = detail::split_rays(rays, spacing, places, bundle_size);
-  build(rays, spacing, places.first(half));
+  const std::size_t first = detail::split_rays(rays, places, bundle_size);
+  build(rays, places.first(first));
   bundles_[id].second = static_cast<std::uint32_t>(bundles_.size());
-  build(rays, spacing, places.subspan(half));
+  build(rays, places.subspan(first));
 }
 
 /// Finds frame and box of a bundle.
@@ -15420,15 +15419,14 @@ void RayBundles<S>::fit(const RayBatch<S>& rays, Places places, RayBundle<S>& bu
 
 /// Orders the rays of an undivided bundle, block by block.
 template <Scalar S>
-void RayBundles<S>::split_into_blocks(const RayBatch<S>& rays, S spacing, Places places) {
+void RayBundles<S>::split_into_blocks(const RayBatch<S>& rays, Places places) {
   if (places.size() <= block_size) {
-    // However the standard library left them.
     std::sort(places.begin(), places.end());
     return;
   }
-  const std::size_t half = detail::split_rays(rays, spacing, places, block_size);
-  split_into_blocks(rays, spacing, places.first(half));
-  split_into_blocks(rays, spacing, places.subspan(half));
+  const std::size_t first = detail::split_rays(rays, places, block_size);
+  split_into_blocks(rays, places.first(first));
+  split_into_blocks(rays, places.subspan(first));
 }
 
 /// Writes down the rays of an undivided bundle in its frame.
@@ -24839,7 +24837,6 @@ SensorParameters<S> ElasticSkin<S>::parameters() const {
 
 #include <cstddef>
 #include <cstdint>
-#include <numeric>
 #include <span>
 #include <string>
 #include <vector>
@@ -24851,10 +24848,10 @@ namespace bristle {
 ///
 /// A patch takes its sensors sixteen at a time, in the order of their layout. The edge of a contact
 /// runs through most of the rows of sixteen that it meets, but through few squares: in squares a
-/// half-touched pad of a thousand sensors and more costs 5 to 20 % less, one
-/// of a hundred nothing less (docs/decisions/0031-order-of-sensors.md). Readings are in the order
-/// of the layout, so this is for skins that are read as sums or by a table of sensors; images want
-/// rows (`tactile_image`).
+/// half-touched pad of a thousand sensors and more takes up to 20 % less time, one of a hundred up
+/// to 15 % more (docs/decisions/0031-order-of-sensors.md). Readings are in the order of the layout,
+/// so this is for skins that are read as sums or by a table of sensors; images want rows
+/// (`tactile_image`). What else goes by the layout, as `PatchDef::per_sensor`, has to follow.
 ///
 /// @throws InvalidArgument when the layout breaks a rule of `SensorLayout::validate`.
 /// @note O(n log^2 n), once.
@@ -24863,7 +24860,9 @@ template <Scalar S>
 
 /// The sensors of a layout in another order: the k-th is `layout`'s sensor order[k]. Some may be
 /// left out or be there twice.
-/// @throws InvalidArgument when a number is not that of a sensor.
+/// @throws InvalidArgument when the layout breaks a rule of `SensorLayout::validate`, or a number
+/// is
+///         not that of a sensor.
 template <Scalar S>
 [[nodiscard]] SensorLayout<S> in_order(const SensorLayout<S>& layout,
                                        std::span<const std::uint32_t> order);
@@ -24878,7 +24877,7 @@ std::vector<std::uint32_t> neighbour_order(const SensorLayout<S>& layout) {
                                           layout.direction.z, layout.length});
   std::vector<std::uint32_t> order(layout.size());
   if (bundles.is_empty()) {
-    std::iota(order.begin(), order.end(), 0u);  // No sensors, or rays without an end.
+    detail::fill_numbers(order);  // No sensors, or rays without an end.
   } else {
     for (std::size_t k = 0; k < order.size(); ++k) order[k] = bundles.ray_at(k);
   }
@@ -24887,11 +24886,15 @@ std::vector<std::uint32_t> neighbour_order(const SensorLayout<S>& layout) {
 
 template <Scalar S>
 SensorLayout<S> in_order(const SensorLayout<S>& layout, std::span<const std::uint32_t> order) {
+  layout.validate();
   SensorLayout<S> result;
-  for (const std::uint32_t i : order) {
-    detail::require(i < layout.size(), "in_order: order", i,
-                    "must be less than the number of sensors, " + std::to_string(layout.size()));
-    result.add(layout.start[i], layout.direction[i], layout.length[i]);
+  for (std::size_t k = 0; k < order.size(); ++k) {
+    if (order[k] >= layout.size()) {
+      detail::raise(InvalidArgument(
+          "in_order: order[" + std::to_string(k) + "]", std::to_string(order[k]),
+          "must be less than the number of sensors, " + std::to_string(layout.size())));
+    }
+    result.add(layout.start[order[k]], layout.direction[order[k]], layout.length[order[k]]);
   }
   return result;
 }

@@ -57,7 +57,7 @@ template <Scalar S>
 
 /// Rays of the pad, in its frame: the face's apex in the origin, its normal along z. As many as a
 /// square has that comes nearest to n, row by row or in the order of neighbours.
-[[nodiscard]] inline SensorLayout<double> pad_rays(std::size_t n, bool in_rows = false) {
+[[nodiscard]] inline SensorLayout<double> pad_rays(std::size_t n, bool in_rows = true) {
   test::Random random(1);
   const auto side = static_cast<std::size_t>(std::lround(std::sqrt(double(n))));
   const double spacing = 0.03 / double(side);

@@ -82,7 +82,7 @@ struct HeldBall {
       rays.add((0.054 * out - Vec3<double>(side * 0.07, 0, 0)).template cast<S>(),
                (-out).template cast<S>().normalized(), S(0.005));
     }
-    return in_order<S>(rays, neighbour_order(rays));
+    return rays;
   }
 };
 

@@ -86,9 +86,9 @@ TEST_CASE_TEMPLATE("neighbour_order: every sensor once, and then nothing is left
 }
 
 // Rows are not torn, neither where they are rows to round-off nor where sensors stand a little off.
-TEST_CASE_TEMPLATE("neighbour_order: grids of whole squares are divided into squares", S, float,
+TEST_CASE_TEMPLATE("neighbour_order: grids of whole bundles are divided into squares", S, float,
                    double) {
-  for (const std::size_t side : {4u, 8u, 16u, 32u, 48u, 96u, 200u}) {
+  for (const std::size_t side : {4u, 8u, 16u, 24u, 32u, 40u, 48u, 96u, 200u}) {
     for (const S scatter : {S(0), S(3e-4)}) {
       const std::vector<std::uint32_t> order = neighbour_order(grid<S>(side, scatter));
       for (std::size_t k = 0; k < order.size(); k += 16) {
@@ -117,6 +117,32 @@ TEST_CASE("neighbour_order: other grids are divided into what is nearly square")
   }
 }
 
+// Nothing to tell them apart by, or hardly anything: they keep their order, or any, and are all
+// there.
+TEST_CASE_TEMPLATE("neighbour_order: sensors in a row, in one place, and nearly so", S, float,
+                   double) {
+  const S tiny = std::numeric_limits<S>::denorm_min();
+  const S huge = std::numeric_limits<S>::max() / S(8);
+  for (const Vec3<S>& step :
+       {Vec3<S>(S(1e-3), 0, 0), Vec3<S>(S(1e-3), S(2e-3), S(1e-3)), Vec3<S>(0, 0, 0),
+        Vec3<S>(0, tiny, 0), Vec3<S>(huge / S(500), 0, 0)}) {
+    for (const std::size_t n : {1u, 2u, 16u, 17u, 64u, 65u, 500u}) {
+      SensorLayout<S> layout;
+      for (std::size_t i = 0; i < n; ++i) layout.add(Vec3<S>(S(i) * step), Vec3<S>::UnitZ(), S(1));
+      const std::vector<std::uint32_t> order = neighbour_order(layout);
+      REQUIRE(order.size() == n);
+      for (std::size_t k = 0; k < n; ++k) CHECK(order[k] == k);
+    }
+  }
+}
+
+TEST_CASE("RayBundles: slices of ten thousand rays are few, and none is small") {
+  const RayBundles<double> bundles = bundles_of(grid<double>(100, 3e-4));
+  CHECK(bundles.slices().size() >= 8);
+  CHECK(bundles.slices().size() <= 12);
+  for (const RaySlice& slice : bundles.slices()) CHECK(slice.end - slice.first >= 400);
+}
+
 TEST_CASE("in_order: sensors can be chosen, and must be there") {
   const SensorLayout<double> layout = grid<double>(3);
   const std::vector<std::uint32_t> some = {8, 0, 8};
@@ -127,8 +153,7 @@ TEST_CASE("in_order: sensors can be chosen, and must be there") {
   CHECK(chosen.start[2] == layout.start[8]);
   const std::vector<std::uint32_t> wrong = {0, 9};
   CHECK_THROWS_WITH_AS((void)in_order<double>(layout, wrong),
-                       doctest::Contains("must be less than the number of sensors, 9"),
-                       InvalidArgument);
+                       doctest::Contains("in_order: order[1]"), InvalidArgument);
   SensorLayout<double> broken = layout;
   broken.start.y[4] = std::numeric_limits<double>::quiet_NaN();
   CHECK_THROWS_WITH_AS((void)neighbour_order(broken), doctest::Contains("SensorLayout::start[4]"),
