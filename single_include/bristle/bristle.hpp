@@ -15295,10 +15295,9 @@ namespace detail {
   return (a + b + std::sqrt((a + b) * (a + b) + 4 * gaps * a * b)) / (2 * gaps);
 }
 
-/// Orders rays by where they start along the longest extent of all starts, and divides them into
-/// two parts of whole `size`s: near the middle, at a multiple of the side of a square of `size`
-/// rays, and around there where a gap is clearly wider, as between two rows of a grid. (A row that
-/// is torn makes the boxes of two bundles overlap.)
+/// Divides rays along the longest extent of their starts into two parts of whole `size`s: near the
+/// middle, at a multiple of the side of a square of `size` rays. Halves would tear the rows of
+/// grids, and what is torn overlaps. Orders them so that those that start lowest come first.
 /// @param some  More than `size`.
 /// @return [-] How many are in the first part.
 template <Scalar S>
@@ -15309,10 +15308,6 @@ std::size_t split_rays(const RayBatch<S>& rays, std::span<std::uint32_t> some, s
   (starts.upper - starts.lower).maxCoeff(&axis);
   const std::span<const S> along =
       axis == 0 ? rays.origin_x : (axis == 1 ? rays.origin_y : rays.origin_z);
-  // A total order, so that the parts do not depend on the standard library.
-  std::sort(some.begin(), some.end(), [along](std::uint32_t a, std::uint32_t b) {
-    return along[a] < along[b] || (along[a] == along[b] && a < b);
-  });
   // Where to divide is no matter of derivatives.
   std::array<double, 3> extent;
   for (int i = 0; i < 3; ++i) {
@@ -15321,22 +15316,18 @@ std::size_t split_rays(const RayBatch<S>& rays, std::span<std::uint32_t> some, s
   std::sort(extent.begin(), extent.end());
   const double spacing = grid_spacing(extent[1], extent[2], some.size());
   const double squares = (extent[2] / spacing + 1) / std::sqrt(static_cast<double>(size));
-  const std::size_t parts = (some.size() + size - 1) / size;
-  // Not of starts that are all one.
+  // False of starts that are all one.
   const double share = squares >= 2 ? std::floor(std::round(squares) / 2) / squares : 0.5;
-  const std::size_t middle = std::clamp<std::size_t>(
-      static_cast<std::size_t>(share * static_cast<double>(parts) + 0.5), 1, parts - 1);
-  const auto gap_before = [&](std::size_t part) {
-    return static_cast<double>(along[some[part * size]] - along[some[part * size - 1]]);
-  };
-  const std::size_t room = std::min(parts / 8, middle - 1);
-  std::size_t widest = middle;
-  for (std::size_t part = middle - room; part <= middle + room && part < parts; ++part) {
-    if (gap_before(part) > gap_before(widest)) widest = part;
-  }
-  // Not for a gap that is wider by rounding or a little.
-  const bool is_clear = gap_before(widest) > std::max(1.5 * gap_before(middle), 0.25 * spacing);
-  return (is_clear ? widest : middle) * size;
+  const std::size_t parts = (some.size() + size - 1) / size;
+  const std::size_t first =
+      size * std::clamp<std::size_t>(
+                 static_cast<std::size_t>(share * static_cast<double>(parts) + 0.5), 1, parts - 1);
+  // A total order, so that the parts do not depend on the standard library.
+  std::nth_element(some.begin(), some.begin() + static_cast<std::ptrdiff_t>(first), some.end(),
+                   [along](std::uint32_t a, std::uint32_t b) {
+                     return along[a] < along[b] || (along[a] == along[b] && a < b);
+                   });
+  return first;
 }
 
 }  // namespace detail
@@ -15365,7 +15356,7 @@ RayBundles<S>::RayBundles(const RayBatch<S>& rays) {
 
 template <Scalar S>
 void RayBundles<S>::build(const RayBatch<S>& rays, Places places) {
-  // Parts come in the order of their division; sums of floats have that of the batch.
+  // Parts come in whatever order the standard library left them; sums of floats have one.
   std::sort(places.begin(), places.end());
   const std::size_t id = bundles_.size();
   bundles_.emplace_back();
@@ -15421,6 +15412,7 @@ void RayBundles<S>::fit(const RayBatch<S>& rays, Places places, RayBundle<S>& bu
 template <Scalar S>
 void RayBundles<S>::split_into_blocks(const RayBatch<S>& rays, Places places) {
   if (places.size() <= block_size) {
+    // However the standard library left them.
     std::sort(places.begin(), places.end());
     return;
   }
@@ -24854,7 +24846,7 @@ namespace bristle {
 /// (`tactile_image`). What else goes by the layout, as `PatchDef::per_sensor`, has to follow.
 ///
 /// @throws InvalidArgument when the layout breaks a rule of `SensorLayout::validate`.
-/// @note O(n log^2 n), once.
+/// @note O(n log n).
 template <Scalar S>
 [[nodiscard]] std::vector<std::uint32_t> neighbour_order(const SensorLayout<S>& layout);
 

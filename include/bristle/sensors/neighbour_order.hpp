@@ -28,7 +28,7 @@ namespace bristle {
 /// (`tactile_image`). What else goes by the layout, as `PatchDef::per_sensor`, has to follow.
 ///
 /// @throws InvalidArgument when the layout breaks a rule of `SensorLayout::validate`.
-/// @note O(n log^2 n), once.
+/// @note O(n log n).
 template <Scalar S>
 [[nodiscard]] std::vector<std::uint32_t> neighbour_order(const SensorLayout<S>& layout);
 
