@@ -22,9 +22,9 @@ namespace bristle {
 ///
 /// A patch takes its sensors sixteen at a time, in the order of their layout. The edge of a contact
 /// runs through most of the rows of sixteen that it meets, but through few squares: in squares a
-/// half-touched pad of a thousand sensors and more takes up to 20 % less time, one of a hundred up
-/// to 15 % more (docs/decisions/0031-order-of-sensors.md). Readings are in the order of the layout,
-/// so this is for skins that are read as sums or by a table of sensors; images want rows
+/// half-touched pad of 1000 to 10,000 sensors takes 5 to 15 % less time, one of a hundred up to as
+/// much more (docs/decisions/0031-order-of-sensors.md). Readings are in the order of the layout, so
+/// this is for skins that are read as sums or by a table of sensors; images want rows
 /// (`tactile_image`). What else goes by the layout, as `PatchDef::per_sensor`, has to follow.
 ///
 /// @throws InvalidArgument when the layout breaks a rule of `SensorLayout::validate`.
