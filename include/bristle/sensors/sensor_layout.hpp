@@ -26,6 +26,10 @@ struct SensorLayout {
   LaneVector<S> length;
 
   [[nodiscard]] std::size_t size() const { return length.size(); }
+  /// All rays, valid until sensors are added.
+  [[nodiscard]] RayBatch<S> rays() const {
+    return {start.x, start.y, start.z, direction.x, direction.y, direction.z, length};
+  }
 
   /// Appends a sensor by its ray's start [m], unit direction and length [m], in A.
   void add(const Vec3<S>& p_AStart, const Vec3<S>& direction_A, S reach);

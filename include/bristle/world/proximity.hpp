@@ -78,15 +78,9 @@ class ProximityArray {
   }
 
   [[nodiscard]] RayBatch<S> batch(const RayBundles<S>* bundles) const {
-    return {rays_.start.x,
-            rays_.start.y,
-            rays_.start.z,
-            rays_.direction.x,
-            rays_.direction.y,
-            rays_.direction.z,
-            rays_.length,
-            S(0),
-            bundles};
+    RayBatch<S> batch = rays_.rays();
+    batch.bundles = bundles;
+    return batch;
   }
 
   SensorLayout<S> rays_;

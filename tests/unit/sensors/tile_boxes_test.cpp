@@ -11,23 +11,6 @@
 
 using namespace bristle;
 
-namespace {
-
-template <typename S>
-RayBatch<S> batch_of(const SensorLayout<S>& rays) {
-  RayBatch<S> batch;
-  batch.origin_x = rays.start.x;
-  batch.origin_y = rays.start.y;
-  batch.origin_z = rays.start.z;
-  batch.direction_x = rays.direction.x;
-  batch.direction_y = rays.direction.y;
-  batch.direction_z = rays.direction.z;
-  batch.length = rays.length;
-  return batch;
-}
-
-}  // namespace
-
 // Every ray with a point in the query must be in one of the tiles that are found.
 TEST_CASE_TEMPLATE("tile boxes: no ray that enters a box is left out", S, float, double) {
   test::Random random(11);
@@ -37,7 +20,7 @@ TEST_CASE_TEMPLATE("tile boxes: no ray that enters a box is left out", S, float,
       rays.add(Vec3<S>(S(i % 70), S(i / 70), 0) + random.in_cube(S(0.2)), random.direction<S>(),
                S(1));
     }
-    const TileBoxes<S> boxes(batch_of(rays));
+    const TileBoxes<S> boxes(rays.rays());
     std::vector<std::uint32_t> tiles;
     boxes.find([](const Aabb<S>&) { return true; }, tiles);
     CHECK(tiles.size() == (n + tile_size - 1) / tile_size);
