@@ -15204,6 +15204,9 @@ struct RayBundle {
   std::uint32_t second = 0;
   /// Whether all rays run along the z axis, within 60 degrees of it.
   bool is_narrow = false;
+  /// Whether it is narrow and what it is divided into has its frame: then its rays can be asked
+  /// together.
+  bool has_one_frame = false;
   /// [1] R_GR, with R the frame of the rays.
   Mat3<S> axes = Mat3<S>::Identity();
   /// [m] The origin of G in R.
@@ -15226,6 +15229,8 @@ class RayBundles {
   /// neighbours, all full but its last.
   static constexpr std::size_t bundle_size = 64;
   static constexpr std::size_t block_size = 16;
+  /// [-] Rays of a bundle at most whose frame is that of all bundles it is divided into.
+  static constexpr std::size_t frame_size = 256;
   /// [-] Rays of a slice at most. One takes some ten microseconds, which is more than it costs to
   /// hand it to another thread and to go down to its bundles once more; and there are eight of them
   /// in ten thousand rays.
@@ -15237,12 +15242,6 @@ class RayBundles {
     LaneVector<S> x, y, slope_x, slope_y;
     /// [m] z of the start. [1] Length of the ray for each metre of z. [m] Reach.
     LaneVector<S> start, stretch, length;
-  };
-
-  /// [m] What a block's rays keep to, in x and y of their bundle's frame.
-  struct Rectangle {
-    std::array<S, 2> lower{infinity<S>, infinity<S>};
-    std::array<S, 2> upper{-infinity<S>, -infinity<S>};
   };
 
   RayBundles() = default;
@@ -15263,24 +15262,35 @@ class RayBundles {
   [[nodiscard]] const std::uint32_t* rays_from(std::size_t place) const {
     return order_.data() + place;
   }
-  /// Of the block that begins at a place.
-  [[nodiscard]] const Rectangle& rectangle(std::size_t place) const {
-    return rectangles_[place / block_size];
+  /// [m] Around the rays of the block that a place lies in, in the frame of their bundle.
+  [[nodiscard]] const Aabb<S>& block_box(std::size_t place) const {
+    return block_boxes_[place / block_size];
+  }
+  /// Whether the rays of that block follow each other in the batch, and fill the block.
+  [[nodiscard]] bool is_in_order(std::size_t place) const {
+    return is_in_order_[place / block_size] != 0;
   }
 
  private:
   using Places = std::span<std::uint32_t>;
 
-  void build(const RayBatch<S>& rays, Places places);
+  /// [-] Instead of a bundle.
+  static constexpr std::size_t none = ~std::size_t(0);
+
+  void build(const RayBatch<S>& rays, Places places, std::size_t parent);
   void fit(const RayBatch<S>& rays, Places places, RayBundle<S>& bundle) const;
+  [[nodiscard]] static bool is_frame_for_parts(const RayBundle<S>& bundle);
   static void split_into_blocks(const RayBatch<S>& rays, Places places);
   void store(const RayBatch<S>& rays, const RayBundle<S>& bundle);
+  void find_order();
   void cut_slices();
 
   std::vector<RayBundle<S>> bundles_;
   std::vector<RaySlice> slices_;
   std::vector<std::uint32_t> order_;
-  std::vector<Rectangle> rectangles_;
+  std::vector<Aabb<S>> block_boxes_;
+  // Bytes, as threads read them.
+  std::vector<std::uint8_t> is_in_order_;
   Lines lines_;
 };
 
@@ -15344,55 +15354,76 @@ RayBundles<S>::RayBundles(const RayBatch<S>& rays) {
   for (std::uint32_t i = 0; i < rays.size(); ++i) order_[i] = i;
   if (order_.empty()) return;
   const std::size_t blocks = (rays.size() + block_size - 1) / block_size;
-  rectangles_.resize(blocks);
+  block_boxes_.resize(blocks);
   for (auto* values : {&lines_.x, &lines_.y, &lines_.slope_x, &lines_.slope_y, &lines_.start}) {
     values->assign(blocks * block_size, S(0));
   }
   lines_.stretch.assign(blocks * block_size, S(1));
   lines_.length.assign(blocks * block_size, -infinity<S>);
-  build(rays, order_);
+  build(rays, order_, none);
+  find_order();
   cut_slices();
 }
 
 template <Scalar S>
-void RayBundles<S>::build(const RayBatch<S>& rays, Places places) {
+void RayBundles<S>::build(const RayBatch<S>& rays, Places places, std::size_t parent) {
   // Parts come in whatever order the standard library left them; sums of floats have one.
   std::sort(places.begin(), places.end());
   const std::size_t id = bundles_.size();
-  bundles_.emplace_back();
-  bundles_[id].first = static_cast<std::uint32_t>(places.data() - order_.data());
-  bundles_[id].count = static_cast<std::uint32_t>(places.size());
-  fit(rays, places, bundles_[id]);
+  RayBundle<S> bundle;
+  bundle.first = static_cast<std::uint32_t>(places.data() - order_.data());
+  bundle.count = static_cast<std::uint32_t>(places.size());
+  if (parent != none && bundles_[parent].has_one_frame) {
+    bundle.has_one_frame = true;
+    bundle.axes = bundles_[parent].axes;
+    bundle.center = bundles_[parent].center;
+  }
+  fit(rays, places, bundle);
+  bundle.has_one_frame = bundle.has_one_frame || is_frame_for_parts(bundle);
+  bundles_.push_back(bundle);
   if (places.size() <= bundle_size) {
     split_into_blocks(rays, places);
-    store(rays, bundles_[id]);
+    store(rays, bundle);
     return;
   }
   const std::size_t first = detail::split_rays(rays, places, bundle_size);
-  build(rays, places.first(first));
+  build(rays, places.first(first), id);
   bundles_[id].second = static_cast<std::uint32_t>(bundles_.size());
-  build(rays, places.subspan(first));
+  build(rays, places.subspan(first), id);
 }
 
-/// Finds frame and box of a bundle.
+/// Whether the frame of a bundle does for its parts: aside from it their rays would run by little
+/// beside their width, so that boxes in frames of their own would not be smaller.
+template <Scalar S>
+bool RayBundles<S>::is_frame_for_parts(const RayBundle<S>& bundle) {
+  if (!bundle.is_narrow || bundle.count <= bundle_size) return bundle.is_narrow;
+  const Vec3<S> extent = bundle.box.upper - bundle.box.lower;
+  const S drift = bundle.slope * extent.z();
+  const S area = extent.x() * extent.y() * S(bundle_size) / S(bundle.count);
+  return bundle.count <= frame_size && S(16) * drift * drift <= area;
+}
+
+/// Finds the box of a bundle, and its frame unless it has that of another one.
 template <Scalar S>
 void RayBundles<S>::fit(const RayBatch<S>& rays, Places places, RayBundle<S>& bundle) const {
-  Aabb<S> starts;
-  Vec3<S> sum = Vec3<S>::Zero();
-  for (const std::uint32_t i : places) {
-    starts.include(rays[i].origin);
-    sum += rays[i].direction;
-  }
-  bundle.center = starts.center();
-  if (sum.norm() > Tolerance<S>::equal() * S(places.size())) {
-    const Vec3<S> z = sum.normalized();
-    // Sensors mostly stand in rows along the axes of their frame: so do the sides of the box.
-    int across = 0;
-    z.cwiseAbs().minCoeff(&across);
-    const Vec3<S> x = (Vec3<S>::Unit(across) - z[across] * z).normalized();
-    bundle.axes.row(0) = x;
-    bundle.axes.row(1) = z.cross(x);
-    bundle.axes.row(2) = z;
+  if (!bundle.has_one_frame) {
+    Aabb<S> starts;
+    Vec3<S> sum = Vec3<S>::Zero();
+    for (const std::uint32_t i : places) {
+      starts.include(rays[i].origin);
+      sum += rays[i].direction;
+    }
+    bundle.center = starts.center();
+    if (sum.norm() > Tolerance<S>::equal() * S(places.size())) {
+      const Vec3<S> z = sum.normalized();
+      // Sensors mostly stand in rows along the axes of their frame: so do the sides of the box.
+      int across = 0;
+      z.cwiseAbs().minCoeff(&across);
+      const Vec3<S> x = (Vec3<S>::Unit(across) - z[across] * z).normalized();
+      bundle.axes.row(0) = x;
+      bundle.axes.row(1) = z.cross(x);
+      bundle.axes.row(2) = z;
+    }
   }
   bundle.is_narrow = true;
   bundle.highest_start = -infinity<S>;
@@ -15437,13 +15468,20 @@ void RayBundles<S>::store(const RayBatch<S>& rays, const RayBundle<S>& bundle) {
     lines_.start[k] = start.z();
     lines_.stretch[k] = S(1) / direction.z();
     lines_.length[k] = rays.length[i];
-    Rectangle& rectangle = rectangles_[k / block_size];
-    for (std::size_t axis = 0; axis < 2; ++axis) {
-      const S a = start[static_cast<int>(axis)];
-      const S b = end[static_cast<int>(axis)];
-      rectangle.lower[axis] = std::min({rectangle.lower[axis], a, b});
-      rectangle.upper[axis] = std::max({rectangle.upper[axis], a, b});
-    }
+    block_boxes_[k / block_size].include(start);
+    block_boxes_[k / block_size].include(end);
+  }
+}
+
+/// Finds the blocks whose rays follow each other.
+template <Scalar S>
+void RayBundles<S>::find_order() {
+  is_in_order_.assign(block_boxes_.size(), 0);
+  for (std::size_t first = 0; first + block_size <= size(); first += block_size) {
+    const auto block = order_.begin() + static_cast<std::ptrdiff_t>(first);
+    const auto gap =
+        std::adjacent_find(block, block + block_size, [](auto a, auto b) { return b != a + 1; });
+    is_in_order_[first / block_size] = gap == block + block_size ? 1 : 0;
   }
 }
 
@@ -15470,13 +15508,12 @@ namespace bristle::detail {
 /// crossings beyond a ray's end are not looked at.
 template <Scalar S>
 struct LaneCrossings {
-  /// [m] Nearest crossing; [-] the number of its triangle, and its place among the candidates.
-  Pack<S> distance{infinity<S>};
+  /// [m] Nearest crossing of each kind, and what all of them may be wrong by.
+  Pack<S> front{infinity<S>}, back{infinity<S>};
+  Pack<S> uncertainty{S(0)};
+  /// [-] The number of the triangle that was crossed from its front; [1] its outward unit normal.
   Pack<S> number{infinity<S>};
-  Pack<S> candidate{S(0)};
-  /// [m] Bounds of the nearest crossing of each kind.
-  Pack<S> front_low{infinity<S>}, front_high{infinity<S>};
-  Pack<S> back_low{infinity<S>}, back_high{infinity<S>};
+  Pack3<S> normal{S(0), S(0), S(0)};
   /// Rays that pass an edge too closely to tell.
   Mask<S> is_doubtful = Mask<S>::first(0);
 };
@@ -15510,17 +15547,12 @@ class BundleTriangles {
   /// @param size  [m] Of what coordinates were computed from: rounding is relative to it.
   void finish(const RayBundle<S>& bundle, const Mat3<S>& R_RG, S size);
 
-  /// Writes to `found` which candidates meet a rectangle in x and y; returns their number.
-  std::size_t within(const typename RayBundles<S>::Rectangle& rectangle, S margin,
-                     std::array<std::uint8_t, capacity>& found) const;
+  /// Writes to `found` which candidates' boxes meet a box; returns their number.
+  std::size_t within(const Aabb<S>& box, std::array<std::uint8_t, capacity>& found) const;
 
   /// [m] Where the candidate begins and ends along z.
   [[nodiscard]] S lowest(std::size_t i) const { return lower_[2][i]; }
   [[nodiscard]] S highest(std::size_t i) const { return upper_[2][i]; }
-  /// [1] Outward unit normal.
-  [[nodiscard]] Vec3<S> normal(std::size_t i) const {
-    return {normal_[0][i], normal_[1][i], normal_[2][i]};
-  }
 
   /// Tests rays against candidate i.
   BRISTLE_LANES void test(std::size_t i, const LaneRays<S>& rays, LaneCrossings<S>& found) const;
@@ -15622,14 +15654,16 @@ void BundleTriangles<S>::finish(const RayBundle<S>& bundle, const Mat3<S>& R_RG,
     const Pack3<S> scaled = (S(1) / largest) * n;
     const Pack3<S> normal = product<S>(R_RG, (S(1) / sqrt(dot(scaled, scaled))) * scaled);
     normal.store(&normal_[0][i], &normal_[1][i], &normal_[2][i]);
-    // A corner is at most this far from a ray across it and from its start along it.
+    // A corner is at most this far from a ray across it and from its start along it, and so are
+    // both from the origin.
     const Pack<S> z = max(-lower.z, upper.z) + half.z();
     const Pack<S> x = max(-lower.x, upper.x) + half.x();
     const Pack<S> y = max(-lower.y, upper.y) + half.y();
     const Pack<S> aside = max(x, y) + bundle.slope * z;
-    // Coordinates are wrong by some ulp of `size`, a determinant by twice that times `aside`; that
-    // of two corners has four products.
-    (round_off * (aside * (S(2) * aside + size))).store(&doubt_[i]);
+    // A corner seen from a ray is wrong by some ulp of `aside`, a determinant of two such by a few
+    // times the product. What turning did to a corner is no matter: all triangles there have it at
+    // one place, so that no ray slips through.
+    (round_off * (S(2) * aside * aside)).store(&doubt_[i]);
     (round_off * (S(2) * z + size)).store(&along_[i]);
     (round_off * ((S(3) * aside + S(2) * z + size) * (S(6) * aside) * (upper.z - lower.z)))
         .store(&across_[i]);
@@ -15637,14 +15671,16 @@ void BundleTriangles<S>::finish(const RayBundle<S>& bundle, const Mat3<S>& R_RG,
 }
 
 template <Scalar S>
-std::size_t BundleTriangles<S>::within(const typename RayBundles<S>::Rectangle& rectangle, S margin,
+std::size_t BundleTriangles<S>::within(const Aabb<S>& box,
                                        std::array<std::uint8_t, capacity>& found) const {
   std::size_t count = 0;
   for (std::size_t i = 0; i < size_; i += lanes<S>) {
-    const Mask<S> meets = (Pack<S>::load(&lower_[0][i]) <= rectangle.upper[0] + margin) &
-                          (Pack<S>::load(&upper_[0][i]) >= rectangle.lower[0] - margin) &
-                          (Pack<S>::load(&lower_[1][i]) <= rectangle.upper[1] + margin) &
-                          (Pack<S>::load(&upper_[1][i]) >= rectangle.lower[1] - margin);
+    Mask<S> meets = Mask<S>::first(lanes<S>);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const auto k = static_cast<int>(axis);
+      meets = meets & (Pack<S>::load(&lower_[axis][i]) <= box.upper[k]) &
+              (Pack<S>::load(&upper_[axis][i]) >= box.lower[k]);
+    }
     for (std::uint32_t left = bits(meets) & first_bits(size_ - i); left != 0; left &= left - 1) {
       found[count++] =
           static_cast<std::uint8_t>(i + static_cast<std::size_t>(std::countr_zero(left)));
@@ -15682,24 +15718,18 @@ BRISTLE_LANES void BundleTriangles<S>::test(std::size_t i, const LaneRays<S>& ra
   const Mask<S> counts = passes & (distance >= S(0)) & (distance <= rays.length);
   if (none(counts)) return;
   const Pack<S> uncertainty = along_[i] + across_[i] * abs(inverse);
-  const Mask<S> front = counts & is_front;
+  found.uncertainty = select(counts, max(found.uncertainty, uncertainty), found.uncertainty);
   const Mask<S> back = counts & !is_front;
-  const Pack<S> low = distance - uncertainty;
-  const Pack<S> high = distance + uncertainty;
-  if (any(front)) {
-    found.front_low = select(front, min(low, found.front_low), found.front_low);
-    found.front_high = select(front, min(high, found.front_high), found.front_high);
-  }
-  if (any(back)) {
-    found.back_low = select(back, min(low, found.back_low), found.back_low);
-    found.back_high = select(back, min(high, found.back_high), found.back_high);
-  }
+  if (any(back)) found.back = select(back, min(distance, found.back), found.back);
+  const Mask<S> front = counts & is_front;
+  if (none(front)) return;
   const Pack<S> number(number_[i]);
-  const Mask<S> is_nearer = counts & ((distance < found.distance) |
-                                      ((distance == found.distance) & (number < found.number)));
-  found.distance = select(is_nearer, distance, found.distance);
+  const Mask<S> is_nearer =
+      front & ((distance < found.front) | ((distance == found.front) & (number < found.number)));
+  const Pack3<S> normal{normal_[0][i], normal_[1][i], normal_[2][i]};
+  found.front = select(is_nearer, distance, found.front);
   found.number = select(is_nearer, number, found.number);
-  found.candidate = select(is_nearer, Pack<S>(static_cast<S>(i)), found.candidate);
+  found.normal = select(is_nearer, normal, found.normal);
 }
 
 }  // namespace bristle::detail
@@ -16016,6 +16046,7 @@ BRISTLE_OUTLINED std::optional<RayHit<S>> KeptCandidates<S>::cast(const RayMesh<
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cstddef>
 #include <cstdint>
 
@@ -16074,6 +16105,8 @@ class BundleMeshQuery {
   using Bundle = RayBundle<S>;
   using Bundles = RayBundles<S>;
   using Candidates = std::array<std::uint8_t, BundleTriangles<S>::capacity>;
+  /// Rays of a block, as bits.
+  using BlockBits = std::uint16_t;
 
   /// [-] Lists of leaves that are kept on the way down from the root of the bundles. Below, the
   /// last one serves.
@@ -16082,32 +16115,48 @@ class BundleMeshQuery {
   static constexpr std::size_t short_list = 24;
   /// [1] With more triangles than this for each ray, rays have too little in common.
   static constexpr S sparse_from = S(10);
+  /// [-] A divided bundle is asked as a whole if about so many triangles lie across its box.
+  static constexpr S few_triangles = S(16);
   /// [-] Rays of a bundle that is worth finding out where they all start.
   static constexpr std::size_t fewest_to_ask = 65;
 
   enum class Side { unknown, outside, inside };
 
-  /// Rays of a bundle whose starts have no triangle between them are all on one side.
-  struct Undecided {
-    /// [-] Which of the rays, counted from the bundle's first, have met nothing to tell.
-    std::uint64_t places = 0;
+  /// What the rays of a block have met.
+  struct BlockFindings {
+    /// [-] Which of them have met nothing, and so do not tell where they start.
+    BlockBits unmet = 0;
+    /// Where one starts that has met something.
     Side side = Side::unknown;
   };
 
   void visit(std::size_t id, const LeafList<S>* list, std::size_t depth, Side side);
+  [[nodiscard]] bool cast_together(const Bundle& bundle, const BoxInTree<S>& box,
+                                   const LeafList<S>& list, Side side);
   void cast_undivided(const Bundle& bundle, const BoxInTree<S>& box, const LeafList<S>* list,
                       Side side);
   void cast_blocks(const Bundle& bundle, std::size_t first, std::size_t end, Side side);
   [[nodiscard]] Side common_side(const Bundle& bundle, const BoxInTree<S>& box,
                                  const LeafList<S>* list);
-  BRISTLE_LANES void settle(const Bundle& bundle, std::size_t place, std::size_t count,
-                            const LaneCrossings<S>& found, Undecided& undecided);
-  void decide(const Bundle& bundle, const Undecided& undecided, bool is_uniform);
+  BRISTLE_LANES void settle(std::size_t place, std::size_t count, const LaneCrossings<S>& found,
+                            BlockFindings& findings);
+  BRISTLE_LANES void offer_in_order(std::size_t first, std::uint32_t offered,
+                                    const LaneCrossings<S>& found);
+  void decide(std::size_t place, BlockBits unmet, Side& side);
   void decide_empty(const Bundle& bundle, Side side);
   void cast_alone(std::size_t i, Side side = Side::unknown);
   [[nodiscard]] RayHit<S> hit_of(std::size_t i, Ray<S> ray, S best, Side side);
   void cast_one_by_one(std::size_t first, std::size_t end, Side side);
 
+  /// Calls visit(ray, lane) for some rays from a place on, given as bits.
+  template <typename Visit>
+  void for_each_ray(std::size_t place, std::uint32_t lanes, Visit&& visit) const {
+    const std::uint32_t* const rays = rays_.bundles->rays_from(place);
+    for (; lanes != 0; lanes &= lanes - 1) {
+      const auto lane = static_cast<std::size_t>(std::countr_zero(lanes));
+      visit(rays[lane], lane);
+    }
+  }
   /// Whether none of a bundle's rays is asked.
   [[nodiscard]] bool is_left_out(const Bundle& bundle) const {
     return bundle.first >= rays_.slice.end || bundle.first + bundle.count <= rays_.slice.first;
@@ -16186,6 +16235,11 @@ void BundleMeshQuery<S>::visit(std::size_t id, const LeafList<S>* list, std::siz
     list = &lists_[depth++];
   }
   if (list != nullptr && list->size() == 0) return decide_empty(bundle, side);
+  const bool is_small = !bundle.is_divided() || density * S(bundle.count) <= few_triangles;
+  if (hits_ != nullptr && !is_sparse && list != nullptr && is_small &&
+      cast_together(bundle, box, *list, side)) {
+    return;
+  }
   // A look at the triangles costs less than going down to all bundles below where there is nothing
   // to be found, and ends with the first triangle where there is.
   if (bundle.is_divided() && list != nullptr &&
@@ -16243,23 +16297,29 @@ bool BundleMeshQuery<S>::gather(const BoxInTree<S>& box, const LeafList<S>& list
                        [&](std::size_t i) { return triangles_.add(mesh_.tree(), list[i], box); });
 }
 
+/// Casts all rays of a bundle at the triangles in its box, if these are few.
+/// @return Whether it has.
+template <Scalar S>
+bool BundleMeshQuery<S>::cast_together(const Bundle& bundle, const BoxInTree<S>& box,
+                                       const LeafList<S>& list, Side side) {
+  if (!bundle.has_one_frame || list.size() > short_list || !gather(box, list)) return false;
+  if (triangles_.size() == 0) {
+    decide_empty(bundle, side);
+  } else {
+    cast_blocks(bundle, bundle.first, bundle.first + bundle.count, side);
+  }
+  return true;
+}
+
+/// Casts the rays of a bundle with many triangles in its box.
 template <Scalar S>
 void BundleMeshQuery<S>::cast_undivided(const Bundle& bundle, const BoxInTree<S>& box,
                                         const LeafList<S>* list, Side side) {
   const std::size_t end = bundle.first + bundle.count;
   if (list == nullptr || !bundle.is_narrow) return cast_one_by_one(bundle.first, end, side);
-  if (list->size() <= short_list && gather(box, *list)) {
-    if (triangles_.size() == 0) return decide_empty(bundle, side);
-    return cast_blocks(bundle, bundle.first, end, side);
-  }
   const S around = margin(bundle) + rays_.extra_length;
   for (std::size_t place = bundle.first; place < end; place += Bundles::block_size) {
-    const auto& rectangle = rays_.bundles->rectangle(place);
-    Aabb<S> block = box.box_G();
-    for (std::size_t axis = 0; axis < 2; ++axis) {
-      block.lower[static_cast<int>(axis)] = rectangle.lower[axis] - around;
-      block.upper[static_cast<int>(axis)] = rectangle.upper[axis] + around;
-    }
+    const Aabb<S> block = rays_.bundles->block_box(place).inflated(around);
     const std::size_t block_end = std::min(end, place + Bundles::block_size);
     if (gather({box.R_GC(), box.p_GC(), block}, *list)) {
       cast_blocks(bundle, place, block_end, side);
@@ -16269,7 +16329,7 @@ void BundleMeshQuery<S>::cast_undivided(const Bundle& bundle, const BoxInTree<S>
   }
 }
 
-/// Casts the rays of some blocks of an undivided bundle at the candidates.
+/// Casts the rays of some blocks of a bundle with one frame at the candidates.
 template <Scalar S>
 void BundleMeshQuery<S>::cast_blocks(const Bundle& bundle, std::size_t first, std::size_t end,
                                      Side side) {
@@ -16285,12 +16345,14 @@ void BundleMeshQuery<S>::cast_blocks(const Bundle& bundle, std::size_t first, st
   for (std::size_t i = 0; i < triangles_.size() && side == Side::unknown; ++i) {
     is_uniform = is_uniform && is_clear_of_starts(i);
   }
-  Undecided all{0, side};
+  std::array<BlockBits, Bundles::frame_size / Bundles::block_size> unmet;
+  std::size_t blocks = 0;
   for (std::size_t place = first; place < end; place += Bundles::block_size) {
     Candidates near;
-    const std::size_t count = triangles_.within(rays_.bundles->rectangle(place), around, near);
+    const std::size_t count =
+        triangles_.within(rays_.bundles->block_box(place).inflated(around), near);
     const std::size_t block_end = std::min(end, place + Bundles::block_size);
-    Undecided block;
+    BlockFindings block;
     for (std::size_t k = place; k < block_end; k += lanes<S>) {
       const LaneRays<S> rays{Pack<S>::load(&lines.x[k]),
                              Pack<S>::load(&lines.y[k]),
@@ -16301,86 +16363,89 @@ void BundleMeshQuery<S>::cast_blocks(const Bundle& bundle, std::size_t first, st
                              Pack<S>::load(&lines.length[k]) + rays_.extra_length};
       LaneCrossings<S> found;
       for (std::size_t i = 0; i < count; ++i) triangles_.test(near[i], rays, found);
-      settle(bundle, k, block_end - k, found, block);
+      settle(k, block_end - k, found, block);
     }
     if (is_uniform) {
       // What this block cannot tell another one may.
-      all.places |= block.places;
-      if (block.side != Side::unknown) all.side = block.side;
+      unmet[blocks++] = block.unmet;
+      if (block.side != Side::unknown) side = block.side;
+    } else if (std::all_of(near.begin(), near.begin() + static_cast<std::ptrdiff_t>(count),
+                           is_clear_of_starts)) {
+      decide(place, block.unmet, block.side);
     } else {
-      decide(bundle, block,
-             std::all_of(near.begin(), near.begin() + static_cast<std::ptrdiff_t>(count),
-                         is_clear_of_starts));
+      // They may start on the surface, which lanes may have seen behind them.
+      for_each_ray(place, block.unmet, [&](std::size_t i, std::size_t) { cast_alone(i); });
     }
   }
-  decide(bundle, all, is_uniform);
+  for (std::size_t k = 0; k < blocks; ++k) {
+    decide(first + k * Bundles::block_size, unmet[k], side);
+  }
 }
 
 /// Offers what rays in lanes have met.
 template <Scalar S>
-BRISTLE_LANES void BundleMeshQuery<S>::settle(const Bundle& bundle, std::size_t place,
-                                              std::size_t count, const LaneCrossings<S>& found,
-                                              Undecided& undecided) {
+BRISTLE_LANES void BundleMeshQuery<S>::settle(std::size_t place, std::size_t count,
+                                              const LaneCrossings<S>& found,
+                                              BlockFindings& findings) {
   const std::uint32_t there = first_bits(count);
-  const std::uint32_t met = bits(found.distance < Pack<S>(infinity<S>));
-  const std::uint32_t from_outside = bits(found.front_high < found.back_low);
-  const std::uint32_t from_inside = bits(found.back_high < found.front_low);
+  const std::uint32_t met = bits(min(found.front, found.back) < Pack<S>(infinity<S>));
+  const Pack<S> apart = S(2) * found.uncertainty;
+  const std::uint32_t from_outside = bits(found.front + apart < found.back);
+  const std::uint32_t from_inside = bits(found.back + apart < found.front);
   const std::uint32_t doubtful = bits(found.is_doubtful);
   const std::uint32_t outside = there & met & from_outside & ~doubtful;
   const std::uint32_t inside = there & met & from_inside & ~doubtful;
   const std::uint32_t unmet = there & ~met & ~doubtful;
-  if (outside != 0) undecided.side = Side::outside;
-  if (inside != 0) undecided.side = Side::inside;
-  undecided.places |= std::uint64_t{unmet} << (place - bundle.first);
-  const std::uint32_t* const order = rays_.bundles->rays_from(place);
-  const auto each = [&](std::uint32_t left, auto&& visit) {
-    for (; left != 0; left &= left - 1) {
-      const auto lane = static_cast<std::size_t>(std::countr_zero(left));
-      visit(order[lane], lane);
-    }
-  };
-  if (outside != 0) {
-    std::array<S, lanes<S>> distance;
-    std::array<S, lanes<S>> candidate;
-    found.distance.store(distance.data());
-    found.candidate.store(candidate.data());
-    // As `RayHits::offer`, with the arrays looked up once.
-    S* const known = hits_->distance.data();
-    S* const x = hits_->normal.x.data();
-    S* const y = hits_->normal.y.data();
-    S* const z = hits_->normal.z.data();
-    std::uint32_t* const tags = hits_->tag.data();
-    each(outside, [&](std::size_t i, std::size_t lane) {
-      if (!(distance[lane] < known[i])) return;
-      const Vec3<S> normal = triangles_.normal(static_cast<std::size_t>(candidate[lane]));
-      known[i] = distance[lane];
-      x[i] = normal[0];
-      y[i] = normal[1];
-      z[i] = normal[2];
-      tags[i] = tag_;
+  if (outside != 0) findings.side = Side::outside;
+  if (inside != 0) findings.side = Side::inside;
+  findings.unmet |= static_cast<BlockBits>(unmet << place % Bundles::block_size);
+  if (outside != 0 && rays_.bundles->is_in_order(place)) {
+    offer_in_order(rays_.bundles->ray_at(place), outside, found);
+  } else if (outside != 0) {
+    std::array<S, lanes<S>> distance, x, y, z;
+    found.front.store(distance.data());
+    found.normal.store(x.data(), y.data(), z.data());
+    for_each_ray(place, outside, [&](std::size_t i, std::size_t lane) {
+      hits_->offer(i, {distance[lane], {x[lane], y[lane], z[lane]}}, tag_);
     });
   }
-  each(inside, [&](std::size_t i, std::size_t) { hit_inside(i); });
-  each(there & ~(outside | inside | unmet), [&](std::size_t i, std::size_t) { cast_alone(i); });
+  for_each_ray(place, inside, [&](std::size_t i, std::size_t) { hit_inside(i); });
+  for_each_ray(place, there & ~(outside | inside | unmet),
+               [&](std::size_t i, std::size_t) { cast_alone(i); });
 }
 
-/// Finds out where rays start that have met nothing within their reach.
-/// @param is_uniform  Whether no triangle lies between their starts.
+/// As `RayHits::offer`, for rays that follow each other.
+/// @param offered  [-] Lanes that have met something.
 template <Scalar S>
-void BundleMeshQuery<S>::decide(const Bundle& bundle, const Undecided& undecided, bool is_uniform) {
-  Side side = undecided.side;
-  for (std::uint64_t left = undecided.places; left != 0; left &= left - 1) {
-    const std::size_t place = bundle.first + static_cast<std::size_t>(std::countr_zero(left));
-    const std::size_t i = rays_.bundles->ray_at(place);
-    if (!is_uniform) {
-      // It may start on the surface, which lanes may have seen behind it.
-      cast_alone(i);
-      continue;
-    }
-    if (side == Side::unknown) side = side_of(i);
-    if (side == Side::outside) return;
-    hit_inside(i);
+BRISTLE_LANES void BundleMeshQuery<S>::offer_in_order(std::size_t first, std::uint32_t offered,
+                                                      const LaneCrossings<S>& found) {
+  S* const distance = hits_->distance.data() + first;
+  const Pack<S> known = Pack<S>::load(distance);
+  const Mask<S> is_nearer = Mask<S>::from_bits(offered) & (found.front < known);
+  const auto put = [&](S* row, const Pack<S>& value) {
+    select(is_nearer, value, Pack<S>::load(row)).store(row);
+  };
+  put(distance, found.front);
+  put(hits_->normal.x.data() + first, found.normal.x);
+  put(hits_->normal.y.data() + first, found.normal.y);
+  put(hits_->normal.z.data() + first, found.normal.z);
+  const std::uint32_t nearer = bits(is_nearer);
+  std::uint32_t* const tag = hits_->tag.data() + first;
+  for (std::uint32_t i = 0; i < lanes<S>; ++i) tag[i] = (nearer >> i & 1u) != 0 ? tag_ : tag[i];
+}
+
+/// Finds out where rays start that have met nothing within their reach, with no triangle between
+/// their starts.
+/// @param side  Where they all start, found out if it is not known.
+template <Scalar S>
+void BundleMeshQuery<S>::decide(std::size_t place, BlockBits unmet, Side& side) {
+  if (unmet == 0 || side == Side::outside) return;
+  if (side == Side::unknown) {
+    const auto first = static_cast<std::size_t>(std::countr_zero(unmet));
+    side = side_of(rays_.bundles->ray_at(place + first));
   }
+  if (side == Side::outside) return;
+  for_each_ray(place, unmet, [&](std::size_t i, std::size_t) { hit_inside(i); });
 }
 
 /// The same for all rays of a bundle whose box holds no triangle.

@@ -124,6 +124,21 @@ RayPatch<S> make_rays(PatchKind kind, std::size_t n, double scale, Random& rando
   return rays;
 }
 
+/// The same rays in the order in which their bundles have them.
+template <Scalar S>
+RayPatch<S> in_bundle_order(const RayPatch<S>& patch) {
+  const RayBatch<S> rays = patch.batch(nullptr);
+  const RayBundles<S> bundles(rays);
+  RayPatch<S> result = patch;
+  for (std::size_t place = 0; place < bundles.size(); ++place) {
+    const std::size_t i = bundles.ray_at(place);
+    result.start.set(place, patch.start[i]);
+    result.direction.set(place, patch.direction[i]);
+    result.length[place] = patch.length[i];
+  }
+  return result;
+}
+
 /// What a ray meets.
 struct ReferenceHit {
   double distance = infinity<double>;

@@ -17,6 +17,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cstddef>
 #include <cstdint>
 
@@ -75,6 +76,8 @@ class BundleMeshQuery {
   using Bundle = RayBundle<S>;
   using Bundles = RayBundles<S>;
   using Candidates = std::array<std::uint8_t, BundleTriangles<S>::capacity>;
+  /// Rays of a block, as bits.
+  using BlockBits = std::uint16_t;
 
   /// [-] Lists of leaves that are kept on the way down from the root of the bundles. Below, the
   /// last one serves.
@@ -83,32 +86,48 @@ class BundleMeshQuery {
   static constexpr std::size_t short_list = 24;
   /// [1] With more triangles than this for each ray, rays have too little in common.
   static constexpr S sparse_from = S(10);
+  /// [-] A divided bundle is asked as a whole if about so many triangles lie across its box.
+  static constexpr S few_triangles = S(16);
   /// [-] Rays of a bundle that is worth finding out where they all start.
   static constexpr std::size_t fewest_to_ask = 65;
 
   enum class Side { unknown, outside, inside };
 
-  /// Rays of a bundle whose starts have no triangle between them are all on one side.
-  struct Undecided {
-    /// [-] Which of the rays, counted from the bundle's first, have met nothing to tell.
-    std::uint64_t places = 0;
+  /// What the rays of a block have met.
+  struct BlockFindings {
+    /// [-] Which of them have met nothing, and so do not tell where they start.
+    BlockBits unmet = 0;
+    /// Where one starts that has met something.
     Side side = Side::unknown;
   };
 
   void visit(std::size_t id, const LeafList<S>* list, std::size_t depth, Side side);
+  [[nodiscard]] bool cast_together(const Bundle& bundle, const BoxInTree<S>& box,
+                                   const LeafList<S>& list, Side side);
   void cast_undivided(const Bundle& bundle, const BoxInTree<S>& box, const LeafList<S>* list,
                       Side side);
   void cast_blocks(const Bundle& bundle, std::size_t first, std::size_t end, Side side);
   [[nodiscard]] Side common_side(const Bundle& bundle, const BoxInTree<S>& box,
                                  const LeafList<S>* list);
-  BRISTLE_LANES void settle(const Bundle& bundle, std::size_t place, std::size_t count,
-                            const LaneCrossings<S>& found, Undecided& undecided);
-  void decide(const Bundle& bundle, const Undecided& undecided, bool is_uniform);
+  BRISTLE_LANES void settle(std::size_t place, std::size_t count, const LaneCrossings<S>& found,
+                            BlockFindings& findings);
+  BRISTLE_LANES void offer_in_order(std::size_t first, std::uint32_t offered,
+                                    const LaneCrossings<S>& found);
+  void decide(std::size_t place, BlockBits unmet, Side& side);
   void decide_empty(const Bundle& bundle, Side side);
   void cast_alone(std::size_t i, Side side = Side::unknown);
   [[nodiscard]] RayHit<S> hit_of(std::size_t i, Ray<S> ray, S best, Side side);
   void cast_one_by_one(std::size_t first, std::size_t end, Side side);
 
+  /// Calls visit(ray, lane) for some rays from a place on, given as bits.
+  template <typename Visit>
+  void for_each_ray(std::size_t place, std::uint32_t lanes, Visit&& visit) const {
+    const std::uint32_t* const rays = rays_.bundles->rays_from(place);
+    for (; lanes != 0; lanes &= lanes - 1) {
+      const auto lane = static_cast<std::size_t>(std::countr_zero(lanes));
+      visit(rays[lane], lane);
+    }
+  }
   /// Whether none of a bundle's rays is asked.
   [[nodiscard]] bool is_left_out(const Bundle& bundle) const {
     return bundle.first >= rays_.slice.end || bundle.first + bundle.count <= rays_.slice.first;
@@ -187,6 +206,11 @@ void BundleMeshQuery<S>::visit(std::size_t id, const LeafList<S>* list, std::siz
     list = &lists_[depth++];
   }
   if (list != nullptr && list->size() == 0) return decide_empty(bundle, side);
+  const bool is_small = !bundle.is_divided() || density * S(bundle.count) <= few_triangles;
+  if (hits_ != nullptr && !is_sparse && list != nullptr && is_small &&
+      cast_together(bundle, box, *list, side)) {
+    return;
+  }
   // A look at the triangles costs less than going down to all bundles below where there is nothing
   // to be found, and ends with the first triangle where there is.
   if (bundle.is_divided() && list != nullptr &&
@@ -244,23 +268,29 @@ bool BundleMeshQuery<S>::gather(const BoxInTree<S>& box, const LeafList<S>& list
                        [&](std::size_t i) { return triangles_.add(mesh_.tree(), list[i], box); });
 }
 
+/// Casts all rays of a bundle at the triangles in its box, if these are few.
+/// @return Whether it has.
+template <Scalar S>
+bool BundleMeshQuery<S>::cast_together(const Bundle& bundle, const BoxInTree<S>& box,
+                                       const LeafList<S>& list, Side side) {
+  if (!bundle.has_one_frame || list.size() > short_list || !gather(box, list)) return false;
+  if (triangles_.size() == 0) {
+    decide_empty(bundle, side);
+  } else {
+    cast_blocks(bundle, bundle.first, bundle.first + bundle.count, side);
+  }
+  return true;
+}
+
+/// Casts the rays of a bundle with many triangles in its box.
 template <Scalar S>
 void BundleMeshQuery<S>::cast_undivided(const Bundle& bundle, const BoxInTree<S>& box,
                                         const LeafList<S>* list, Side side) {
   const std::size_t end = bundle.first + bundle.count;
   if (list == nullptr || !bundle.is_narrow) return cast_one_by_one(bundle.first, end, side);
-  if (list->size() <= short_list && gather(box, *list)) {
-    if (triangles_.size() == 0) return decide_empty(bundle, side);
-    return cast_blocks(bundle, bundle.first, end, side);
-  }
   const S around = margin(bundle) + rays_.extra_length;
   for (std::size_t place = bundle.first; place < end; place += Bundles::block_size) {
-    const auto& rectangle = rays_.bundles->rectangle(place);
-    Aabb<S> block = box.box_G();
-    for (std::size_t axis = 0; axis < 2; ++axis) {
-      block.lower[static_cast<int>(axis)] = rectangle.lower[axis] - around;
-      block.upper[static_cast<int>(axis)] = rectangle.upper[axis] + around;
-    }
+    const Aabb<S> block = rays_.bundles->block_box(place).inflated(around);
     const std::size_t block_end = std::min(end, place + Bundles::block_size);
     if (gather({box.R_GC(), box.p_GC(), block}, *list)) {
       cast_blocks(bundle, place, block_end, side);
@@ -270,7 +300,7 @@ void BundleMeshQuery<S>::cast_undivided(const Bundle& bundle, const BoxInTree<S>
   }
 }
 
-/// Casts the rays of some blocks of an undivided bundle at the candidates.
+/// Casts the rays of some blocks of a bundle with one frame at the candidates.
 template <Scalar S>
 void BundleMeshQuery<S>::cast_blocks(const Bundle& bundle, std::size_t first, std::size_t end,
                                      Side side) {
@@ -286,12 +316,14 @@ void BundleMeshQuery<S>::cast_blocks(const Bundle& bundle, std::size_t first, st
   for (std::size_t i = 0; i < triangles_.size() && side == Side::unknown; ++i) {
     is_uniform = is_uniform && is_clear_of_starts(i);
   }
-  Undecided all{0, side};
+  std::array<BlockBits, Bundles::frame_size / Bundles::block_size> unmet;
+  std::size_t blocks = 0;
   for (std::size_t place = first; place < end; place += Bundles::block_size) {
     Candidates near;
-    const std::size_t count = triangles_.within(rays_.bundles->rectangle(place), around, near);
+    const std::size_t count =
+        triangles_.within(rays_.bundles->block_box(place).inflated(around), near);
     const std::size_t block_end = std::min(end, place + Bundles::block_size);
-    Undecided block;
+    BlockFindings block;
     for (std::size_t k = place; k < block_end; k += lanes<S>) {
       const LaneRays<S> rays{Pack<S>::load(&lines.x[k]),
                              Pack<S>::load(&lines.y[k]),
@@ -302,86 +334,89 @@ void BundleMeshQuery<S>::cast_blocks(const Bundle& bundle, std::size_t first, st
                              Pack<S>::load(&lines.length[k]) + rays_.extra_length};
       LaneCrossings<S> found;
       for (std::size_t i = 0; i < count; ++i) triangles_.test(near[i], rays, found);
-      settle(bundle, k, block_end - k, found, block);
+      settle(k, block_end - k, found, block);
     }
     if (is_uniform) {
       // What this block cannot tell another one may.
-      all.places |= block.places;
-      if (block.side != Side::unknown) all.side = block.side;
+      unmet[blocks++] = block.unmet;
+      if (block.side != Side::unknown) side = block.side;
+    } else if (std::all_of(near.begin(), near.begin() + static_cast<std::ptrdiff_t>(count),
+                           is_clear_of_starts)) {
+      decide(place, block.unmet, block.side);
     } else {
-      decide(bundle, block,
-             std::all_of(near.begin(), near.begin() + static_cast<std::ptrdiff_t>(count),
-                         is_clear_of_starts));
+      // They may start on the surface, which lanes may have seen behind them.
+      for_each_ray(place, block.unmet, [&](std::size_t i, std::size_t) { cast_alone(i); });
     }
   }
-  decide(bundle, all, is_uniform);
+  for (std::size_t k = 0; k < blocks; ++k) {
+    decide(first + k * Bundles::block_size, unmet[k], side);
+  }
 }
 
 /// Offers what rays in lanes have met.
 template <Scalar S>
-BRISTLE_LANES void BundleMeshQuery<S>::settle(const Bundle& bundle, std::size_t place,
-                                              std::size_t count, const LaneCrossings<S>& found,
-                                              Undecided& undecided) {
+BRISTLE_LANES void BundleMeshQuery<S>::settle(std::size_t place, std::size_t count,
+                                              const LaneCrossings<S>& found,
+                                              BlockFindings& findings) {
   const std::uint32_t there = first_bits(count);
-  const std::uint32_t met = bits(found.distance < Pack<S>(infinity<S>));
-  const std::uint32_t from_outside = bits(found.front_high < found.back_low);
-  const std::uint32_t from_inside = bits(found.back_high < found.front_low);
+  const std::uint32_t met = bits(min(found.front, found.back) < Pack<S>(infinity<S>));
+  const Pack<S> apart = S(2) * found.uncertainty;
+  const std::uint32_t from_outside = bits(found.front + apart < found.back);
+  const std::uint32_t from_inside = bits(found.back + apart < found.front);
   const std::uint32_t doubtful = bits(found.is_doubtful);
   const std::uint32_t outside = there & met & from_outside & ~doubtful;
   const std::uint32_t inside = there & met & from_inside & ~doubtful;
   const std::uint32_t unmet = there & ~met & ~doubtful;
-  if (outside != 0) undecided.side = Side::outside;
-  if (inside != 0) undecided.side = Side::inside;
-  undecided.places |= std::uint64_t{unmet} << (place - bundle.first);
-  const std::uint32_t* const order = rays_.bundles->rays_from(place);
-  const auto each = [&](std::uint32_t left, auto&& visit) {
-    for (; left != 0; left &= left - 1) {
-      const auto lane = static_cast<std::size_t>(std::countr_zero(left));
-      visit(order[lane], lane);
-    }
-  };
-  if (outside != 0) {
-    std::array<S, lanes<S>> distance;
-    std::array<S, lanes<S>> candidate;
-    found.distance.store(distance.data());
-    found.candidate.store(candidate.data());
-    // As `RayHits::offer`, with the arrays looked up once.
-    S* const known = hits_->distance.data();
-    S* const x = hits_->normal.x.data();
-    S* const y = hits_->normal.y.data();
-    S* const z = hits_->normal.z.data();
-    std::uint32_t* const tags = hits_->tag.data();
-    each(outside, [&](std::size_t i, std::size_t lane) {
-      if (!(distance[lane] < known[i])) return;
-      const Vec3<S> normal = triangles_.normal(static_cast<std::size_t>(candidate[lane]));
-      known[i] = distance[lane];
-      x[i] = normal[0];
-      y[i] = normal[1];
-      z[i] = normal[2];
-      tags[i] = tag_;
+  if (outside != 0) findings.side = Side::outside;
+  if (inside != 0) findings.side = Side::inside;
+  findings.unmet |= static_cast<BlockBits>(unmet << place % Bundles::block_size);
+  if (outside != 0 && rays_.bundles->is_in_order(place)) {
+    offer_in_order(rays_.bundles->ray_at(place), outside, found);
+  } else if (outside != 0) {
+    std::array<S, lanes<S>> distance, x, y, z;
+    found.front.store(distance.data());
+    found.normal.store(x.data(), y.data(), z.data());
+    for_each_ray(place, outside, [&](std::size_t i, std::size_t lane) {
+      hits_->offer(i, {distance[lane], {x[lane], y[lane], z[lane]}}, tag_);
     });
   }
-  each(inside, [&](std::size_t i, std::size_t) { hit_inside(i); });
-  each(there & ~(outside | inside | unmet), [&](std::size_t i, std::size_t) { cast_alone(i); });
+  for_each_ray(place, inside, [&](std::size_t i, std::size_t) { hit_inside(i); });
+  for_each_ray(place, there & ~(outside | inside | unmet),
+               [&](std::size_t i, std::size_t) { cast_alone(i); });
 }
 
-/// Finds out where rays start that have met nothing within their reach.
-/// @param is_uniform  Whether no triangle lies between their starts.
+/// As `RayHits::offer`, for rays that follow each other.
+/// @param offered  [-] Lanes that have met something.
 template <Scalar S>
-void BundleMeshQuery<S>::decide(const Bundle& bundle, const Undecided& undecided, bool is_uniform) {
-  Side side = undecided.side;
-  for (std::uint64_t left = undecided.places; left != 0; left &= left - 1) {
-    const std::size_t place = bundle.first + static_cast<std::size_t>(std::countr_zero(left));
-    const std::size_t i = rays_.bundles->ray_at(place);
-    if (!is_uniform) {
-      // It may start on the surface, which lanes may have seen behind it.
-      cast_alone(i);
-      continue;
-    }
-    if (side == Side::unknown) side = side_of(i);
-    if (side == Side::outside) return;
-    hit_inside(i);
+BRISTLE_LANES void BundleMeshQuery<S>::offer_in_order(std::size_t first, std::uint32_t offered,
+                                                      const LaneCrossings<S>& found) {
+  S* const distance = hits_->distance.data() + first;
+  const Pack<S> known = Pack<S>::load(distance);
+  const Mask<S> is_nearer = Mask<S>::from_bits(offered) & (found.front < known);
+  const auto put = [&](S* row, const Pack<S>& value) {
+    select(is_nearer, value, Pack<S>::load(row)).store(row);
+  };
+  put(distance, found.front);
+  put(hits_->normal.x.data() + first, found.normal.x);
+  put(hits_->normal.y.data() + first, found.normal.y);
+  put(hits_->normal.z.data() + first, found.normal.z);
+  const std::uint32_t nearer = bits(is_nearer);
+  std::uint32_t* const tag = hits_->tag.data() + first;
+  for (std::uint32_t i = 0; i < lanes<S>; ++i) tag[i] = (nearer >> i & 1u) != 0 ? tag_ : tag[i];
+}
+
+/// Finds out where rays start that have met nothing within their reach, with no triangle between
+/// their starts.
+/// @param side  Where they all start, found out if it is not known.
+template <Scalar S>
+void BundleMeshQuery<S>::decide(std::size_t place, BlockBits unmet, Side& side) {
+  if (unmet == 0 || side == Side::outside) return;
+  if (side == Side::unknown) {
+    const auto first = static_cast<std::size_t>(std::countr_zero(unmet));
+    side = side_of(rays_.bundles->ray_at(place + first));
   }
+  if (side == Side::outside) return;
+  for_each_ray(place, unmet, [&](std::size_t i, std::size_t) { hit_inside(i); });
 }
 
 /// The same for all rays of a bundle whose box holds no triangle.

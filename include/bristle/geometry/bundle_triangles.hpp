@@ -25,13 +25,12 @@ namespace bristle::detail {
 /// crossings beyond a ray's end are not looked at.
 template <Scalar S>
 struct LaneCrossings {
-  /// [m] Nearest crossing; [-] the number of its triangle, and its place among the candidates.
-  Pack<S> distance{infinity<S>};
+  /// [m] Nearest crossing of each kind, and what all of them may be wrong by.
+  Pack<S> front{infinity<S>}, back{infinity<S>};
+  Pack<S> uncertainty{S(0)};
+  /// [-] The number of the triangle that was crossed from its front; [1] its outward unit normal.
   Pack<S> number{infinity<S>};
-  Pack<S> candidate{S(0)};
-  /// [m] Bounds of the nearest crossing of each kind.
-  Pack<S> front_low{infinity<S>}, front_high{infinity<S>};
-  Pack<S> back_low{infinity<S>}, back_high{infinity<S>};
+  Pack3<S> normal{S(0), S(0), S(0)};
   /// Rays that pass an edge too closely to tell.
   Mask<S> is_doubtful = Mask<S>::first(0);
 };
@@ -65,17 +64,12 @@ class BundleTriangles {
   /// @param size  [m] Of what coordinates were computed from: rounding is relative to it.
   void finish(const RayBundle<S>& bundle, const Mat3<S>& R_RG, S size);
 
-  /// Writes to `found` which candidates meet a rectangle in x and y; returns their number.
-  std::size_t within(const typename RayBundles<S>::Rectangle& rectangle, S margin,
-                     std::array<std::uint8_t, capacity>& found) const;
+  /// Writes to `found` which candidates' boxes meet a box; returns their number.
+  std::size_t within(const Aabb<S>& box, std::array<std::uint8_t, capacity>& found) const;
 
   /// [m] Where the candidate begins and ends along z.
   [[nodiscard]] S lowest(std::size_t i) const { return lower_[2][i]; }
   [[nodiscard]] S highest(std::size_t i) const { return upper_[2][i]; }
-  /// [1] Outward unit normal.
-  [[nodiscard]] Vec3<S> normal(std::size_t i) const {
-    return {normal_[0][i], normal_[1][i], normal_[2][i]};
-  }
 
   /// Tests rays against candidate i.
   BRISTLE_LANES void test(std::size_t i, const LaneRays<S>& rays, LaneCrossings<S>& found) const;
@@ -177,14 +171,16 @@ void BundleTriangles<S>::finish(const RayBundle<S>& bundle, const Mat3<S>& R_RG,
     const Pack3<S> scaled = (S(1) / largest) * n;
     const Pack3<S> normal = product<S>(R_RG, (S(1) / sqrt(dot(scaled, scaled))) * scaled);
     normal.store(&normal_[0][i], &normal_[1][i], &normal_[2][i]);
-    // A corner is at most this far from a ray across it and from its start along it.
+    // A corner is at most this far from a ray across it and from its start along it, and so are
+    // both from the origin.
     const Pack<S> z = max(-lower.z, upper.z) + half.z();
     const Pack<S> x = max(-lower.x, upper.x) + half.x();
     const Pack<S> y = max(-lower.y, upper.y) + half.y();
     const Pack<S> aside = max(x, y) + bundle.slope * z;
-    // Coordinates are wrong by some ulp of `size`, a determinant by twice that times `aside`; that
-    // of two corners has four products.
-    (round_off * (aside * (S(2) * aside + size))).store(&doubt_[i]);
+    // A corner seen from a ray is wrong by some ulp of `aside`, a determinant of two such by a few
+    // times the product. What turning did to a corner is no matter: all triangles there have it at
+    // one place, so that no ray slips through.
+    (round_off * (S(2) * aside * aside)).store(&doubt_[i]);
     (round_off * (S(2) * z + size)).store(&along_[i]);
     (round_off * ((S(3) * aside + S(2) * z + size) * (S(6) * aside) * (upper.z - lower.z)))
         .store(&across_[i]);
@@ -192,14 +188,16 @@ void BundleTriangles<S>::finish(const RayBundle<S>& bundle, const Mat3<S>& R_RG,
 }
 
 template <Scalar S>
-std::size_t BundleTriangles<S>::within(const typename RayBundles<S>::Rectangle& rectangle, S margin,
+std::size_t BundleTriangles<S>::within(const Aabb<S>& box,
                                        std::array<std::uint8_t, capacity>& found) const {
   std::size_t count = 0;
   for (std::size_t i = 0; i < size_; i += lanes<S>) {
-    const Mask<S> meets = (Pack<S>::load(&lower_[0][i]) <= rectangle.upper[0] + margin) &
-                          (Pack<S>::load(&upper_[0][i]) >= rectangle.lower[0] - margin) &
-                          (Pack<S>::load(&lower_[1][i]) <= rectangle.upper[1] + margin) &
-                          (Pack<S>::load(&upper_[1][i]) >= rectangle.lower[1] - margin);
+    Mask<S> meets = Mask<S>::first(lanes<S>);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const auto k = static_cast<int>(axis);
+      meets = meets & (Pack<S>::load(&lower_[axis][i]) <= box.upper[k]) &
+              (Pack<S>::load(&upper_[axis][i]) >= box.lower[k]);
+    }
     for (std::uint32_t left = bits(meets) & first_bits(size_ - i); left != 0; left &= left - 1) {
       found[count++] =
           static_cast<std::uint8_t>(i + static_cast<std::size_t>(std::countr_zero(left)));
@@ -237,24 +235,18 @@ BRISTLE_LANES void BundleTriangles<S>::test(std::size_t i, const LaneRays<S>& ra
   const Mask<S> counts = passes & (distance >= S(0)) & (distance <= rays.length);
   if (none(counts)) return;
   const Pack<S> uncertainty = along_[i] + across_[i] * abs(inverse);
-  const Mask<S> front = counts & is_front;
+  found.uncertainty = select(counts, max(found.uncertainty, uncertainty), found.uncertainty);
   const Mask<S> back = counts & !is_front;
-  const Pack<S> low = distance - uncertainty;
-  const Pack<S> high = distance + uncertainty;
-  if (any(front)) {
-    found.front_low = select(front, min(low, found.front_low), found.front_low);
-    found.front_high = select(front, min(high, found.front_high), found.front_high);
-  }
-  if (any(back)) {
-    found.back_low = select(back, min(low, found.back_low), found.back_low);
-    found.back_high = select(back, min(high, found.back_high), found.back_high);
-  }
+  if (any(back)) found.back = select(back, min(distance, found.back), found.back);
+  const Mask<S> front = counts & is_front;
+  if (none(front)) return;
   const Pack<S> number(number_[i]);
-  const Mask<S> is_nearer = counts & ((distance < found.distance) |
-                                      ((distance == found.distance) & (number < found.number)));
-  found.distance = select(is_nearer, distance, found.distance);
+  const Mask<S> is_nearer =
+      front & ((distance < found.front) | ((distance == found.front) & (number < found.number)));
+  const Pack3<S> normal{normal_[0][i], normal_[1][i], normal_[2][i]};
+  found.front = select(is_nearer, distance, found.front);
   found.number = select(is_nearer, number, found.number);
-  found.candidate = select(is_nearer, Pack<S>(static_cast<S>(i)), found.candidate);
+  found.normal = select(is_nearer, normal, found.normal);
 }
 
 }  // namespace bristle::detail

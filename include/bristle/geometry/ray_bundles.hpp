@@ -34,6 +34,9 @@ struct RayBundle {
   std::uint32_t second = 0;
   /// Whether all rays run along the z axis, within 60 degrees of it.
   bool is_narrow = false;
+  /// Whether it is narrow and what it is divided into has its frame: then its rays can be asked
+  /// together.
+  bool has_one_frame = false;
   /// [1] R_GR, with R the frame of the rays.
   Mat3<S> axes = Mat3<S>::Identity();
   /// [m] The origin of G in R.
@@ -56,6 +59,8 @@ class RayBundles {
   /// neighbours, all full but its last.
   static constexpr std::size_t bundle_size = 64;
   static constexpr std::size_t block_size = 16;
+  /// [-] Rays of a bundle at most whose frame is that of all bundles it is divided into.
+  static constexpr std::size_t frame_size = 256;
   /// [-] Rays of a slice at most. One takes some ten microseconds, which is more than it costs to
   /// hand it to another thread and to go down to its bundles once more; and there are eight of them
   /// in ten thousand rays.
@@ -67,12 +72,6 @@ class RayBundles {
     LaneVector<S> x, y, slope_x, slope_y;
     /// [m] z of the start. [1] Length of the ray for each metre of z. [m] Reach.
     LaneVector<S> start, stretch, length;
-  };
-
-  /// [m] What a block's rays keep to, in x and y of their bundle's frame.
-  struct Rectangle {
-    std::array<S, 2> lower{infinity<S>, infinity<S>};
-    std::array<S, 2> upper{-infinity<S>, -infinity<S>};
   };
 
   RayBundles() = default;
@@ -93,24 +92,35 @@ class RayBundles {
   [[nodiscard]] const std::uint32_t* rays_from(std::size_t place) const {
     return order_.data() + place;
   }
-  /// Of the block that begins at a place.
-  [[nodiscard]] const Rectangle& rectangle(std::size_t place) const {
-    return rectangles_[place / block_size];
+  /// [m] Around the rays of the block that a place lies in, in the frame of their bundle.
+  [[nodiscard]] const Aabb<S>& block_box(std::size_t place) const {
+    return block_boxes_[place / block_size];
+  }
+  /// Whether the rays of that block follow each other in the batch, and fill the block.
+  [[nodiscard]] bool is_in_order(std::size_t place) const {
+    return is_in_order_[place / block_size] != 0;
   }
 
  private:
   using Places = std::span<std::uint32_t>;
 
-  void build(const RayBatch<S>& rays, Places places);
+  /// [-] Instead of a bundle.
+  static constexpr std::size_t none = ~std::size_t(0);
+
+  void build(const RayBatch<S>& rays, Places places, std::size_t parent);
   void fit(const RayBatch<S>& rays, Places places, RayBundle<S>& bundle) const;
+  [[nodiscard]] static bool is_frame_for_parts(const RayBundle<S>& bundle);
   static void split_into_blocks(const RayBatch<S>& rays, Places places);
   void store(const RayBatch<S>& rays, const RayBundle<S>& bundle);
+  void find_order();
   void cut_slices();
 
   std::vector<RayBundle<S>> bundles_;
   std::vector<RaySlice> slices_;
   std::vector<std::uint32_t> order_;
-  std::vector<Rectangle> rectangles_;
+  std::vector<Aabb<S>> block_boxes_;
+  // Bytes, as threads read them.
+  std::vector<std::uint8_t> is_in_order_;
   Lines lines_;
 };
 
@@ -174,55 +184,76 @@ RayBundles<S>::RayBundles(const RayBatch<S>& rays) {
   for (std::uint32_t i = 0; i < rays.size(); ++i) order_[i] = i;
   if (order_.empty()) return;
   const std::size_t blocks = (rays.size() + block_size - 1) / block_size;
-  rectangles_.resize(blocks);
+  block_boxes_.resize(blocks);
   for (auto* values : {&lines_.x, &lines_.y, &lines_.slope_x, &lines_.slope_y, &lines_.start}) {
     values->assign(blocks * block_size, S(0));
   }
   lines_.stretch.assign(blocks * block_size, S(1));
   lines_.length.assign(blocks * block_size, -infinity<S>);
-  build(rays, order_);
+  build(rays, order_, none);
+  find_order();
   cut_slices();
 }
 
 template <Scalar S>
-void RayBundles<S>::build(const RayBatch<S>& rays, Places places) {
+void RayBundles<S>::build(const RayBatch<S>& rays, Places places, std::size_t parent) {
   // Parts come in whatever order the standard library left them; sums of floats have one.
   std::sort(places.begin(), places.end());
   const std::size_t id = bundles_.size();
-  bundles_.emplace_back();
-  bundles_[id].first = static_cast<std::uint32_t>(places.data() - order_.data());
-  bundles_[id].count = static_cast<std::uint32_t>(places.size());
-  fit(rays, places, bundles_[id]);
+  RayBundle<S> bundle;
+  bundle.first = static_cast<std::uint32_t>(places.data() - order_.data());
+  bundle.count = static_cast<std::uint32_t>(places.size());
+  if (parent != none && bundles_[parent].has_one_frame) {
+    bundle.has_one_frame = true;
+    bundle.axes = bundles_[parent].axes;
+    bundle.center = bundles_[parent].center;
+  }
+  fit(rays, places, bundle);
+  bundle.has_one_frame = bundle.has_one_frame || is_frame_for_parts(bundle);
+  bundles_.push_back(bundle);
   if (places.size() <= bundle_size) {
     split_into_blocks(rays, places);
-    store(rays, bundles_[id]);
+    store(rays, bundle);
     return;
   }
   const std::size_t first = detail::split_rays(rays, places, bundle_size);
-  build(rays, places.first(first));
+  build(rays, places.first(first), id);
   bundles_[id].second = static_cast<std::uint32_t>(bundles_.size());
-  build(rays, places.subspan(first));
+  build(rays, places.subspan(first), id);
 }
 
-/// Finds frame and box of a bundle.
+/// Whether the frame of a bundle does for its parts: aside from it their rays would run by little
+/// beside their width, so that boxes in frames of their own would not be smaller.
+template <Scalar S>
+bool RayBundles<S>::is_frame_for_parts(const RayBundle<S>& bundle) {
+  if (!bundle.is_narrow || bundle.count <= bundle_size) return bundle.is_narrow;
+  const Vec3<S> extent = bundle.box.upper - bundle.box.lower;
+  const S drift = bundle.slope * extent.z();
+  const S area = extent.x() * extent.y() * S(bundle_size) / S(bundle.count);
+  return bundle.count <= frame_size && S(16) * drift * drift <= area;
+}
+
+/// Finds the box of a bundle, and its frame unless it has that of another one.
 template <Scalar S>
 void RayBundles<S>::fit(const RayBatch<S>& rays, Places places, RayBundle<S>& bundle) const {
-  Aabb<S> starts;
-  Vec3<S> sum = Vec3<S>::Zero();
-  for (const std::uint32_t i : places) {
-    starts.include(rays[i].origin);
-    sum += rays[i].direction;
-  }
-  bundle.center = starts.center();
-  if (sum.norm() > Tolerance<S>::equal() * S(places.size())) {
-    const Vec3<S> z = sum.normalized();
-    // Sensors mostly stand in rows along the axes of their frame: so do the sides of the box.
-    int across = 0;
-    z.cwiseAbs().minCoeff(&across);
-    const Vec3<S> x = (Vec3<S>::Unit(across) - z[across] * z).normalized();
-    bundle.axes.row(0) = x;
-    bundle.axes.row(1) = z.cross(x);
-    bundle.axes.row(2) = z;
+  if (!bundle.has_one_frame) {
+    Aabb<S> starts;
+    Vec3<S> sum = Vec3<S>::Zero();
+    for (const std::uint32_t i : places) {
+      starts.include(rays[i].origin);
+      sum += rays[i].direction;
+    }
+    bundle.center = starts.center();
+    if (sum.norm() > Tolerance<S>::equal() * S(places.size())) {
+      const Vec3<S> z = sum.normalized();
+      // Sensors mostly stand in rows along the axes of their frame: so do the sides of the box.
+      int across = 0;
+      z.cwiseAbs().minCoeff(&across);
+      const Vec3<S> x = (Vec3<S>::Unit(across) - z[across] * z).normalized();
+      bundle.axes.row(0) = x;
+      bundle.axes.row(1) = z.cross(x);
+      bundle.axes.row(2) = z;
+    }
   }
   bundle.is_narrow = true;
   bundle.highest_start = -infinity<S>;
@@ -267,13 +298,20 @@ void RayBundles<S>::store(const RayBatch<S>& rays, const RayBundle<S>& bundle) {
     lines_.start[k] = start.z();
     lines_.stretch[k] = S(1) / direction.z();
     lines_.length[k] = rays.length[i];
-    Rectangle& rectangle = rectangles_[k / block_size];
-    for (std::size_t axis = 0; axis < 2; ++axis) {
-      const S a = start[static_cast<int>(axis)];
-      const S b = end[static_cast<int>(axis)];
-      rectangle.lower[axis] = std::min({rectangle.lower[axis], a, b});
-      rectangle.upper[axis] = std::max({rectangle.upper[axis], a, b});
-    }
+    block_boxes_[k / block_size].include(start);
+    block_boxes_[k / block_size].include(end);
+  }
+}
+
+/// Finds the blocks whose rays follow each other.
+template <Scalar S>
+void RayBundles<S>::find_order() {
+  is_in_order_.assign(block_boxes_.size(), 0);
+  for (std::size_t first = 0; first + block_size <= size(); first += block_size) {
+    const auto block = order_.begin() + static_cast<std::ptrdiff_t>(first);
+    const auto gap =
+        std::adjacent_find(block, block + block_size, [](auto a, auto b) { return b != a + 1; });
+    is_in_order_[first / block_size] = gap == block + block_size ? 1 : 0;
   }
 }
 

@@ -43,11 +43,15 @@ TEST_CASE_TEMPLATE("cast_rays_at_mesh: bundles answer as each ray alone does in 
         CAPTURE(shape.triangles.size());
         CAPTURE(scale);
         CAPTURE(int(kind));
-        CHECK(test::wrong_answers(
-                  reference, patch, scale, test::rounds(30), ++seed,
-                  [&](const Transform<S>& X, const RayBatch<S>& rays, RayHits<S>& hits) {
-                    cast_rays_at_mesh(mesh, X, rays, 7, hits);
-                  }) == 0);
+        ++seed;
+        // Sensors row by row, and as bundles have them: hits are written in other ways.
+        for (const auto& ordered : {patch, test::in_bundle_order(patch)}) {
+          CHECK(test::wrong_answers(
+                    reference, ordered, scale, test::rounds(30), seed,
+                    [&](const Transform<S>& X, const RayBatch<S>& rays, RayHits<S>& hits) {
+                      cast_rays_at_mesh(mesh, X, rays, 7, hits);
+                    }) == 0);
+        }
       }
     }
   }
@@ -73,15 +77,25 @@ TEST_CASE_TEMPLATE("cast_rays_at_mesh: no ray slips through edges and corners th
     }
   }
   REQUIRE(rays.length.size() > 200);
-  const RayBundles<S> bundles(rays.batch(nullptr));
-  RayHits<S> hits;
-  hits.reset(rays.length.size());
-  cast_rays_at_mesh(ball, Transform<S>{}, rays.batch(&bundles), 7, hits);
-  std::size_t missed = 0;
-  for (std::size_t i = 0; i < rays.length.size(); ++i) {
-    missed += std::abs(hits.distance[i] - S(0.01)) < S(1e-5) ? 0u : 1u;
+  // As the mesh stands, and turned, so that corners are rounded on their way to the rays.
+  const Transform<double> turned{.rotation = Quat<double>(0.6, 0.2, -0.5, 0.3).normalized(),
+                                 .translation = {0.3, -0.2, 0.1}};
+  for (const Transform<double>& X : {Transform<double>{}, turned}) {
+    test::RayPatch<S> moved;
+    for (std::size_t i = 0; i < rays.length.size(); ++i) {
+      moved.add(X * rays.start[i].template cast<double>(),
+                X.rotate(rays.direction[i].template cast<double>()), 0.03);
+    }
+    const RayBundles<S> bundles(moved.batch(nullptr));
+    RayHits<S> hits;
+    hits.reset(moved.length.size());
+    cast_rays_at_mesh(ball, X.template cast<S>(), moved.batch(&bundles), 7, hits);
+    std::size_t missed = 0;
+    for (std::size_t i = 0; i < moved.length.size(); ++i) {
+      missed += std::abs(hits.distance[i] - S(0.01)) < S(1e-5) ? 0u : 1u;
+    }
+    CHECK(missed == 0);
   }
-  CHECK(missed == 0);
 }
 
 TEST_CASE_TEMPLATE("cast_rays_at_mesh: longer by `extra_length`, and no nearer than what is known",
@@ -89,27 +103,34 @@ TEST_CASE_TEMPLATE("cast_rays_at_mesh: longer by `extra_length`, and no nearer t
   test::Random random(4);
   const TriangleMesh<S> mesh = test::scaled_mesh<S>(test::bumpy_mesh(10), 1);
   const RayMesh<S> ball = ray_mesh(mesh);
-  const auto patch = test::make_rays<S>(PatchKind::pad, 200, 1, random);
-  const RayBundles<S> bundles(patch.batch(nullptr));
-  const Transform<S> X{.translation = {0, 0, S(0.057)}};
-  const auto cast = [&](S extra) {
-    RayHits<S> hits;
-    hits.reset(patch.length.size());
-    cast_rays_at_mesh(ball, X, patch.batch(&bundles, extra), 7, hits);
-    return hits;
-  };
-  const RayHits<S> none = cast(S(0));
-  const RayHits<S> all = cast(S(0.02));
-  for (std::size_t i = 0; i < patch.length.size(); ++i) {
-    CHECK(!none.is_hit(i));
-    CHECK(all.distance[i] < S(0.025));
-    CHECK(all.tag[i] == 7);
+  const auto rows = test::make_rays<S>(PatchKind::pad, 200, 1, random);
+  for (const auto& patch : {rows, test::in_bundle_order(rows)}) {
+    const RayBundles<S> bundles(patch.batch(nullptr));
+    const Transform<S> X{.translation = {0, 0, S(0.057)}};
+    const auto cast = [&](S extra) {
+      RayHits<S> hits;
+      hits.reset(patch.length.size());
+      cast_rays_at_mesh(ball, X, patch.batch(&bundles, extra), 7, hits);
+      return hits;
+    };
+    const RayHits<S> none = cast(S(0));
+    const RayHits<S> all = cast(S(0.02));
+    for (std::size_t i = 0; i < patch.length.size(); ++i) {
+      CHECK(!none.is_hit(i));
+      CHECK(all.distance[i] < S(0.025));
+      CHECK(all.tag[i] == 7);
+    }
+    // The same shape once more is no nearer: the first tag stays. Farther away it is nowhere
+    // nearer.
+    RayHits<S> twice = all;
+    cast_rays_at_mesh(ball, X, patch.batch(&bundles, S(0.02)), 8, twice);
+    CHECK(twice.tag == all.tag);
+    CHECK(twice.distance == all.distance);
+    const Transform<S> farther{.translation = {0, 0, S(0.058)}};
+    cast_rays_at_mesh(ball, farther, patch.batch(&bundles, S(0.02)), 9, twice);
+    CHECK(twice.tag == all.tag);
+    CHECK(twice.distance == all.distance);
   }
-  // The same shape once more is no nearer: the first tag stays.
-  RayHits<S> twice = all;
-  cast_rays_at_mesh(ball, X, patch.batch(&bundles, S(0.02)), 8, twice);
-  CHECK(twice.tag == all.tag);
-  CHECK(twice.distance == all.distance);
 }
 
 TEST_CASE("RayBundles: every ray is in one bundle, within its boxes") {
@@ -139,13 +160,9 @@ TEST_CASE("RayBundles: every ray is in one bundle, within its boxes") {
           CHECK(box.contains(end));
           CHECK(start.z() <= bundle.highest_start + 1e-15);
           if (bundle.is_divided() || !bundle.is_narrow) continue;
-          const auto& rectangle = bundles.rectangle(place);
-          for (const Vec3<double>& p : {start, end}) {
-            for (std::size_t axis = 0; axis < 2; ++axis) {
-              CHECK(p[int(axis)] >= rectangle.lower[axis] - 1e-15);
-              CHECK(p[int(axis)] <= rectangle.upper[axis] + 1e-15);
-            }
-          }
+          const Aabb<double> block = bundles.block_box(place).inflated(1e-15);
+          CHECK(block.contains(start));
+          CHECK(block.contains(end));
           const auto& lines = bundles.lines();
           CHECK(lines.start[place] == doctest::Approx(start.z()));
           CHECK(std::abs(lines.x[place] + lines.slope_x[place] * end.z() - end.x()) < 1e-15);
@@ -154,6 +171,48 @@ TEST_CASE("RayBundles: every ray is in one bundle, within its boxes") {
         }
       }
       CHECK(in_undivided == n);
+    }
+  }
+}
+
+TEST_CASE("RayBundles: parts of a bundle with one frame have its frame") {
+  test::Random random(5);
+  const std::size_t most = RayBundles<double>::frame_size;
+  for (const PatchKind kind : {PatchKind::pad, PatchKind::scattered}) {
+    const RayBundles<double> bundles(test::make_rays<double>(kind, 1000, 1, random).batch(nullptr));
+    for (std::size_t id = 0; id < bundles.bundles().size(); ++id) {
+      const RayBundle<double>& whole = bundles.bundles()[id];
+      if (!whole.is_divided()) continue;
+      // All of a flat pad that are not too large; none where rays go anywhere.
+      CHECK(whole.has_one_frame == (kind == PatchKind::pad && whole.count <= most));
+      if (!whole.has_one_frame) continue;
+      for (const std::size_t part : {id + 1, std::size_t(whole.second)}) {
+        CHECK(bundles.bundles()[part].has_one_frame);
+        CHECK(bundles.bundles()[part].axes == whole.axes);
+        CHECK(bundles.bundles()[part].center == whole.center);
+      }
+    }
+  }
+}
+
+TEST_CASE("RayBundles: blocks whose rays follow each other are known") {
+  test::Random random(6);
+  for (const std::size_t n : {15u, 16u, 40u, 300u}) {
+    const auto rows = test::make_rays<double>(PatchKind::pad, n, 1, random);
+    for (const bool is_ordered : {false, true}) {
+      const auto patch = is_ordered ? test::in_bundle_order(rows) : rows;
+      const RayBundles<double> bundles(patch.batch(nullptr));
+      for (std::size_t place = 0; place < n; ++place) {
+        const std::size_t first = place - place % RayBundles<double>::block_size;
+        const bool is_full = first + RayBundles<double>::block_size <= n;
+        bool follow = is_full;
+        for (std::size_t k = 1; follow && k < RayBundles<double>::block_size; ++k) {
+          follow = bundles.ray_at(first + k) == bundles.ray_at(first) + k;
+        }
+        CHECK(bundles.is_in_order(place) == follow);
+        // Bundles leave rays that are in their order as they are.
+        if (is_ordered) CHECK(follow == is_full);
+      }
     }
   }
 }
