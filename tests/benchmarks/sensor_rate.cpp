@@ -18,8 +18,8 @@
 // Times are processor time of the thread if not said otherwise, medians of seven runs and more.
 // Usage: benchmark_sensor_rate [--markdown] [--csv FILE] [--only sensors|peers|worlds|threads]
 //                              [--rows]
-// With --rows the pad's sensors of the first two parts follow each other row by row, and not in the
-// order of neighbour_order.hpp.
+// With --rows the sensors of pads follow each other row by row, and not in the order of
+// neighbour_order.hpp.
 // SPDX-License-Identifier: BSD-3-Clause
 #include "benchmarks/benchmark_table.hpp"
 #include "benchmarks/pad_sensing.hpp"
@@ -291,9 +291,9 @@ void measure_worlds_of(Report& report, Table& table) {
   };
   const Object mesh = pad_objects("mesh10k").front();
   for (const double gap : {0.7e-3, 4e-3}) {
-    const double alone = step_cost(make_near_miss<S>(mesh, 0, gap));
+    const double alone = step_cost(make_near_miss<S>(mesh, 0, report.options.in_rows, gap));
     for (const std::size_t n : {100u, 1000u, 10000u}) {
-      World<S> world = make_near_miss<S>(mesh, n, gap);
+      World<S> world = make_near_miss<S>(mesh, n, report.options.in_rows, gap);
       const double cost = step_cost(world) - alone;
       world.step();
       add(gap < 1e-3 ? "out of reach by 0.7 mm" : "out of reach by 4 mm", std::to_string(n), cost,
@@ -309,7 +309,7 @@ void measure_worlds_of(Report& report, Table& table) {
   add("asleep beside what moves", "10000", beside_sleeping - beside_none, "");
   add("all asleep", "10000", step_cost(make_sleeping<S>(true, false)), "the whole step");
 
-  HeldBall<S> held(10000, serial_for);
+  HeldBall<S> held(10000, report.options.in_rows, serial_for);
   const double cost = median_nanoseconds([&] { held.world.step(); });
   const auto sensors = held.world.report().rays_cast;
   add("a ball is held, whole step", std::to_string(sensors), cost,
@@ -373,15 +373,16 @@ template <Scalar S>
 void measure_threads_of(Report& report, Table& table) {
   const Object mesh = pad_objects("mesh10k").front();
   const Reference reference(mesh.shape);
-  const double gap = gap_for_half(mesh, reference, pad_rays(10000));
+  const double gap = gap_for_half(mesh, reference, pad_rays(10000, report.options.in_rows));
   for (const Integration integration : {Integration::explicit_, Integration::implicit}) {
     const std::string how = integration == Integration::implicit ? "implicit, " : "explicit, ";
     add_threads(report, table, "one pad, " + how + scalar_name<S>, [&](const ParallelFor& hook) {
-      return TurningBall<S>(mesh, 10000, gap, integration, hook);
+      return TurningBall<S>(mesh, 10000, report.options.in_rows, gap, integration, hook);
     });
   }
-  add_threads(report, table, std::string("a ball is held, ") + scalar_name<S>,
-              [](const ParallelFor& hook) { return HeldBall<S>(10000, hook); });
+  add_threads(
+      report, table, std::string("a ball is held, ") + scalar_name<S>,
+      [&](const ParallelFor& hook) { return HeldBall<S>(10000, report.options.in_rows, hook); });
 }
 
 void measure_threads(Report& report) {

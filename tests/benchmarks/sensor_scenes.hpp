@@ -24,7 +24,7 @@ struct HeldBall {
   static constexpr double mass = 0.5;
   static constexpr double gravity = 9.81;
 
-  HeldBall(std::size_t sensors, const ParallelFor& parallel_for)
+  HeldBall(std::size_t sensors, bool in_rows, const ParallelFor& parallel_for)
       : world(
             {.gravity = {0, 0, S(-gravity)}, .time_step = S(1e-3), .parallel_for = parallel_for}) {
     ball = world.add_body({.mass = S(mass),
@@ -39,6 +39,7 @@ struct HeldBall {
                                             .position = {S(side * 0.07), 0, 0}});
       PatchDef<S> def;
       def.sensors = pad(sensors / 2, side);
+      if (!in_rows) def.sensors = in_order(def.sensors, neighbour_order(def.sensors));
       def.parameters = tuned_for<S>({.load = S(grip), .mass = S(mass)}).parameters(def.sensors);
       def.integration = Integration::implicit;
       def.sees = 1;
@@ -89,12 +90,12 @@ struct HeldBall {
 /// The pad fixed under a bumpy ball that turns over it, at the given gap.
 template <Scalar S>
 struct TurningBall {
-  TurningBall(const Object& object, std::size_t sensors, double gap, Integration integration,
-              const ParallelFor& parallel_for)
+  TurningBall(const Object& object, std::size_t sensors, bool in_rows, double gap,
+              Integration integration, const ParallelFor& parallel_for)
       : world({.gravity = Vec3<S>::Zero(), .time_step = S(1e-3), .parallel_for = parallel_for}) {
     const BodyId floor = world.add_body({.motion = Motion::fixed});
     PatchDef<S> def;
-    def.sensors = layout_as<S>(pad_rays(sensors));
+    def.sensors = layout_as<S>(pad_rays(sensors, in_rows));
     def.parameters = tuned_for<S>({.load = S(20), .mass = S(2)}).parameters(def.sensors);
     def.integration = integration;
     patch = world.add_patch(floor, def);
@@ -115,7 +116,8 @@ struct TurningBall {
 /// A fixed pad beside the ball: their boxes meet, and the ball's surface is `gap` out of reach. Or
 /// no pad, for what the rest of the step costs.
 template <Scalar S>
-[[nodiscard]] World<S> make_near_miss(const Object& object, std::size_t sensors, double gap) {
+[[nodiscard]] World<S> make_near_miss(const Object& object, std::size_t sensors, bool in_rows,
+                                      double gap) {
   World<S> world({.time_step = S(1e-3)});
   // The ball's lowest point is 2 mm above the face's plane, below the ends of the rays. Where the
   // pad's nearest row ends, at 2.25 mm, the lowest that bumps reach is to be `gap` higher.
@@ -128,7 +130,7 @@ template <Scalar S>
   const BodyId floor = world.add_body({.motion = Motion::fixed});
   if (sensors > 0) {
     PatchDef<S> def;
-    def.sensors = layout_as<S>(pad_rays(sensors));
+    def.sensors = layout_as<S>(pad_rays(sensors, in_rows));
     def.parameters = tuned_for<S>({.load = S(20), .mass = S(2)}).parameters(def.sensors);
     world.add_patch(floor, def);
   }
