@@ -16091,13 +16091,13 @@ class BundleMeshQuery {
       const std::size_t end = std::min<std::size_t>(rays_.slice.end, rays_.size());
       for (std::size_t i = rays_.slice.first; i < end; ++i) cast_alone(i);
     } else {
-      visit(0, nullptr, 0, Side::unknown);
+      visit(0, {});
     }
   }
 
   [[nodiscard]] bool is_clear() {
     if (rays_.bundles == nullptr || rays_.bundles->is_empty()) return false;
-    visit(0, nullptr, 0, Side::unknown);
+    visit(0, {});
     return !may_meet_;
   }
 
@@ -16122,6 +16122,16 @@ class BundleMeshQuery {
 
   enum class Side { unknown, outside, inside };
 
+  /// What is known of a bundle from the one that it is a part of.
+  struct Known {
+    /// Leaves that it may meet, if they were sought; [-] how many lists are in use.
+    const LeafList<S>* list = nullptr;
+    std::size_t lists = 0;
+    Side side = Side::unknown;
+    /// A box in its frame, if the whole has that frame.
+    const BoxInTree<S>* framed = nullptr;
+  };
+
   /// What the rays of a block have met.
   struct BlockFindings {
     /// [-] Which of them have met nothing, and so do not tell where they start.
@@ -16130,7 +16140,7 @@ class BundleMeshQuery {
     Side side = Side::unknown;
   };
 
-  void visit(std::size_t id, const LeafList<S>* list, std::size_t depth, Side side);
+  void visit(std::size_t id, Known known);
   [[nodiscard]] bool cast_together(const Bundle& bundle, const BoxInTree<S>& box,
                                    const LeafList<S>& list, Side side);
   void cast_undivided(const Bundle& bundle, const BoxInTree<S>& box, const LeafList<S>* list,
@@ -16167,7 +16177,7 @@ class BundleMeshQuery {
     return {std::max(bundle.first, rays_.slice.first),
             std::min(bundle.first + bundle.count, rays_.slice.end)};
   }
-  [[nodiscard]] BoxInTree<S> box_of(const Bundle& bundle) const;
+  [[nodiscard]] BoxInTree<S> box_of(const Bundle& bundle, const BoxInTree<S>* framed) const;
   [[nodiscard]] bool is_any_triangle_in(const BoxInTree<S>& box, const LeafList<S>& list) const;
   [[nodiscard]] bool gather(const BoxInTree<S>& box, const LeafList<S>& list);
   [[nodiscard]] Ray<S> ray_in_mesh(std::size_t i) const {
@@ -16210,18 +16220,20 @@ class BundleMeshQuery {
 };
 
 template <Scalar S>
-BoxInTree<S> BundleMeshQuery<S>::box_of(const Bundle& bundle) const {
+BoxInTree<S> BundleMeshQuery<S>::box_of(const Bundle& bundle, const BoxInTree<S>* framed) const {
   // Directions have length 1: longer rays leave the box by no more than what they gained.
-  return {bundle.axes.lazyProduct(R_RC_), product<S>(bundle.axes, p_RC_ - bundle.center),
-          bundle.box.inflated(margin(bundle) + rays_.extra_length)};
+  const Aabb<S> box = bundle.box.inflated(margin(bundle) + rays_.extra_length);
+  if (framed != nullptr) return {framed->R_GC(), framed->p_GC(), box};
+  return {bundle.axes.lazyProduct(R_RC_), product<S>(bundle.axes, p_RC_ - bundle.center), box};
 }
 
 template <Scalar S>
-void BundleMeshQuery<S>::visit(std::size_t id, const LeafList<S>* list, std::size_t depth,
-                               Side side) {
+void BundleMeshQuery<S>::visit(std::size_t id, Known known) {
   const Bundle& bundle = rays_.bundles->bundles()[id];
   if (may_meet_ || is_left_out(bundle)) return;
-  const BoxInTree<S> box = box_of(bundle);
+  const BoxInTree<S> box = box_of(bundle, known.framed);
+  const LeafList<S>*& list = known.list;
+  Side& side = known.side;
   if (!box.box_C().overlaps(mesh_.root_box())) return;
   // [1] How many triangles there are for a ray, if the surface lies across the box.
   const Vec3<S> extent = bundle.box.upper - bundle.box.lower;
@@ -16229,10 +16241,11 @@ void BundleMeshQuery<S>::visit(std::size_t id, const LeafList<S>* list, std::siz
   const bool is_sparse = density > sparse_from;
   if (list == nullptr) {
     const bool fits = density * S(bundle.count) < S(LeafList<S>::capacity * 8);
-    if (!is_sparse && fits && lists_[depth].search(mesh_.tree(), box)) list = &lists_[depth++];
-  } else if (list->size() > short_list && depth < most_lists) {
-    lists_[depth].filter(*list, box);
-    list = &lists_[depth++];
+    if (!is_sparse && fits && lists_[known.lists].search(mesh_.tree(), box))
+      list = &lists_[known.lists++];
+  } else if (list->size() > short_list && known.lists < most_lists) {
+    lists_[known.lists].filter(*list, box);
+    list = &lists_[known.lists++];
   }
   if (list != nullptr && list->size() == 0) return decide_empty(bundle, side);
   const bool is_small = !bundle.is_divided() || density * S(bundle.count) <= few_triangles;
@@ -16261,8 +16274,9 @@ void BundleMeshQuery<S>::visit(std::size_t id, const LeafList<S>* list, std::siz
     return;
   }
   if (!bundle.is_divided()) return cast_undivided(bundle, box, list, side);
-  visit(id + 1, list, depth, side);
-  visit(bundle.second, list, depth, side);
+  known.framed = bundle.has_one_frame ? &box : nullptr;
+  visit(id + 1, known);
+  visit(bundle.second, known);
 }
 
 /// On which side all rays of a bundle start, if no triangle is between their starts.
