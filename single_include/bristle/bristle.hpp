@@ -15166,9 +15166,9 @@ bool LeafList<S>::search(const WideTree<S>& tree, const BoxInTree<S>& box) {
 /// them.
 ///
 /// The test is that of ray_triangle.hpp in another frame. There a sign in doubt is computed again
-/// exactly; here a ray that passes an edge closer than all rounding is handed back to be asked
-/// alone. Every other ray is decided with certainty, so that none slips through between two
-/// triangles.
+/// exactly; here a ray that passes an edge closer than the test's own rounding is handed back to be
+/// asked alone. Corners are where turning has put them, which is one place for all triangles there:
+/// no ray slips through between two of them.
 // SPDX-License-Identifier: BSD-3-Clause
 
 // === bristle/geometry/ray_bundles.hpp
@@ -15177,7 +15177,7 @@ bool LeafList<S>::search(const WideTree<S>& tree, const BoxInTree<S>& box) {
 /// Rays that stand beside each other, sorted once so that one search serves many of them.
 ///
 /// A patch's rays never move in their body's frame. They are divided into bundles of neighbours,
-/// and each bundle gets a box along its own mean direction: a query compares boxes first and rays
+/// and each bundle gets a box along a mean direction: a query compares boxes first and rays
 /// last. Within a bundle a ray is a line over the box's z axis, so that triangles are turned into
 /// the bundle's frame and the rays are not turned at all (docs/decisions/0022-bundles-of-rays.md).
 // SPDX-License-Identifier: BSD-3-Clause
@@ -15192,8 +15192,9 @@ bool LeafList<S>::search(const WideTree<S>& tree, const BoxInTree<S>& box) {
 
 namespace bristle {
 
-/// Some neighbouring rays of a `RayBundles`. Its frame G has its origin in their middle and its z
-/// axis along their mean direction.
+/// Some neighbouring rays of a `RayBundles`. Its frame G has its origin in the middle of some rays
+/// and its z axis along their mean direction: its own, or those of a bundle that it is a part of
+/// (`has_one_frame`).
 template <Scalar S>
 struct RayBundle {
   /// [-] The rays, as places in the order of the bundles.
@@ -15505,7 +15506,7 @@ void RayBundles<S>::cut_slices() {
 namespace bristle::detail {
 
 /// What rays in lanes have met so far. The rules are those of `MeshCrossings`, but for the reach:
-/// crossings beyond a ray's end are not looked at.
+/// crossings beyond a ray's end are not looked at, and one bound of errors goes for all of a ray's.
 template <Scalar S>
 struct LaneCrossings {
   /// [m] Nearest crossing of each kind, and what all of them may be wrong by.
@@ -15574,8 +15575,8 @@ class BundleTriangles {
   std::array<Row, 9> corner_;
   std::array<Row, 3> lower_, upper_;
   std::array<Row, 3> normal_;
-  // [m^2] What a determinant may be wrong by. Distances: [m] by this, and [m^3] this over the sum
-  // of determinants.
+  // [m^2] What a determinant of turned corners may be wrong by. Distances: [m] by this, and [m^3]
+  // this over the sum of determinants.
   Row doubt_, along_, across_;
   Row number_;
   std::size_t size_ = 0;
@@ -15654,8 +15655,8 @@ void BundleTriangles<S>::finish(const RayBundle<S>& bundle, const Mat3<S>& R_RG,
     const Pack3<S> scaled = (S(1) / largest) * n;
     const Pack3<S> normal = product<S>(R_RG, (S(1) / sqrt(dot(scaled, scaled))) * scaled);
     normal.store(&normal_[0][i], &normal_[1][i], &normal_[2][i]);
-    // A corner is at most this far from a ray across it and from its start along it, and so are
-    // both from the origin.
+    // No corner is farther than this from any ray across it, nor from its start along it, and
+    // neither is farther from the origin.
     const Pack<S> z = max(-lower.z, upper.z) + half.z();
     const Pack<S> x = max(-lower.x, upper.x) + half.x();
     const Pack<S> y = max(-lower.y, upper.y) + half.y();
@@ -16115,7 +16116,8 @@ class BundleMeshQuery {
   static constexpr std::size_t short_list = 24;
   /// [1] With more triangles than this for each ray, rays have too little in common.
   static constexpr S sparse_from = S(10);
-  /// [-] A divided bundle is asked as a whole if about so many triangles lie across its box.
+  /// [-] A divided bundle is asked as a whole if at most about so many triangles lie across its
+  /// box.
   static constexpr S few_triangles = S(16);
   /// [-] Rays of a bundle that is worth finding out where they all start.
   static constexpr std::size_t fewest_to_ask = 65;
@@ -16320,12 +16322,13 @@ bool BundleMeshQuery<S>::cast_together(const Bundle& bundle, const BoxInTree<S>&
   if (triangles_.size() == 0) {
     decide_empty(bundle, side);
   } else {
-    cast_blocks(bundle, bundle.first, bundle.first + bundle.count, side);
+    const RaySlice asked = asked_of(bundle);
+    cast_blocks(bundle, asked.first, asked.end, side);
   }
   return true;
 }
 
-/// Casts the rays of a bundle with many triangles in its box.
+/// Casts the rays of an undivided bundle that are not asked together.
 template <Scalar S>
 void BundleMeshQuery<S>::cast_undivided(const Bundle& bundle, const BoxInTree<S>& box,
                                         const LeafList<S>* list, Side side) {
@@ -16401,14 +16404,14 @@ template <Scalar S>
 BRISTLE_LANES void BundleMeshQuery<S>::settle(std::size_t place, std::size_t count,
                                               const LaneCrossings<S>& found,
                                               BlockFindings& findings) {
-  const std::uint32_t there = first_bits(count);
+  const std::uint32_t there = first_bits(std::min(count, lanes<S>));
   const std::uint32_t met = bits(min(found.front, found.back) < Pack<S>(infinity<S>));
   const Pack<S> apart = S(2) * found.uncertainty;
   const std::uint32_t from_outside = bits(found.front + apart < found.back);
   const std::uint32_t from_inside = bits(found.back + apart < found.front);
   const std::uint32_t doubtful = bits(found.is_doubtful);
-  const std::uint32_t outside = there & met & from_outside & ~doubtful;
-  const std::uint32_t inside = there & met & from_inside & ~doubtful;
+  const std::uint32_t outside = there & from_outside & ~doubtful;
+  const std::uint32_t inside = there & from_inside & ~doubtful;
   const std::uint32_t unmet = there & ~met & ~doubtful;
   if (outside != 0) findings.side = Side::outside;
   if (inside != 0) findings.side = Side::inside;

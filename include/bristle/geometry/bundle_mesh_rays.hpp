@@ -86,7 +86,8 @@ class BundleMeshQuery {
   static constexpr std::size_t short_list = 24;
   /// [1] With more triangles than this for each ray, rays have too little in common.
   static constexpr S sparse_from = S(10);
-  /// [-] A divided bundle is asked as a whole if about so many triangles lie across its box.
+  /// [-] A divided bundle is asked as a whole if at most about so many triangles lie across its
+  /// box.
   static constexpr S few_triangles = S(16);
   /// [-] Rays of a bundle that is worth finding out where they all start.
   static constexpr std::size_t fewest_to_ask = 65;
@@ -291,12 +292,13 @@ bool BundleMeshQuery<S>::cast_together(const Bundle& bundle, const BoxInTree<S>&
   if (triangles_.size() == 0) {
     decide_empty(bundle, side);
   } else {
-    cast_blocks(bundle, bundle.first, bundle.first + bundle.count, side);
+    const RaySlice asked = asked_of(bundle);
+    cast_blocks(bundle, asked.first, asked.end, side);
   }
   return true;
 }
 
-/// Casts the rays of a bundle with many triangles in its box.
+/// Casts the rays of an undivided bundle that are not asked together.
 template <Scalar S>
 void BundleMeshQuery<S>::cast_undivided(const Bundle& bundle, const BoxInTree<S>& box,
                                         const LeafList<S>* list, Side side) {
@@ -372,14 +374,14 @@ template <Scalar S>
 BRISTLE_LANES void BundleMeshQuery<S>::settle(std::size_t place, std::size_t count,
                                               const LaneCrossings<S>& found,
                                               BlockFindings& findings) {
-  const std::uint32_t there = first_bits(count);
+  const std::uint32_t there = first_bits(std::min(count, lanes<S>));
   const std::uint32_t met = bits(min(found.front, found.back) < Pack<S>(infinity<S>));
   const Pack<S> apart = S(2) * found.uncertainty;
   const std::uint32_t from_outside = bits(found.front + apart < found.back);
   const std::uint32_t from_inside = bits(found.back + apart < found.front);
   const std::uint32_t doubtful = bits(found.is_doubtful);
-  const std::uint32_t outside = there & met & from_outside & ~doubtful;
-  const std::uint32_t inside = there & met & from_inside & ~doubtful;
+  const std::uint32_t outside = there & from_outside & ~doubtful;
+  const std::uint32_t inside = there & from_inside & ~doubtful;
   const std::uint32_t unmet = there & ~met & ~doubtful;
   if (outside != 0) findings.side = Side::outside;
   if (inside != 0) findings.side = Side::inside;

@@ -3,9 +3,9 @@
 /// them.
 ///
 /// The test is that of ray_triangle.hpp in another frame. There a sign in doubt is computed again
-/// exactly; here a ray that passes an edge closer than all rounding is handed back to be asked
-/// alone. Every other ray is decided with certainty, so that none slips through between two
-/// triangles.
+/// exactly; here a ray that passes an edge closer than the test's own rounding is handed back to be
+/// asked alone. Corners are where turning has put them, which is one place for all triangles there:
+/// no ray slips through between two of them.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -22,7 +22,7 @@
 namespace bristle::detail {
 
 /// What rays in lanes have met so far. The rules are those of `MeshCrossings`, but for the reach:
-/// crossings beyond a ray's end are not looked at.
+/// crossings beyond a ray's end are not looked at, and one bound of errors goes for all of a ray's.
 template <Scalar S>
 struct LaneCrossings {
   /// [m] Nearest crossing of each kind, and what all of them may be wrong by.
@@ -91,8 +91,8 @@ class BundleTriangles {
   std::array<Row, 9> corner_;
   std::array<Row, 3> lower_, upper_;
   std::array<Row, 3> normal_;
-  // [m^2] What a determinant may be wrong by. Distances: [m] by this, and [m^3] this over the sum
-  // of determinants.
+  // [m^2] What a determinant of turned corners may be wrong by. Distances: [m] by this, and [m^3]
+  // this over the sum of determinants.
   Row doubt_, along_, across_;
   Row number_;
   std::size_t size_ = 0;
@@ -171,8 +171,8 @@ void BundleTriangles<S>::finish(const RayBundle<S>& bundle, const Mat3<S>& R_RG,
     const Pack3<S> scaled = (S(1) / largest) * n;
     const Pack3<S> normal = product<S>(R_RG, (S(1) / sqrt(dot(scaled, scaled))) * scaled);
     normal.store(&normal_[0][i], &normal_[1][i], &normal_[2][i]);
-    // A corner is at most this far from a ray across it and from its start along it, and so are
-    // both from the origin.
+    // No corner is farther than this from any ray across it, nor from its start along it, and
+    // neither is farther from the origin.
     const Pack<S> z = max(-lower.z, upper.z) + half.z();
     const Pack<S> x = max(-lower.x, upper.x) + half.x();
     const Pack<S> y = max(-lower.y, upper.y) + half.y();

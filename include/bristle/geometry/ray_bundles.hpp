@@ -2,7 +2,7 @@
 /// Rays that stand beside each other, sorted once so that one search serves many of them.
 ///
 /// A patch's rays never move in their body's frame. They are divided into bundles of neighbours,
-/// and each bundle gets a box along its own mean direction: a query compares boxes first and rays
+/// and each bundle gets a box along a mean direction: a query compares boxes first and rays
 /// last. Within a bundle a ray is a line over the box's z axis, so that triangles are turned into
 /// the bundle's frame and the rays are not turned at all (docs/decisions/0022-bundles-of-rays.md).
 // SPDX-License-Identifier: BSD-3-Clause
@@ -22,8 +22,9 @@
 
 namespace bristle {
 
-/// Some neighbouring rays of a `RayBundles`. Its frame G has its origin in their middle and its z
-/// axis along their mean direction.
+/// Some neighbouring rays of a `RayBundles`. Its frame G has its origin in the middle of some rays
+/// and its z axis along their mean direction: its own, or those of a bundle that it is a part of
+/// (`has_one_frame`).
 template <Scalar S>
 struct RayBundle {
   /// [-] The rays, as places in the order of the bundles.
