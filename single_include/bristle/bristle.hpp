@@ -15394,7 +15394,7 @@ void RayBundles<S>::build(const RayBatch<S>& rays, Places places, std::size_t pa
 }
 
 /// Whether the frame of a bundle does for its parts: aside from it their rays would run by little
-/// beside their width, so that boxes in frames of their own would not be smaller.
+/// beside their width, so that boxes in frames of their own would hardly be smaller.
 template <Scalar S>
 bool RayBundles<S>::is_frame_for_parts(const RayBundle<S>& bundle) {
   if (!bundle.is_narrow || bundle.count <= bundle_size) return bundle.is_narrow;
@@ -16234,6 +16234,7 @@ void BundleMeshQuery<S>::visit(std::size_t id, Known known) {
   const Bundle& bundle = rays_.bundles->bundles()[id];
   if (may_meet_ || is_left_out(bundle)) return;
   const BoxInTree<S> box = box_of(bundle, known.framed);
+  // Sought where they are not known yet, and handed on to the parts.
   const LeafList<S>*& list = known.list;
   Side& side = known.side;
   if (!box.box_C().overlaps(mesh_.root_box())) return;
@@ -16243,8 +16244,9 @@ void BundleMeshQuery<S>::visit(std::size_t id, Known known) {
   const bool is_sparse = density > sparse_from;
   if (list == nullptr) {
     const bool fits = density * S(bundle.count) < S(LeafList<S>::capacity * 8);
-    if (!is_sparse && fits && lists_[known.lists].search(mesh_.tree(), box))
+    if (!is_sparse && fits && lists_[known.lists].search(mesh_.tree(), box)) {
       list = &lists_[known.lists++];
+    }
   } else if (list->size() > short_list && known.lists < most_lists) {
     lists_[known.lists].filter(*list, box);
     list = &lists_[known.lists++];

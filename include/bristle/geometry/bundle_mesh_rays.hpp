@@ -204,6 +204,7 @@ void BundleMeshQuery<S>::visit(std::size_t id, Known known) {
   const Bundle& bundle = rays_.bundles->bundles()[id];
   if (may_meet_ || is_left_out(bundle)) return;
   const BoxInTree<S> box = box_of(bundle, known.framed);
+  // Sought where they are not known yet, and handed on to the parts.
   const LeafList<S>*& list = known.list;
   Side& side = known.side;
   if (!box.box_C().overlaps(mesh_.root_box())) return;
@@ -213,8 +214,9 @@ void BundleMeshQuery<S>::visit(std::size_t id, Known known) {
   const bool is_sparse = density > sparse_from;
   if (list == nullptr) {
     const bool fits = density * S(bundle.count) < S(LeafList<S>::capacity * 8);
-    if (!is_sparse && fits && lists_[known.lists].search(mesh_.tree(), box))
+    if (!is_sparse && fits && lists_[known.lists].search(mesh_.tree(), box)) {
       list = &lists_[known.lists++];
+    }
   } else if (list->size() > short_list && known.lists < most_lists) {
     lists_[known.lists].filter(*list, box);
     list = &lists_[known.lists++];

@@ -224,7 +224,7 @@ void RayBundles<S>::build(const RayBatch<S>& rays, Places places, std::size_t pa
 }
 
 /// Whether the frame of a bundle does for its parts: aside from it their rays would run by little
-/// beside their width, so that boxes in frames of their own would not be smaller.
+/// beside their width, so that boxes in frames of their own would hardly be smaller.
 template <Scalar S>
 bool RayBundles<S>::is_frame_for_parts(const RayBundle<S>& bundle) {
   if (!bundle.is_narrow || bundle.count <= bundle_size) return bundle.is_narrow;

@@ -6,7 +6,9 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <array>
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -130,6 +132,40 @@ TEST_CASE_TEMPLATE("cast_rays_at_mesh: longer by `extra_length`, and no nearer t
     cast_rays_at_mesh(ball, farther, patch.batch(&bundles, S(0.02)), 9, twice);
     CHECK(twice.tag == all.tag);
     CHECK(twice.distance == all.distance);
+  }
+}
+
+TEST_CASE_TEMPLATE("cast_rays_at_mesh: any slice of whole bundles is asked, and nothing else", S,
+                   float, double) {
+  // Large triangles, so that bundles are asked together; outside, and around the starts.
+  test::Random random(7);
+  const RayMesh<S> mesh = ray_mesh(test::scaled_mesh<S>(test::angle_mesh(), 1));
+  const auto rows = test::make_rays<S>(PatchKind::pad, 256, 1, random);
+  for (const auto& patch : {rows, test::in_bundle_order(rows)}) {
+    const RayBundles<S> bundles(patch.batch(nullptr));
+    for (const S height : {S(0.001), S(-0.01)}) {
+      const Transform<S> X{.translation = {S(-0.01), S(-0.01), height + S(0.02)}};
+      const auto cast = [&](RaySlice slice) {
+        RayHits<S> hits;
+        hits.reset(patch.length.size());
+        RayBatch<S> rays = patch.batch(&bundles);
+        rays.slice = slice;
+        cast_rays_at_mesh(mesh, X, rays, 7, hits);
+        return hits;
+      };
+      const RayHits<S> whole = cast({});
+      CHECK(std::any_of(whole.distance.begin(), whole.distance.end(),
+                        [](S d) { return d < infinity<S>; }));
+      const auto size = static_cast<std::uint32_t>(RayBundles<S>::bundle_size);
+      for (std::uint32_t first = 0; first < bundles.size(); first += size) {
+        const RayHits<S> part = cast({first, first + size});
+        for (std::uint32_t place = 0; place < bundles.size(); ++place) {
+          const std::size_t i = bundles.ray_at(place);
+          const bool is_asked = place >= first && place < first + size;
+          CHECK(part.distance[i] == (is_asked ? whole.distance[i] : infinity<S>));
+        }
+      }
+    }
   }
 }
 
