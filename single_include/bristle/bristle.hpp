@@ -3823,6 +3823,10 @@ struct Compare<float> {
   BRISTLE_LANES static Lanes select(Truth m, const Lanes& yes, const Lanes& no) {
     return Lanes(_mm512_mask_blend_ps(m, no, yes));
   }
+  /// Lanes that are chosen, side by side.
+  BRISTLE_LANES static Lanes packed(std::uint32_t chosen, const Lanes& a) {
+    return Lanes(_mm512_maskz_compress_ps(static_cast<Truth>(chosen), a));
+  }
   BRISTLE_LANES static std::uint32_t bits(Truth m) { return m; }
 };
 template <>
@@ -3841,6 +3845,10 @@ struct Compare<double> {
   }
   BRISTLE_LANES static Lanes select(Truth m, const Lanes& yes, const Lanes& no) {
     return Lanes(_mm512_mask_blend_pd(m, no, yes));
+  }
+  /// Lanes that are chosen, side by side.
+  BRISTLE_LANES static Lanes packed(std::uint32_t chosen, const Lanes& a) {
+    return Lanes(_mm512_maskz_compress_pd(static_cast<Truth>(chosen), a));
   }
   BRISTLE_LANES static std::uint32_t bits(Truth m) { return m; }
 };
@@ -3884,6 +3892,15 @@ template <Scalar S>
 /// `yes` where the mask holds, `no` elsewhere.
 template <Scalar S>
 [[nodiscard]] Pack<S> select(const Mask<S>& m, const Pack<S>& yes, const Pack<S>& no);
+
+/// Of each pack those lanes whose bits are set, side by side in a row of its own. A whole pack may
+/// be written there: what it has behind them means nothing.
+/// @param to      First row.
+/// @param stride  [-] From one row to the next.
+/// @return [-] How many lanes they are.
+template <Scalar S, std::size_t n>
+std::size_t store_packed(const Pack<S> (&packs)[n], std::uint32_t chosen, S* to,
+                         std::size_t stride);
 
 /// Of the whole pack, lane by lane in halves: lane i with lane i + n / 2, and so on, so that the
 /// rounding of a sum depends on the width and on nothing else.
@@ -3961,6 +3978,19 @@ class Pack {
   template <std::integral Index>
   [[nodiscard]] BRISTLE_LANES static Pack gather(const S* p, const Index* at) {
     return make([&](std::size_t i) { return p[at[i]]; });
+  }
+  /// Lane i from the integer p[i], which is below 2^31.
+  [[nodiscard]] BRISTLE_LANES static Pack load_integers(const std::uint32_t* p) {
+#if BRISTLE_HAS_SIMD
+    if constexpr (detail::has_register<S>) {
+      // Signed ones are what all registers convert.
+      typedef std::int32_t Integers __attribute__((vector_size(size * sizeof(std::int32_t))));
+      Integers integers;
+      __builtin_memcpy(&integers, p, sizeof integers);
+      return Pack(__builtin_convertvector(integers, Register));
+    }
+#endif
+    return make([&](std::size_t i) { return S(p[i]); });
   }
   /// 0, 1, 2, ...
   [[nodiscard]] BRISTLE_LANES static Pack numbers() {
@@ -4120,6 +4150,25 @@ BRISTLE_LANES bool none(const Mask<S>& m) {
 template <Scalar S>
 BRISTLE_LANES Pack<S> select(const Mask<S>& m, const Pack<S>& yes, const Pack<S>& no) {
   return Pack<S>(detail::Compare<S>::select(m.get(), yes.get(), no.get()));
+}
+
+template <Scalar S, std::size_t n>
+BRISTLE_LANES std::size_t store_packed(const Pack<S> (&packs)[n], std::uint32_t chosen, S* to,
+                                       std::size_t stride) {
+#if BRISTLE_HAS_SIMD && defined(__AVX512F__)
+  if constexpr (detail::has_register<S>) {
+    for (std::size_t k = 0; k < n; ++k) {
+      Pack<S>(detail::Compare<S>::packed(chosen, packs[k].get())).store(to + k * stride);
+    }
+    return static_cast<std::size_t>(std::popcount(chosen));
+  }
+#endif
+  std::size_t count = 0;
+  for (; chosen != 0; chosen &= chosen - 1, ++count) {
+    const auto lane = static_cast<std::size_t>(std::countr_zero(chosen));
+    for (std::size_t k = 0; k < n; ++k) to[k * stride + count] = packs[k][lane];
+  }
+  return count;
 }
 
 namespace detail {
@@ -12953,7 +13002,7 @@ class WideTree {
   WideTree(std::size_t count, const CornersOf& corners_of);
 
   /// [-] Number of triangles.
-  [[nodiscard]] std::size_t size() const { return numbers_.size(); }
+  [[nodiscard]] std::size_t size() const { return places_.size(); }
   /// [m] Around all triangles.
   [[nodiscard]] const Aabb<S>& box() const { return box_; }
   /// [m^2] Of a triangle on average.
@@ -12963,6 +13012,10 @@ class WideTree {
 
   /// [-] The triangle, as its maker counts, that stands at a place.
   [[nodiscard]] std::uint32_t number(std::size_t place) const { return numbers_[place]; }
+  /// [-] The same from a place on. A pack may be loaded from anywhere among them.
+  [[nodiscard]] const std::uint32_t* numbers(std::size_t place) const {
+    return numbers_.data() + place;
+  }
   /// [m] Coordinate `axis` of corner `corner` of the triangles of a leaf. A pack may be loaded from
   /// anywhere among them; what it has beyond them means nothing.
   [[nodiscard]] const S* row(const TriangleRange& leaf, std::size_t corner,
@@ -13002,7 +13055,9 @@ template <Scalar S>
 template <typename CornersOf>
 WideTree<S>::WideTree(std::size_t count, const CornersOf& corners_of) {
   std::vector<Aabb<S>> boxes(count);
-  numbers_.resize(count);
+  // Packs may be loaded up to their width beyond the last one.
+  numbers_.assign(count + leaf_size, 0);
+  places_.resize(count);
   for (std::uint32_t i = 0; i < count; ++i) {
     const auto [a, b, c] = corners_of(i);
     boxes[i].include(a);
@@ -13013,7 +13068,7 @@ WideTree<S>::WideTree(std::size_t count, const CornersOf& corners_of) {
     numbers_[i] = i;
   }
   if (count == 0) return;
-  build(numbers_, boxes, 0);
+  build(std::span(numbers_).first(count), boxes, 0);
   store(corners_of);
 }
 
@@ -13086,7 +13141,6 @@ template <typename CornersOf>
 void WideTree<S>::store(const CornersOf& corners_of) {
   // Packs may be loaded up to their width beyond the last row.
   corners_.assign(9 * size() + 16, S(0));
-  places_.resize(size());
   for (const Node& node : nodes_) {
     for (std::size_t k = 0; k < node.children; ++k) {
       const TriangleRange leaf{node.first[k], node.triangles[k]};
@@ -15571,14 +15625,13 @@ class BundleTriangles {
                                                    const TriangleRange& leaf, std::size_t i,
                                                    const BoxInTree<S>& box);
 
-  // Of each corner x, y, z.
-  std::array<Row, 9> corner_;
+  // Of each corner x, y, z; [-] the triangle's number.
+  std::array<Row, 10> rows_;
   std::array<Row, 3> lower_, upper_;
   std::array<Row, 3> normal_;
   // [m^2] What a determinant of turned corners may be wrong by. Distances: [m] by this, and [m^3]
   // this over the sum of determinants.
   Row doubt_, along_, across_;
-  Row number_;
   std::size_t size_ = 0;
 };
 
@@ -15619,17 +15672,11 @@ bool BundleTriangles<S>::add(const WideTree<S>& tree, const TriangleRange& leaf,
   for (std::size_t i = 0; i < leaf.count; i += lanes<S>) {
     const Turned t = turned(tree, leaf, i, box);
     if (t.in_box == 0) continue;
-    std::array<std::array<S, lanes<S>>, 9> values;
-    for (std::size_t c = 0; c < 3; ++c) {
-      t.corners[c].store(values[3 * c].data(), values[3 * c + 1].data(), values[3 * c + 2].data());
-    }
-    for (std::uint32_t left = t.in_box; left != 0; left &= left - 1) {
-      if (size_ == capacity) return false;
-      const auto lane = static_cast<std::size_t>(std::countr_zero(left));
-      for (std::size_t k = 0; k < 9; ++k) corner_[k][size_] = values[k][lane];
-      number_[size_] = static_cast<S>(tree.number(leaf.first + i + lane));
-      ++size_;
-    }
+    const auto& [a, b, c] = t.corners;
+    const auto number = Pack<S>::load_integers(tree.numbers(leaf.first + i));
+    size_ += store_packed({a.x, a.y, a.z, b.x, b.y, b.z, c.x, c.y, c.z, number}, t.in_box,
+                          rows_[0].data() + size_, std::tuple_size_v<Row>);
+    if (size_ > capacity) return false;
   }
   return true;
 }
@@ -15639,11 +15686,11 @@ void BundleTriangles<S>::finish(const RayBundle<S>& bundle, const Mat3<S>& R_RG,
   const S round_off = Tolerance<S>::round_off();
   const Vec3<S> half = bundle.box.lower.cwiseAbs().cwiseMax(bundle.box.upper.cwiseAbs());
   // Behind the last candidate memory may hold denormal numbers, which are slow.
-  for (Row& row : corner_) Pack<S>(S(0)).store(&row[size_]);
+  for (Row& row : rows_) Pack<S>(S(0)).store(&row[size_]);
   for (std::size_t i = 0; i < size_; i += lanes<S>) {
     Pack3<S> p[3];
     for (std::size_t c = 0; c < 3; ++c) {
-      p[c] = Pack3<S>::load(&corner_[3 * c][i], &corner_[3 * c + 1][i], &corner_[3 * c + 2][i]);
+      p[c] = Pack3<S>::load(&rows_[3 * c][i], &rows_[3 * c + 1][i], &rows_[3 * c + 2][i]);
     }
     const auto& [a, b, c] = p;
     const Pack3<S> lower{min(a.x, min(b.x, c.x)), min(a.y, min(b.y, c.y)), min(a.z, min(b.z, c.z))};
@@ -15693,7 +15740,7 @@ std::size_t BundleTriangles<S>::within(const Aabb<S>& box,
 template <Scalar S>
 BRISTLE_LANES void BundleTriangles<S>::test(std::size_t i, const LaneRays<S>& rays,
                                             LaneCrossings<S>& found) const {
-  const auto corner = [&](std::size_t k) { return Pack<S>(corner_[k][i]); };
+  const auto corner = [&](std::size_t k) { return Pack<S>(rows_[k][i]); };
   const Pack<S> az = corner(2);
   const Pack<S> bz = corner(5);
   const Pack<S> cz = corner(8);
@@ -15724,7 +15771,7 @@ BRISTLE_LANES void BundleTriangles<S>::test(std::size_t i, const LaneRays<S>& ra
   if (any(back)) found.back = select(back, min(distance, found.back), found.back);
   const Mask<S> front = counts & is_front;
   if (none(front)) return;
-  const Pack<S> number(number_[i]);
+  const Pack<S> number(rows_[9][i]);
   const Mask<S> is_nearer =
       front & ((distance < found.front) | ((distance == found.front) & (number < found.number)));
   const Pack3<S> normal{normal_[0][i], normal_[1][i], normal_[2][i]};

@@ -87,14 +87,13 @@ class BundleTriangles {
                                                    const TriangleRange& leaf, std::size_t i,
                                                    const BoxInTree<S>& box);
 
-  // Of each corner x, y, z.
-  std::array<Row, 9> corner_;
+  // Of each corner x, y, z; [-] the triangle's number.
+  std::array<Row, 10> rows_;
   std::array<Row, 3> lower_, upper_;
   std::array<Row, 3> normal_;
   // [m^2] What a determinant of turned corners may be wrong by. Distances: [m] by this, and [m^3]
   // this over the sum of determinants.
   Row doubt_, along_, across_;
-  Row number_;
   std::size_t size_ = 0;
 };
 
@@ -135,17 +134,11 @@ bool BundleTriangles<S>::add(const WideTree<S>& tree, const TriangleRange& leaf,
   for (std::size_t i = 0; i < leaf.count; i += lanes<S>) {
     const Turned t = turned(tree, leaf, i, box);
     if (t.in_box == 0) continue;
-    std::array<std::array<S, lanes<S>>, 9> values;
-    for (std::size_t c = 0; c < 3; ++c) {
-      t.corners[c].store(values[3 * c].data(), values[3 * c + 1].data(), values[3 * c + 2].data());
-    }
-    for (std::uint32_t left = t.in_box; left != 0; left &= left - 1) {
-      if (size_ == capacity) return false;
-      const auto lane = static_cast<std::size_t>(std::countr_zero(left));
-      for (std::size_t k = 0; k < 9; ++k) corner_[k][size_] = values[k][lane];
-      number_[size_] = static_cast<S>(tree.number(leaf.first + i + lane));
-      ++size_;
-    }
+    const auto& [a, b, c] = t.corners;
+    const auto number = Pack<S>::load_integers(tree.numbers(leaf.first + i));
+    size_ += store_packed({a.x, a.y, a.z, b.x, b.y, b.z, c.x, c.y, c.z, number}, t.in_box,
+                          rows_[0].data() + size_, std::tuple_size_v<Row>);
+    if (size_ > capacity) return false;
   }
   return true;
 }
@@ -155,11 +148,11 @@ void BundleTriangles<S>::finish(const RayBundle<S>& bundle, const Mat3<S>& R_RG,
   const S round_off = Tolerance<S>::round_off();
   const Vec3<S> half = bundle.box.lower.cwiseAbs().cwiseMax(bundle.box.upper.cwiseAbs());
   // Behind the last candidate memory may hold denormal numbers, which are slow.
-  for (Row& row : corner_) Pack<S>(S(0)).store(&row[size_]);
+  for (Row& row : rows_) Pack<S>(S(0)).store(&row[size_]);
   for (std::size_t i = 0; i < size_; i += lanes<S>) {
     Pack3<S> p[3];
     for (std::size_t c = 0; c < 3; ++c) {
-      p[c] = Pack3<S>::load(&corner_[3 * c][i], &corner_[3 * c + 1][i], &corner_[3 * c + 2][i]);
+      p[c] = Pack3<S>::load(&rows_[3 * c][i], &rows_[3 * c + 1][i], &rows_[3 * c + 2][i]);
     }
     const auto& [a, b, c] = p;
     const Pack3<S> lower{min(a.x, min(b.x, c.x)), min(a.y, min(b.y, c.y)), min(a.z, min(b.z, c.z))};
@@ -209,7 +202,7 @@ std::size_t BundleTriangles<S>::within(const Aabb<S>& box,
 template <Scalar S>
 BRISTLE_LANES void BundleTriangles<S>::test(std::size_t i, const LaneRays<S>& rays,
                                             LaneCrossings<S>& found) const {
-  const auto corner = [&](std::size_t k) { return Pack<S>(corner_[k][i]); };
+  const auto corner = [&](std::size_t k) { return Pack<S>(rows_[k][i]); };
   const Pack<S> az = corner(2);
   const Pack<S> bz = corner(5);
   const Pack<S> cz = corner(8);
@@ -240,7 +233,7 @@ BRISTLE_LANES void BundleTriangles<S>::test(std::size_t i, const LaneRays<S>& ra
   if (any(back)) found.back = select(back, min(distance, found.back), found.back);
   const Mask<S> front = counts & is_front;
   if (none(front)) return;
-  const Pack<S> number(number_[i]);
+  const Pack<S> number(rows_[9][i]);
   const Mask<S> is_nearer =
       front & ((distance < found.front) | ((distance == found.front) & (number < found.number)));
   const Pack3<S> normal{normal_[0][i], normal_[1][i], normal_[2][i]};

@@ -53,7 +53,7 @@ class WideTree {
   WideTree(std::size_t count, const CornersOf& corners_of);
 
   /// [-] Number of triangles.
-  [[nodiscard]] std::size_t size() const { return numbers_.size(); }
+  [[nodiscard]] std::size_t size() const { return places_.size(); }
   /// [m] Around all triangles.
   [[nodiscard]] const Aabb<S>& box() const { return box_; }
   /// [m^2] Of a triangle on average.
@@ -63,6 +63,10 @@ class WideTree {
 
   /// [-] The triangle, as its maker counts, that stands at a place.
   [[nodiscard]] std::uint32_t number(std::size_t place) const { return numbers_[place]; }
+  /// [-] The same from a place on. A pack may be loaded from anywhere among them.
+  [[nodiscard]] const std::uint32_t* numbers(std::size_t place) const {
+    return numbers_.data() + place;
+  }
   /// [m] Coordinate `axis` of corner `corner` of the triangles of a leaf. A pack may be loaded from
   /// anywhere among them; what it has beyond them means nothing.
   [[nodiscard]] const S* row(const TriangleRange& leaf, std::size_t corner,
@@ -102,7 +106,9 @@ template <Scalar S>
 template <typename CornersOf>
 WideTree<S>::WideTree(std::size_t count, const CornersOf& corners_of) {
   std::vector<Aabb<S>> boxes(count);
-  numbers_.resize(count);
+  // Packs may be loaded up to their width beyond the last one.
+  numbers_.assign(count + leaf_size, 0);
+  places_.resize(count);
   for (std::uint32_t i = 0; i < count; ++i) {
     const auto [a, b, c] = corners_of(i);
     boxes[i].include(a);
@@ -113,7 +119,7 @@ WideTree<S>::WideTree(std::size_t count, const CornersOf& corners_of) {
     numbers_[i] = i;
   }
   if (count == 0) return;
-  build(numbers_, boxes, 0);
+  build(std::span(numbers_).first(count), boxes, 0);
   store(corners_of);
 }
 
@@ -186,7 +192,6 @@ template <typename CornersOf>
 void WideTree<S>::store(const CornersOf& corners_of) {
   // Packs may be loaded up to their width beyond the last row.
   corners_.assign(9 * size() + 16, S(0));
-  places_.resize(size());
   for (const Node& node : nodes_) {
     for (std::size_t k = 0; k < node.children; ++k) {
       const TriangleRange leaf{node.first[k], node.triangles[k]};

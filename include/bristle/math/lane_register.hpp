@@ -192,6 +192,10 @@ struct Compare<float> {
   BRISTLE_LANES static Lanes select(Truth m, const Lanes& yes, const Lanes& no) {
     return Lanes(_mm512_mask_blend_ps(m, no, yes));
   }
+  /// Lanes that are chosen, side by side.
+  BRISTLE_LANES static Lanes packed(std::uint32_t chosen, const Lanes& a) {
+    return Lanes(_mm512_maskz_compress_ps(static_cast<Truth>(chosen), a));
+  }
   BRISTLE_LANES static std::uint32_t bits(Truth m) { return m; }
 };
 template <>
@@ -210,6 +214,10 @@ struct Compare<double> {
   }
   BRISTLE_LANES static Lanes select(Truth m, const Lanes& yes, const Lanes& no) {
     return Lanes(_mm512_mask_blend_pd(m, no, yes));
+  }
+  /// Lanes that are chosen, side by side.
+  BRISTLE_LANES static Lanes packed(std::uint32_t chosen, const Lanes& a) {
+    return Lanes(_mm512_maskz_compress_pd(static_cast<Truth>(chosen), a));
   }
   BRISTLE_LANES static std::uint32_t bits(Truth m) { return m; }
 };

@@ -53,6 +53,15 @@ template <Scalar S>
 template <Scalar S>
 [[nodiscard]] Pack<S> select(const Mask<S>& m, const Pack<S>& yes, const Pack<S>& no);
 
+/// Of each pack those lanes whose bits are set, side by side in a row of its own. A whole pack may
+/// be written there: what it has behind them means nothing.
+/// @param to      First row.
+/// @param stride  [-] From one row to the next.
+/// @return [-] How many lanes they are.
+template <Scalar S, std::size_t n>
+std::size_t store_packed(const Pack<S> (&packs)[n], std::uint32_t chosen, S* to,
+                         std::size_t stride);
+
 /// Of the whole pack, lane by lane in halves: lane i with lane i + n / 2, and so on, so that the
 /// rounding of a sum depends on the width and on nothing else.
 template <Scalar S>
@@ -129,6 +138,19 @@ class Pack {
   template <std::integral Index>
   [[nodiscard]] BRISTLE_LANES static Pack gather(const S* p, const Index* at) {
     return make([&](std::size_t i) { return p[at[i]]; });
+  }
+  /// Lane i from the integer p[i], which is below 2^31.
+  [[nodiscard]] BRISTLE_LANES static Pack load_integers(const std::uint32_t* p) {
+#if BRISTLE_HAS_SIMD
+    if constexpr (detail::has_register<S>) {
+      // Signed ones are what all registers convert.
+      typedef std::int32_t Integers __attribute__((vector_size(size * sizeof(std::int32_t))));
+      Integers integers;
+      __builtin_memcpy(&integers, p, sizeof integers);
+      return Pack(__builtin_convertvector(integers, Register));
+    }
+#endif
+    return make([&](std::size_t i) { return S(p[i]); });
   }
   /// 0, 1, 2, ...
   [[nodiscard]] BRISTLE_LANES static Pack numbers() {
@@ -288,6 +310,25 @@ BRISTLE_LANES bool none(const Mask<S>& m) {
 template <Scalar S>
 BRISTLE_LANES Pack<S> select(const Mask<S>& m, const Pack<S>& yes, const Pack<S>& no) {
   return Pack<S>(detail::Compare<S>::select(m.get(), yes.get(), no.get()));
+}
+
+template <Scalar S, std::size_t n>
+BRISTLE_LANES std::size_t store_packed(const Pack<S> (&packs)[n], std::uint32_t chosen, S* to,
+                                       std::size_t stride) {
+#if BRISTLE_HAS_SIMD && defined(__AVX512F__)
+  if constexpr (detail::has_register<S>) {
+    for (std::size_t k = 0; k < n; ++k) {
+      Pack<S>(detail::Compare<S>::packed(chosen, packs[k].get())).store(to + k * stride);
+    }
+    return static_cast<std::size_t>(std::popcount(chosen));
+  }
+#endif
+  std::size_t count = 0;
+  for (; chosen != 0; chosen &= chosen - 1, ++count) {
+    const auto lane = static_cast<std::size_t>(std::countr_zero(chosen));
+    for (std::size_t k = 0; k < n; ++k) to[k * stride + count] = packs[k][lane];
+  }
+  return count;
 }
 
 namespace detail {

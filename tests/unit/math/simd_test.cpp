@@ -167,6 +167,53 @@ TEST_CASE_TEMPLATE("Pack: gathers by indices", S, float, double) {
   CHECK(wrong_lanes<S>(Pack<S>::numbers(), [](std::size_t i) { return S(i); }) == 0);
 }
 
+TEST_CASE_TEMPLATE("Pack: loads integers, up to the largest that a float holds exactly", S, float,
+                   double) {
+  // One past an aligned address.
+  alignas(64) std::array<std::uint32_t, lanes<S> + 1> x;
+  for (std::size_t i = 0; i < x.size(); ++i) x[i] = (1u << 24) >> i;
+  CHECK(wrong_lanes<S>(Pack<S>::load_integers(x.data() + 1),
+                       [&](std::size_t i) { return static_cast<S>(x[i + 1]); }) == 0);
+}
+
+TEST_CASE_TEMPLATE("store_packed: chosen lanes side by side, in rows of their own", S, float,
+                   double) {
+  constexpr std::size_t n = lanes<S>;
+  constexpr std::size_t stride = 2 * n + 1;
+  test::Random random(9);
+  const auto chance = [&] {
+    std::array<S, n> values;
+    for (S& value : values) value = random.uniform(S(0), S(1));
+    return values;
+  };
+  const std::array<std::array<S, n>, 3> from = {chance(), chance(), chance()};
+  for (int round = 0; round < 300; ++round) {
+    const std::uint32_t chosen = round == 0 ? 0u
+                                 : round == 1
+                                     ? first_bits(n)
+                                     : bits(Pack<S>::load(chance().data()) < Pack<S>(S(0.5)));
+    // A whole pack may be written at the second of the rows' entries, and nothing else.
+    std::array<S, 3 * stride> to;
+    to.fill(S(-1));
+    const std::size_t count =
+        store_packed({Pack<S>::load(from[0].data()), Pack<S>::load(from[1].data()),
+                      Pack<S>::load(from[2].data())},
+                     chosen, to.data() + 1, stride);
+    std::size_t wrong = 0;
+    for (std::size_t row = 0; row < 3; ++row) {
+      const S* const out = to.data() + row * stride;
+      std::size_t next = 1;
+      for (std::size_t i = 0; i < n; ++i) {
+        if ((chosen >> i & 1u) != 0) wrong += out[next++] == from[row][i] ? 0u : 1u;
+      }
+      CHECK(count == next - 1);
+      wrong += out[0] == S(-1) ? 0u : 1u;
+      for (std::size_t i = n + 1; i < stride; ++i) wrong += out[i] == S(-1) ? 0u : 1u;
+    }
+    CHECK(wrong == 0);
+  }
+}
+
 TEST_CASE_TEMPLATE("sum_of_lanes, min_of_lanes, max_of_lanes: join by halves", S, float, double) {
   test::Random random(3);
   for (int round = 0; round < 50; ++round) {
