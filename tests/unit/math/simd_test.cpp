@@ -167,13 +167,14 @@ TEST_CASE_TEMPLATE("Pack: gathers by indices", S, float, double) {
   CHECK(wrong_lanes<S>(Pack<S>::numbers(), [](std::size_t i) { return S(i); }) == 0);
 }
 
-TEST_CASE_TEMPLATE("Pack: loads integers, up to the largest that a float holds exactly", S, float,
-                   double) {
+TEST_CASE_TEMPLATE("Pack: loads integers below 2^31, rounded as scalars are", S, float, double) {
   // One past an aligned address.
   alignas(64) std::array<std::uint32_t, lanes<S> + 1> x;
-  for (std::size_t i = 0; i < x.size(); ++i) x[i] = (1u << 24) >> i;
-  CHECK(wrong_lanes<S>(Pack<S>::load_integers(x.data() + 1),
-                       [&](std::size_t i) { return static_cast<S>(x[i + 1]); }) == 0);
+  for (std::uint32_t step : {1u, 12345u, 0x7000001u}) {
+    for (std::uint32_t i = 0; i < x.size(); ++i) x[i] = 0x7fffffffu - i * step;
+    CHECK(wrong_lanes<S>(Pack<S>::load_integers(x.data() + 1),
+                         [&](std::size_t i) { return static_cast<S>(x[i + 1]); }) == 0);
+  }
 }
 
 TEST_CASE_TEMPLATE("store_packed: chosen lanes side by side, in rows of their own", S, float,

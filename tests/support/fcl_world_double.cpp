@@ -1,7 +1,0 @@
-// One of the worlds of worlds.hpp, with every member compiled.
-// SPDX-License-Identifier: BSD-3-Clause
-#include "support/compiled_backends.hpp"
-
-#include <bristle/world/world.hpp>
-
-template class bristle::World<double, bristle::FclBackend>;
