@@ -10,6 +10,7 @@
 #include <array>
 #include <cstdint>
 #include <string>
+#include <utility>
 #include <vector>
 
 using namespace bristle;
@@ -166,6 +167,54 @@ TEST_CASE_TEMPLATE("cast_rays_at_mesh: any slice of whole bundles is asked, and 
         }
       }
     }
+  }
+}
+
+TEST_CASE_TEMPLATE("cast_rays_at_mesh: of two triangles met at one point the lower number counts",
+                   S, float, double) {
+  // Roofs upside down, each of two triangles that cross below a ray, one larger than the other. All
+  // numbers are small multiples of a power of two, so that both are met at the same distance to the
+  // last bit.
+  constexpr std::uint32_t roofs = 64;
+  const S unit = S(0x1p-10);
+  test::Random random(4);
+  std::vector<std::uint32_t> number(2 * roofs);
+  for (std::uint32_t i = 0; i < number.size(); ++i) number[i] = i;
+  for (std::size_t i = number.size(); i > 1; --i) std::swap(number[i - 1], number[random.index(i)]);
+  TriangleMesh<S> mesh;
+  mesh.triangles.resize(2 * roofs);
+  Vec3Array<S> start, direction;
+  start.resize(roofs);
+  direction.resize(roofs);
+  for (std::uint32_t k = 0; k < roofs; ++k) {
+    const S y = S(16 * k);
+    start.set(k, Vec3<S>(0, unit * y, 0));
+    direction.set(k, Vec3<S>::UnitZ());
+    for (const std::uint32_t side : {0u, 1u}) {
+      // Seen from below, its front; it rises towards +x or -x.
+      const S size = side == 0 ? S(2) : S(4);
+      const S slope = side == 0 ? S(1) : S(-1);
+      const auto first = static_cast<std::uint32_t>(mesh.vertices.size());
+      mesh.triangles[number[2 * k + side]] = {first, first + 1, first + 2};
+      for (const auto& [dx, dy] : {std::pair{-2, -1}, {0, 2}, {2, -1}}) {
+        const S x = size * S(dx);
+        mesh.vertices.push_back(unit * Vec3<S>(x, y + size * S(dy), S(32) + slope * x));
+      }
+    }
+  }
+  const RayMesh<S> tree = ray_mesh(mesh);
+  const std::vector<S> length(roofs, S(64) * unit);
+  RayBatch<S> rays{start.x, start.y, start.z, direction.x, direction.y, direction.z, length, S(0)};
+  const RayBundles<S> bundles(rays);
+  rays.bundles = &bundles;
+  RayHits<S> hits;
+  hits.reset(roofs);
+  cast_rays_at_mesh(tree, Transform<S>{}, rays, 7, hits);
+  for (std::uint32_t k = 0; k < roofs; ++k) {
+    CAPTURE(k);
+    CHECK(hits.distance[k] == S(32) * unit);
+    const bool is_first = number[2 * k] < number[2 * k + 1];
+    CHECK(hits.normal.x[k] * (is_first ? S(1) : S(-1)) > S(0.7));
   }
 }
 
