@@ -20731,6 +20731,7 @@ void SensorLayout<S>::validate() const {
 // SPDX-License-Identifier: BSD-3-Clause
 
 #include <algorithm>
+#include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -20745,36 +20746,78 @@ template <Scalar S>
 class TileBoxes {
  public:
   /// [-] Tiles of a group.
-  static constexpr std::size_t group_size = 16;
+  static constexpr std::size_t group_size = tile_size;
 
   TileBoxes() = default;
-  explicit TileBoxes(const RayBatch<S>& rays) {
-    boxes_.resize((rays.size() + tile_size - 1) / tile_size);
-    groups_.resize((boxes_.size() + group_size - 1) / group_size);
+  explicit TileBoxes(const RayBatch<S>& rays)
+      : tiles_((rays.size() + tile_size - 1) / tile_size),
+        groups_((tiles_ + group_size - 1) / group_size),
+        tile_boxes_(groups_),
+        group_boxes_((groups_ + group_size - 1) / group_size) {
     for (std::size_t i = 0; i < rays.size(); ++i) {
       const Ray<S> ray = rays[i];
-      boxes_[i / tile_size].include(ray.origin);
-      boxes_[i / tile_size].include(Vec3<S>(ray.origin + ray.length * ray.direction));
-    }
-    for (std::size_t i = 0; i < boxes_.size(); ++i) groups_[i / group_size].include(boxes_[i]);
-  }
-
-  /// Makes `tiles` the numbers of those for whose boxes `is_near(box)` is true, ascending. It must
-  /// be true of a box around a box of which it is true.
-  template <typename IsNear>
-  void find(IsNear&& is_near, std::vector<std::uint32_t>& tiles) const {
-    tiles.clear();
-    for (std::size_t group = 0; group < groups_.size(); ++group) {
-      if (!is_near(groups_[group])) continue;
-      const std::size_t end = std::min(boxes_.size(), (group + 1) * group_size);
-      for (std::size_t i = group * group_size; i < end; ++i) {
-        if (is_near(boxes_[i])) tiles.push_back(static_cast<std::uint32_t>(i));
+      const Vec3<S> end = ray.origin + ray.length * ray.direction;
+      const std::size_t tile = i / tile_size;
+      for (const Vec3<S>& point : {ray.origin, end}) {
+        tile_boxes_[tile / group_size].include(tile % group_size, point);
+        const std::size_t group = tile / group_size;
+        group_boxes_[group / group_size].include(group % group_size, point);
       }
     }
   }
 
+  /// Makes `tiles` the numbers of those whose boxes are near, ascending.
+  /// @param is_near  Callable: Mask<S> is_near(lower, upper) of the corners of some boxes as
+  ///                 `Pack3`s. Must be true of a box around a box of which it is true.
+  template <typename IsNear>
+  void find(IsNear&& is_near, std::vector<std::uint32_t>& tiles) const {
+    tiles.resize(tiles_);
+    auto next = tiles.begin();
+    for (std::size_t row = 0; row < group_boxes_.size(); ++row) {
+      for_each_near(group_boxes_[row], groups_, row * group_size, is_near, [&](std::size_t group) {
+        for_each_near(tile_boxes_[group], tiles_, group * group_size, is_near,
+                      [&](std::size_t tile) { *next++ = static_cast<std::uint32_t>(tile); });
+      });
+    }
+    tiles.erase(next, tiles.end());
+  }
+
  private:
-  std::vector<Aabb<S>> boxes_, groups_;
+  /// The boxes of a group, side by side; empty where there are no rays.
+  struct BoxRow {
+    Row3<S> lower, upper;
+
+    BoxRow() {
+      for (std::size_t i = 0; i < group_size; ++i) {
+        lower.set(i, Vec3<S>::Constant(infinity<S>));
+        upper.set(i, Vec3<S>::Constant(-infinity<S>));
+      }
+    }
+    void include(std::size_t i, const Vec3<S>& point) {
+      lower.set(i, lower[i].cwiseMin(point));
+      upper.set(i, upper[i].cwiseMax(point));
+    }
+  };
+
+  /// Calls visit(number) for the near boxes of a row, of which the first has the number `first`.
+  /// @param count  [-] Boxes of all rows.
+  template <typename IsNear, typename Visit>
+  static void for_each_near(const BoxRow& row, std::size_t count, std::size_t first,
+                            IsNear&& is_near, Visit&& visit) {
+    std::uint32_t near = 0;
+    for (std::size_t at = 0; at < group_size; at += lanes<S>) {
+      near |= bits(is_near(detail::load_pack(row.lower, at), detail::load_pack(row.upper, at)))
+              << at;
+    }
+    near &= (std::uint32_t(1) << std::min(count - first, group_size)) - 1;
+    for (; near != 0; near &= near - 1) {
+      visit(first + static_cast<std::size_t>(std::countr_zero(near)));
+    }
+  }
+
+  std::size_t tiles_ = 0;
+  std::size_t groups_ = 0;
+  std::vector<BoxRow> tile_boxes_, group_boxes_;
 };
 
 }  // namespace bristle
@@ -20947,7 +20990,8 @@ struct SensorPatch {
   RayHits<S> hits{};
   std::vector<std::uint32_t> near;
   KeptHits<S> kept{};
-  std::vector<LaneBits> hit_bits;
+  /// Which lanes of each tile hit anything in this step, and in the one before.
+  std::vector<LaneBits> hit_bits, hit_before;
   std::vector<TouchedShape> touched;
   /// Of the pair at hand: which lanes of a near tile hit its body, and the first contact of each
   /// slice of near tiles.
@@ -21050,6 +21094,7 @@ template <Scalar S>
   }
   patch.hits.reset(tile_count * tile_size);
   patch.hit_bits.resize(tile_count);
+  patch.hit_before.resize(tile_count);
   patch.pair_bits.resize(tile_count);
   patch.slice_contacts.resize((tile_count + slice_tiles - 1) / slice_tiles);
   patch.near.resize(tile_count);
@@ -21237,7 +21282,10 @@ void collect_contacts(SensorPatch<S>& patch, const Body<S>& A, FindBody&& find,
 
 template <Scalar S>
 void clear_patch(SensorPatch<S>& patch) {
-  for (const ContactTile<S>& c : patch.contacts) patch.tiles[c.tile].is_rooted = 0;
+  for (const ContactTile<S>& c : patch.contacts) {
+    patch.tiles[c.tile].is_rooted = 0;
+    patch.hit_bits[c.tile] = 0;
+  }
   for (std::size_t i = 0; patch.has_felt && i < patch.felt.size(); ++i) {
     if (patch.felt[i] != 0) patch.readings.clear_tile(i);
     patch.felt[i] = 0;
@@ -21253,8 +21301,32 @@ void clear_patch(SensorPatch<S>& patch) {
 
 namespace detail {
 
-/// Finds for every tile the lanes that hit anything, makes the others let go, and gives every body
-/// that was hit a pair and every shape that was hit a place in `patch.touched`.
+/// Finds the lanes of the near tiles that hit anything, and lets go in tiles of which none does any
+/// more.
+template <Scalar S>
+void find_hit_lanes(SensorPatch<S>& patch) {
+  // Whoever filled the hits knew of real sensors only.
+  const std::size_t padded = patch.tiles.size() * tile_size;
+  patch.hits.distance.resize(padded, infinity<S>);
+  patch.hits.normal.resize(padded);
+  patch.hits.tag.resize(padded);
+  std::swap(patch.hit_bits, patch.hit_before);
+  std::fill(patch.hit_bits.begin(), patch.hit_bits.end(), LaneBits(0));
+  for (const std::uint32_t number : patch.near) {
+    const S* distance = patch.hits.distance.data() + number * tile_size;
+    std::uint32_t hit = 0;
+    for (std::size_t at = 0; at < tile_size; at += lanes<S>) {
+      hit |= bits(Pack<S>::load(distance + at) < Pack<S>(infinity<S>)) << at;
+    }
+    patch.hit_bits[number] = static_cast<LaneBits>(hit);
+  }
+  // Only what hit something has roots. Other tiles are not looked at: each is memory of its own.
+  for (std::size_t i = 0; i < patch.tiles.size(); ++i) {
+    if (patch.hit_before[i] != 0 && patch.hit_bits[i] == 0) patch.tiles[i].is_rooted = 0;
+  }
+}
+
+/// Gives every body that was hit a pair and every shape that was hit a place in `patch.touched`.
 template <Scalar S, typename FindBody>
 void find_touched(SensorPatch<S>& patch, FindBody&& find, std::uint32_t only_tag) {
   patch.touched.clear();
@@ -21265,30 +21337,17 @@ void find_touched(SensorPatch<S>& patch, FindBody&& find, std::uint32_t only_tag
     if (pair == patch.pairs.size()) patch.pairs.emplace_back().body_b = slot;
     patch.touched.push_back({tag, pair});
   };
-  // Whoever filled the hits knew of real sensors only.
-  const std::size_t padded = patch.tiles.size() * tile_size;
-  patch.hits.distance.resize(padded, infinity<S>);
-  patch.hits.normal.resize(padded);
-  patch.hits.tag.resize(padded);
   for (const std::uint32_t number : patch.near) {
-    const std::size_t first = number * tile_size;
-    std::uint32_t hit = 0;
-    for (std::size_t at = 0; at < tile_size; at += lanes<S>) {
-      const Pack<S> distance = Pack<S>::load(patch.hits.distance.data() + first + at);
-      hit |= bits(distance < Pack<S>(infinity<S>)) << at;
-    }
-    patch.hit_bits[number] = static_cast<LaneBits>(hit);
-    SensorTile<S>& tile = patch.tiles[number];
-    tile.is_rooted = static_cast<LaneBits>(tile.is_rooted & hit);
+    std::uint32_t rest = patch.hit_bits[number];
+    if (rest == 0) continue;
     if (only_tag != CollectDef<S>::any_tag) {
-      if (hit != 0 && patch.touched.empty()) add_shape(only_tag);
-      continue;
+      add_shape(only_tag);
+      return;
     }
-    std::uint32_t rest = hit;
-    const std::uint32_t* tags = patch.hits.tag.data() + first;
+    const std::uint32_t* tags = patch.hits.tag.data() + number * tile_size;
     for (const TouchedShape& shape : patch.touched) {
-      if (rest == 0) break;
       rest &= ~std::uint32_t(equal_lanes(tags, shape.tag));
+      if (rest == 0) break;
     }
     while (rest != 0) {
       const std::uint32_t tag = tags[std::countr_zero(rest)];
@@ -21303,7 +21362,7 @@ template <Scalar S>
 [[nodiscard]] LaneBits hit_lanes(const SensorPatch<S>& patch, std::size_t number,
                                  std::uint32_t pair) {
   const LaneBits hit = patch.hit_bits[number];
-  if (hit == 0 || patch.pairs.size() == 1) return hit;
+  if (hit == 0) return hit;
   std::uint32_t of_pair = 0;
   for (const TouchedShape& shape : patch.touched) {
     if (shape.pair != pair) continue;
@@ -21317,11 +21376,14 @@ template <Scalar S>
 /// @return One behind the last of them.
 template <Scalar S>
 std::uint32_t place_contacts(SensorPatch<S>& patch, std::uint32_t pair, std::uint32_t first) {
+  const bool is_only = patch.pairs.size() == 1;
   std::uint32_t next = first;
   for (std::size_t k = 0; k < patch.near.size(); ++k) {
     if (k % slice_tiles == 0) patch.slice_contacts[k / slice_tiles] = next;
-    patch.pair_bits[k] = hit_lanes(patch, patch.near[k], pair);
-    next += patch.pair_bits[k] != 0 ? 1u : 0u;
+    const std::uint32_t number = patch.near[k];
+    const LaneBits hit = is_only ? patch.hit_bits[number] : hit_lanes(patch, number, pair);
+    patch.pair_bits[k] = hit;
+    next += hit != 0 ? 1u : 0u;
   }
   // What is there already is kept as it is, and so costs nothing.
   if (patch.contacts.size() < next) patch.contacts.resize(next);
@@ -21420,19 +21482,19 @@ class ContactMaker {
     SensorTile<S>& tile = patch_.tiles[number];
     ContactTile<S>& out = *next_++;
     out.begin(static_cast<std::uint32_t>(number));
+    // Who hits nothing any more lets go.
+    const auto rooted = static_cast<LaneBits>(tile.is_rooted & patch_.hit_bits[number]);
     const LaneBits anchored =
-        tile.is_rooted == 0
-            ? LaneBits(0)
-            : static_cast<LaneBits>(tile.is_rooted & tile.rooted_in.lanes_in(key_b_));
+        rooted == 0 ? LaneBits(0) : static_cast<LaneBits>(rooted & tile.rooted_in.lanes_in(key_b_));
     for (std::size_t at = 0; at < tile_size; at += lanes<S>) {
       if (pack_bits<S>(hit, at) != 0) add_pack(tile, out, at, hit, anchored);
     }
     if (options_.law == Law::ambf) {
-      tile.is_rooted = static_cast<LaneBits>(tile.is_rooted & (~hit | out.is_met));
+      tile.is_rooted = static_cast<LaneBits>(rooted & (~hit | out.is_met));
     } else {
       const auto fresh = static_cast<LaneBits>(out.is_touching & ~std::uint32_t(anchored));
-      if (fresh != 0) tile.rooted_in.set(fresh, key_b_, tile.is_rooted != anchored);
-      tile.is_rooted = static_cast<LaneBits>((tile.is_rooted & ~hit) | out.is_touching);
+      if (fresh != 0) tile.rooted_in.set(fresh, key_b_, rooted != anchored);
+      tile.is_rooted = static_cast<LaneBits>((rooted & ~hit) | out.is_touching);
     }
     sums_.count += static_cast<std::uint32_t>(std::popcount(out.is_met));
   }
@@ -21578,14 +21640,9 @@ std::uint32_t meet_body(SensorPatch<S>& patch, std::uint32_t index, const Body<S
 template <Scalar S, typename FindBody>
 void collect_contacts(SensorPatch<S>& patch, const Body<S>& A, FindBody&& find,
                       const CollectDef<S>& def, const ParallelFor& parallel_for) {
-  // What touched in the last step and is not even near any more lets go, too.
-  for (const ContactTile<S>& c : patch.contacts) patch.hit_bits[c.tile] = 0;
   patch.pairs.clear();
+  detail::find_hit_lanes(patch);
   detail::find_touched(patch, find, def.only_tag);
-  for (const ContactTile<S>& c : patch.contacts) {
-    LaneBits& is_rooted = patch.tiles[c.tile].is_rooted;
-    is_rooted = static_cast<LaneBits>(is_rooted & patch.hit_bits[c.tile]);
-  }
   std::uint32_t contacts = 0;
   for (std::uint32_t index = 0; index < patch.pairs.size(); ++index) {
     for (const TouchedShape& shape : patch.touched) {
@@ -27441,6 +27498,18 @@ struct ShapeInReach {
     if (!collider->half_space) return box.overlaps(rays);
     return normal.dot(rays.center()) - normal.cwiseAbs().dot(rays.half_extents()) <= offset;
   }
+  /// The same of the boxes with these corners.
+  [[nodiscard]] BRISTLE_LANES Mask<S> is_near(const Pack3<S>& lower, const Pack3<S>& upper) const {
+    if (!collider->half_space) {
+      return (lower.x <= Pack<S>(box.upper.x())) & (lower.y <= Pack<S>(box.upper.y())) &
+             (lower.z <= Pack<S>(box.upper.z())) & (upper.x >= Pack<S>(box.lower.x())) &
+             (upper.y >= Pack<S>(box.lower.y())) & (upper.z >= Pack<S>(box.lower.z()));
+    }
+    const Pack3<S> n = Pack3<S>::all(normal);
+    const Pack<S> lowest = min(n.x * lower.x, n.x * upper.x) + min(n.y * lower.y, n.y * upper.y) +
+                           min(n.z * lower.z, n.z * upper.z);
+    return lowest <= Pack<S>(offset);
+  }
 };
 
 /// Looks at a shape from A.
@@ -27570,9 +27639,10 @@ bool wants_rays(SensorPatch<S>& patch, std::span<const ShapeInReach<S, Backend>>
     return true;
   }
   patch.tile_boxes.find(
-      [&](const Aabb<S>& box) {
-        return std::any_of(shapes.begin(), shapes.end(),
-                           [&](const auto& shape) { return shape.is_near(box); });
+      [&](const Pack3<S>& lower, const Pack3<S>& upper) {
+        Mask<S> near = shapes.front().is_near(lower, upper);
+        for (const auto& shape : shapes.subspan(1)) near = near | shape.is_near(lower, upper);
+        return near;
       },
       patch.near);
   patch.reset_near_hits();
@@ -29839,6 +29909,7 @@ void visit_patch(const State& state, Patch& patch, Visitor& visit) {
     visit_contact_tile(tile, visit);
     visit.require("patches (contacts)", tile.tile < patch.tiles.size());
   });
+  visit.value(std::span(patch.hit_bits));
   visit.value(std::span(patch.hits.distance));
   visit_vectors(patch.hits.normal, visit);
   visit.list("patches (pairs)", patch.pairs, [&](auto& pair) {
@@ -29925,7 +29996,7 @@ struct SnapshotHead {
   static constexpr std::uint64_t expected_magic = 0x6c7473697262'0001u;  // "brist", and a number.
 
   std::uint64_t magic = expected_magic;
-  std::uint64_t version = 5;
+  std::uint64_t version = 6;
   /// [-] Bytes of a scalar, and of all that follows the head.
   std::uint64_t scalar_size = 0;
   std::uint64_t payload_size = 0;
@@ -32116,29 +32187,30 @@ namespace bristle {
 /// their copies. Any number of them may use it: who finds it busy, from another thread or from
 /// within a task, does its loop alone. Tasks must not throw. A loop does not allocate.
 ///
+/// Each worker has a share of every loop, the same part of it each time, so that what it wrote in
+/// one loop is in its cache for the next; who has done with its own helps the others.
+///
 /// A step has several loops, of ten microseconds some of them, and to be woken takes a thread that
-/// long. So after a loop threads look out for the next one for a while before they sleep, and let
-/// others have the processor meanwhile.
+/// long. So after a loop threads look out for the next one for a while before they sleep, and soon
+/// let others have the processor meanwhile.
 class ThreadPool {
  public:
   /// @param workers  [-] Threads that work on a loop, the calling one included; 0 and 1: only that
   ///                 one.
-  explicit ThreadPool(unsigned workers = std::thread::hardware_concurrency()) {
-    for (unsigned i = 1; i < workers; ++i) threads_.emplace_back([this] { wait_for_loops(); });
+  explicit ThreadPool(unsigned workers = std::thread::hardware_concurrency())
+      : shares_(std::max(1u, workers)) {
+    for (unsigned i = 1; i < workers; ++i) threads_.emplace_back([this, i] { wait_for_loops(i); });
   }
   ThreadPool(const ThreadPool&) = delete;
   ThreadPool& operator=(const ThreadPool&) = delete;
   ~ThreadPool() {
-    {
-      const std::lock_guard lock(mutex_);
-      is_ending_ = true;
-    }
-    has_loop_.notify_all();
+    is_ending_.store(true);
+    wake_sleepers();
     for (std::thread& thread : threads_) thread.join();
   }
 
   /// [-] Threads that work on a loop, the calling one included.
-  [[nodiscard]] std::size_t workers() const noexcept { return threads_.size() + 1; }
+  [[nodiscard]] std::size_t workers() const noexcept { return shares_.size(); }
 
   /// Runs task(i) once for every i in [0, count) and returns when all are done.
   void run(std::size_t count, const std::function<void(std::size_t)>& task) {
@@ -32146,24 +32218,23 @@ class ThreadPool {
       serial_for(count, task);
       return;
     }
-    {
-      const std::lock_guard lock(mutex_);
-      task_ = &task;
-      count_ = count;
-      // Several turns for each worker, so that none is left waiting for one long turn of another.
-      grain_ = std::max<std::size_t>(1, count / (8 * workers()));
-      next_.store(0, std::memory_order_relaxed);
-      ++loop_;
-      is_open_ = true;
+    // Several turns for each worker, so that none is left waiting for one long turn of another.
+    const std::size_t grain = std::max<std::size_t>(1, count / (8 * workers()));
+    const std::size_t turns = (count + grain - 1) / grain;
+    undone_.store(turns, std::memory_order_relaxed);
+    for (std::size_t k = 0; k < workers(); ++k) {
+      const std::size_t end = (k + 1) * turns / workers();
+      shares_[k].loop = {&task, count, grain, end};
+      shares_[k].left.store(static_cast<std::ptrdiff_t>(end - k * turns / workers()),
+                            std::memory_order_release);
     }
-    has_loop_.notify_all();
-    work();
-    look_out([this] { return working_.load(std::memory_order_relaxed) == 0; });
-    {
-      // Workers that have not woken by now are not waited for: nothing is left for them.
+    wake_sleepers();
+    work(0);
+    if (!look_out([this] { return is_done(); })) {
       std::unique_lock lock(mutex_);
-      is_open_ = false;
-      is_done_.wait(lock, [this] { return working_.load(std::memory_order_relaxed) == 0; });
+      is_caller_asleep_.store(true);
+      has_done_.wait(lock, [this] { return is_done(); });
+      is_caller_asleep_.store(false);
     }
     is_busy_.clear(std::memory_order_release);
   }
@@ -32176,58 +32247,111 @@ class ThreadPool {
   }
 
  private:
-  /// [-] How often a thread looks before it sleeps: some fifty microseconds.
-  static constexpr int most_looks = 100;
+  /// Turns of a loop.
+  struct Loop {
+    const std::function<void(std::size_t)>* task = nullptr;
+    /// [-] Tasks of the loop and of a turn, and number of the turn behind the last.
+    std::size_t count = 0;
+    std::size_t grain = 1;
+    std::size_t end = 0;
+  };
 
-  /// Waits a while for what others are about to do. What they did is seen under the lock only.
+  /// Those that are one worker's before others help: all that has to come to it, in one line of its
+  /// cache.
+  struct alignas(64) Share {
+    /// [-] Turns that nobody has taken; 0 and less: none. What the loop is may be read only by who
+    /// took a turn: until that is done nobody changes it.
+    std::atomic<std::ptrdiff_t> left{0};
+    Loop loop{};
+  };
+
+  /// [-] How often a thread looks before it gives way, some twenty microseconds, and how often it
+  /// gives way before it sleeps, some fifty.
+  static constexpr int most_looks = 800, most_yields = 100;
+
+  /// Waits a while for what others are about to do.
+  /// @return Whether it is there.
   template <typename Condition>
-  static void look_out(const Condition& is_there) {
-    for (int i = 0; i < most_looks && !is_there(); ++i) std::this_thread::yield();
+  static bool look_out(const Condition& is_there) {
+    for (int i = 0; i < most_looks; ++i) {
+      if (is_there()) return true;
+      rest();
+    }
+    for (int i = 0; i < most_yields; ++i) {
+      if (is_there()) return true;
+      std::this_thread::yield();
+    }
+    return false;
   }
 
-  void work() {
-    for (;;) {
-      const std::size_t begin = next_.fetch_add(grain_, std::memory_order_relaxed);
-      if (begin >= count_) return;
-      const std::size_t end = std::min(count_, begin + grain_);
-      for (std::size_t i = begin; i < end; ++i) (*task_)(i);
+  /// Tells the processor that this thread only waits, where there is a way to say so.
+  static void rest() {
+#if defined(__GNUC__) && (defined(__x86_64__) || defined(__i386__))
+    __builtin_ia32_pause();
+#elif defined(__GNUC__) && defined(__aarch64__)
+    asm volatile("yield");
+#endif
+  }
+
+  [[nodiscard]] bool is_done() const { return undone_.load() == 0; }
+
+  /// Takes turns, from the share `own` first, until none is left.
+  void work(std::size_t own) {
+    std::size_t done = 0;
+    for (std::size_t k = 0; k < workers(); ++k) {
+      Share& share = shares_[(own + k) % workers()];
+      while (share.left.load(std::memory_order_relaxed) > 0) {
+        const std::ptrdiff_t left = share.left.fetch_sub(1, std::memory_order_acquire);
+        if (left <= 0) break;
+        do_turn(share.loop, share.loop.end - static_cast<std::size_t>(left));
+        ++done;
+      }
+    }
+    // Who sleeps said so before it looked for the last time.
+    if (done > 0 && undone_.fetch_sub(done) == done && is_caller_asleep_.load()) {
+      { const std::lock_guard lock(mutex_); }
+      has_done_.notify_one();
     }
   }
 
-  void wait_for_loops() {
-    std::size_t seen = 0;
-    std::unique_lock lock(mutex_);
+  static void do_turn(const Loop& loop, std::size_t turn) {
+    const std::size_t end = std::min(loop.count, (turn + 1) * loop.grain);
+    for (std::size_t i = turn * loop.grain; i < end; ++i) (*loop.task)(i);
+  }
+
+  /// Wakes those who sleep. Who falls asleep either is counted here, or finds what was stored
+  /// before.
+  void wake_sleepers() {
+    if (sleepers_.fetch_add(0) == 0) return;
+    { const std::lock_guard lock(mutex_); }
+    has_loop_.notify_all();
+  }
+
+  void wait_for_loops(std::size_t own) {
+    const auto is_wanted = [&] { return shares_[own].left.load() > 0 || is_ending_.load(); };
     for (;;) {
-      has_loop_.wait(lock, [&] { return is_ending_ || (is_open_ && loop_ != seen); });
-      if (is_ending_) return;
-      seen = loop_;
-      ++working_;
-      lock.unlock();
-      work();
-      lock.lock();
-      if (--working_ == 0) is_done_.notify_one();
-      lock.unlock();
-      look_out([&] { return loop_.load(std::memory_order_relaxed) != seen; });
-      lock.lock();
+      if (!look_out(is_wanted)) {
+        std::unique_lock lock(mutex_);
+        sleepers_.fetch_add(1);
+        has_loop_.wait(lock, is_wanted);
+        sleepers_.fetch_sub(1);
+      }
+      if (is_ending_.load()) return;
+      work(own);
     }
   }
 
+  std::vector<Share> shares_;
   std::vector<std::thread> threads_;
   std::atomic_flag is_busy_ = ATOMIC_FLAG_INIT;
-  std::atomic<std::size_t> next_{0};
+  /// [-] Turns of the loop at hand that are not known to be done.
+  alignas(64) std::atomic<std::size_t> undone_{0};
 
-  // The loop at hand; set while no worker works, under the lock.
-  const std::function<void(std::size_t)>* task_ = nullptr;
-  std::size_t count_ = 0;
-  std::size_t grain_ = 1;
-
-  std::mutex mutex_;
-  std::condition_variable has_loop_, is_done_;
-  // Written under the lock; looked at without it too.
-  std::atomic<std::size_t> loop_{0};
-  std::atomic<std::size_t> working_{0};
-  bool is_open_ = false;
-  bool is_ending_ = false;
+  alignas(64) std::mutex mutex_;
+  std::condition_variable has_loop_, has_done_;
+  std::atomic<std::size_t> sleepers_{0};
+  std::atomic<bool> is_caller_asleep_{false};
+  std::atomic<bool> is_ending_{false};
 };
 
 }  // namespace bristle

@@ -25,29 +25,30 @@ namespace bristle {
 /// their copies. Any number of them may use it: who finds it busy, from another thread or from
 /// within a task, does its loop alone. Tasks must not throw. A loop does not allocate.
 ///
+/// Each worker has a share of every loop, the same part of it each time, so that what it wrote in
+/// one loop is in its cache for the next; who has done with its own helps the others.
+///
 /// A step has several loops, of ten microseconds some of them, and to be woken takes a thread that
-/// long. So after a loop threads look out for the next one for a while before they sleep, and let
-/// others have the processor meanwhile.
+/// long. So after a loop threads look out for the next one for a while before they sleep, and soon
+/// let others have the processor meanwhile.
 class ThreadPool {
  public:
   /// @param workers  [-] Threads that work on a loop, the calling one included; 0 and 1: only that
   ///                 one.
-  explicit ThreadPool(unsigned workers = std::thread::hardware_concurrency()) {
-    for (unsigned i = 1; i < workers; ++i) threads_.emplace_back([this] { wait_for_loops(); });
+  explicit ThreadPool(unsigned workers = std::thread::hardware_concurrency())
+      : shares_(std::max(1u, workers)) {
+    for (unsigned i = 1; i < workers; ++i) threads_.emplace_back([this, i] { wait_for_loops(i); });
   }
   ThreadPool(const ThreadPool&) = delete;
   ThreadPool& operator=(const ThreadPool&) = delete;
   ~ThreadPool() {
-    {
-      const std::lock_guard lock(mutex_);
-      is_ending_ = true;
-    }
-    has_loop_.notify_all();
+    is_ending_.store(true);
+    wake_sleepers();
     for (std::thread& thread : threads_) thread.join();
   }
 
   /// [-] Threads that work on a loop, the calling one included.
-  [[nodiscard]] std::size_t workers() const noexcept { return threads_.size() + 1; }
+  [[nodiscard]] std::size_t workers() const noexcept { return shares_.size(); }
 
   /// Runs task(i) once for every i in [0, count) and returns when all are done.
   void run(std::size_t count, const std::function<void(std::size_t)>& task) {
@@ -55,24 +56,23 @@ class ThreadPool {
       serial_for(count, task);
       return;
     }
-    {
-      const std::lock_guard lock(mutex_);
-      task_ = &task;
-      count_ = count;
-      // Several turns for each worker, so that none is left waiting for one long turn of another.
-      grain_ = std::max<std::size_t>(1, count / (8 * workers()));
-      next_.store(0, std::memory_order_relaxed);
-      ++loop_;
-      is_open_ = true;
+    // Several turns for each worker, so that none is left waiting for one long turn of another.
+    const std::size_t grain = std::max<std::size_t>(1, count / (8 * workers()));
+    const std::size_t turns = (count + grain - 1) / grain;
+    undone_.store(turns, std::memory_order_relaxed);
+    for (std::size_t k = 0; k < workers(); ++k) {
+      const std::size_t end = (k + 1) * turns / workers();
+      shares_[k].loop = {&task, count, grain, end};
+      shares_[k].left.store(static_cast<std::ptrdiff_t>(end - k * turns / workers()),
+                            std::memory_order_release);
     }
-    has_loop_.notify_all();
-    work();
-    look_out([this] { return working_.load(std::memory_order_relaxed) == 0; });
-    {
-      // Workers that have not woken by now are not waited for: nothing is left for them.
+    wake_sleepers();
+    work(0);
+    if (!look_out([this] { return is_done(); })) {
       std::unique_lock lock(mutex_);
-      is_open_ = false;
-      is_done_.wait(lock, [this] { return working_.load(std::memory_order_relaxed) == 0; });
+      is_caller_asleep_.store(true);
+      has_done_.wait(lock, [this] { return is_done(); });
+      is_caller_asleep_.store(false);
     }
     is_busy_.clear(std::memory_order_release);
   }
@@ -85,58 +85,111 @@ class ThreadPool {
   }
 
  private:
-  /// [-] How often a thread looks before it sleeps: some fifty microseconds.
-  static constexpr int most_looks = 100;
+  /// Turns of a loop.
+  struct Loop {
+    const std::function<void(std::size_t)>* task = nullptr;
+    /// [-] Tasks of the loop and of a turn, and number of the turn behind the last.
+    std::size_t count = 0;
+    std::size_t grain = 1;
+    std::size_t end = 0;
+  };
 
-  /// Waits a while for what others are about to do. What they did is seen under the lock only.
+  /// Those that are one worker's before others help: all that has to come to it, in one line of its
+  /// cache.
+  struct alignas(64) Share {
+    /// [-] Turns that nobody has taken; 0 and less: none. What the loop is may be read only by who
+    /// took a turn: until that is done nobody changes it.
+    std::atomic<std::ptrdiff_t> left{0};
+    Loop loop{};
+  };
+
+  /// [-] How often a thread looks before it gives way, some twenty microseconds, and how often it
+  /// gives way before it sleeps, some fifty.
+  static constexpr int most_looks = 800, most_yields = 100;
+
+  /// Waits a while for what others are about to do.
+  /// @return Whether it is there.
   template <typename Condition>
-  static void look_out(const Condition& is_there) {
-    for (int i = 0; i < most_looks && !is_there(); ++i) std::this_thread::yield();
+  static bool look_out(const Condition& is_there) {
+    for (int i = 0; i < most_looks; ++i) {
+      if (is_there()) return true;
+      rest();
+    }
+    for (int i = 0; i < most_yields; ++i) {
+      if (is_there()) return true;
+      std::this_thread::yield();
+    }
+    return false;
   }
 
-  void work() {
-    for (;;) {
-      const std::size_t begin = next_.fetch_add(grain_, std::memory_order_relaxed);
-      if (begin >= count_) return;
-      const std::size_t end = std::min(count_, begin + grain_);
-      for (std::size_t i = begin; i < end; ++i) (*task_)(i);
+  /// Tells the processor that this thread only waits, where there is a way to say so.
+  static void rest() {
+#if defined(__GNUC__) && (defined(__x86_64__) || defined(__i386__))
+    __builtin_ia32_pause();
+#elif defined(__GNUC__) && defined(__aarch64__)
+    asm volatile("yield");
+#endif
+  }
+
+  [[nodiscard]] bool is_done() const { return undone_.load() == 0; }
+
+  /// Takes turns, from the share `own` first, until none is left.
+  void work(std::size_t own) {
+    std::size_t done = 0;
+    for (std::size_t k = 0; k < workers(); ++k) {
+      Share& share = shares_[(own + k) % workers()];
+      while (share.left.load(std::memory_order_relaxed) > 0) {
+        const std::ptrdiff_t left = share.left.fetch_sub(1, std::memory_order_acquire);
+        if (left <= 0) break;
+        do_turn(share.loop, share.loop.end - static_cast<std::size_t>(left));
+        ++done;
+      }
+    }
+    // Who sleeps said so before it looked for the last time.
+    if (done > 0 && undone_.fetch_sub(done) == done && is_caller_asleep_.load()) {
+      { const std::lock_guard lock(mutex_); }
+      has_done_.notify_one();
     }
   }
 
-  void wait_for_loops() {
-    std::size_t seen = 0;
-    std::unique_lock lock(mutex_);
+  static void do_turn(const Loop& loop, std::size_t turn) {
+    const std::size_t end = std::min(loop.count, (turn + 1) * loop.grain);
+    for (std::size_t i = turn * loop.grain; i < end; ++i) (*loop.task)(i);
+  }
+
+  /// Wakes those who sleep. Who falls asleep either is counted here, or finds what was stored
+  /// before.
+  void wake_sleepers() {
+    if (sleepers_.fetch_add(0) == 0) return;
+    { const std::lock_guard lock(mutex_); }
+    has_loop_.notify_all();
+  }
+
+  void wait_for_loops(std::size_t own) {
+    const auto is_wanted = [&] { return shares_[own].left.load() > 0 || is_ending_.load(); };
     for (;;) {
-      has_loop_.wait(lock, [&] { return is_ending_ || (is_open_ && loop_ != seen); });
-      if (is_ending_) return;
-      seen = loop_;
-      ++working_;
-      lock.unlock();
-      work();
-      lock.lock();
-      if (--working_ == 0) is_done_.notify_one();
-      lock.unlock();
-      look_out([&] { return loop_.load(std::memory_order_relaxed) != seen; });
-      lock.lock();
+      if (!look_out(is_wanted)) {
+        std::unique_lock lock(mutex_);
+        sleepers_.fetch_add(1);
+        has_loop_.wait(lock, is_wanted);
+        sleepers_.fetch_sub(1);
+      }
+      if (is_ending_.load()) return;
+      work(own);
     }
   }
 
+  std::vector<Share> shares_;
   std::vector<std::thread> threads_;
   std::atomic_flag is_busy_ = ATOMIC_FLAG_INIT;
-  std::atomic<std::size_t> next_{0};
+  /// [-] Turns of the loop at hand that are not known to be done.
+  alignas(64) std::atomic<std::size_t> undone_{0};
 
-  // The loop at hand; set while no worker works, under the lock.
-  const std::function<void(std::size_t)>* task_ = nullptr;
-  std::size_t count_ = 0;
-  std::size_t grain_ = 1;
-
-  std::mutex mutex_;
-  std::condition_variable has_loop_, is_done_;
-  // Written under the lock; looked at without it too.
-  std::atomic<std::size_t> loop_{0};
-  std::atomic<std::size_t> working_{0};
-  bool is_open_ = false;
-  bool is_ending_ = false;
+  alignas(64) std::mutex mutex_;
+  std::condition_variable has_loop_, has_done_;
+  std::atomic<std::size_t> sleepers_{0};
+  std::atomic<bool> is_caller_asleep_{false};
+  std::atomic<bool> is_ending_{false};
 };
 
 }  // namespace bristle

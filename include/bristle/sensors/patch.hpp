@@ -188,7 +188,8 @@ struct SensorPatch {
   RayHits<S> hits{};
   std::vector<std::uint32_t> near;
   KeptHits<S> kept{};
-  std::vector<LaneBits> hit_bits;
+  /// Which lanes of each tile hit anything in this step, and in the one before.
+  std::vector<LaneBits> hit_bits, hit_before;
   std::vector<TouchedShape> touched;
   /// Of the pair at hand: which lanes of a near tile hit its body, and the first contact of each
   /// slice of near tiles.
@@ -291,6 +292,7 @@ template <Scalar S>
   }
   patch.hits.reset(tile_count * tile_size);
   patch.hit_bits.resize(tile_count);
+  patch.hit_before.resize(tile_count);
   patch.pair_bits.resize(tile_count);
   patch.slice_contacts.resize((tile_count + slice_tiles - 1) / slice_tiles);
   patch.near.resize(tile_count);

@@ -49,7 +49,10 @@ void collect_contacts(SensorPatch<S>& patch, const Body<S>& A, FindBody&& find,
 
 template <Scalar S>
 void clear_patch(SensorPatch<S>& patch) {
-  for (const ContactTile<S>& c : patch.contacts) patch.tiles[c.tile].is_rooted = 0;
+  for (const ContactTile<S>& c : patch.contacts) {
+    patch.tiles[c.tile].is_rooted = 0;
+    patch.hit_bits[c.tile] = 0;
+  }
   for (std::size_t i = 0; patch.has_felt && i < patch.felt.size(); ++i) {
     if (patch.felt[i] != 0) patch.readings.clear_tile(i);
     patch.felt[i] = 0;
@@ -65,8 +68,32 @@ void clear_patch(SensorPatch<S>& patch) {
 
 namespace detail {
 
-/// Finds for every tile the lanes that hit anything, makes the others let go, and gives every body
-/// that was hit a pair and every shape that was hit a place in `patch.touched`.
+/// Finds the lanes of the near tiles that hit anything, and lets go in tiles of which none does any
+/// more.
+template <Scalar S>
+void find_hit_lanes(SensorPatch<S>& patch) {
+  // Whoever filled the hits knew of real sensors only.
+  const std::size_t padded = patch.tiles.size() * tile_size;
+  patch.hits.distance.resize(padded, infinity<S>);
+  patch.hits.normal.resize(padded);
+  patch.hits.tag.resize(padded);
+  std::swap(patch.hit_bits, patch.hit_before);
+  std::fill(patch.hit_bits.begin(), patch.hit_bits.end(), LaneBits(0));
+  for (const std::uint32_t number : patch.near) {
+    const S* distance = patch.hits.distance.data() + number * tile_size;
+    std::uint32_t hit = 0;
+    for (std::size_t at = 0; at < tile_size; at += lanes<S>) {
+      hit |= bits(Pack<S>::load(distance + at) < Pack<S>(infinity<S>)) << at;
+    }
+    patch.hit_bits[number] = static_cast<LaneBits>(hit);
+  }
+  // Only what hit something has roots. Other tiles are not looked at: each is memory of its own.
+  for (std::size_t i = 0; i < patch.tiles.size(); ++i) {
+    if (patch.hit_before[i] != 0 && patch.hit_bits[i] == 0) patch.tiles[i].is_rooted = 0;
+  }
+}
+
+/// Gives every body that was hit a pair and every shape that was hit a place in `patch.touched`.
 template <Scalar S, typename FindBody>
 void find_touched(SensorPatch<S>& patch, FindBody&& find, std::uint32_t only_tag) {
   patch.touched.clear();
@@ -77,30 +104,17 @@ void find_touched(SensorPatch<S>& patch, FindBody&& find, std::uint32_t only_tag
     if (pair == patch.pairs.size()) patch.pairs.emplace_back().body_b = slot;
     patch.touched.push_back({tag, pair});
   };
-  // Whoever filled the hits knew of real sensors only.
-  const std::size_t padded = patch.tiles.size() * tile_size;
-  patch.hits.distance.resize(padded, infinity<S>);
-  patch.hits.normal.resize(padded);
-  patch.hits.tag.resize(padded);
   for (const std::uint32_t number : patch.near) {
-    const std::size_t first = number * tile_size;
-    std::uint32_t hit = 0;
-    for (std::size_t at = 0; at < tile_size; at += lanes<S>) {
-      const Pack<S> distance = Pack<S>::load(patch.hits.distance.data() + first + at);
-      hit |= bits(distance < Pack<S>(infinity<S>)) << at;
-    }
-    patch.hit_bits[number] = static_cast<LaneBits>(hit);
-    SensorTile<S>& tile = patch.tiles[number];
-    tile.is_rooted = static_cast<LaneBits>(tile.is_rooted & hit);
+    std::uint32_t rest = patch.hit_bits[number];
+    if (rest == 0) continue;
     if (only_tag != CollectDef<S>::any_tag) {
-      if (hit != 0 && patch.touched.empty()) add_shape(only_tag);
-      continue;
+      add_shape(only_tag);
+      return;
     }
-    std::uint32_t rest = hit;
-    const std::uint32_t* tags = patch.hits.tag.data() + first;
+    const std::uint32_t* tags = patch.hits.tag.data() + number * tile_size;
     for (const TouchedShape& shape : patch.touched) {
-      if (rest == 0) break;
       rest &= ~std::uint32_t(equal_lanes(tags, shape.tag));
+      if (rest == 0) break;
     }
     while (rest != 0) {
       const std::uint32_t tag = tags[std::countr_zero(rest)];
@@ -115,7 +129,7 @@ template <Scalar S>
 [[nodiscard]] LaneBits hit_lanes(const SensorPatch<S>& patch, std::size_t number,
                                  std::uint32_t pair) {
   const LaneBits hit = patch.hit_bits[number];
-  if (hit == 0 || patch.pairs.size() == 1) return hit;
+  if (hit == 0) return hit;
   std::uint32_t of_pair = 0;
   for (const TouchedShape& shape : patch.touched) {
     if (shape.pair != pair) continue;
@@ -129,11 +143,14 @@ template <Scalar S>
 /// @return One behind the last of them.
 template <Scalar S>
 std::uint32_t place_contacts(SensorPatch<S>& patch, std::uint32_t pair, std::uint32_t first) {
+  const bool is_only = patch.pairs.size() == 1;
   std::uint32_t next = first;
   for (std::size_t k = 0; k < patch.near.size(); ++k) {
     if (k % slice_tiles == 0) patch.slice_contacts[k / slice_tiles] = next;
-    patch.pair_bits[k] = hit_lanes(patch, patch.near[k], pair);
-    next += patch.pair_bits[k] != 0 ? 1u : 0u;
+    const std::uint32_t number = patch.near[k];
+    const LaneBits hit = is_only ? patch.hit_bits[number] : hit_lanes(patch, number, pair);
+    patch.pair_bits[k] = hit;
+    next += hit != 0 ? 1u : 0u;
   }
   // What is there already is kept as it is, and so costs nothing.
   if (patch.contacts.size() < next) patch.contacts.resize(next);
@@ -232,19 +249,19 @@ class ContactMaker {
     SensorTile<S>& tile = patch_.tiles[number];
     ContactTile<S>& out = *next_++;
     out.begin(static_cast<std::uint32_t>(number));
+    // Who hits nothing any more lets go.
+    const auto rooted = static_cast<LaneBits>(tile.is_rooted & patch_.hit_bits[number]);
     const LaneBits anchored =
-        tile.is_rooted == 0
-            ? LaneBits(0)
-            : static_cast<LaneBits>(tile.is_rooted & tile.rooted_in.lanes_in(key_b_));
+        rooted == 0 ? LaneBits(0) : static_cast<LaneBits>(rooted & tile.rooted_in.lanes_in(key_b_));
     for (std::size_t at = 0; at < tile_size; at += lanes<S>) {
       if (pack_bits<S>(hit, at) != 0) add_pack(tile, out, at, hit, anchored);
     }
     if (options_.law == Law::ambf) {
-      tile.is_rooted = static_cast<LaneBits>(tile.is_rooted & (~hit | out.is_met));
+      tile.is_rooted = static_cast<LaneBits>(rooted & (~hit | out.is_met));
     } else {
       const auto fresh = static_cast<LaneBits>(out.is_touching & ~std::uint32_t(anchored));
-      if (fresh != 0) tile.rooted_in.set(fresh, key_b_, tile.is_rooted != anchored);
-      tile.is_rooted = static_cast<LaneBits>((tile.is_rooted & ~hit) | out.is_touching);
+      if (fresh != 0) tile.rooted_in.set(fresh, key_b_, rooted != anchored);
+      tile.is_rooted = static_cast<LaneBits>((rooted & ~hit) | out.is_touching);
     }
     sums_.count += static_cast<std::uint32_t>(std::popcount(out.is_met));
   }
@@ -390,14 +407,9 @@ std::uint32_t meet_body(SensorPatch<S>& patch, std::uint32_t index, const Body<S
 template <Scalar S, typename FindBody>
 void collect_contacts(SensorPatch<S>& patch, const Body<S>& A, FindBody&& find,
                       const CollectDef<S>& def, const ParallelFor& parallel_for) {
-  // What touched in the last step and is not even near any more lets go, too.
-  for (const ContactTile<S>& c : patch.contacts) patch.hit_bits[c.tile] = 0;
   patch.pairs.clear();
+  detail::find_hit_lanes(patch);
   detail::find_touched(patch, find, def.only_tag);
-  for (const ContactTile<S>& c : patch.contacts) {
-    LaneBits& is_rooted = patch.tiles[c.tile].is_rooted;
-    is_rooted = static_cast<LaneBits>(is_rooted & patch.hit_bits[c.tile]);
-  }
   std::uint32_t contacts = 0;
   for (std::uint32_t index = 0; index < patch.pairs.size(); ++index) {
     for (const TouchedShape& shape : patch.touched) {

@@ -33,6 +33,18 @@ struct ShapeInReach {
     if (!collider->half_space) return box.overlaps(rays);
     return normal.dot(rays.center()) - normal.cwiseAbs().dot(rays.half_extents()) <= offset;
   }
+  /// The same of the boxes with these corners.
+  [[nodiscard]] BRISTLE_LANES Mask<S> is_near(const Pack3<S>& lower, const Pack3<S>& upper) const {
+    if (!collider->half_space) {
+      return (lower.x <= Pack<S>(box.upper.x())) & (lower.y <= Pack<S>(box.upper.y())) &
+             (lower.z <= Pack<S>(box.upper.z())) & (upper.x >= Pack<S>(box.lower.x())) &
+             (upper.y >= Pack<S>(box.lower.y())) & (upper.z >= Pack<S>(box.lower.z()));
+    }
+    const Pack3<S> n = Pack3<S>::all(normal);
+    const Pack<S> lowest = min(n.x * lower.x, n.x * upper.x) + min(n.y * lower.y, n.y * upper.y) +
+                           min(n.z * lower.z, n.z * upper.z);
+    return lowest <= Pack<S>(offset);
+  }
 };
 
 /// Looks at a shape from A.
@@ -162,9 +174,10 @@ bool wants_rays(SensorPatch<S>& patch, std::span<const ShapeInReach<S, Backend>>
     return true;
   }
   patch.tile_boxes.find(
-      [&](const Aabb<S>& box) {
-        return std::any_of(shapes.begin(), shapes.end(),
-                           [&](const auto& shape) { return shape.is_near(box); });
+      [&](const Pack3<S>& lower, const Pack3<S>& upper) {
+        Mask<S> near = shapes.front().is_near(lower, upper);
+        for (const auto& shape : shapes.subspan(1)) near = near | shape.is_near(lower, upper);
+        return near;
       },
       patch.near);
   patch.reset_near_hits();

@@ -3,7 +3,9 @@
 
 #include <doctest/doctest.h>
 
+#include <array>
 #include <atomic>
+#include <chrono>
 #include <thread>
 #include <vector>
 
@@ -50,6 +52,42 @@ TEST_CASE("ThreadPool: tasks run at the same time") {
     while (arrived.load() < 2) std::this_thread::yield();
   });
   CHECK(arrived == 2);
+}
+
+TEST_CASE("ThreadPool: every worker has the same part of each loop") {
+  ThreadPool pool(2);
+  for (int round = 0; round < 100; ++round) {
+    std::array<std::thread::id, 2> ran_on{};
+    std::atomic<int> arrived{0};
+    pool.run(2, [&](std::size_t i) {
+      ran_on[i] = std::this_thread::get_id();
+      arrived.fetch_add(1);
+      while (arrived.load() < 2) std::this_thread::yield();
+    });
+    REQUIRE(ran_on[0] == std::this_thread::get_id());
+    REQUIRE(ran_on[1] != std::this_thread::get_id());
+  }
+}
+
+TEST_CASE("ThreadPool: who has fallen asleep is woken") {
+  ThreadPool pool(3);
+  const auto sleep = [] { std::this_thread::sleep_for(std::chrono::milliseconds(20)); };
+  for (int round = 0; round < 3; ++round) {
+    sleep();  // Far longer than workers look out for a loop.
+    std::atomic<int> arrived{0};
+    pool.run(3, [&](std::size_t) {
+      arrived.fetch_add(1);
+      while (arrived.load() < 3) std::this_thread::yield();
+    });
+    CHECK(arrived == 3);
+    // And here longer than the caller looks out for the end.
+    std::atomic<int> done{0};
+    pool.run(3, [&](std::size_t i) {
+      if (i > 0) sleep();
+      done.fetch_add(1);
+    });
+    CHECK(done == 3);
+  }
 }
 
 TEST_CASE("ThreadPool: a loop within a task, and one from another thread, are done by themselves") {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "support/random.hpp"
 
+#include <bristle/geometry/aabb.hpp>
 #include <bristle/sensors/sensor_layout.hpp>
 #include <bristle/sensors/tile_boxes.hpp>
 
@@ -22,15 +23,21 @@ TEST_CASE_TEMPLATE("tile boxes: no ray that enters a box is left out", S, float,
     }
     const TileBoxes<S> boxes(rays.rays());
     std::vector<std::uint32_t> tiles;
-    boxes.find([](const Aabb<S>&) { return true; }, tiles);
+    const Pack3<S> zero = Pack3<S>::all(Vec3<S>(Vec3<S>::Zero()));
+    boxes.find([&](const auto&, const auto&) { return zero.x <= zero.x; }, tiles);
     CHECK(tiles.size() == (n + tile_size - 1) / tile_size);
-    boxes.find([](const Aabb<S>&) { return false; }, tiles);
+    boxes.find([&](const auto&, const auto&) { return zero.x < zero.x; }, tiles);
     CHECK(tiles.empty());
     for (int round = 0; round < 20; ++round) {
       Aabb<S> query;
       query.include(random.in_cube(S(40)) + Vec3<S>(35, 35, 0));
       query = query.inflated(S(3));
-      boxes.find([&](const Aabb<S>& box) { return box.overlaps(query); }, tiles);
+      const Pack3<S> least = Pack3<S>::all(query.lower), most = Pack3<S>::all(query.upper);
+      const auto overlaps = [&](const Pack3<S>& lower, const Pack3<S>& upper) {
+        return (lower.x <= most.x) & (lower.y <= most.y) & (lower.z <= most.z) &
+               (least.x <= upper.x) & (least.y <= upper.y) & (least.z <= upper.z);
+      };
+      boxes.find(overlaps, tiles);
       CHECK(std::is_sorted(tiles.begin(), tiles.end()));
       for (std::size_t i = 0; i < n; ++i) {
         bool enters = false;
