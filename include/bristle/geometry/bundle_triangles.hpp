@@ -221,20 +221,20 @@ BRISTLE_LANES void BundleTriangles<S>::test(std::size_t i, const LaneRays<S>& ra
   const Pack<S> most = max(u, max(v, w));
   const Pack<S> doubt(doubt_[i]);
   const Mask<S> may_pass = (least >= -doubt) | (most <= doubt);
-  if (none(may_pass)) return;
+  // Of many rays some mostly pass: a branch that cannot be foreseen costs more than it saves.
+  constexpr bool is_wide = has_register<S> && sizeof(Pack<S>) >= 32;
+  if (!is_wide && none(may_pass)) return;
   const Mask<S> is_front = least > doubt;
   const Mask<S> passes = is_front | (most < -doubt);
   found.is_doubtful = found.is_doubtful | (may_pass & !passes);
   const Pack<S> inverse = S(1) / (u + v + w);
   const Pack<S> distance = ((u * az + v * bz + w * cz) * inverse - rays.start) * rays.stretch;
   const Mask<S> counts = passes & (distance >= S(0)) & (distance <= rays.length);
-  if (none(counts)) return;
   const Pack<S> uncertainty = along_[i] + across_[i] * abs(inverse);
   found.uncertainty = select(counts, max(found.uncertainty, uncertainty), found.uncertainty);
   const Mask<S> back = counts & !is_front;
-  if (any(back)) found.back = select(back, min(distance, found.back), found.back);
+  found.back = select(back, min(distance, found.back), found.back);
   const Mask<S> front = counts & is_front;
-  if (none(front)) return;
   const Pack<S> number(rows_[number_row][i]);
   const Mask<S> is_nearer =
       front & ((distance < found.front) | ((distance == found.front) & (number < found.number)));
