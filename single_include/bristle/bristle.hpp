@@ -15759,20 +15759,21 @@ BRISTLE_LANES void BundleTriangles<S>::test(std::size_t i, const LaneRays<S>& ra
   const Pack<S> most = max(u, max(v, w));
   const Pack<S> doubt(doubt_[i]);
   const Mask<S> may_pass = (least >= -doubt) | (most <= doubt);
-  if (none(may_pass)) return;
+  // Of few rays often none passes. Of many some mostly do, and a branch that cannot be foreseen
+  // costs more than it saves.
+  constexpr bool is_wide = has_register<S> && sizeof(Pack<S>) >= 32;
+  if (!is_wide && none(may_pass)) return;
   const Mask<S> is_front = least > doubt;
   const Mask<S> passes = is_front | (most < -doubt);
   found.is_doubtful = found.is_doubtful | (may_pass & !passes);
   const Pack<S> inverse = S(1) / (u + v + w);
   const Pack<S> distance = ((u * az + v * bz + w * cz) * inverse - rays.start) * rays.stretch;
   const Mask<S> counts = passes & (distance >= S(0)) & (distance <= rays.length);
-  if (none(counts)) return;
   const Pack<S> uncertainty = along_[i] + across_[i] * abs(inverse);
   found.uncertainty = select(counts, max(found.uncertainty, uncertainty), found.uncertainty);
   const Mask<S> back = counts & !is_front;
-  if (any(back)) found.back = select(back, min(distance, found.back), found.back);
+  found.back = select(back, min(distance, found.back), found.back);
   const Mask<S> front = counts & is_front;
-  if (none(front)) return;
   const Pack<S> number(rows_[number_row][i]);
   const Mask<S> is_nearer =
       front & ((distance < found.front) | ((distance == found.front) & (number < found.number)));
@@ -16163,11 +16164,13 @@ class BundleMeshQuery {
   static constexpr std::size_t most_lists = 4;
   /// [-] A list of so few leaves is not worth shortening.
   static constexpr std::size_t short_list = 24;
+  /// [-] Of how many leaves at most the triangles are sought for a bundle that is asked as a whole.
+  static constexpr std::size_t most_leaves = 48;
   /// [1] With more triangles than this for each ray, rays have too little in common.
   static constexpr S sparse_from = S(10);
   /// [-] A divided bundle is asked as a whole if at most about so many triangles lie across its
   /// box.
-  static constexpr S few_triangles = S(16);
+  static constexpr S few_triangles = S(64);
   /// [-] Rays of a bundle that is worth finding out where they all start.
   static constexpr std::size_t fewest_to_ask = 65;
 
@@ -16369,7 +16372,7 @@ bool BundleMeshQuery<S>::gather(const BoxInTree<S>& box, const LeafList<S>& list
 template <Scalar S>
 bool BundleMeshQuery<S>::cast_together(const Bundle& bundle, const BoxInTree<S>& box,
                                        const LeafList<S>& list, Side side) {
-  if (!bundle.has_one_frame || list.size() > short_list || !gather(box, list)) return false;
+  if (!bundle.has_one_frame || list.size() > most_leaves || !gather(box, list)) return false;
   if (triangles_.size() == 0) {
     decide_empty(bundle, side);
   } else {
@@ -20764,6 +20767,8 @@ class TileBoxes {
         group_boxes_[group / group_size].include(group % group_size, point);
       }
     }
+    if (!tile_boxes_.empty()) tile_boxes_.back().fill_up(tiles_);
+    if (!group_boxes_.empty()) group_boxes_.back().fill_up(groups_);
   }
 
   /// Makes `tiles` the numbers of those whose boxes are near, ascending.
@@ -20783,7 +20788,7 @@ class TileBoxes {
   }
 
  private:
-  /// The boxes of a group, side by side; empty where there are no rays.
+  /// The boxes of a group, side by side.
   struct BoxRow {
     Row3<S> lower, upper;
 
@@ -20796,6 +20801,14 @@ class TileBoxes {
     void include(std::size_t i, const Vec3<S>& point) {
       lower.set(i, lower[i].cwiseMin(point));
       upper.set(i, upper[i].cwiseMax(point));
+    }
+    /// Gives the last of all rows numbers behind the last of `count` boxes: infinities would raise
+    /// exceptions of arithmetic.
+    void fill_up(std::size_t count) {
+      for (std::size_t i = (count - 1) % group_size + 1; i < group_size; ++i) {
+        lower.set(i, Vec3<S>::Zero());
+        upper.set(i, Vec3<S>::Zero());
+      }
     }
   };
 
@@ -21267,6 +21280,10 @@ struct CollectDef {
 template <Scalar S>
 void clear_patch(SensorPatch<S>& patch);
 
+/// Makes `hit_bits` what the contacts say that hit anything, for who sets those from outside.
+template <Scalar S>
+void mark_hits(SensorPatch<S>& patch);
+
 /// Fills `contacts` and `pairs` from `hits`; a sensor without a hit lets go of what it held. For
 /// the paper's law the bristles are advanced too, and patches that are explicit by definition give
 /// their impulses, which spares them a second look at every contact.
@@ -21297,6 +21314,13 @@ void clear_patch(SensorPatch<S>& patch) {
   patch.kept.clear();
   patch.readings.wrench = {};
   patch.readings.shear_W.setZero();
+}
+
+template <Scalar S>
+void mark_hits(SensorPatch<S>& patch) {
+  std::fill(patch.hit_bits.begin(), patch.hit_bits.end(), LaneBits(0));
+  // Only whether any lane of a tile did is asked of the step before.
+  for (const ContactTile<S>& c : patch.contacts) patch.hit_bits[c.tile] = 0xffffu;
 }
 
 namespace detail {
@@ -27640,8 +27664,8 @@ bool wants_rays(SensorPatch<S>& patch, std::span<const ShapeInReach<S, Backend>>
   }
   patch.tile_boxes.find(
       [&](const Pack3<S>& lower, const Pack3<S>& upper) {
-        Mask<S> near = shapes.front().is_near(lower, upper);
-        for (const auto& shape : shapes.subspan(1)) near = near | shape.is_near(lower, upper);
+        Mask<S> near = Mask<S>::first(0);
+        for (const auto& shape : shapes) near = near | shape.is_near(lower, upper);
         return near;
       },
       patch.near);
@@ -29909,7 +29933,6 @@ void visit_patch(const State& state, Patch& patch, Visitor& visit) {
     visit_contact_tile(tile, visit);
     visit.require("patches (contacts)", tile.tile < patch.tiles.size());
   });
-  visit.value(std::span(patch.hit_bits));
   visit.value(std::span(patch.hits.distance));
   visit_vectors(patch.hits.normal, visit);
   visit.list("patches (pairs)", patch.pairs, [&](auto& pair) {
@@ -29996,7 +30019,7 @@ struct SnapshotHead {
   static constexpr std::uint64_t expected_magic = 0x6c7473697262'0001u;  // "brist", and a number.
 
   std::uint64_t magic = expected_magic;
-  std::uint64_t version = 6;
+  std::uint64_t version = 5;
   /// [-] Bytes of a scalar, and of all that follows the head.
   std::uint64_t scalar_size = 0;
   std::uint64_t payload_size = 0;
@@ -30181,7 +30204,8 @@ template <Scalar S, typename Backend>
   return bytes;
 }
 
-/// Gives a world the state of a snapshot; boxes in the broad phase are the caller's.
+/// Gives a world the state of a snapshot; boxes in the broad phase are the caller's, and so is
+/// what patches keep beside their contacts (`mark_hits`).
 /// @throws InvalidArgument naming what differs, with the state unchanged.
 template <Scalar S, typename Backend>
 void restore_snapshot(std::span<const std::byte> bytes, WorldState<S, Backend>& state) {
@@ -30954,6 +30978,9 @@ template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S>
 void World<S, Backend>::restore(std::span<const std::byte> bytes) {
   detail::restore_snapshot(bytes, state_);
+  for (std::uint32_t i = 0; i < state_.patches.slot_count(); ++i) {
+    if (state_.patches.is_live(i)) mark_hits(state_.patches.at(i));
+  }
   state_.contacts.repeat();
   state_.ended.clear();
   state_.ended_since.clear();
@@ -32222,11 +32249,13 @@ class ThreadPool {
     const std::size_t grain = std::max<std::size_t>(1, count / (8 * workers()));
     const std::size_t turns = (count + grain - 1) / grain;
     undone_.store(turns, std::memory_order_relaxed);
+    const std::size_t number = shares_[0].number.load(std::memory_order_relaxed) + 1;
     for (std::size_t k = 0; k < workers(); ++k) {
       const std::size_t end = (k + 1) * turns / workers();
       shares_[k].loop = {&task, count, grain, end};
       shares_[k].left.store(static_cast<std::ptrdiff_t>(end - k * turns / workers()),
                             std::memory_order_release);
+      shares_[k].number.store(number, std::memory_order_release);
     }
     wake_sleepers();
     work(0);
@@ -32262,11 +32291,13 @@ class ThreadPool {
     /// [-] Turns that nobody has taken; 0 and less: none. What the loop is may be read only by who
     /// took a turn: until that is done nobody changes it.
     std::atomic<std::ptrdiff_t> left{0};
+    /// [-] Number of the loop, written last: another one than before calls the worker.
+    std::atomic<std::size_t> number{0};
     Loop loop{};
   };
 
-  /// [-] How often a thread looks before it gives way, some twenty microseconds, and how often it
-  /// gives way before it sleeps, some fifty.
+  /// [-] How often a thread looks before it gives way, and how often it gives way before it sleeps:
+  /// some twenty and fifty microseconds of an AMD EPYC (Zen 5).
   static constexpr int most_looks = 800, most_yields = 100;
 
   /// Waits a while for what others are about to do.
@@ -32303,7 +32334,8 @@ class ThreadPool {
       while (share.left.load(std::memory_order_relaxed) > 0) {
         const std::ptrdiff_t left = share.left.fetch_sub(1, std::memory_order_acquire);
         if (left <= 0) break;
-        do_turn(share.loop, share.loop.end - static_cast<std::size_t>(left));
+        // A copy: others take turns from the same line.
+        do_turn(Loop(share.loop), static_cast<std::size_t>(left));
         ++done;
       }
     }
@@ -32314,7 +32346,9 @@ class ThreadPool {
     }
   }
 
-  static void do_turn(const Loop& loop, std::size_t turn) {
+  /// @param left  [-] Turns of the share that were left with this one.
+  static void do_turn(const Loop& loop, std::size_t left) {
+    const std::size_t turn = loop.end - left;
     const std::size_t end = std::min(loop.count, (turn + 1) * loop.grain);
     for (std::size_t i = turn * loop.grain; i < end; ++i) (*loop.task)(i);
   }
@@ -32328,7 +32362,8 @@ class ThreadPool {
   }
 
   void wait_for_loops(std::size_t own) {
-    const auto is_wanted = [&] { return shares_[own].left.load() > 0 || is_ending_.load(); };
+    std::size_t seen = 0;
+    const auto is_wanted = [&] { return shares_[own].number.load() != seen || is_ending_.load(); };
     for (;;) {
       if (!look_out(is_wanted)) {
         std::unique_lock lock(mutex_);
@@ -32337,13 +32372,16 @@ class ThreadPool {
         sleepers_.fetch_sub(1);
       }
       if (is_ending_.load()) return;
+      seen = shares_[own].number.load();
       work(own);
     }
   }
 
   std::vector<Share> shares_;
   std::vector<std::thread> threads_;
-  std::atomic_flag is_busy_ = ATOMIC_FLAG_INIT;
+  std::atomic<bool> is_ending_{false};
+  // In lines of their own: what is above is looked at by all all the time.
+  alignas(64) std::atomic_flag is_busy_ = ATOMIC_FLAG_INIT;
   /// [-] Turns of the loop at hand that are not known to be done.
   alignas(64) std::atomic<std::size_t> undone_{0};
 
@@ -32351,7 +32389,6 @@ class ThreadPool {
   std::condition_variable has_loop_, has_done_;
   std::atomic<std::size_t> sleepers_{0};
   std::atomic<bool> is_caller_asleep_{false};
-  std::atomic<bool> is_ending_{false};
 };
 
 }  // namespace bristle

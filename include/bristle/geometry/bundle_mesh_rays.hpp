@@ -84,11 +84,13 @@ class BundleMeshQuery {
   static constexpr std::size_t most_lists = 4;
   /// [-] A list of so few leaves is not worth shortening.
   static constexpr std::size_t short_list = 24;
+  /// [-] Of how many leaves at most the triangles are sought for a bundle that is asked as a whole.
+  static constexpr std::size_t most_leaves = 48;
   /// [1] With more triangles than this for each ray, rays have too little in common.
   static constexpr S sparse_from = S(10);
   /// [-] A divided bundle is asked as a whole if at most about so many triangles lie across its
   /// box.
-  static constexpr S few_triangles = S(16);
+  static constexpr S few_triangles = S(64);
   /// [-] Rays of a bundle that is worth finding out where they all start.
   static constexpr std::size_t fewest_to_ask = 65;
 
@@ -290,7 +292,7 @@ bool BundleMeshQuery<S>::gather(const BoxInTree<S>& box, const LeafList<S>& list
 template <Scalar S>
 bool BundleMeshQuery<S>::cast_together(const Bundle& bundle, const BoxInTree<S>& box,
                                        const LeafList<S>& list, Side side) {
-  if (!bundle.has_one_frame || list.size() > short_list || !gather(box, list)) return false;
+  if (!bundle.has_one_frame || list.size() > most_leaves || !gather(box, list)) return false;
   if (triangles_.size() == 0) {
     decide_empty(bundle, side);
   } else {

@@ -221,7 +221,8 @@ BRISTLE_LANES void BundleTriangles<S>::test(std::size_t i, const LaneRays<S>& ra
   const Pack<S> most = max(u, max(v, w));
   const Pack<S> doubt(doubt_[i]);
   const Mask<S> may_pass = (least >= -doubt) | (most <= doubt);
-  // Of many rays some mostly pass: a branch that cannot be foreseen costs more than it saves.
+  // Of few rays often none passes. Of many some mostly do, and a branch that cannot be foreseen
+  // costs more than it saves.
   constexpr bool is_wide = has_register<S> && sizeof(Pack<S>) >= 32;
   if (!is_wide && none(may_pass)) return;
   const Mask<S> is_front = least > doubt;

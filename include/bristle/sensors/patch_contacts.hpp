@@ -34,6 +34,10 @@ struct CollectDef {
 template <Scalar S>
 void clear_patch(SensorPatch<S>& patch);
 
+/// Makes `hit_bits` what the contacts say that hit anything, for who sets those from outside.
+template <Scalar S>
+void mark_hits(SensorPatch<S>& patch);
+
 /// Fills `contacts` and `pairs` from `hits`; a sensor without a hit lets go of what it held. For
 /// the paper's law the bristles are advanced too, and patches that are explicit by definition give
 /// their impulses, which spares them a second look at every contact.
@@ -64,6 +68,13 @@ void clear_patch(SensorPatch<S>& patch) {
   patch.kept.clear();
   patch.readings.wrench = {};
   patch.readings.shear_W.setZero();
+}
+
+template <Scalar S>
+void mark_hits(SensorPatch<S>& patch) {
+  std::fill(patch.hit_bits.begin(), patch.hit_bits.end(), LaneBits(0));
+  // Only whether any lane of a tile did is asked of the step before.
+  for (const ContactTile<S>& c : patch.contacts) patch.hit_bits[c.tile] = 0xffffu;
 }
 
 namespace detail {

@@ -41,6 +41,8 @@ class TileBoxes {
         group_boxes_[group / group_size].include(group % group_size, point);
       }
     }
+    if (!tile_boxes_.empty()) tile_boxes_.back().fill_up(tiles_);
+    if (!group_boxes_.empty()) group_boxes_.back().fill_up(groups_);
   }
 
   /// Makes `tiles` the numbers of those whose boxes are near, ascending.
@@ -60,7 +62,7 @@ class TileBoxes {
   }
 
  private:
-  /// The boxes of a group, side by side; empty where there are no rays.
+  /// The boxes of a group, side by side.
   struct BoxRow {
     Row3<S> lower, upper;
 
@@ -73,6 +75,14 @@ class TileBoxes {
     void include(std::size_t i, const Vec3<S>& point) {
       lower.set(i, lower[i].cwiseMin(point));
       upper.set(i, upper[i].cwiseMax(point));
+    }
+    /// Gives the last of all rows numbers behind the last of `count` boxes: infinities would raise
+    /// exceptions of arithmetic.
+    void fill_up(std::size_t count) {
+      for (std::size_t i = (count - 1) % group_size + 1; i < group_size; ++i) {
+        lower.set(i, Vec3<S>::Zero());
+        upper.set(i, Vec3<S>::Zero());
+      }
     }
   };
 

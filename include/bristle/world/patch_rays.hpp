@@ -175,8 +175,8 @@ bool wants_rays(SensorPatch<S>& patch, std::span<const ShapeInReach<S, Backend>>
   }
   patch.tile_boxes.find(
       [&](const Pack3<S>& lower, const Pack3<S>& upper) {
-        Mask<S> near = shapes.front().is_near(lower, upper);
-        for (const auto& shape : shapes.subspan(1)) near = near | shape.is_near(lower, upper);
+        Mask<S> near = Mask<S>::first(0);
+        for (const auto& shape : shapes) near = near | shape.is_near(lower, upper);
         return near;
       },
       patch.near);

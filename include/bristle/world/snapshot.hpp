@@ -26,7 +26,7 @@ struct SnapshotHead {
   static constexpr std::uint64_t expected_magic = 0x6c7473697262'0001u;  // "brist", and a number.
 
   std::uint64_t magic = expected_magic;
-  std::uint64_t version = 6;
+  std::uint64_t version = 5;
   /// [-] Bytes of a scalar, and of all that follows the head.
   std::uint64_t scalar_size = 0;
   std::uint64_t payload_size = 0;
@@ -211,7 +211,8 @@ template <Scalar S, typename Backend>
   return bytes;
 }
 
-/// Gives a world the state of a snapshot; boxes in the broad phase are the caller's.
+/// Gives a world the state of a snapshot; boxes in the broad phase are the caller's, and so is
+/// what patches keep beside their contacts (`mark_hits`).
 /// @throws InvalidArgument naming what differs, with the state unchanged.
 template <Scalar S, typename Backend>
 void restore_snapshot(std::span<const std::byte> bytes, WorldState<S, Backend>& state) {

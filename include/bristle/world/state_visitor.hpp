@@ -196,7 +196,6 @@ void visit_patch(const State& state, Patch& patch, Visitor& visit) {
     visit_contact_tile(tile, visit);
     visit.require("patches (contacts)", tile.tile < patch.tiles.size());
   });
-  visit.value(std::span(patch.hit_bits));
   visit.value(std::span(patch.hits.distance));
   visit_vectors(patch.hits.normal, visit);
   visit.list("patches (pairs)", patch.pairs, [&](auto& pair) {

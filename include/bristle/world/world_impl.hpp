@@ -207,6 +207,9 @@ template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S>
 void World<S, Backend>::restore(std::span<const std::byte> bytes) {
   detail::restore_snapshot(bytes, state_);
+  for (std::uint32_t i = 0; i < state_.patches.slot_count(); ++i) {
+    if (state_.patches.is_live(i)) mark_hits(state_.patches.at(i));
+  }
   state_.contacts.repeat();
   state_.ended.clear();
   state_.ended_since.clear();

@@ -3,9 +3,12 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <chrono>
+#include <mutex>
+#include <set>
 #include <thread>
 #include <vector>
 
@@ -67,6 +70,25 @@ TEST_CASE("ThreadPool: every worker has the same part of each loop") {
     REQUIRE(ran_on[0] == std::this_thread::get_id());
     REQUIRE(ran_on[1] != std::this_thread::get_id());
   }
+}
+
+TEST_CASE("ThreadPool: who has nothing of its own to do helps the others") {
+  constexpr std::size_t workers = 4;
+  ThreadPool pool(workers);
+  std::size_t most = 0;
+  for (int round = 0; round < 20; ++round) {
+    std::mutex mutex;
+    std::set<std::thread::id> took_part;
+    // Only the last share costs anything, and time even where there is one processor.
+    pool.run(8 * workers, [&](std::size_t i) {
+      if (i < 8 * (workers - 1)) return;
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+      const std::lock_guard lock(mutex);
+      took_part.insert(std::this_thread::get_id());
+    });
+    most = std::max(most, took_part.size());
+  }
+  CHECK(most == workers);
 }
 
 TEST_CASE("ThreadPool: who has fallen asleep is woken") {

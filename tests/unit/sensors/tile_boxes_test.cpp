@@ -24,7 +24,13 @@ TEST_CASE_TEMPLATE("tile boxes: no ray that enters a box is left out", S, float,
     const TileBoxes<S> boxes(rays.rays());
     std::vector<std::uint32_t> tiles;
     const Pack3<S> zero = Pack3<S>::all(Vec3<S>(Vec3<S>::Zero()));
-    boxes.find([&](const auto&, const auto&) { return zero.x <= zero.x; }, tiles);
+    const auto all_are_finite = [&](const Pack3<S>& lower, const Pack3<S>& upper) {
+      const Pack3<S> extent = upper - lower;
+      CHECK(all(extent.x + extent.y + extent.z < Pack<S>(infinity<S>)));
+      CHECK(all(extent.x + extent.y + extent.z > Pack<S>(-infinity<S>)));
+      return zero.x <= zero.x;
+    };
+    boxes.find(all_are_finite, tiles);
     CHECK(tiles.size() == (n + tile_size - 1) / tile_size);
     boxes.find([&](const auto&, const auto&) { return zero.x < zero.x; }, tiles);
     CHECK(tiles.empty());
