@@ -15381,8 +15381,9 @@ std::size_t split_rays(const RayBatch<S>& rays, std::span<std::uint32_t> some, s
   std::sort(extent.begin(), extent.end());
   const double spacing = grid_spacing(extent[1], extent[2], some.size());
   const double squares = (extent[2] / spacing + 1) / std::sqrt(static_cast<double>(size));
-  // False of starts that are all one.
-  const double share = squares >= 2 ? std::floor(std::round(squares) / 2) / squares : 0.5;
+  // False of starts that are all one, and of those so close that the spacing is rounded to nothing.
+  const bool is_grid = squares >= 2 && squares <= static_cast<double>(some.size());
+  const double share = is_grid ? std::floor(std::round(squares) / 2) / squares : 0.5;
   const std::size_t parts = (some.size() + size - 1) / size;
   const std::size_t first =
       size * std::clamp<std::size_t>(
