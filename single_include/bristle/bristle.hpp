@@ -690,7 +690,8 @@ class KeptCandidates;
 
 /// Some rays of a batch, so that threads can share a query: [first, end) in the order in which the
 /// query goes through them. That is the order of the bundles for meshes and of the batch for other
-/// shapes, so the next shape may only be asked when all slices have asked this one.
+/// shapes, so the next shape may only be asked when all slices have asked this one, unless these
+/// are the same rays (`RayBundles::has_runs_in_slices`).
 struct RaySlice {
   /// [-] Both a multiple of the rays in a bundle, or at the end.
   std::uint32_t first = 0;
@@ -2170,6 +2171,8 @@ class DisjointSets {
 #include <array>
 #include <cstddef>
 #include <functional>
+#include <memory>
+#include <new>
 
 namespace bristle {
 
@@ -2187,7 +2190,7 @@ inline void serial_for(std::size_t count, const std::function<void(std::size_t)>
 [[nodiscard]] bool is_serial(const ParallelFor& parallel_for);
 
 /// Adds up part(first, end, sum) over [0, count) in slices of `size`. Every slice starts from a
-/// `Sum()` of its own and slices are added in their order, so that the rounding is the same
+/// `Sum{}` of its own and slices are added in their order, so that the rounding is the same
 /// whoever does them, one after the other or at the same time. Allocates nothing.
 /// @param fewest_shared  [-] The hook is called for no fewer slices than this.
 template <typename Sum, typename Part>
@@ -2207,6 +2210,28 @@ inline bool is_serial(const ParallelFor& parallel_for) {
 #endif
 }
 
+namespace detail {
+
+/// Room for a T, which is there only from `make` to `destroy`; who makes it destroys it.
+template <typename T>
+class Room {
+ public:
+  Room() {}
+  Room(const Room&) = delete;
+  Room& operator=(const Room&) = delete;
+  ~Room() {}
+  T& make() { return *::new (static_cast<void*>(&value_)) T{}; }
+  [[nodiscard]] const T& value() const { return value_; }
+  void destroy() { std::destroy_at(&value_); }
+
+ private:
+  union {
+    T value_;
+  };
+};
+
+}  // namespace detail
+
 template <typename Sum, typename Part>
 Sum sum_in_slices(std::size_t count, std::size_t size, std::size_t fewest_shared,
                   const ParallelFor& parallel_for, const Part& part) {
@@ -2214,26 +2239,27 @@ Sum sum_in_slices(std::size_t count, std::size_t size, std::size_t fewest_shared
   const auto add_slice = [&](std::size_t k, Sum& sum) {
     part(k * size, std::min(count, (k + 1) * size), sum);
   };
-  Sum total;
+  Sum total{};
   if (slices <= 1) {
     add_slice(0, total);
   } else if (slices < fewest_shared || is_serial(parallel_for)) {
     for (std::size_t k = 0; k < slices; ++k) {
-      Sum sum;
+      Sum sum{};
       add_slice(k, sum);
       total += sum;
     }
   } else {
-    // As many at a time as there is room for.
-    std::array<Sum, 32> sums;
+    // As many at a time as there is room for. Who adds up a slice makes its sum: those of contacts
+    // are 44 KiB in registers of 64 bytes, which one thread would write before the others start.
+    std::array<detail::Room<Sum>, 32> sums;
     for (std::size_t first = 0; first < slices; first += sums.size()) {
       const std::size_t some = std::min(sums.size(), slices - first);
-      const auto task = [&](std::size_t k) {
-        sums[k] = Sum();
-        add_slice(first + k, sums[k]);
-      };
+      const auto task = [&](std::size_t k) { add_slice(first + k, sums[k].make()); };
       parallel_for(some, std::cref(task));
-      for (std::size_t k = 0; k < some; ++k) total += sums[k];
+      for (std::size_t k = 0; k < some; ++k) {
+        total += sums[k].value();
+        sums[k].destroy();
+      }
     }
   }
   return total;
@@ -15311,6 +15337,9 @@ class RayBundles {
   [[nodiscard]] const Lines& lines() const { return lines_; }
   /// All rays in slices of whole bundles: those of one slice lie in one branch.
   [[nodiscard]] const std::vector<RaySlice>& slices() const { return slices_; }
+  /// Whether each slice is whole runs of the batch (`ray_run_size`), as it is in neighbour order:
+  /// then a slice is the same rays for all shapes, and may ask one after the other.
+  [[nodiscard]] bool has_runs_in_slices() const { return has_runs_in_slices_; }
   /// [-] Which ray of the batch is at a place.
   [[nodiscard]] std::uint32_t ray_at(std::size_t place) const { return order_[place]; }
   /// [-] The same for all places from one on.
@@ -15342,6 +15371,7 @@ class RayBundles {
 
   std::vector<RayBundle<S>> bundles_;
   std::vector<RaySlice> slices_;
+  bool has_runs_in_slices_ = false;
   std::vector<std::uint32_t> order_;
   std::vector<Aabb<S>> block_boxes_;
   // Bytes, as threads read them.
@@ -15549,6 +15579,11 @@ void RayBundles<S>::cut_slices() {
     if (bundle.first < cut || (bundle.is_divided() && bundle.count > slice_size)) continue;
     slices_.push_back({bundle.first, bundle.first + bundle.count});
   }
+  static_assert(bundle_size % ray_run_size == 0);  // So that all slices begin with a run.
+  has_runs_in_slices_ = std::all_of(slices_.begin(), slices_.end(), [this](RaySlice slice) {
+    const auto is_in = [slice](std::uint32_t ray) { return slice.first <= ray && ray < slice.end; };
+    return std::all_of(order_.begin() + slice.first, order_.begin() + slice.end, is_in);
+  });
 }
 
 }  // namespace bristle
@@ -17398,8 +17433,9 @@ namespace bristle {
 ///   sides. Arithmetic is done in the shape's frame and knows no absolute length.
 ///
 /// All functions are safe to call from several threads at once. A backend that has a
-/// `static constexpr bool asks_slices = true` casts only the rays of `RayBatch::slice`, and the
-/// same ray to the same bits in any slice: then threads share the rays of one large patch. One that
+/// `static constexpr bool asks_slices = true` casts only the rays of `RayBatch::slice`, in the
+/// order of the batch or of its bundles, and the same ray to the same bits in any slice; hits of
+/// other rays it neither reads nor writes. Then threads share the rays of one large patch. One that
 /// has `is_clear(c, X_RC, rays)` says quickly, and not always, that no ray can meet the shape: then
 /// large patches that meet nothing cost less.
 template <typename B, typename S>
@@ -20762,9 +20798,9 @@ class TileBoxes {
       const Ray<S> ray = rays[i];
       const Vec3<S> end = ray.origin + ray.length * ray.direction;
       const std::size_t tile = i / tile_size;
+      const std::size_t group = tile / group_size;
       for (const Vec3<S>& point : {ray.origin, end}) {
-        tile_boxes_[tile / group_size].include(tile % group_size, point);
-        const std::size_t group = tile / group_size;
+        tile_boxes_[group].include(tile % group_size, point);
         group_boxes_[group / group_size].include(group % group_size, point);
       }
     }
@@ -20824,6 +20860,11 @@ class TileBoxes {
               << at;
     }
     near &= (std::uint32_t(1) << std::min(count - first, group_size)) - 1;
+    if (near == first_bits(group_size)) {
+      // In the midst of what is near, where no number has to wait for the bits of another.
+      for (std::size_t i = 0; i < group_size; ++i) visit(first + i);
+      return;
+    }
     for (; near != 0; near &= near - 1) {
       visit(first + static_cast<std::size_t>(std::countr_zero(near)));
     }
@@ -20837,8 +20878,10 @@ class TileBoxes {
 }  // namespace bristle
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cstdint>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -21044,9 +21087,22 @@ struct SensorPatch {
     const bool has_last = !near.empty() && near.back() + 1 == tiles.size();
     return has_last ? all - (tiles.size() * tile_size - size()) : all;
   }
-  /// Forgets the hits of the near tiles.
-  void reset_near_hits() {
-    for (const std::uint32_t tile : near) {
+  /// [-] First tile of a slice, and one behind its last, which may be filled up where the slice is
+  /// not. Only of slices that are runs of sensors (`RayBundles::has_runs_in_slices`), or of all.
+  [[nodiscard]] std::array<std::size_t, 2> tiles_in(RaySlice slice) const {
+    static_assert(tile_size == ray_run_size);
+    const std::size_t end = slice.end / tile_size + (slice.end % tile_size != 0 ? 1u : 0u);
+    return {slice.first / tile_size, std::min(tiles.size(), end)};
+  }
+  /// [-] Those of them that can be near anything.
+  [[nodiscard]] std::span<const std::uint32_t> near_in(RaySlice slice) const {
+    const auto [begin, end] = tiles_in(slice);
+    const auto first = std::lower_bound(near.begin(), near.end(), begin);
+    return {first, std::lower_bound(first, near.end(), end)};
+  }
+  /// Forgets the hits of the near tiles of a slice.
+  void reset_near_hits(RaySlice slice = {}) {
+    for (const std::uint32_t tile : near_in(slice)) {
       const auto first = static_cast<std::ptrdiff_t>(tile * tile_size);
       std::fill_n(hits.distance.begin() + first, tile_size, infinity<S>);
     }
@@ -21273,6 +21329,8 @@ struct CollectDef {
   bool measures_lambda = true;
   /// [-] Tag of all hits, where only one shape was asked; `any_tag` otherwise.
   std::uint32_t only_tag = any_tag;
+  /// [-] Whether `begin_hit_lanes` was called, and then `find_hit_lanes` for slices of all sensors.
+  bool knows_hit_lanes = false;
 
   static constexpr std::uint32_t any_tag = 0xffffffffu;
 };
@@ -21284,6 +21342,17 @@ void clear_patch(SensorPatch<S>& patch);
 /// Makes `hit_bits` what the contacts say that hit anything, for who sets those from outside.
 template <Scalar S>
 void mark_hits(SensorPatch<S>& patch);
+
+/// Keeps which lanes hit anything in the step before: once a step, before the first slice of
+/// `find_hit_lanes`.
+template <Scalar S>
+void begin_hit_lanes(SensorPatch<S>& patch);
+
+/// Finds the lanes of the near tiles of a slice that hit anything, and lets go in those of its
+/// tiles where none does any more. `collect_contacts` does both for all sensors unless it is told
+/// that they were done: threads that share the slices have the hits of their own in their caches.
+template <Scalar S>
+void find_hit_lanes(SensorPatch<S>& patch, RaySlice slice);
 
 /// Fills `contacts` and `pairs` from `hits`; a sensor without a hit lets go of what it held. For
 /// the paper's law the bristles are advanced too, and patches that are explicit by definition give
@@ -21324,20 +21393,15 @@ void mark_hits(SensorPatch<S>& patch) {
   for (const ContactTile<S>& c : patch.contacts) patch.hit_bits[c.tile] = 0xffffu;
 }
 
-namespace detail {
-
-/// Finds the lanes of the near tiles that hit anything, and lets go in tiles of which none does any
-/// more.
 template <Scalar S>
-void find_hit_lanes(SensorPatch<S>& patch) {
-  // Whoever filled the hits knew of real sensors only.
-  const std::size_t padded = patch.tiles.size() * tile_size;
-  patch.hits.distance.resize(padded, infinity<S>);
-  patch.hits.normal.resize(padded);
-  patch.hits.tag.resize(padded);
+void begin_hit_lanes(SensorPatch<S>& patch) {
   std::swap(patch.hit_bits, patch.hit_before);
   std::fill(patch.hit_bits.begin(), patch.hit_bits.end(), LaneBits(0));
-  for (const std::uint32_t number : patch.near) {
+}
+
+template <Scalar S>
+void find_hit_lanes(SensorPatch<S>& patch, RaySlice slice) {
+  for (const std::uint32_t number : patch.near_in(slice)) {
     const S* distance = patch.hits.distance.data() + number * tile_size;
     std::uint32_t hit = 0;
     for (std::size_t at = 0; at < tile_size; at += lanes<S>) {
@@ -21346,9 +21410,24 @@ void find_hit_lanes(SensorPatch<S>& patch) {
     patch.hit_bits[number] = static_cast<LaneBits>(hit);
   }
   // Only what hit something has roots. Other tiles are not looked at: each is memory of its own.
-  for (std::size_t i = 0; i < patch.tiles.size(); ++i) {
+  const auto [begin, end] = patch.tiles_in(slice);
+  for (std::size_t i = begin; i < end; ++i) {
     if (patch.hit_before[i] != 0 && patch.hit_bits[i] == 0) patch.tiles[i].is_rooted = 0;
   }
+}
+
+namespace detail {
+
+/// The same for all slices at once, whoever filled the hits.
+template <Scalar S>
+void find_all_hit_lanes(SensorPatch<S>& patch) {
+  // Hosts know of real sensors only.
+  const std::size_t padded = patch.tiles.size() * tile_size;
+  patch.hits.distance.resize(padded, infinity<S>);
+  patch.hits.normal.resize(padded);
+  patch.hits.tag.resize(padded);
+  begin_hit_lanes(patch);
+  find_hit_lanes(patch, RaySlice{});
 }
 
 /// Gives every body that was hit a pair and every shape that was hit a place in `patch.touched`.
@@ -21666,7 +21745,7 @@ template <Scalar S, typename FindBody>
 void collect_contacts(SensorPatch<S>& patch, const Body<S>& A, FindBody&& find,
                       const CollectDef<S>& def, const ParallelFor& parallel_for) {
   patch.pairs.clear();
-  detail::find_hit_lanes(patch);
+  if (!def.knows_hit_lanes) detail::find_all_hit_lanes(patch);
   detail::find_touched(patch, find, def.only_tag);
   std::uint32_t contacts = 0;
   for (std::uint32_t index = 0; index < patch.pairs.size(); ++index) {
@@ -27553,14 +27632,16 @@ template <Scalar S, typename Backend>
 std::uint64_t find_hits(SensorPatch<S>& patch, std::span<const ShapeInReach<S, Backend>> shapes,
                         bool is_due);
 
-// The same in three parts, for threads that share the second.
+// The same in parts, for threads that share the second.
 
-/// Decides whether rays are to be cast; fills `patch.near` and forgets the hits there if so.
+/// Decides whether rays are to be cast, and fills `patch.near` if so. Before they are, hits there
+/// are to be forgotten (`SensorPatch::reset_near_hits`).
 template <Scalar S, typename Backend>
 [[nodiscard]] bool wants_rays(SensorPatch<S>& patch,
                               std::span<const ShapeInReach<S, Backend>> shapes, bool is_due);
 
-/// Casts rays at one of the shapes; all of a slice before the next shape is asked.
+/// Casts the rays of a slice at one of the shapes, which are asked by ascending tags. Where slices
+/// are not runs of sensors, all of them before the next shape is.
 template <Scalar S, typename Backend>
 void cast_rays_at(SensorPatch<S>& patch, const ShapeInReach<S, Backend>& shape, RaySlice slice);
 
@@ -27670,7 +27751,6 @@ bool wants_rays(SensorPatch<S>& patch, std::span<const ShapeInReach<S, Backend>>
         return near;
       },
       patch.near);
-  patch.reset_near_hits();
   return true;
 }
 
@@ -27712,6 +27792,7 @@ std::uint64_t find_hits(SensorPatch<S>& patch, std::span<const ShapeInReach<S, B
   const bool casts = wants_rays<S, Backend>(patch, shapes, is_due);
   const std::uint64_t rays = casts ? patch.near_count() * shapes.size() : 0;
   if (rays > 0) {
+    patch.reset_near_hits();
     for (const ShapeInReach<S, Backend>& shape : shapes) cast_rays_at<S>(patch, shape, {});
   }
   carry_hits<S, Backend>(patch, shapes, casts);
@@ -28861,6 +28942,8 @@ class SensorStage {
     /// Whether threads share its rays, and whether these are to be cast.
     bool is_shared = false;
     bool has_cast = false;
+    /// Whether who casts them finds the lanes that hit, too.
+    bool knows_hit_lanes = false;
   };
 
   /// Some rays of the patch live_[owner].
@@ -28913,6 +28996,7 @@ class SensorStage {
     const Body<S>& A = state.bodies.at(patch.body.index);
     scratch.rays_cast = 0;
     scratch.is_shared = false;
+    scratch.knows_hit_lanes = false;
     find_near(state, patch, scratch.candidates);
     scratch.is_dormant = is_dormant(state, patch, scratch.candidates);
     if (scratch.is_dormant) return;
@@ -28934,6 +29018,7 @@ class SensorStage {
       scratch.sensors_asked = patch.near_count();
       scratch.rays_cast = scratch.has_cast ? patch.near_count() * shapes.size() : 0;
       scratch.is_shared = true;
+      if (scratch.rays_cast > 0) begin_shared(patch, scratch);
       return;
     }
     scratch.rays_cast = find_hits<S, Backend>(patch, shapes, is_due);
@@ -28955,7 +29040,8 @@ class SensorStage {
         {.dt = state.def.time_step,
          .measures_lambda = measures_lambda_,
          .only_tag =
-             scratch.candidates.size() == 1 ? scratch.candidates.front() : CollectDef<S>::any_tag},
+             scratch.candidates.size() == 1 ? scratch.candidates.front() : CollectDef<S>::any_tag,
+         .knows_hit_lanes = scratch.knows_hit_lanes},
         parallel_for);
     for (PatchPair<S>& pair : patch.pairs) {
       if (pair.count == 0) continue;
@@ -28974,25 +29060,28 @@ class SensorStage {
     start_linearisation(patch, pair, state.def.time_step, parallel_for);
   }
 
-  /// Casts the rays of large patches, slice by slice, at one shape of each after the other, and
-  /// makes their contacts.
+  /// Casts the rays of large patches, slice by slice, and makes their contacts. Where the slices of
+  /// two shapes are not the same rays, at one shape after the other.
   void sense_shared(State& state) {
     for (std::size_t round = 0;; ++round) {
       shared_.clear();
       for (std::size_t k = 0; k < live_.size(); ++k) {
         const Scratch& scratch = scratch_[k];
-        if (!scratch.is_shared || scratch.rays_cast == 0 || round >= scratch.shapes.size()) {
-          continue;
-        }
-        for (const RaySlice& slice : state.patches.at(live_[k]).bundles.slices()) {
-          shared_.push_back({k, slice});
-        }
+        const RayBundles<S>& bundles = state.patches.at(live_[k]).bundles;
+        const std::size_t rounds = bundles.has_runs_in_slices() ? 1 : scratch.shapes.size();
+        if (!scratch.is_shared || scratch.rays_cast == 0 || round >= rounds) continue;
+        for (const RaySlice& slice : bundles.slices()) shared_.push_back({k, slice});
       }
       if (shared_.empty()) break;
       const auto task = [this, &state, round](std::size_t i) {
         const SharedRays& rays = shared_[i];
-        cast_rays_at<S>(state.patches.at(live_[rays.owner]), scratch_[rays.owner].shapes[round],
-                        rays.slice);
+        const Scratch& scratch = scratch_[rays.owner];
+        SensorPatch<S>& patch = state.patches.at(live_[rays.owner]);
+        if (patch.bundles.has_runs_in_slices()) {
+          sense_slice(patch, scratch, rays.slice);
+        } else {
+          cast_rays_at<S>(patch, scratch.shapes[round], rays.slice);
+        }
       };
       state.def.parallel_for(shared_.size(), std::cref(task));
     }
@@ -29003,6 +29092,21 @@ class SensorStage {
       carry_hits<S, Backend>(patch, scratch.shapes, scratch.has_cast);
       make_contacts(state, patch, scratch, state.def.parallel_for);
     }
+  }
+
+  /// Does what slices cannot do each for itself before rays are cast.
+  static void begin_shared(SensorPatch<S>& patch, Scratch& scratch) {
+    if (!patch.bundles.has_runs_in_slices()) return patch.reset_near_hits();
+    // Where hits are carried on, what they become is what counts.
+    scratch.knows_hit_lanes = patch.def.cast_every == 1;
+    if (scratch.knows_hit_lanes) begin_hit_lanes(patch);
+  }
+
+  /// Casts the rays of a slice at all shapes, while its hits are in the cache of this thread.
+  static void sense_slice(SensorPatch<S>& patch, const Scratch& scratch, RaySlice slice) {
+    patch.reset_near_hits(slice);
+    for (const auto& shape : scratch.shapes) cast_rays_at<S>(patch, shape, slice);
+    if (scratch.knows_hit_lanes) find_hit_lanes(patch, slice);
   }
 
   [[nodiscard]] bool wants_implicit(const State& state, const SensorPatch<S>& patch,

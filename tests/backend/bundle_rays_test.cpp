@@ -111,6 +111,42 @@ bool are_slices_alike(const Shape<S>& shape, PatchKind kind) {
   return are_alike;
 }
 
+/// Whether slices of a patch in neighbour order leave the hits of all other rays alone, which other
+/// threads have in hand; for some poses of a shape.
+template <Scalar S, typename Backend>
+bool do_slices_keep_apart(const Shape<S>& shape, PatchKind kind) {
+  test::Random random(4);
+  constexpr std::size_t n = 2000;
+  const auto patch = test::in_bundle_order(test::make_rays<S>(kind, n, 1, random));
+  const RayBundles<S> bundles(patch.batch(nullptr));
+  REQUIRE(bundles.has_runs_in_slices());
+  REQUIRE(bundles.slices().size() > 1);
+  const auto collidable = Backend::template make<S>(shape);
+  test::Wanderer wanderer(1, 11, {Vec3<double>(0.03, 0, 0), Vec3<double>(0, 0, -0.05)});
+  RayBatch<S> rays = patch.batch(&bundles, S(1e-4));
+  bool are_apart = true;
+  std::size_t hits = 0;
+  for (int step = 0; step < 20; ++step, wanderer.step()) {
+    for (const RaySlice& slice : bundles.slices()) {
+      RayHits<S> found;
+      found.reset(n);
+      // Anything that is offered to the others is nearer than this.
+      for (std::size_t i = 0; i < n; ++i) {
+        if (i < slice.first || i >= slice.end) found.distance[i] = S(1e6);
+      }
+      rays.slice = slice;
+      Backend::cast_rays(collidable, wanderer.pose().template cast<S>(), rays, 3, found);
+      for (std::size_t i = 0; i < n; ++i) {
+        const bool is_own = i >= slice.first && i < slice.end;
+        are_apart = are_apart && (is_own || found.distance[i] == S(1e6));
+        hits += is_own && found.is_hit(i) ? 1u : 0u;
+      }
+    }
+  }
+  CHECK(hits > 0);
+  return are_apart;
+}
+
 template <Scalar S, typename Backend>
 void check_slices() {
   static_assert(asks_slices<Backend>);
@@ -122,6 +158,7 @@ void check_slices() {
     CAPTURE(shape.index());
     for (const PatchKind kind : {PatchKind::pad, PatchKind::convex, PatchKind::scattered}) {
       CHECK(are_slices_alike<S, Backend>(shape, kind));
+      CHECK(do_slices_keep_apart<S, Backend>(shape, kind));
     }
   }
 }

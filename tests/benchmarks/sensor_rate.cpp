@@ -349,8 +349,9 @@ void add_threads(Report& report, Table& table, const std::string& name, const Ma
     for (int i = 0; i < steps; ++i) scene.world.step();
     return (wall_seconds() - start) / steps;
   };
-  // In turn, so that what else the machine does falls on all.
-  constexpr std::size_t rounds = 31;
+  // In turn, so that what else the machine does falls on all; and for seconds, since what a host
+  // does to its guests lasts for tenths of them.
+  constexpr std::size_t rounds = 151;
   std::array<double, rounds> one{}, two{}, cut{}, part{};
   for (std::size_t i = 0; i < rounds; ++i) {
     one[i] = seconds(alone);

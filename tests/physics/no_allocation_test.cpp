@@ -134,8 +134,10 @@ TEST_CASE("no_allocation: slices of a large patch on a pool of threads") {
   WorldDef<double> def;
   def.parallel_for = pool.hook();
   for (const Integration integration : {Integration::explicit_, Integration::implicit}) {
-    auto skin = make_skin<double>(def, integration);
-    CHECK(allocations_of(skin.world, 100, 100) == 0);
+    for (const bool in_rows : {true, false}) {
+      auto skin = make_skin<double>(def, integration, 1, in_rows);
+      CHECK(allocations_of(skin.world, 100, 100) == 0);
+    }
   }
 }
 

@@ -74,13 +74,17 @@ TEST_CASE_TEMPLATE("threads: slices of one patch of 10,000 sensors give the same
   struct Case {
     Integration integration;
     std::uint32_t cast_every;
+    bool in_rows;
   };
-  for (const Case& run : {Case{Integration::explicit_, 1}, Case{Integration::implicit, 1},
-                          Case{Integration::implicit, 3}}) {
+  for (const Case& run :
+       {Case{Integration::explicit_, 1, false}, Case{Integration::implicit, 1, false},
+        Case{Integration::implicit, 1, true}, Case{Integration::implicit, 3, true},
+        Case{Integration::explicit_, 3, false}}) {
     CAPTURE(static_cast<int>(run.integration));
     CAPTURE(run.cast_every);
+    CAPTURE(run.in_rows);
     std::vector<std::uint64_t> expected;
-    auto serial = make_skin<S>({}, run.integration, run.cast_every);
+    auto serial = make_skin<S>({}, run.integration, run.cast_every, run.in_rows);
     std::uint64_t most_touching = 0;
     std::uint64_t rays = 0;
     for (int i = 0; i < steps; ++i) {
@@ -96,7 +100,7 @@ TEST_CASE_TEMPLATE("threads: slices of one patch of 10,000 sensors give the same
     const auto hashes_with = [&](const ParallelFor& hook) {
       WorldDef<S> def;
       def.parallel_for = hook;
-      auto skin = make_skin<S>(def, run.integration, run.cast_every);
+      auto skin = make_skin<S>(def, run.integration, run.cast_every, run.in_rows);
       std::vector<std::uint64_t> hashes;
       for (int i = 0; i < steps; ++i) {
         skin.world.step();
@@ -118,4 +122,73 @@ TEST_CASE_TEMPLATE("threads: slices of one patch of 10,000 sensors give the same
           }) == expected);
     CHECK(loops > steps);
   }
+}
+
+namespace {
+
+/// Two floors of 2021 sensors, one in rows and one in neighbour order: two slices each, of which
+/// the last ends within a tile. A ball of triangles and a box slide over each.
+template <Scalar S>
+struct Floors {
+  World<S> world;
+  std::vector<BodyId> sliders;
+
+  explicit Floors(const ParallelFor& hook) : world({.time_step = S(1e-3), .parallel_for = hook}) {
+    for (const bool in_rows : {true, false}) {
+      const S y = S(in_rows ? -0.04 : 0.04);
+      const BodyId floor = world.add_body({.motion = Motion::fixed, .position = {0, y, 0}});
+      PatchDef<S> patch;
+      patch.sensors = sensor_grid<S>(
+          {.side_u = {S(0.1), 0, 0}, .side_v = {0, S(0.06), 0}, .count_u = 47, .count_v = 43});
+      if (!in_rows) patch.sensors = in_order(patch.sensors, neighbour_order(patch.sensors));
+      patch.parameters = tuned_for<S>({.load = S(20), .mass = S(2)}).parameters(patch.sensors);
+      world.add_patch(floor, patch);
+      sliders.push_back(world.add_body({.mass = S(1),
+                                        .shape = sphere_mesh<S>(S(0.03), 8),
+                                        .position = {S(-0.022), y, S(0.03)},
+                                        .velocity = {S(-0.1), S(0.05), 0}}));
+      sliders.push_back(world.add_body({.mass = S(1),
+                                        .shape = Box<S>{{S(0.02), S(0.02), S(0.01)}},
+                                        .position = {S(0.03), y, S(0.01)},
+                                        .velocity = {S(-0.05), S(0.1), 0}}));
+    }
+  }
+
+  void lift(S height) {
+    for (const BodyId id : sliders) {
+      Transform<S> pose = world.pose(id);
+      pose.translation.z() += height;
+      world.set_pose(id, pose);
+    }
+  }
+};
+
+}  // namespace
+
+TEST_CASE_TEMPLATE("threads: several shapes in reach of patches in rows and in neighbour order", S,
+                   float, double) {
+  std::uint64_t most_touching = 0;
+  const auto hashes_with = [&](const ParallelFor& hook) {
+    Floors<S> floors(hook);
+    std::vector<std::uint64_t> hashes;
+    for (int i = 0; i < 60; ++i) {
+      // For five steps nothing is in reach.
+      if (i == 30) floors.lift(S(1));
+      if (i == 35) floors.lift(S(-1));
+      floors.world.step();
+      hashes.push_back(floors.world.state_hash());
+      most_touching = std::max(most_touching, floors.world.report().sensors_touching);
+    }
+    return hashes;
+  };
+  const std::vector<std::uint64_t> expected = hashes_with(serial_for);
+  CHECK(most_touching > 1000);
+  for (const unsigned workers : {2u, 3u}) {
+    ThreadPool pool(workers);
+    CHECK(hashes_with(pool.hook()) == expected);
+  }
+  const ParallelFor backwards = [](std::size_t count, const auto& task) {
+    for (std::size_t i = count; i-- > 0;) task(i);
+  };
+  CHECK(hashes_with(backwards) == expected);
 }

@@ -5,11 +5,12 @@
 #pragma once
 
 #include <bristle/geometry/mesh_shapes.hpp>
+#include <bristle/sensors/neighbour_order.hpp>
 #include <bristle/sensors/placement.hpp>
 #include <bristle/sensors/tuning.hpp>
 #include <bristle/world/world.hpp>
 
-#include <cstddef>
+#include <cstdint>
 
 namespace bristle::scenes {
 
@@ -22,17 +23,18 @@ struct Skin {
   PatchId patch{};
 };
 
-/// Builds the scene: side x side sensors on 120 x 60 mm; a bumpy mesh and a box slide over them.
-/// Rays are cast every `cast_every` steps.
+/// Builds the scene: 100 x 100 sensors on 140 x 60 mm, in rows or in neighbour order; a bumpy mesh
+/// and a box slide over them. Rays are cast every `cast_every` steps.
 template <Scalar S, typename Backend = AnalyticBackend>
 [[nodiscard]] Skin<S, Backend> make_skin(WorldDef<S> def, Integration integration,
-                                         std::uint32_t cast_every = 1, std::size_t side = 100) {
+                                         std::uint32_t cast_every = 1, bool in_rows = true) {
   def.time_step = S(1e-3);
   Skin<S, Backend> skin{World<S, Backend>(def)};
   const BodyId floor = skin.world.add_body({.motion = Motion::fixed});
   PatchDef<S> patch;
   patch.sensors = sensor_grid<S>(
-      {.side_u = {S(0.12), 0, 0}, .side_v = {0, S(0.06), 0}, .count_u = side, .count_v = side});
+      {.side_u = {S(0.14), 0, 0}, .side_v = {0, S(0.06), 0}, .count_u = 100, .count_v = 100});
+  if (!in_rows) patch.sensors = in_order(patch.sensors, neighbour_order(patch.sensors));
   patch.parameters = tuned_for<S>({.load = S(20), .mass = S(2)}).parameters(patch.sensors);
   patch.integration = integration;
   patch.cast_every = cast_every;

@@ -63,7 +63,8 @@ class KeptCandidates;
 
 /// Some rays of a batch, so that threads can share a query: [first, end) in the order in which the
 /// query goes through them. That is the order of the bundles for meshes and of the batch for other
-/// shapes, so the next shape may only be asked when all slices have asked this one.
+/// shapes, so the next shape may only be asked when all slices have asked this one, unless these
+/// are the same rays (`RayBundles::has_runs_in_slices`).
 struct RaySlice {
   /// [-] Both a multiple of the rays in a bundle, or at the end.
   std::uint32_t first = 0;

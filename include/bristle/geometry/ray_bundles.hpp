@@ -87,6 +87,9 @@ class RayBundles {
   [[nodiscard]] const Lines& lines() const { return lines_; }
   /// All rays in slices of whole bundles: those of one slice lie in one branch.
   [[nodiscard]] const std::vector<RaySlice>& slices() const { return slices_; }
+  /// Whether each slice is whole runs of the batch (`ray_run_size`), as it is in neighbour order:
+  /// then a slice is the same rays for all shapes, and may ask one after the other.
+  [[nodiscard]] bool has_runs_in_slices() const { return has_runs_in_slices_; }
   /// [-] Which ray of the batch is at a place.
   [[nodiscard]] std::uint32_t ray_at(std::size_t place) const { return order_[place]; }
   /// [-] The same for all places from one on.
@@ -118,6 +121,7 @@ class RayBundles {
 
   std::vector<RayBundle<S>> bundles_;
   std::vector<RaySlice> slices_;
+  bool has_runs_in_slices_ = false;
   std::vector<std::uint32_t> order_;
   std::vector<Aabb<S>> block_boxes_;
   // Bytes, as threads read them.
@@ -325,6 +329,11 @@ void RayBundles<S>::cut_slices() {
     if (bundle.first < cut || (bundle.is_divided() && bundle.count > slice_size)) continue;
     slices_.push_back({bundle.first, bundle.first + bundle.count});
   }
+  static_assert(bundle_size % ray_run_size == 0);  // So that all slices begin with a run.
+  has_runs_in_slices_ = std::all_of(slices_.begin(), slices_.end(), [this](RaySlice slice) {
+    const auto is_in = [slice](std::uint32_t ray) { return slice.first <= ray && ray < slice.end; };
+    return std::all_of(order_.begin() + slice.first, order_.begin() + slice.end, is_in);
+  });
 }
 
 }  // namespace bristle

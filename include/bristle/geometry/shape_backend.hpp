@@ -35,8 +35,9 @@ namespace bristle {
 ///   sides. Arithmetic is done in the shape's frame and knows no absolute length.
 ///
 /// All functions are safe to call from several threads at once. A backend that has a
-/// `static constexpr bool asks_slices = true` casts only the rays of `RayBatch::slice`, and the
-/// same ray to the same bits in any slice: then threads share the rays of one large patch. One that
+/// `static constexpr bool asks_slices = true` casts only the rays of `RayBatch::slice`, in the
+/// order of the batch or of its bundles, and the same ray to the same bits in any slice; hits of
+/// other rays it neither reads nor writes. Then threads share the rays of one large patch. One that
 /// has `is_clear(c, X_RC, rays)` says quickly, and not always, that no ray can meet the shape: then
 /// large patches that meet nothing cost less.
 template <typename B, typename S>

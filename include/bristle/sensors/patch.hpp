@@ -21,8 +21,10 @@
 #include <bristle/sensors/tile_boxes.hpp>
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cstdint>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -228,9 +230,22 @@ struct SensorPatch {
     const bool has_last = !near.empty() && near.back() + 1 == tiles.size();
     return has_last ? all - (tiles.size() * tile_size - size()) : all;
   }
-  /// Forgets the hits of the near tiles.
-  void reset_near_hits() {
-    for (const std::uint32_t tile : near) {
+  /// [-] First tile of a slice, and one behind its last, which may be filled up where the slice is
+  /// not. Only of slices that are runs of sensors (`RayBundles::has_runs_in_slices`), or of all.
+  [[nodiscard]] std::array<std::size_t, 2> tiles_in(RaySlice slice) const {
+    static_assert(tile_size == ray_run_size);
+    const std::size_t end = slice.end / tile_size + (slice.end % tile_size != 0 ? 1u : 0u);
+    return {slice.first / tile_size, std::min(tiles.size(), end)};
+  }
+  /// [-] Those of them that can be near anything.
+  [[nodiscard]] std::span<const std::uint32_t> near_in(RaySlice slice) const {
+    const auto [begin, end] = tiles_in(slice);
+    const auto first = std::lower_bound(near.begin(), near.end(), begin);
+    return {first, std::lower_bound(first, near.end(), end)};
+  }
+  /// Forgets the hits of the near tiles of a slice.
+  void reset_near_hits(RaySlice slice = {}) {
+    for (const std::uint32_t tile : near_in(slice)) {
       const auto first = static_cast<std::ptrdiff_t>(tile * tile_size);
       std::fill_n(hits.distance.begin() + first, tile_size, infinity<S>);
     }

@@ -26,6 +26,8 @@ struct CollectDef {
   bool measures_lambda = true;
   /// [-] Tag of all hits, where only one shape was asked; `any_tag` otherwise.
   std::uint32_t only_tag = any_tag;
+  /// [-] Whether `begin_hit_lanes` was called, and then `find_hit_lanes` for slices of all sensors.
+  bool knows_hit_lanes = false;
 
   static constexpr std::uint32_t any_tag = 0xffffffffu;
 };
@@ -37,6 +39,17 @@ void clear_patch(SensorPatch<S>& patch);
 /// Makes `hit_bits` what the contacts say that hit anything, for who sets those from outside.
 template <Scalar S>
 void mark_hits(SensorPatch<S>& patch);
+
+/// Keeps which lanes hit anything in the step before: once a step, before the first slice of
+/// `find_hit_lanes`.
+template <Scalar S>
+void begin_hit_lanes(SensorPatch<S>& patch);
+
+/// Finds the lanes of the near tiles of a slice that hit anything, and lets go in those of its
+/// tiles where none does any more. `collect_contacts` does both for all sensors unless it is told
+/// that they were done: threads that share the slices have the hits of their own in their caches.
+template <Scalar S>
+void find_hit_lanes(SensorPatch<S>& patch, RaySlice slice);
 
 /// Fills `contacts` and `pairs` from `hits`; a sensor without a hit lets go of what it held. For
 /// the paper's law the bristles are advanced too, and patches that are explicit by definition give
@@ -77,20 +90,15 @@ void mark_hits(SensorPatch<S>& patch) {
   for (const ContactTile<S>& c : patch.contacts) patch.hit_bits[c.tile] = 0xffffu;
 }
 
-namespace detail {
-
-/// Finds the lanes of the near tiles that hit anything, and lets go in tiles of which none does any
-/// more.
 template <Scalar S>
-void find_hit_lanes(SensorPatch<S>& patch) {
-  // Whoever filled the hits knew of real sensors only.
-  const std::size_t padded = patch.tiles.size() * tile_size;
-  patch.hits.distance.resize(padded, infinity<S>);
-  patch.hits.normal.resize(padded);
-  patch.hits.tag.resize(padded);
+void begin_hit_lanes(SensorPatch<S>& patch) {
   std::swap(patch.hit_bits, patch.hit_before);
   std::fill(patch.hit_bits.begin(), patch.hit_bits.end(), LaneBits(0));
-  for (const std::uint32_t number : patch.near) {
+}
+
+template <Scalar S>
+void find_hit_lanes(SensorPatch<S>& patch, RaySlice slice) {
+  for (const std::uint32_t number : patch.near_in(slice)) {
     const S* distance = patch.hits.distance.data() + number * tile_size;
     std::uint32_t hit = 0;
     for (std::size_t at = 0; at < tile_size; at += lanes<S>) {
@@ -99,9 +107,24 @@ void find_hit_lanes(SensorPatch<S>& patch) {
     patch.hit_bits[number] = static_cast<LaneBits>(hit);
   }
   // Only what hit something has roots. Other tiles are not looked at: each is memory of its own.
-  for (std::size_t i = 0; i < patch.tiles.size(); ++i) {
+  const auto [begin, end] = patch.tiles_in(slice);
+  for (std::size_t i = begin; i < end; ++i) {
     if (patch.hit_before[i] != 0 && patch.hit_bits[i] == 0) patch.tiles[i].is_rooted = 0;
   }
+}
+
+namespace detail {
+
+/// The same for all slices at once, whoever filled the hits.
+template <Scalar S>
+void find_all_hit_lanes(SensorPatch<S>& patch) {
+  // Hosts know of real sensors only.
+  const std::size_t padded = patch.tiles.size() * tile_size;
+  patch.hits.distance.resize(padded, infinity<S>);
+  patch.hits.normal.resize(padded);
+  patch.hits.tag.resize(padded);
+  begin_hit_lanes(patch);
+  find_hit_lanes(patch, RaySlice{});
 }
 
 /// Gives every body that was hit a pair and every shape that was hit a place in `patch.touched`.
@@ -419,7 +442,7 @@ template <Scalar S, typename FindBody>
 void collect_contacts(SensorPatch<S>& patch, const Body<S>& A, FindBody&& find,
                       const CollectDef<S>& def, const ParallelFor& parallel_for) {
   patch.pairs.clear();
-  detail::find_hit_lanes(patch);
+  if (!def.knows_hit_lanes) detail::find_all_hit_lanes(patch);
   detail::find_touched(patch, find, def.only_tag);
   std::uint32_t contacts = 0;
   for (std::uint32_t index = 0; index < patch.pairs.size(); ++index) {

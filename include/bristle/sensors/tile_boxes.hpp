@@ -35,9 +35,9 @@ class TileBoxes {
       const Ray<S> ray = rays[i];
       const Vec3<S> end = ray.origin + ray.length * ray.direction;
       const std::size_t tile = i / tile_size;
+      const std::size_t group = tile / group_size;
       for (const Vec3<S>& point : {ray.origin, end}) {
-        tile_boxes_[tile / group_size].include(tile % group_size, point);
-        const std::size_t group = tile / group_size;
+        tile_boxes_[group].include(tile % group_size, point);
         group_boxes_[group / group_size].include(group % group_size, point);
       }
     }
@@ -97,6 +97,11 @@ class TileBoxes {
               << at;
     }
     near &= (std::uint32_t(1) << std::min(count - first, group_size)) - 1;
+    if (near == first_bits(group_size)) {
+      // In the midst of what is near, where no number has to wait for the bits of another.
+      for (std::size_t i = 0; i < group_size; ++i) visit(first + i);
+      return;
+    }
     for (; near != 0; near &= near - 1) {
       visit(first + static_cast<std::size_t>(std::countr_zero(near)));
     }

@@ -63,14 +63,16 @@ template <Scalar S, typename Backend>
 std::uint64_t find_hits(SensorPatch<S>& patch, std::span<const ShapeInReach<S, Backend>> shapes,
                         bool is_due);
 
-// The same in three parts, for threads that share the second.
+// The same in parts, for threads that share the second.
 
-/// Decides whether rays are to be cast; fills `patch.near` and forgets the hits there if so.
+/// Decides whether rays are to be cast, and fills `patch.near` if so. Before they are, hits there
+/// are to be forgotten (`SensorPatch::reset_near_hits`).
 template <Scalar S, typename Backend>
 [[nodiscard]] bool wants_rays(SensorPatch<S>& patch,
                               std::span<const ShapeInReach<S, Backend>> shapes, bool is_due);
 
-/// Casts rays at one of the shapes; all of a slice before the next shape is asked.
+/// Casts the rays of a slice at one of the shapes, which are asked by ascending tags. Where slices
+/// are not runs of sensors, all of them before the next shape is.
 template <Scalar S, typename Backend>
 void cast_rays_at(SensorPatch<S>& patch, const ShapeInReach<S, Backend>& shape, RaySlice slice);
 
@@ -180,7 +182,6 @@ bool wants_rays(SensorPatch<S>& patch, std::span<const ShapeInReach<S, Backend>>
         return near;
       },
       patch.near);
-  patch.reset_near_hits();
   return true;
 }
 
@@ -222,6 +223,7 @@ std::uint64_t find_hits(SensorPatch<S>& patch, std::span<const ShapeInReach<S, B
   const bool casts = wants_rays<S, Backend>(patch, shapes, is_due);
   const std::uint64_t rays = casts ? patch.near_count() * shapes.size() : 0;
   if (rays > 0) {
+    patch.reset_near_hits();
     for (const ShapeInReach<S, Backend>& shape : shapes) cast_rays_at<S>(patch, shape, {});
   }
   carry_hits<S, Backend>(patch, shapes, casts);

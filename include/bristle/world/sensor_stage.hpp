@@ -168,6 +168,8 @@ class SensorStage {
     /// Whether threads share its rays, and whether these are to be cast.
     bool is_shared = false;
     bool has_cast = false;
+    /// Whether who casts them finds the lanes that hit, too.
+    bool knows_hit_lanes = false;
   };
 
   /// Some rays of the patch live_[owner].
@@ -220,6 +222,7 @@ class SensorStage {
     const Body<S>& A = state.bodies.at(patch.body.index);
     scratch.rays_cast = 0;
     scratch.is_shared = false;
+    scratch.knows_hit_lanes = false;
     find_near(state, patch, scratch.candidates);
     scratch.is_dormant = is_dormant(state, patch, scratch.candidates);
     if (scratch.is_dormant) return;
@@ -241,6 +244,7 @@ class SensorStage {
       scratch.sensors_asked = patch.near_count();
       scratch.rays_cast = scratch.has_cast ? patch.near_count() * shapes.size() : 0;
       scratch.is_shared = true;
+      if (scratch.rays_cast > 0) begin_shared(patch, scratch);
       return;
     }
     scratch.rays_cast = find_hits<S, Backend>(patch, shapes, is_due);
@@ -262,7 +266,8 @@ class SensorStage {
         {.dt = state.def.time_step,
          .measures_lambda = measures_lambda_,
          .only_tag =
-             scratch.candidates.size() == 1 ? scratch.candidates.front() : CollectDef<S>::any_tag},
+             scratch.candidates.size() == 1 ? scratch.candidates.front() : CollectDef<S>::any_tag,
+         .knows_hit_lanes = scratch.knows_hit_lanes},
         parallel_for);
     for (PatchPair<S>& pair : patch.pairs) {
       if (pair.count == 0) continue;
@@ -281,25 +286,28 @@ class SensorStage {
     start_linearisation(patch, pair, state.def.time_step, parallel_for);
   }
 
-  /// Casts the rays of large patches, slice by slice, at one shape of each after the other, and
-  /// makes their contacts.
+  /// Casts the rays of large patches, slice by slice, and makes their contacts. Where the slices of
+  /// two shapes are not the same rays, at one shape after the other.
   void sense_shared(State& state) {
     for (std::size_t round = 0;; ++round) {
       shared_.clear();
       for (std::size_t k = 0; k < live_.size(); ++k) {
         const Scratch& scratch = scratch_[k];
-        if (!scratch.is_shared || scratch.rays_cast == 0 || round >= scratch.shapes.size()) {
-          continue;
-        }
-        for (const RaySlice& slice : state.patches.at(live_[k]).bundles.slices()) {
-          shared_.push_back({k, slice});
-        }
+        const RayBundles<S>& bundles = state.patches.at(live_[k]).bundles;
+        const std::size_t rounds = bundles.has_runs_in_slices() ? 1 : scratch.shapes.size();
+        if (!scratch.is_shared || scratch.rays_cast == 0 || round >= rounds) continue;
+        for (const RaySlice& slice : bundles.slices()) shared_.push_back({k, slice});
       }
       if (shared_.empty()) break;
       const auto task = [this, &state, round](std::size_t i) {
         const SharedRays& rays = shared_[i];
-        cast_rays_at<S>(state.patches.at(live_[rays.owner]), scratch_[rays.owner].shapes[round],
-                        rays.slice);
+        const Scratch& scratch = scratch_[rays.owner];
+        SensorPatch<S>& patch = state.patches.at(live_[rays.owner]);
+        if (patch.bundles.has_runs_in_slices()) {
+          sense_slice(patch, scratch, rays.slice);
+        } else {
+          cast_rays_at<S>(patch, scratch.shapes[round], rays.slice);
+        }
       };
       state.def.parallel_for(shared_.size(), std::cref(task));
     }
@@ -310,6 +318,21 @@ class SensorStage {
       carry_hits<S, Backend>(patch, scratch.shapes, scratch.has_cast);
       make_contacts(state, patch, scratch, state.def.parallel_for);
     }
+  }
+
+  /// Does what slices cannot do each for itself before rays are cast.
+  static void begin_shared(SensorPatch<S>& patch, Scratch& scratch) {
+    if (!patch.bundles.has_runs_in_slices()) return patch.reset_near_hits();
+    // Where hits are carried on, what they become is what counts.
+    scratch.knows_hit_lanes = patch.def.cast_every == 1;
+    if (scratch.knows_hit_lanes) begin_hit_lanes(patch);
+  }
+
+  /// Casts the rays of a slice at all shapes, while its hits are in the cache of this thread.
+  static void sense_slice(SensorPatch<S>& patch, const Scratch& scratch, RaySlice slice) {
+    patch.reset_near_hits(slice);
+    for (const auto& shape : scratch.shapes) cast_rays_at<S>(patch, shape, slice);
+    if (scratch.knows_hit_lanes) find_hit_lanes(patch, slice);
   }
 
   [[nodiscard]] bool wants_implicit(const State& state, const SensorPatch<S>& patch,

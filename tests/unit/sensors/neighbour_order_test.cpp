@@ -131,6 +131,30 @@ TEST_CASE("RayBundles: slices of ten thousand rays are few, and none is small") 
   for (const RaySlice& slice : bundles.slices()) CHECK(slice.end - slice.first >= 400);
 }
 
+TEST_CASE("RayBundles: in neighbour order slices are runs of the batch, in rows they need not be") {
+  const auto are_runs = [](const RayBundles<double>& bundles) {
+    bool all = true;
+    for (const RaySlice& slice : bundles.slices()) {
+      all = all && slice.first % bundles.block_size == 0;
+      for (std::uint32_t place = slice.first; place < slice.end; ++place) {
+        all = all && bundles.ray_at(place) >= slice.first && bundles.ray_at(place) < slice.end;
+      }
+    }
+    return all;
+  };
+  for (const std::size_t side : {40u, 99u, 100u}) {
+    const SensorLayout<double> rows = grid<double>(side, 3e-4);
+    const RayBundles<double> in_rows(rows.rays());
+    CHECK(in_rows.has_runs_in_slices() == are_runs(in_rows));
+    // Two slices are halves of the rows.
+    CHECK(in_rows.has_runs_in_slices() == (side == 40));
+    const SensorLayout<double> layout = in_order<double>(rows, neighbour_order(rows));
+    const RayBundles<double> bundles(layout.rays());
+    CHECK(bundles.has_runs_in_slices());
+    CHECK(are_runs(bundles));
+  }
+}
+
 TEST_CASE("in_order: sensors can be chosen, and must be there") {
   const SensorLayout<double> layout = grid<double>(3);
   const std::vector<std::uint32_t> some = {8, 0, 8};

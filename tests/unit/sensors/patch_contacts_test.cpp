@@ -182,6 +182,70 @@ TEST_CASE(
   for (const SensorTile<double>& tile : random.patch.tiles) CHECK(tile.is_rooted == 0);
 }
 
+TEST_CASE("reset_near_hits: of a slice, and only what is near") {
+  test::RandomPatch<double> random(15, {}, 53);
+  random.next();
+  SensorPatch<double> patch = random.patch;
+  patch.near = {0, 1, 3};
+  patch.reset_near_hits({16, 32});
+  for (std::size_t i = 0; i < 53; ++i) {
+    const bool is_kept = i < 16 || i >= 32;
+    CHECK(patch.hits.distance[i] == (is_kept ? random.patch.hits.distance[i] : infinity<double>));
+  }
+  patch.near = {0, 3};
+  patch.reset_near_hits();
+  for (std::size_t i = 0; i < 53; ++i) {
+    const bool is_kept = i >= 32 && i < 48;
+    CHECK(patch.hits.distance[i] == (is_kept ? random.patch.hits.distance[i] : infinity<double>));
+  }
+}
+
+TEST_CASE("find_hit_lanes: slice by slice as all at once, and nothing of other slices") {
+  test::RandomPatch<double> random(15, {}, 53);
+  random.next();
+  SensorPatch<double> whole = random.patch;
+  REQUIRE(whole.tiles.size() == 4);
+  for (const SensorTile<double>& tile : whole.tiles) REQUIRE(tile.is_rooted != 0);
+  // The second tile is near nothing any more, and the last hits nothing.
+  whole.near = {0, 2, 3};
+  whole.reset_near_hits({48, 53});
+  SensorPatch<double> sliced = whole;
+  begin_hit_lanes(sliced);
+  find_hit_lanes(sliced, {32, 53});
+  for (std::size_t i = 0; i < 4; ++i) {
+    CHECK((sliced.hit_bits[i] != 0) == (i == 2));
+    CHECK(sliced.tiles[i].is_rooted == (i == 3 ? 0 : whole.tiles[i].is_rooted));
+  }
+  find_hit_lanes(sliced, {0, 16});
+  CHECK(sliced.tiles[1].is_rooted == whole.tiles[1].is_rooted);
+  find_hit_lanes(sliced, {16, 32});
+  CHECK(sliced.tiles[1].is_rooted == 0);
+
+  const auto collect = [&](SensorPatch<double>& patch, bool knows_hit_lanes) {
+    collect_contacts(patch, random.a,
+                     [&](std::uint32_t tag) {
+                       const std::size_t body = tag == 12u ? 1 : 0;
+                       return TouchedBody<double>{&random.b[body], random.id(body)};
+                     },
+                     {.dt = 1e-3, .knows_hit_lanes = knows_hit_lanes});
+  };
+  collect(whole, false);
+  collect(sliced, true);
+  CHECK(sliced.hit_bits == whole.hit_bits);
+  REQUIRE(sliced.contacts.size() == whole.contacts.size());
+  REQUIRE(sliced.contacts.size() >= 2);
+  for (std::size_t k = 0; k < whole.contacts.size(); ++k) {
+    CHECK(sliced.contacts[k].tile == whole.contacts[k].tile);
+    CHECK(sliced.contacts[k].is_met == whole.contacts[k].is_met);
+    CHECK(sliced.contacts[k].stretch.x == whole.contacts[k].stretch.x);
+  }
+  for (std::size_t i = 0; i < 4; ++i) {
+    CHECK(sliced.tiles[i].is_rooted == whole.tiles[i].is_rooted);
+    CHECK(sliced.tiles[i].root_a.x == whole.tiles[i].root_a.x);
+    CHECK(sliced.tiles[i].root_b.x == whole.tiles[i].root_b.x);
+  }
+}
+
 TEST_CASE("collect_contacts: a normal that is no number is no contact") {
   test::RandomPatch<double> random(15, {});
   random.next();
