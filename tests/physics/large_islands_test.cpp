@@ -74,8 +74,10 @@ TEST_CASE("large_islands: towers stand, however many cubes they have") {
 
 TEST_CASE("large_islands: a pyramid of 210 boxes stands on sweeps of a bounded number") {
   // Of boxes that may bounce round-off at rest must not decide what is held up and what may sink.
-  for (const auto& [dt, restitution] :
+  for (const auto& run :
        {std::pair(1.0 / 240, 0.0), std::pair(1.0 / 60, 0.0), std::pair(1.0 / 60, 0.3)}) {
+    const double dt = run.first;
+    const double restitution = run.second;
     CAPTURE(dt);
     CAPTURE(restitution);
     WorldDef<double> def;

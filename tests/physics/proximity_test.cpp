@@ -47,7 +47,7 @@ TEST_CASE_TEMPLATE("proximity: a room, by its closed form", S, float, double) {
         (S(i) + S(0.5)) / S(64) * S(2) * S(std::numbers::pi) - S(std::numbers::pi) + turn;
     const S expected = S(1) / std::max(std::abs(std::cos(azimuth)), std::abs(std::sin(azimuth)));
     CHECK(array.distance()[i] ==
-          doctest::Approx(expected).epsilon(std::is_same_v<S, float> ? 1e-5 : 1e-12));
+          doctest::Approx(double(expected)).epsilon(std::is_same_v<S, float> ? 1e-5 : 1e-12));
   }
   CHECK(array.rays_cast() == 4 * 64);
 }

@@ -134,7 +134,8 @@ BRISTLE_LANES void solve_friction(const Response& K, const T& v1, const T& v2, c
   const T zero = ScalarOf<T>(0);
   const T x = t1 - (K.c * v1 - K.b * v2) * K.inverse_determinant;
   const T y = t2 - (K.a * v2 - K.b * v1) * K.inverse_determinant;
-  const Truth<T> sticks = (K.inverse_determinant > zero) & (x * x + y * y <= radius * radius);
+  const Truth<T> is_regular = K.inverse_determinant > zero;
+  const Truth<T> sticks = is_regular & (x * x + y * y <= radius * radius);
   if (all(sticks)) {
     t1 = x;
     t2 = y;
