@@ -687,6 +687,8 @@ template <Scalar S>
 class RayBundles;
 template <Scalar S>
 class KeptCandidates;
+template <Scalar S>
+class RayTrail;
 
 /// Some rays of a batch, so that threads can share a query: [first, end) in the order in which the
 /// query goes through them. That is the order of the bundles for meshes and of the batch for other
@@ -725,6 +727,9 @@ struct RayBatch {
   /// asked at once, by one thread.
   KeptCandidates<S>* kept = nullptr;
   std::uint32_t shape_life = 0;
+  /// What slices find out for those that the same thread asks next (bundle_trail.hpp), of the same
+  /// shape at the same pose. Null: nothing.
+  RayTrail<S>* trail = nullptr;
 
   [[nodiscard]] std::size_t size() const { return length.size(); }
   [[nodiscard]] Ray<S> operator[](std::size_t i) const {
@@ -2169,6 +2174,7 @@ class DisjointSets {
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cstddef>
 #include <functional>
 #include <memory>
@@ -2211,6 +2217,28 @@ inline bool is_serial(const ParallelFor& parallel_for) {
 }
 
 namespace detail {
+
+/// Something that several tasks may come to do, and the first of them does. A copy is free again.
+class Claim {
+ public:
+  Claim() = default;
+  Claim(const Claim& /*other*/) noexcept {}
+  Claim& operator=(const Claim& /*other*/) noexcept {
+    is_taken_.store(false, std::memory_order_relaxed);
+    return *this;
+  }
+  ~Claim() = default;
+
+  /// @return Whether it is the caller's now.
+  [[nodiscard]] bool take() noexcept {
+    // To look costs less than to write, and what was taken mostly shows.
+    return !is_taken_.load(std::memory_order_relaxed) &&
+           !is_taken_.exchange(true, std::memory_order_relaxed);
+  }
+
+ private:
+  std::atomic<bool> is_taken_{false};
+};
 
 /// Room for a T, which is there only from `make` to `destroy`; who makes it destroys it.
 template <typename T>
@@ -15078,7 +15106,8 @@ void collide_shapes(const Box<S>& a, const Box<S>& b, const Transform<S>& X_AB, 
 /// Bundles of rays against a solid mesh: one search for many rays, triangles against rays in lanes.
 ///
 /// Answers are those of `ray_cast_mesh` for each ray alone, to round-off: what the lanes cannot
-/// tell with certainty is asked again that way. Nothing is kept from one query to the next.
+/// tell with certainty is asked again that way. Nothing is kept from one query to the next, but for
+/// what slices of one query leave each other in a trail.
 // SPDX-License-Identifier: BSD-3-Clause
 
 // === bristle/geometry/bundle_leaves.hpp
@@ -15146,9 +15175,9 @@ class BoxInTree {
   Aabb<S> box_C_;
 };
 
-/// Leaves with their boxes, coordinate by coordinate.
+/// Leaves with their boxes, coordinate by coordinate, in whole lines of the cache.
 template <Scalar S>
-class LeafList {
+class alignas(64) LeafList {
  public:
   static constexpr std::size_t capacity = 256;
 
@@ -15240,16 +15269,10 @@ bool LeafList<S>::search(const WideTree<S>& tree, const BoxInTree<S>& box) {
 
 }  // namespace bristle::detail
 
-// === bristle/geometry/bundle_triangles.hpp
+// === bristle/geometry/bundle_trail.hpp
 
 /// @file
-/// Triangles near a bundle of rays, in the bundle's frame, and the test of rays in lanes against
-/// them.
-///
-/// The test is that of ray_triangle.hpp in another frame. There a sign in doubt is computed again
-/// exactly; here a ray that passes an edge closer than the test's own rounding is handed back to be
-/// asked alone. Corners are where turning has put them, which is one place for all triangles there:
-/// no ray slips through between two of them.
+/// What a query of rays in bundles finds out on its way down to a slice, for those that follow.
 // SPDX-License-Identifier: BSD-3-Clause
 
 // === bristle/geometry/ray_bundles.hpp
@@ -15313,10 +15336,10 @@ class RayBundles {
   static constexpr std::size_t block_size = 16;
   /// [-] Rays of a bundle at most whose frame is that of all bundles it is divided into.
   static constexpr std::size_t frame_size = 256;
-  /// [-] Rays of a slice at most. One takes some ten microseconds, which is more than it costs to
-  /// hand it to another thread and to go down to its bundles once more; and there are eight of them
-  /// in ten thousand rays.
-  static constexpr std::size_t slice_size = 1536;
+  /// [-] Rays of a slice at most. One takes some microseconds, which is more than it costs to hand it
+  /// to another thread and to go down to its bundles once more; and there are sixteen of them in ten
+  /// thousand rays.
+  static constexpr std::size_t slice_size = 1024;
 
   /// Rays of one place each, in the frame of their undivided bundle: at height z a ray is at
   /// (x + slope_x z, y + slope_y z). Filled up to whole blocks with rays that reach nothing.
@@ -15588,6 +15611,121 @@ void RayBundles<S>::cut_slices() {
 }
 
 }  // namespace bristle
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+namespace bristle {
+
+namespace detail {
+
+/// Where the rays of a bundle start, as seen from a solid.
+enum class Side { unknown, outside, inside };
+
+/// What is known of a bundle from the one that it is a part of.
+template <Scalar S>
+struct KnownOfBundle {
+  /// Leaves that it may meet, if they were sought; [-] how many lists are in use.
+  const LeafList<S>* list = nullptr;
+  std::size_t lists = 0;
+  Side side = Side::unknown;
+  /// A box in its frame, if the whole has that frame.
+  const BoxInTree<S>* framed = nullptr;
+};
+
+}  // namespace detail
+
+/// The way from the root of the bundles down to the slice that was asked last, for one shape at one
+/// pose and one thread: slices that are asked one after the other find out only once what is known
+/// of the bundles above them. It changes what a slice costs, not what it answers.
+template <Scalar S>
+class RayTrail {
+ public:
+  /// [-] Lists of leaves that are kept on the way down. Below, the last one serves.
+  static constexpr std::size_t most_lists = 4;
+
+  /// A bundle on the way, and what is known of its parts.
+  struct Stop {
+    std::size_t bundle = 0;
+    detail::KnownOfBundle<S> of_parts{};
+  };
+
+  RayTrail() {}  // Room for lists, which nobody reads before they are written.
+  RayTrail(const RayTrail&) = delete;  // Stops point to the lists.
+  RayTrail& operator=(const RayTrail&) = delete;
+
+  /// Whether it is the trail of a shape: that of the first one that asks.
+  [[nodiscard]] bool serves(std::uint32_t tag) {
+    if (!has_tag_) tag_ = tag;
+    has_tag_ = true;
+    return tag_ == tag;
+  }
+
+  /// Goes back to the lowest stop that all of some places are below of.
+  /// @return Null where there is none: then nothing is known of them.
+  const Stop* back_to(const RayBundles<S>& bundles, RaySlice places) {
+    for (; stops_ > 0; --stops_) {
+      const Stop& stop = stop_[stops_ - 1];
+      const RayBundle<S>& bundle = bundles.bundles()[stop.bundle];
+      if (bundle.first <= places.first && places.end <= bundle.first + bundle.count) return &stop;
+    }
+    return nullptr;
+  }
+  /// Goes on to a bundle, from whichever stop it is below of. Where the way is longer than there is
+  /// room for, the rest of it is found anew.
+  void go_to(const RayBundles<S>& bundles, const Stop& next) {
+    const RayBundle<S>& bundle = bundles.bundles()[next.bundle];
+    back_to(bundles, {bundle.first, bundle.first + bundle.count});
+    if (stops_ < stop_.size()) stop_[stops_++] = next;
+  }
+
+  [[nodiscard]] detail::LeafList<S>& list(std::size_t i) { return lists_[i]; }
+
+ private:
+  std::uint32_t tag_ = 0;
+  bool has_tag_ = false;
+  std::size_t stops_ = 0;
+  /// As many as there are above the slices of a million rays.
+  std::array<Stop, 12> stop_;
+  std::array<detail::LeafList<S>, most_lists> lists_;
+};
+
+namespace detail {
+
+/// A call, so that who has a trail does not make room for another one: they are some 60 KiB in
+/// double, and the stacks of threads may be small.
+template <Scalar S, typename Query>
+BRISTLE_OUTLINED void with_own_trail(const Query& query) {
+  RayTrail<S> trail;
+  query(trail);
+}
+
+/// Calls query(trail) with the trail of a batch if it serves a shape, and with a new one otherwise.
+template <Scalar S, typename Query>
+void with_trail(const RayBatch<S>& rays, std::uint32_t tag, const Query& query) {
+  if (rays.trail != nullptr && rays.trail->serves(tag)) {
+    query(*rays.trail);
+  } else {
+    with_own_trail<S>(query);
+  }
+}
+
+}  // namespace detail
+
+}  // namespace bristle
+
+// === bristle/geometry/bundle_triangles.hpp
+
+/// @file
+/// Triangles near a bundle of rays, in the bundle's frame, and the test of rays in lanes against
+/// them.
+///
+/// The test is that of ray_triangle.hpp in another frame. There a sign in doubt is computed again
+/// exactly; here a ray that passes an edge closer than the test's own rounding is handed back to be
+/// asked alone. Corners are where turning has put them, which is one place for all triangles there:
+/// no ray slips through between two of them.
+// SPDX-License-Identifier: BSD-3-Clause
 
 #include <array>
 #include <bit>
@@ -16162,9 +16300,10 @@ class BundleMeshQuery {
  public:
   /// @param hits  Null where it is only asked whether there is anything to meet.
   BundleMeshQuery(const RayMesh<S>& mesh, const Transform<S>& X_RC, const RayBatch<S>& rays,
-                  std::uint32_t tag, RayHits<S>* hits)
+                  std::uint32_t tag, RayHits<S>* hits, RayTrail<S>& trail)
       : mesh_(mesh),
         rays_(rays),
+        trail_(trail),
         tag_(tag),
         hits_(hits),
         R_RC_(X_RC.rotation_matrix()),
@@ -16178,6 +16317,8 @@ class BundleMeshQuery {
     if (rays_.bundles == nullptr || rays_.bundles->is_empty()) {
       const std::size_t end = std::min<std::size_t>(rays_.slice.end, rays_.size());
       for (std::size_t i = rays_.slice.first; i < end; ++i) cast_alone(i);
+    } else if (const auto* stop = trail_.back_to(*rays_.bundles, rays_.slice)) {
+      visit_parts(stop->bundle, stop->of_parts);
     } else {
       visit(0, {});
     }
@@ -16192,13 +16333,11 @@ class BundleMeshQuery {
  private:
   using Bundle = RayBundle<S>;
   using Bundles = RayBundles<S>;
+  using Known = KnownOfBundle<S>;
   using Candidates = std::array<std::uint8_t, BundleTriangles<S>::capacity>;
   /// Rays of a block, as bits.
   using BlockBits = std::uint16_t;
 
-  /// [-] Lists of leaves that are kept on the way down from the root of the bundles. Below, the
-  /// last one serves.
-  static constexpr std::size_t most_lists = 4;
   /// [-] A list of so few leaves is not worth shortening.
   static constexpr std::size_t short_list = 24;
   /// [-] Of how many leaves at most the triangles are sought for a bundle that is asked as a whole.
@@ -16211,18 +16350,6 @@ class BundleMeshQuery {
   /// [-] Rays of a bundle that is worth finding out where they all start.
   static constexpr std::size_t fewest_to_ask = 65;
 
-  enum class Side { unknown, outside, inside };
-
-  /// What is known of a bundle from the one that it is a part of.
-  struct Known {
-    /// Leaves that it may meet, if they were sought; [-] how many lists are in use.
-    const LeafList<S>* list = nullptr;
-    std::size_t lists = 0;
-    Side side = Side::unknown;
-    /// A box in its frame, if the whole has that frame.
-    const BoxInTree<S>* framed = nullptr;
-  };
-
   /// What the rays of a block have met.
   struct BlockFindings {
     /// [-] Which of them have met nothing, and so do not tell where they start.
@@ -16232,6 +16359,10 @@ class BundleMeshQuery {
   };
 
   void visit(std::size_t id, Known known);
+  void visit_parts(std::size_t id, const Known& known) {
+    visit(id + 1, known);
+    visit(rays_.bundles->bundles()[id].second, known);
+  }
   [[nodiscard]] bool cast_together(const Bundle& bundle, const BoxInTree<S>& box,
                                    const LeafList<S>& list, Side side);
   void cast_undivided(const Bundle& bundle, const BoxInTree<S>& box, const LeafList<S>* list,
@@ -16295,6 +16426,7 @@ class BundleMeshQuery {
 
   const RayMesh<S>& mesh_;
   const RayBatch<S>& rays_;
+  RayTrail<S>& trail_;
   std::uint32_t tag_;
   RayHits<S>* hits_;
   /// Without hits: whether something was found that rays may meet.
@@ -16305,7 +16437,6 @@ class BundleMeshQuery {
   S mesh_size_ = S(0);
   /// Whether what rays keep is of this mesh: only rays that walk alone ask for it.
   bool keeps_ = false;
-  std::array<LeafList<S>, most_lists> lists_;
   LeafList<S> start_leaves_;
   BundleTriangles<S> triangles_;
 };
@@ -16333,12 +16464,12 @@ void BundleMeshQuery<S>::visit(std::size_t id, Known known) {
   const bool is_sparse = density > sparse_from;
   if (list == nullptr) {
     const bool fits = density * S(bundle.count) < S(LeafList<S>::capacity * 8);
-    if (!is_sparse && fits && lists_[known.lists].search(mesh_.tree(), box)) {
-      list = &lists_[known.lists++];
+    if (!is_sparse && fits && trail_.list(known.lists).search(mesh_.tree(), box)) {
+      list = &trail_.list(known.lists++);
     }
-  } else if (list->size() > short_list && known.lists < most_lists) {
-    lists_[known.lists].filter(*list, box);
-    list = &lists_[known.lists++];
+  } else if (list->size() > short_list && known.lists < RayTrail<S>::most_lists) {
+    trail_.list(known.lists).filter(*list, box);
+    list = &trail_.list(known.lists++);
   }
   if (list != nullptr && list->size() == 0) return decide_empty(bundle, side);
   const bool is_small = !bundle.is_divided() || density * S(bundle.count) <= few_triangles;
@@ -16368,8 +16499,12 @@ void BundleMeshQuery<S>::visit(std::size_t id, Known known) {
   }
   if (!bundle.is_divided()) return cast_undivided(bundle, box, list, side);
   known.framed = bundle.has_one_frame ? &box : nullptr;
-  visit(id + 1, known);
-  visit(bundle.second, known);
+  // Boxes in one frame are those of small bundles, and do not outlive this call.
+  static_assert(Bundles::frame_size <= Bundles::slice_size);
+  if (rays_.trail != nullptr && bundle.count > Bundles::slice_size) {
+    trail_.go_to(*rays_.bundles, {id, known});
+  }
+  visit_parts(id, known);
 }
 
 /// On which side all rays of a bundle start, if no triangle is between their starts.
@@ -16601,12 +16736,15 @@ void BundleMeshQuery<S>::cast_one_by_one(std::size_t first, std::size_t end, Sid
 template <Scalar S>
 void cast_rays_at_mesh(const RayMesh<S>& mesh, const Transform<S>& X_RC, const RayBatch<S>& rays,
                        std::uint32_t tag, RayHits<S>& hits) {
-  detail::BundleMeshQuery<S>(mesh, X_RC, rays, tag, &hits).run();
+  detail::with_trail(rays, tag, [&](RayTrail<S>& trail) {
+    detail::BundleMeshQuery<S>(mesh, X_RC, rays, tag, &hits, trail).run();
+  });
 }
 
 template <Scalar S>
 bool is_clear_of_mesh(const RayMesh<S>& mesh, const Transform<S>& X_RC, const RayBatch<S>& rays) {
-  return detail::BundleMeshQuery<S>(mesh, X_RC, rays, 0, nullptr).is_clear();
+  RayTrail<S> trail;
+  return detail::BundleMeshQuery<S>(mesh, X_RC, rays, 0, nullptr, trail).is_clear();
 }
 
 }  // namespace bristle
@@ -20201,12 +20339,26 @@ namespace bristle {
 /// [-] Sensors of a tile.
 inline constexpr std::size_t tile_size = 16;
 
-/// [-] Tiles of a slice: sums over a patch are sums of slices' sums (`sum_in_slices`). A sweep over
-/// 512 sensors takes about a microsecond, beside which starting and adding up a slice is little.
+/// [-] Tiles of a slice at most: sums over a patch are sums of slices' sums (`sum_in_slices`). A
+/// sweep over 512 sensors takes about a microsecond, beside which starting and adding up a slice is
+/// little.
 inline constexpr std::size_t slice_tiles = 32;
 /// [-] Slices from which on threads share a sweep: less would be done before the first has heard
 /// of it.
 inline constexpr std::size_t fewest_shared_slices = 8;
+
+/// [-] Slices of so many tiles. Those that threads share are a multiple of four, so that two and
+/// four threads have the same number each: one slice more is a tenth of a sweep over 5000 sensors.
+[[nodiscard]] constexpr std::size_t slice_count(std::size_t tiles) {
+  const std::size_t fewest = (tiles + slice_tiles - 1) / slice_tiles;
+  return fewest < fewest_shared_slices ? fewest : (fewest + 3) / 4 * 4;
+}
+/// [-] Tiles of each of them but the last, which may have less.
+[[nodiscard]] constexpr std::size_t slice_size(std::size_t tiles) {
+  const std::size_t fewest = (tiles + slice_tiles - 1) / slice_tiles;
+  return fewest < fewest_shared_slices ? slice_tiles
+                                       : (tiles + slice_count(tiles) - 1) / slice_count(tiles);
+}
 
 /// One entry for each sensor of a tile.
 template <typename T>
@@ -21167,7 +21319,7 @@ template <Scalar S>
   patch.hit_bits.resize(tile_count);
   patch.hit_before.resize(tile_count);
   patch.pair_bits.resize(tile_count);
-  patch.slice_contacts.resize((tile_count + slice_tiles - 1) / slice_tiles);
+  patch.slice_contacts.resize(slice_count(tile_count));
   patch.near.resize(tile_count);
   detail::fill_numbers(patch.near);
   patch.contacts.reserve(tile_count);
@@ -21482,13 +21634,17 @@ template <Scalar S>
 template <Scalar S>
 std::uint32_t place_contacts(SensorPatch<S>& patch, std::uint32_t pair, std::uint32_t first) {
   const bool is_only = patch.pairs.size() == 1;
+  const std::size_t slice = slice_size(patch.near.size());
   std::uint32_t next = first;
-  for (std::size_t k = 0; k < patch.near.size(); ++k) {
-    if (k % slice_tiles == 0) patch.slice_contacts[k / slice_tiles] = next;
-    const std::uint32_t number = patch.near[k];
-    const LaneBits hit = is_only ? patch.hit_bits[number] : hit_lanes(patch, number, pair);
-    patch.pair_bits[k] = hit;
-    next += hit != 0 ? 1u : 0u;
+  for (std::size_t from = 0, number = 0; from < patch.near.size(); from += slice) {
+    patch.slice_contacts[number++] = next;
+    const std::size_t to = std::min(patch.near.size(), from + slice);
+    for (std::size_t k = from; k < to; ++k) {
+      const std::uint32_t tile = patch.near[k];
+      const LaneBits hit = is_only ? patch.hit_bits[tile] : hit_lanes(patch, tile, pair);
+      patch.pair_bits[k] = hit;
+      next += hit != 0 ? 1u : 0u;
+    }
   }
   // What is there already is kept as it is, and so costs nothing.
   if (patch.contacts.size() < next) patch.contacts.resize(next);
@@ -21715,17 +21871,18 @@ std::uint32_t meet_body(SensorPatch<S>& patch, std::uint32_t index, const Body<S
   pair.start_motion = {product<S>(R_AW, A.twist.linear - B.body->twist.at(-p_AB_W)),
                        product<S>(R_AW, A.twist.angular - B.body->twist.angular)};
   const std::uint32_t end = place_contacts(patch, index, first);
+  const std::size_t slice = slice_size(patch.near.size());
   with_parameters<S>(patch.def, [&](const auto& parameters) {
     using Maker = ContactMaker<S, std::remove_cvref_t<decltype(parameters)>>;
     const auto meet = [&](std::size_t from, std::size_t to, ContactSums<S>& sums) {
-      Maker maker(patch, pair, B.id, parameters, def, patch.slice_contacts[from / slice_tiles]);
+      Maker maker(patch, pair, B.id, parameters, def, patch.slice_contacts[from / slice]);
       for (std::size_t k = from; k < to; ++k) {
         if (patch.pair_bits[k] != 0) maker.add_tile(patch.near[k], patch.pair_bits[k]);
       }
       sums = maker.sums();
     };
-    const auto sums = sum_in_slices<ContactSums<S>>(patch.near.size(), slice_tiles,
-                                                    fewest_shared_slices, parallel_for, meet);
+    const auto sums = sum_in_slices<ContactSums<S>>(patch.near.size(), slice, fewest_shared_slices,
+                                                    parallel_for, meet);
     pair.stiffness = sums.stiffness();
     // Moments are taken about the middle of the contacts, where they are smallest.
     pair.center = sum_of_lanes(sums.point) / S(std::max(sums.count, 1u));
@@ -22232,7 +22389,7 @@ template <typename Patch, Scalar S>
 template <typename Sum, typename Tile, typename Part>
 [[nodiscard]] Sum sum_of_contacts(std::span<Tile> all, const ParallelFor& parallel_for,
                                   const Part& part) {
-  return sum_in_slices<Sum>(all.size(), slice_tiles, fewest_shared_slices, parallel_for,
+  return sum_in_slices<Sum>(all.size(), slice_size(all.size()), fewest_shared_slices, parallel_for,
                             [&](std::size_t first, std::size_t end, Sum& sum) {
                               part(all.subspan(first, end - first), sum);
                             });
@@ -27644,7 +27801,8 @@ template <Scalar S, typename Backend>
 /// Casts the rays of a slice at one of the shapes, which are asked by ascending tags. Where slices
 /// are not runs of sensors, all of them before the next shape is.
 template <Scalar S, typename Backend>
-void cast_rays_at(SensorPatch<S>& patch, const ShapeInReach<S, Backend>& shape, RaySlice slice);
+void cast_rays_at(SensorPatch<S>& patch, const ShapeInReach<S, Backend>& shape, RaySlice slice,
+                  RayTrail<S>* trail = nullptr);
 
 /// Keeps what was met, where rays are not cast in every step, and carries it on.
 template <Scalar S, typename Backend>
@@ -27756,9 +27914,11 @@ bool wants_rays(SensorPatch<S>& patch, std::span<const ShapeInReach<S, Backend>>
 }
 
 template <Scalar S, typename Backend>
-void cast_rays_at(SensorPatch<S>& patch, const ShapeInReach<S, Backend>& shape, RaySlice slice) {
+void cast_rays_at(SensorPatch<S>& patch, const ShapeInReach<S, Backend>& shape, RaySlice slice,
+                  RayTrail<S>* trail) {
   RayBatch<S> rays = patch.near_rays(shape.extra_length);
   rays.slice = slice;
+  rays.trail = trail;
   rays.kept = &patch.candidates;
   rays.shape_life = shape.generation;
   Backend::cast_rays(shape.collider->shape, shape.X_AS, rays, shape.tag, patch.hits);
@@ -28947,10 +29107,12 @@ class SensorStage {
     bool knows_hit_lanes = false;
   };
 
-  /// Some rays of the patch live_[owner].
-  struct SharedRays {
+  /// Some rays of the patch live_[owner]: in a line of the cache for each, since they are claimed
+  /// by who comes first.
+  struct alignas(64) SharedRays {
     std::size_t owner = 0;
     RaySlice slice{};
+    detail::Claim claim{};
   };
 
   /// [-] Sensors of a patch whose rays are worth sharing: two slices.
@@ -29071,19 +29233,10 @@ class SensorStage {
         const RayBundles<S>& bundles = state.patches.at(live_[k]).bundles;
         const std::size_t rounds = bundles.has_runs_in_slices() ? 1 : scratch.shapes.size();
         if (!scratch.is_shared || scratch.rays_cast == 0 || round >= rounds) continue;
-        for (const RaySlice& slice : bundles.slices()) shared_.push_back({k, slice});
+        for (const RaySlice& slice : bundles.slices()) shared_.push_back({k, slice, {}});
       }
       if (shared_.empty()) break;
-      const auto task = [this, &state, round](std::size_t i) {
-        const SharedRays& rays = shared_[i];
-        const Scratch& scratch = scratch_[rays.owner];
-        SensorPatch<S>& patch = state.patches.at(live_[rays.owner]);
-        if (patch.bundles.has_runs_in_slices()) {
-          sense_slice(patch, scratch, rays.slice);
-        } else {
-          cast_rays_at<S>(patch, scratch.shapes[round], rays.slice);
-        }
-      };
+      const auto task = [this, &state, round](std::size_t i) { sense_from(state, i, round); };
       state.def.parallel_for(shared_.size(), std::cref(task));
     }
     for (std::size_t k = 0; k < live_.size(); ++k) {
@@ -29103,10 +29256,28 @@ class SensorStage {
     if (scratch.knows_hit_lanes) begin_hit_lanes(patch);
   }
 
+  /// Senses with a slice and those that follow it in the patch, up to one that another thread has
+  /// claimed: who goes on finds out only once what is known of all of them. No slice is left over,
+  /// since each is some task's first.
+  void sense_from(State& state, std::size_t i, std::size_t round) {
+    const std::size_t owner = shared_[i].owner;
+    const Scratch& scratch = scratch_[owner];
+    SensorPatch<S>& patch = state.patches.at(live_[owner]);
+    RayTrail<S> trail;
+    for (; i < shared_.size() && shared_[i].owner == owner && shared_[i].claim.take(); ++i) {
+      if (patch.bundles.has_runs_in_slices()) {
+        sense_slice(patch, scratch, shared_[i].slice, trail);
+      } else {
+        cast_rays_at<S>(patch, scratch.shapes[round], shared_[i].slice, &trail);
+      }
+    }
+  }
+
   /// Casts the rays of a slice at all shapes, while its hits are in the cache of this thread.
-  static void sense_slice(SensorPatch<S>& patch, const Scratch& scratch, RaySlice slice) {
+  static void sense_slice(SensorPatch<S>& patch, const Scratch& scratch, RaySlice slice,
+                          RayTrail<S>& trail) {
     patch.reset_near_hits(slice);
-    for (const auto& shape : scratch.shapes) cast_rays_at<S>(patch, shape, slice);
+    for (const auto& shape : scratch.shapes) cast_rays_at<S>(patch, shape, slice, &trail);
     if (scratch.knows_hit_lanes) find_hit_lanes(patch, slice);
   }
 

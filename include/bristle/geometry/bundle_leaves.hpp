@@ -66,9 +66,9 @@ class BoxInTree {
   Aabb<S> box_C_;
 };
 
-/// Leaves with their boxes, coordinate by coordinate.
+/// Leaves with their boxes, coordinate by coordinate, in whole lines of the cache.
 template <Scalar S>
-class LeafList {
+class alignas(64) LeafList {
  public:
   static constexpr std::size_t capacity = 256;
 

@@ -2,11 +2,13 @@
 /// Bundles of rays against a solid mesh: one search for many rays, triangles against rays in lanes.
 ///
 /// Answers are those of `ray_cast_mesh` for each ray alone, to round-off: what the lanes cannot
-/// tell with certainty is asked again that way. Nothing is kept from one query to the next.
+/// tell with certainty is asked again that way. Nothing is kept from one query to the next, but for
+/// what slices of one query leave each other in a trail.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
 #include <bristle/geometry/bundle_leaves.hpp>
+#include <bristle/geometry/bundle_trail.hpp>
 #include <bristle/geometry/bundle_triangles.hpp>
 #include <bristle/geometry/kept_candidates.hpp>
 #include <bristle/geometry/mesh_rays.hpp>
@@ -45,9 +47,10 @@ class BundleMeshQuery {
  public:
   /// @param hits  Null where it is only asked whether there is anything to meet.
   BundleMeshQuery(const RayMesh<S>& mesh, const Transform<S>& X_RC, const RayBatch<S>& rays,
-                  std::uint32_t tag, RayHits<S>* hits)
+                  std::uint32_t tag, RayHits<S>* hits, RayTrail<S>& trail)
       : mesh_(mesh),
         rays_(rays),
+        trail_(trail),
         tag_(tag),
         hits_(hits),
         R_RC_(X_RC.rotation_matrix()),
@@ -61,6 +64,8 @@ class BundleMeshQuery {
     if (rays_.bundles == nullptr || rays_.bundles->is_empty()) {
       const std::size_t end = std::min<std::size_t>(rays_.slice.end, rays_.size());
       for (std::size_t i = rays_.slice.first; i < end; ++i) cast_alone(i);
+    } else if (const auto* stop = trail_.back_to(*rays_.bundles, rays_.slice)) {
+      visit_parts(stop->bundle, stop->of_parts);
     } else {
       visit(0, {});
     }
@@ -75,13 +80,11 @@ class BundleMeshQuery {
  private:
   using Bundle = RayBundle<S>;
   using Bundles = RayBundles<S>;
+  using Known = KnownOfBundle<S>;
   using Candidates = std::array<std::uint8_t, BundleTriangles<S>::capacity>;
   /// Rays of a block, as bits.
   using BlockBits = std::uint16_t;
 
-  /// [-] Lists of leaves that are kept on the way down from the root of the bundles. Below, the
-  /// last one serves.
-  static constexpr std::size_t most_lists = 4;
   /// [-] A list of so few leaves is not worth shortening.
   static constexpr std::size_t short_list = 24;
   /// [-] Of how many leaves at most the triangles are sought for a bundle that is asked as a whole.
@@ -94,18 +97,6 @@ class BundleMeshQuery {
   /// [-] Rays of a bundle that is worth finding out where they all start.
   static constexpr std::size_t fewest_to_ask = 65;
 
-  enum class Side { unknown, outside, inside };
-
-  /// What is known of a bundle from the one that it is a part of.
-  struct Known {
-    /// Leaves that it may meet, if they were sought; [-] how many lists are in use.
-    const LeafList<S>* list = nullptr;
-    std::size_t lists = 0;
-    Side side = Side::unknown;
-    /// A box in its frame, if the whole has that frame.
-    const BoxInTree<S>* framed = nullptr;
-  };
-
   /// What the rays of a block have met.
   struct BlockFindings {
     /// [-] Which of them have met nothing, and so do not tell where they start.
@@ -115,6 +106,10 @@ class BundleMeshQuery {
   };
 
   void visit(std::size_t id, Known known);
+  void visit_parts(std::size_t id, const Known& known) {
+    visit(id + 1, known);
+    visit(rays_.bundles->bundles()[id].second, known);
+  }
   [[nodiscard]] bool cast_together(const Bundle& bundle, const BoxInTree<S>& box,
                                    const LeafList<S>& list, Side side);
   void cast_undivided(const Bundle& bundle, const BoxInTree<S>& box, const LeafList<S>* list,
@@ -178,6 +173,7 @@ class BundleMeshQuery {
 
   const RayMesh<S>& mesh_;
   const RayBatch<S>& rays_;
+  RayTrail<S>& trail_;
   std::uint32_t tag_;
   RayHits<S>* hits_;
   /// Without hits: whether something was found that rays may meet.
@@ -188,7 +184,6 @@ class BundleMeshQuery {
   S mesh_size_ = S(0);
   /// Whether what rays keep is of this mesh: only rays that walk alone ask for it.
   bool keeps_ = false;
-  std::array<LeafList<S>, most_lists> lists_;
   LeafList<S> start_leaves_;
   BundleTriangles<S> triangles_;
 };
@@ -216,12 +211,12 @@ void BundleMeshQuery<S>::visit(std::size_t id, Known known) {
   const bool is_sparse = density > sparse_from;
   if (list == nullptr) {
     const bool fits = density * S(bundle.count) < S(LeafList<S>::capacity * 8);
-    if (!is_sparse && fits && lists_[known.lists].search(mesh_.tree(), box)) {
-      list = &lists_[known.lists++];
+    if (!is_sparse && fits && trail_.list(known.lists).search(mesh_.tree(), box)) {
+      list = &trail_.list(known.lists++);
     }
-  } else if (list->size() > short_list && known.lists < most_lists) {
-    lists_[known.lists].filter(*list, box);
-    list = &lists_[known.lists++];
+  } else if (list->size() > short_list && known.lists < RayTrail<S>::most_lists) {
+    trail_.list(known.lists).filter(*list, box);
+    list = &trail_.list(known.lists++);
   }
   if (list != nullptr && list->size() == 0) return decide_empty(bundle, side);
   const bool is_small = !bundle.is_divided() || density * S(bundle.count) <= few_triangles;
@@ -251,8 +246,12 @@ void BundleMeshQuery<S>::visit(std::size_t id, Known known) {
   }
   if (!bundle.is_divided()) return cast_undivided(bundle, box, list, side);
   known.framed = bundle.has_one_frame ? &box : nullptr;
-  visit(id + 1, known);
-  visit(bundle.second, known);
+  // Boxes in one frame are those of small bundles, and do not outlive this call.
+  static_assert(Bundles::frame_size <= Bundles::slice_size);
+  if (rays_.trail != nullptr && bundle.count > Bundles::slice_size) {
+    trail_.go_to(*rays_.bundles, {id, known});
+  }
+  visit_parts(id, known);
 }
 
 /// On which side all rays of a bundle start, if no triangle is between their starts.
@@ -484,12 +483,15 @@ void BundleMeshQuery<S>::cast_one_by_one(std::size_t first, std::size_t end, Sid
 template <Scalar S>
 void cast_rays_at_mesh(const RayMesh<S>& mesh, const Transform<S>& X_RC, const RayBatch<S>& rays,
                        std::uint32_t tag, RayHits<S>& hits) {
-  detail::BundleMeshQuery<S>(mesh, X_RC, rays, tag, &hits).run();
+  detail::with_trail(rays, tag, [&](RayTrail<S>& trail) {
+    detail::BundleMeshQuery<S>(mesh, X_RC, rays, tag, &hits, trail).run();
+  });
 }
 
 template <Scalar S>
 bool is_clear_of_mesh(const RayMesh<S>& mesh, const Transform<S>& X_RC, const RayBatch<S>& rays) {
-  return detail::BundleMeshQuery<S>(mesh, X_RC, rays, 0, nullptr).is_clear();
+  RayTrail<S> trail;
+  return detail::BundleMeshQuery<S>(mesh, X_RC, rays, 0, nullptr, trail).is_clear();
 }
 
 }  // namespace bristle

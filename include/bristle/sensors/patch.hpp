@@ -309,7 +309,7 @@ template <Scalar S>
   patch.hit_bits.resize(tile_count);
   patch.hit_before.resize(tile_count);
   patch.pair_bits.resize(tile_count);
-  patch.slice_contacts.resize((tile_count + slice_tiles - 1) / slice_tiles);
+  patch.slice_contacts.resize(slice_count(tile_count));
   patch.near.resize(tile_count);
   detail::fill_numbers(patch.near);
   patch.contacts.reserve(tile_count);

@@ -178,13 +178,17 @@ template <Scalar S>
 template <Scalar S>
 std::uint32_t place_contacts(SensorPatch<S>& patch, std::uint32_t pair, std::uint32_t first) {
   const bool is_only = patch.pairs.size() == 1;
+  const std::size_t slice = slice_size(patch.near.size());
   std::uint32_t next = first;
-  for (std::size_t k = 0; k < patch.near.size(); ++k) {
-    if (k % slice_tiles == 0) patch.slice_contacts[k / slice_tiles] = next;
-    const std::uint32_t number = patch.near[k];
-    const LaneBits hit = is_only ? patch.hit_bits[number] : hit_lanes(patch, number, pair);
-    patch.pair_bits[k] = hit;
-    next += hit != 0 ? 1u : 0u;
+  for (std::size_t from = 0, number = 0; from < patch.near.size(); from += slice) {
+    patch.slice_contacts[number++] = next;
+    const std::size_t to = std::min(patch.near.size(), from + slice);
+    for (std::size_t k = from; k < to; ++k) {
+      const std::uint32_t tile = patch.near[k];
+      const LaneBits hit = is_only ? patch.hit_bits[tile] : hit_lanes(patch, tile, pair);
+      patch.pair_bits[k] = hit;
+      next += hit != 0 ? 1u : 0u;
+    }
   }
   // What is there already is kept as it is, and so costs nothing.
   if (patch.contacts.size() < next) patch.contacts.resize(next);
@@ -411,17 +415,18 @@ std::uint32_t meet_body(SensorPatch<S>& patch, std::uint32_t index, const Body<S
   pair.start_motion = {product<S>(R_AW, A.twist.linear - B.body->twist.at(-p_AB_W)),
                        product<S>(R_AW, A.twist.angular - B.body->twist.angular)};
   const std::uint32_t end = place_contacts(patch, index, first);
+  const std::size_t slice = slice_size(patch.near.size());
   with_parameters<S>(patch.def, [&](const auto& parameters) {
     using Maker = ContactMaker<S, std::remove_cvref_t<decltype(parameters)>>;
     const auto meet = [&](std::size_t from, std::size_t to, ContactSums<S>& sums) {
-      Maker maker(patch, pair, B.id, parameters, def, patch.slice_contacts[from / slice_tiles]);
+      Maker maker(patch, pair, B.id, parameters, def, patch.slice_contacts[from / slice]);
       for (std::size_t k = from; k < to; ++k) {
         if (patch.pair_bits[k] != 0) maker.add_tile(patch.near[k], patch.pair_bits[k]);
       }
       sums = maker.sums();
     };
-    const auto sums = sum_in_slices<ContactSums<S>>(patch.near.size(), slice_tiles,
-                                                    fewest_shared_slices, parallel_for, meet);
+    const auto sums = sum_in_slices<ContactSums<S>>(patch.near.size(), slice, fewest_shared_slices,
+                                                    parallel_for, meet);
     pair.stiffness = sums.stiffness();
     // Moments are taken about the middle of the contacts, where they are smallest.
     pair.center = sum_of_lanes(sums.point) / S(std::max(sums.count, 1u));

@@ -24,12 +24,26 @@ namespace bristle {
 /// [-] Sensors of a tile.
 inline constexpr std::size_t tile_size = 16;
 
-/// [-] Tiles of a slice: sums over a patch are sums of slices' sums (`sum_in_slices`). A sweep over
-/// 512 sensors takes about a microsecond, beside which starting and adding up a slice is little.
+/// [-] Tiles of a slice at most: sums over a patch are sums of slices' sums (`sum_in_slices`). A
+/// sweep over 512 sensors takes about a microsecond, beside which starting and adding up a slice is
+/// little.
 inline constexpr std::size_t slice_tiles = 32;
 /// [-] Slices from which on threads share a sweep: less would be done before the first has heard
 /// of it.
 inline constexpr std::size_t fewest_shared_slices = 8;
+
+/// [-] Slices of so many tiles. Those that threads share are a multiple of four, so that two and
+/// four threads have the same number each: one slice more is a tenth of a sweep over 5000 sensors.
+[[nodiscard]] constexpr std::size_t slice_count(std::size_t tiles) {
+  const std::size_t fewest = (tiles + slice_tiles - 1) / slice_tiles;
+  return fewest < fewest_shared_slices ? fewest : (fewest + 3) / 4 * 4;
+}
+/// [-] Tiles of each of them but the last, which may have less.
+[[nodiscard]] constexpr std::size_t slice_size(std::size_t tiles) {
+  const std::size_t fewest = (tiles + slice_tiles - 1) / slice_tiles;
+  return fewest < fewest_shared_slices ? slice_tiles
+                                       : (tiles + slice_count(tiles) - 1) / slice_count(tiles);
+}
 
 /// One entry for each sensor of a tile.
 template <typename T>

@@ -170,6 +170,84 @@ TEST_CASE_TEMPLATE("cast_rays_at_mesh: any slice of whole bundles is asked, and 
   }
 }
 
+TEST_CASE_TEMPLATE("cast_rays_at_mesh: slices that leave each other a trail answer as the whole", S,
+                   float, double) {
+  // Two meshes in turn, of which the first has the trail. Slices come in order, in no order, and as
+  // runs of several that reach across branches of the bundles.
+  test::Random random(7);
+  const RayMesh<S> mesh = ray_mesh(test::scaled_mesh<S>(test::bumpy_mesh(60), 1));
+  const RayMesh<S> other = ray_mesh(test::scaled_mesh<S>(test::torus_mesh(30, 16), 1));
+  for (const PatchKind kind : {PatchKind::pad, PatchKind::convex}) {
+    const auto patch = test::make_rays<S>(kind, 10000, 1, random);
+    const RayBundles<S> bundles(patch.batch(nullptr));
+    const std::vector<RaySlice>& slices = bundles.slices();
+    REQUIRE(slices.size() > 8);
+    const auto touching = [](std::uint64_t seed) {
+      test::Wanderer wanderer(1, seed, {Vec3<double>(0.03, 0, 0), Vec3<double>(0, 0, -0.05)});
+      return wanderer.pose().template cast<S>();
+    };
+    const Transform<S> X = touching(11), X_other = touching(12);
+    const auto cast = [&](RaySlice slice, RayTrail<S>* trail, RayHits<S>& hits) {
+      RayBatch<S> rays = patch.batch(&bundles);
+      rays.slice = slice;
+      rays.trail = trail;
+      cast_rays_at_mesh(mesh, X, rays, 7, hits);
+      cast_rays_at_mesh(other, X_other, rays, 8, hits);
+    };
+    RayHits<S> whole;
+    whole.reset(10000);
+    cast({}, nullptr, whole);
+    REQUIRE(std::count(whole.tag.begin(), whole.tag.end(), 7u) > 500);
+    const auto check = [&](const std::vector<RaySlice>& runs) {
+      RayTrail<S> trail;
+      RayHits<S> hits;
+      hits.reset(10000);
+      for (const RaySlice& run : runs) cast(run, &trail, hits);
+      CHECK(hits.distance == whole.distance);
+      CHECK(hits.tag == whole.tag);
+      CHECK(hits.normal.x == whole.normal.x);
+      CHECK(hits.normal.y == whole.normal.y);
+      CHECK(hits.normal.z == whole.normal.z);
+    };
+    for (const std::size_t longest : {1u, 5u}) {
+      std::vector<RaySlice> runs;
+      for (std::size_t i = 0, next = 0; i < slices.size(); i = next) {
+        next = std::min(slices.size(), i + 1 + random.index(longest));
+        runs.push_back({slices[i].first, slices[next - 1].end});
+      }
+      check(runs);
+      for (std::size_t i = runs.size(); i > 1; --i) std::swap(runs[i - 1], runs[random.index(i)]);
+      check(runs);
+    }
+  }
+}
+
+TEST_CASE("RayTrail: knows the way to what is beside the last slice, for one shape") {
+  test::Random random(7);
+  const auto patch = test::make_rays<double>(PatchKind::pad, 10000, 1, random);
+  const RayBundles<double> bundles(patch.batch(nullptr));
+  const std::size_t root = 0, first = 1, second = bundles.bundles()[root].second;
+  const auto places = [&](std::size_t id) {
+    const RayBundle<double>& bundle = bundles.bundles()[id];
+    return RaySlice{bundle.first, bundle.first + bundle.count};
+  };
+  RayTrail<double> trail;
+  CHECK(trail.back_to(bundles, places(root)) == nullptr);
+  for (const std::size_t id : {root, first}) trail.go_to(bundles, {id, {}});
+  REQUIRE(trail.back_to(bundles, bundles.slices().front()) != nullptr);
+  CHECK(trail.back_to(bundles, bundles.slices().front())->bundle == first);
+  CHECK(trail.back_to(bundles, places(first))->bundle == first);
+  // From one branch to the other, by either way.
+  trail.go_to(bundles, {second, {}});
+  CHECK(trail.back_to(bundles, bundles.slices().back())->bundle == second);
+  CHECK(trail.back_to(bundles, bundles.slices().front())->bundle == root);
+  // More than there is of the root.
+  CHECK(trail.back_to(bundles, {0, 10001}) == nullptr);
+  CHECK(trail.serves(4));
+  CHECK_FALSE(trail.serves(0));
+  CHECK(trail.serves(4));
+}
+
 TEST_CASE_TEMPLATE("cast_rays_at_mesh: of two triangles met at one point the lower number counts",
                    S, float, double) {
   // Roofs upside down, each of two triangles that cross below a ray, one larger than the other. All

@@ -7,6 +7,28 @@
 
 using namespace bristle;
 
+TEST_CASE("slice_size: slices of a sweep are alike, and as many for two threads as for four") {
+  for (std::size_t tiles = 1; tiles < 5000; ++tiles) {
+    CAPTURE(tiles);
+    const std::size_t size = slice_size(tiles);
+    REQUIRE(size > 0);
+    REQUIRE(size <= slice_tiles);
+    const std::size_t slices = (tiles + size - 1) / size;
+    REQUIRE(slices <= slice_count(tiles));
+    // None where threads have no part in it is smaller than it must be.
+    if (tiles <= (fewest_shared_slices - 1) * slice_tiles) {
+      REQUIRE(size == slice_tiles);
+      continue;
+    }
+    REQUIRE(slices >= fewest_shared_slices);
+    // What a thread does is more than its part by no more than rounding up, a tile a slice.
+    for (const std::size_t threads : {2u, 4u}) {
+      const std::size_t each = (slices + threads - 1) / threads * size;
+      REQUIRE(each * threads < tiles + slice_count(tiles));
+    }
+  }
+}
+
 TEST_CASE("RootBodies: remembers the body of every rooted lane, as sixteen keys would") {
   std::mt19937 random(3);
   for (int round = 0; round < 200; ++round) {
