@@ -59,6 +59,7 @@
 #include <bristle/geometry/box_face_clip.hpp>
 #include <bristle/geometry/bundle_leaves.hpp>
 #include <bristle/geometry/bundle_mesh_rays.hpp>
+#include <bristle/geometry/bundle_trail.hpp>
 #include <bristle/geometry/bundle_triangles.hpp>
 #include <bristle/geometry/contact_clip.hpp>
 #include <bristle/geometry/contact_manifold.hpp>

@@ -20354,7 +20354,7 @@ inline constexpr std::size_t fewest_shared_slices = 8;
   return fewest < fewest_shared_slices ? fewest : (fewest + 3) / 4 * 4;
 }
 /// [-] Tiles of each of them but the last, which may have less.
-[[nodiscard]] constexpr std::size_t slice_size(std::size_t tiles) {
+[[nodiscard]] constexpr std::size_t tiles_per_slice(std::size_t tiles) {
   const std::size_t fewest = (tiles + slice_tiles - 1) / slice_tiles;
   return fewest < fewest_shared_slices ? slice_tiles
                                        : (tiles + slice_count(tiles) - 1) / slice_count(tiles);
@@ -21634,7 +21634,7 @@ template <Scalar S>
 template <Scalar S>
 std::uint32_t place_contacts(SensorPatch<S>& patch, std::uint32_t pair, std::uint32_t first) {
   const bool is_only = patch.pairs.size() == 1;
-  const std::size_t slice = slice_size(patch.near.size());
+  const std::size_t slice = tiles_per_slice(patch.near.size());
   std::uint32_t next = first;
   for (std::size_t from = 0, number = 0; from < patch.near.size(); from += slice) {
     patch.slice_contacts[number++] = next;
@@ -21871,7 +21871,7 @@ std::uint32_t meet_body(SensorPatch<S>& patch, std::uint32_t index, const Body<S
   pair.start_motion = {product<S>(R_AW, A.twist.linear - B.body->twist.at(-p_AB_W)),
                        product<S>(R_AW, A.twist.angular - B.body->twist.angular)};
   const std::uint32_t end = place_contacts(patch, index, first);
-  const std::size_t slice = slice_size(patch.near.size());
+  const std::size_t slice = tiles_per_slice(patch.near.size());
   with_parameters<S>(patch.def, [&](const auto& parameters) {
     using Maker = ContactMaker<S, std::remove_cvref_t<decltype(parameters)>>;
     const auto meet = [&](std::size_t from, std::size_t to, ContactSums<S>& sums) {
@@ -22389,8 +22389,8 @@ template <typename Patch, Scalar S>
 template <typename Sum, typename Tile, typename Part>
 [[nodiscard]] Sum sum_of_contacts(std::span<Tile> all, const ParallelFor& parallel_for,
                                   const Part& part) {
-  return sum_in_slices<Sum>(all.size(), slice_size(all.size()), fewest_shared_slices, parallel_for,
-                            [&](std::size_t first, std::size_t end, Sum& sum) {
+  return sum_in_slices<Sum>(all.size(), tiles_per_slice(all.size()), fewest_shared_slices,
+                            parallel_for, [&](std::size_t first, std::size_t end, Sum& sum) {
                               part(all.subspan(first, end - first), sum);
                             });
 }

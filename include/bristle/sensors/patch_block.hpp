@@ -82,8 +82,8 @@ template <typename Patch, Scalar S>
 template <typename Sum, typename Tile, typename Part>
 [[nodiscard]] Sum sum_of_contacts(std::span<Tile> all, const ParallelFor& parallel_for,
                                   const Part& part) {
-  return sum_in_slices<Sum>(all.size(), slice_size(all.size()), fewest_shared_slices, parallel_for,
-                            [&](std::size_t first, std::size_t end, Sum& sum) {
+  return sum_in_slices<Sum>(all.size(), tiles_per_slice(all.size()), fewest_shared_slices,
+                            parallel_for, [&](std::size_t first, std::size_t end, Sum& sum) {
                               part(all.subspan(first, end - first), sum);
                             });
 }

@@ -178,7 +178,7 @@ template <Scalar S>
 template <Scalar S>
 std::uint32_t place_contacts(SensorPatch<S>& patch, std::uint32_t pair, std::uint32_t first) {
   const bool is_only = patch.pairs.size() == 1;
-  const std::size_t slice = slice_size(patch.near.size());
+  const std::size_t slice = tiles_per_slice(patch.near.size());
   std::uint32_t next = first;
   for (std::size_t from = 0, number = 0; from < patch.near.size(); from += slice) {
     patch.slice_contacts[number++] = next;
@@ -415,7 +415,7 @@ std::uint32_t meet_body(SensorPatch<S>& patch, std::uint32_t index, const Body<S
   pair.start_motion = {product<S>(R_AW, A.twist.linear - B.body->twist.at(-p_AB_W)),
                        product<S>(R_AW, A.twist.angular - B.body->twist.angular)};
   const std::uint32_t end = place_contacts(patch, index, first);
-  const std::size_t slice = slice_size(patch.near.size());
+  const std::size_t slice = tiles_per_slice(patch.near.size());
   with_parameters<S>(patch.def, [&](const auto& parameters) {
     using Maker = ContactMaker<S, std::remove_cvref_t<decltype(parameters)>>;
     const auto meet = [&](std::size_t from, std::size_t to, ContactSums<S>& sums) {

@@ -39,7 +39,7 @@ inline constexpr std::size_t fewest_shared_slices = 8;
   return fewest < fewest_shared_slices ? fewest : (fewest + 3) / 4 * 4;
 }
 /// [-] Tiles of each of them but the last, which may have less.
-[[nodiscard]] constexpr std::size_t slice_size(std::size_t tiles) {
+[[nodiscard]] constexpr std::size_t tiles_per_slice(std::size_t tiles) {
   const std::size_t fewest = (tiles + slice_tiles - 1) / slice_tiles;
   return fewest < fewest_shared_slices ? slice_tiles
                                        : (tiles + slice_count(tiles) - 1) / slice_count(tiles);

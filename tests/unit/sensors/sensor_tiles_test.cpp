@@ -7,10 +7,10 @@
 
 using namespace bristle;
 
-TEST_CASE("slice_size: slices of a sweep are alike, and as many for two threads as for four") {
+TEST_CASE("tiles_per_slice: slices of a sweep are alike, and as many for two threads as for four") {
   for (std::size_t tiles = 1; tiles < 5000; ++tiles) {
     CAPTURE(tiles);
-    const std::size_t size = slice_size(tiles);
+    const std::size_t size = tiles_per_slice(tiles);
     REQUIRE(size > 0);
     REQUIRE(size <= slice_tiles);
     const std::size_t slices = (tiles + size - 1) / size;
