@@ -727,8 +727,8 @@ struct RayBatch {
   /// asked at once, by one thread.
   KeptCandidates<S>* kept = nullptr;
   std::uint32_t shape_life = 0;
-  /// What slices find out for those that the same thread asks next (bundle_trail.hpp), of the same
-  /// shape at the same pose. Null: nothing.
+  /// What slices find out for those that the same thread asks next (bundle_trail.hpp). Null:
+  /// nothing.
   RayTrail<S>* trail = nullptr;
 
   [[nodiscard]] std::size_t size() const { return length.size(); }
@@ -2218,7 +2218,8 @@ inline bool is_serial(const ParallelFor& parallel_for) {
 
 namespace detail {
 
-/// Something that several tasks may come to do, and the first of them does. A copy is free again.
+/// Something that several tasks may come to do, and the first of them does. A copy is free again:
+/// it is copied where a vector of what is to be done grows.
 class Claim {
  public:
   Claim() = default;
@@ -14031,10 +14032,10 @@ class BoxFacePatch {
 // SPDX-License-Identifier: BSD-3-Clause
 
 #include <algorithm>
-#include <concepts>
 #include <cstddef>
 #include <span>
 #include <type_traits>
+#include <utility>
 #include <variant>
 
 namespace bristle {
@@ -14061,10 +14062,35 @@ struct ConvexView {
   }
 };
 
+namespace detail {
+
+// The scalar of a shape that has a view. A parameter for templates of a Scalar would tell, too, but
+// clang 14 crashes where it writes one into a precompiled header.
+template <Scalar S>
+S scalar_of(const Sphere<S>&);
+template <Scalar S>
+S scalar_of(const Box<S>&);
+template <Scalar S>
+S scalar_of(const Capsule<S>&);
+template <Scalar S>
+S scalar_of(const Cylinder<S>&);
+template <Scalar S>
+S scalar_of(const Cone<S>&);
+template <Scalar S>
+S scalar_of(const Ellipsoid<S>&);
+template <Scalar S>
+S scalar_of(const ConvexHull<S>&);
+template <Scalar S>
+S scalar_of(const Triangle<S>&);
+
+template <typename ConvexShape>
+using ScalarOfShape = decltype(scalar_of(std::declval<const ConvexShape&>()));
+
+}  // namespace detail
+
 /// The view of a shape, which must outlive the answer.
-template <Scalar S, template <Scalar> typename ConvexShape>
-requires std::constructible_from < decltype(ConvexView<S>::shape), const ConvexShape<S>
-* > [[nodiscard]] ConvexView<S> convex_view(const ConvexShape<S>& shape);
+template <typename ConvexShape>
+[[nodiscard]] ConvexView<detail::ScalarOfShape<ConvexShape>> convex_view(const ConvexShape& shape);
 
 /// [m] The box around a solid that stands at X.
 template <Scalar S>
@@ -14133,9 +14159,9 @@ void measure(ConvexView<S>& convex, const Triangle<S>& s) {
 
 /// Calls `try_axis` with directions in which the way out of the shape may be shortest: those its
 /// faces look in.
-template <Scalar S, template <Scalar> typename ConvexShape, typename Try>
-void for_face_normals(const ConvexShape<S>& shape, const Try& try_axis) {
-  using Self = ConvexShape<S>;
+template <typename Self, typename Try>
+void for_face_normals(const Self& shape, const Try& try_axis) {
+  using S = ScalarOfShape<Self>;
   if constexpr (std::is_same_v<Self, Box<S>>) {
     for (int axis = 0; axis < 3; ++axis) {
       try_axis(Vec3<S>(Vec3<S>::Unit(axis)));
@@ -14169,10 +14195,9 @@ Vec3<S> ConvexView<S>::support(const Vec3<S>& direction) const {
   return std::visit([&](const auto* s) { return detail::support_core(*s, direction); }, shape);
 }
 
-template <Scalar S, template <Scalar> typename ConvexShape>
-requires std::constructible_from < decltype(ConvexView<S>::shape), const ConvexShape<S>
-* > ConvexView<S> convex_view(const ConvexShape<S>& shape) {
-  ConvexView<S> convex{.shape = &shape};
+template <typename ConvexShape>
+ConvexView<detail::ScalarOfShape<ConvexShape>> convex_view(const ConvexShape& shape) {
+  ConvexView<detail::ScalarOfShape<ConvexShape>> convex{.shape = &shape};
   detail::measure(convex, shape);
   return convex;
 }
@@ -15336,9 +15361,9 @@ class RayBundles {
   static constexpr std::size_t block_size = 16;
   /// [-] Rays of a bundle at most whose frame is that of all bundles it is divided into.
   static constexpr std::size_t frame_size = 256;
-  /// [-] Rays of a slice at most. One takes some microseconds, which is more than it costs to hand it
-  /// to another thread and to go down to its bundles once more; and there are sixteen of them in ten
-  /// thousand rays.
+  /// [-] Rays of a slice at most. One takes some microseconds, which is more than it costs to hand
+  /// it to another thread and to go down to its bundles once more; and there are sixteen of them in
+  /// ten thousand rays.
   static constexpr std::size_t slice_size = 1024;
 
   /// Rays of one place each, in the frame of their undivided bundle: at height z a ray is at
@@ -15614,7 +15639,6 @@ void RayBundles<S>::cut_slices() {
 
 #include <array>
 #include <cstddef>
-#include <cstdint>
 
 namespace bristle {
 
@@ -15636,9 +15660,12 @@ struct KnownOfBundle {
 
 }  // namespace detail
 
-/// The way from the root of the bundles down to the slice that was asked last, for one shape at one
+/// The way from the root of the bundles down to the slice that was asked last, for one mesh at one
 /// pose and one thread: slices that are asked one after the other find out only once what is known
-/// of the bundles above them. It changes what a slice costs, not what it answers.
+/// of the bundles above them. It changes what a slice costs, not what it answers. Who asks another
+/// mesh, or at another pose, begins a new way: slices that ask two meshes in turn gain nothing.
+///
+/// A trail is done with before a mesh or bundles that it was given to change or go.
 template <Scalar S>
 class RayTrail {
  public:
@@ -15655,36 +15682,43 @@ class RayTrail {
   RayTrail(const RayTrail&) = delete;  // Stops point to the lists.
   RayTrail& operator=(const RayTrail&) = delete;
 
-  /// Whether it is the trail of a shape: that of the first one that asks.
-  [[nodiscard]] bool serves(std::uint32_t tag) {
-    if (!has_tag_) tag_ = tag;
-    has_tag_ = true;
-    return tag_ == tag;
+  /// Forgets the way unless these very rays asked for this mesh last, in the same place.
+  void serve(const RayMesh<S>& mesh, const Transform<S>& X_RC, const RayBatch<S>& rays) {
+    if (mesh_ == &mesh && bundles_ == rays.bundles && extra_length_ == rays.extra_length &&
+        X_RC_.rotation.coeffs() == X_RC.rotation.coeffs() &&
+        X_RC_.translation == X_RC.translation) {
+      return;
+    }
+    mesh_ = &mesh;
+    bundles_ = rays.bundles;
+    extra_length_ = rays.extra_length;
+    X_RC_ = X_RC;
+    stops_ = 0;
   }
 
   /// Goes back to the lowest stop that all of some places are below of.
   /// @return Null where there is none: then nothing is known of them.
-  const Stop* back_to(const RayBundles<S>& bundles, RaySlice places) {
+  const Stop* back_to(RaySlice places) {
     for (; stops_ > 0; --stops_) {
       const Stop& stop = stop_[stops_ - 1];
-      const RayBundle<S>& bundle = bundles.bundles()[stop.bundle];
+      const RayBundle<S>& bundle = bundles_->bundles()[stop.bundle];
       if (bundle.first <= places.first && places.end <= bundle.first + bundle.count) return &stop;
     }
     return nullptr;
   }
-  /// Goes on to a bundle, from whichever stop it is below of. Where the way is longer than there is
-  /// room for, the rest of it is found anew.
-  void go_to(const RayBundles<S>& bundles, const Stop& next) {
-    const RayBundle<S>& bundle = bundles.bundles()[next.bundle];
-    back_to(bundles, {bundle.first, bundle.first + bundle.count});
+  /// Goes on to a bundle below the last stop. Where the way is longer than there is room for, the
+  /// rest of it is found anew.
+  void go_to(const Stop& next) {
     if (stops_ < stop_.size()) stop_[stops_++] = next;
   }
 
   [[nodiscard]] detail::LeafList<S>& list(std::size_t i) { return lists_[i]; }
 
  private:
-  std::uint32_t tag_ = 0;
-  bool has_tag_ = false;
+  const RayMesh<S>* mesh_ = nullptr;
+  const RayBundles<S>* bundles_ = nullptr;
+  S extra_length_ = S(0);
+  Transform<S> X_RC_{};
   std::size_t stops_ = 0;
   /// As many as there are above the slices of a million rays.
   std::array<Stop, 12> stop_;
@@ -15701,14 +15735,13 @@ BRISTLE_OUTLINED void with_own_trail(const Query& query) {
   query(trail);
 }
 
-/// Calls query(trail) with the trail of a batch if it serves a shape, and with a new one otherwise.
+/// Calls query(trail) with the trail of a batch, or with one for this query alone.
 template <Scalar S, typename Query>
-void with_trail(const RayBatch<S>& rays, std::uint32_t tag, const Query& query) {
-  if (rays.trail != nullptr && rays.trail->serves(tag)) {
-    query(*rays.trail);
-  } else {
-    with_own_trail<S>(query);
-  }
+void with_trail(const RayMesh<S>& mesh, const Transform<S>& X_RC, const RayBatch<S>& rays,
+                const Query& query) {
+  if (rays.trail == nullptr) return with_own_trail<S>(query);
+  rays.trail->serve(mesh, X_RC, rays);
+  query(*rays.trail);
 }
 
 }  // namespace detail
@@ -16317,7 +16350,7 @@ class BundleMeshQuery {
     if (rays_.bundles == nullptr || rays_.bundles->is_empty()) {
       const std::size_t end = std::min<std::size_t>(rays_.slice.end, rays_.size());
       for (std::size_t i = rays_.slice.first; i < end; ++i) cast_alone(i);
-    } else if (const auto* stop = trail_.back_to(*rays_.bundles, rays_.slice)) {
+    } else if (const auto* stop = trail_.back_to(rays_.slice)) {
       visit_parts(stop->bundle, stop->of_parts);
     } else {
       visit(0, {});
@@ -16359,7 +16392,7 @@ class BundleMeshQuery {
   };
 
   void visit(std::size_t id, Known known);
-  void visit_parts(std::size_t id, const Known& known) {
+  void visit_parts(std::size_t id, Known known) {
     visit(id + 1, known);
     visit(rays_.bundles->bundles()[id].second, known);
   }
@@ -16453,6 +16486,8 @@ template <Scalar S>
 void BundleMeshQuery<S>::visit(std::size_t id, Known known) {
   const Bundle& bundle = rays_.bundles->bundles()[id];
   if (may_meet_ || is_left_out(bundle)) return;
+  // From the branch beside it, whose lists are written over from here on.
+  trail_.back_to({bundle.first, bundle.first + bundle.count});
   const BoxInTree<S> box = box_of(bundle, known.framed);
   // Sought where they are not known yet, and handed on to the parts.
   const LeafList<S>*& list = known.list;
@@ -16502,7 +16537,7 @@ void BundleMeshQuery<S>::visit(std::size_t id, Known known) {
   // Boxes in one frame are those of small bundles, and do not outlive this call.
   static_assert(Bundles::frame_size <= Bundles::slice_size);
   if (rays_.trail != nullptr && bundle.count > Bundles::slice_size) {
-    trail_.go_to(*rays_.bundles, {id, known});
+    trail_.go_to({id, known});
   }
   visit_parts(id, known);
 }
@@ -16736,7 +16771,7 @@ void BundleMeshQuery<S>::cast_one_by_one(std::size_t first, std::size_t end, Sid
 template <Scalar S>
 void cast_rays_at_mesh(const RayMesh<S>& mesh, const Transform<S>& X_RC, const RayBatch<S>& rays,
                        std::uint32_t tag, RayHits<S>& hits) {
-  detail::with_trail(rays, tag, [&](RayTrail<S>& trail) {
+  detail::with_trail(mesh, X_RC, rays, [&](RayTrail<S>& trail) {
     detail::BundleMeshQuery<S>(mesh, X_RC, rays, tag, &hits, trail).run();
   });
 }
@@ -20347,8 +20382,10 @@ inline constexpr std::size_t slice_tiles = 32;
 /// of it.
 inline constexpr std::size_t fewest_shared_slices = 8;
 
-/// [-] Slices of so many tiles. Those that threads share are a multiple of four, so that two and
-/// four threads have the same number each: one slice more is a tenth of a sweep over 5000 sensors.
+/// [-] In how many slices so many tiles are cut, at most. Those that threads share are a multiple
+/// of four, so that two and four threads have the same number each: one slice more is a tenth of a
+/// sweep over 5000 sensors. Above 28 slices sizes are rounded up to so few tiles that there may be
+/// one or two slices less, which is little then.
 [[nodiscard]] constexpr std::size_t slice_count(std::size_t tiles) {
   const std::size_t fewest = (tiles + slice_tiles - 1) / slice_tiles;
   return fewest < fewest_shared_slices ? fewest : (fewest + 3) / 4 * 4;
@@ -29115,8 +29152,10 @@ class SensorStage {
     detail::Claim claim{};
   };
 
-  /// [-] Sensors of a patch whose rays are worth sharing: two slices.
-  static constexpr std::size_t fewest_shared_rays = RayBundles<S>::slice_size + 1;
+  /// [-] Sensors of a patch whose rays are worth sharing: slices of fewer would be done by the time
+  /// that another thread has heard of them.
+  static constexpr std::size_t fewest_shared_rays = 1537;
+  static_assert(fewest_shared_rays > RayBundles<S>::slice_size);
 
   template <typename Visit>
   void for_each_pair(State& state, Visit&& visit) const {
@@ -29263,14 +29302,16 @@ class SensorStage {
     const std::size_t owner = shared_[i].owner;
     const Scratch& scratch = scratch_[owner];
     SensorPatch<S>& patch = state.patches.at(live_[owner]);
+    if (!shared_[i].claim.take()) return;
     RayTrail<S> trail;
-    for (; i < shared_.size() && shared_[i].owner == owner && shared_[i].claim.take(); ++i) {
+    do {
       if (patch.bundles.has_runs_in_slices()) {
         sense_slice(patch, scratch, shared_[i].slice, trail);
       } else {
         cast_rays_at<S>(patch, scratch.shapes[round], shared_[i].slice, &trail);
       }
-    }
+      ++i;
+    } while (i < shared_.size() && shared_[i].owner == owner && shared_[i].claim.take());
   }
 
   /// Casts the rays of a slice at all shapes, while its hits are in the cache of this thread.

@@ -187,8 +187,11 @@ TEST_CASE_TEMPLATE("threads: several shapes in reach of patches in rows and in n
     ThreadPool pool(workers);
     CHECK(hashes_with(pool.hook()) == expected);
   }
+  // One thread that has all slices of a patch one after the other, and one that has each by itself.
+  const ParallelFor forwards = [](std::size_t count, const auto& task) { serial_for(count, task); };
   const ParallelFor backwards = [](std::size_t count, const auto& task) {
     for (std::size_t i = count; i-- > 0;) task(i);
   };
+  CHECK(hashes_with(forwards) == expected);
   CHECK(hashes_with(backwards) == expected);
 }

@@ -49,7 +49,8 @@ inline bool is_serial(const ParallelFor& parallel_for) {
 
 namespace detail {
 
-/// Something that several tasks may come to do, and the first of them does. A copy is free again.
+/// Something that several tasks may come to do, and the first of them does. A copy is free again:
+/// it is copied where a vector of what is to be done grows.
 class Claim {
  public:
   Claim() = default;

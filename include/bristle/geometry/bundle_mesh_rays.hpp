@@ -64,7 +64,7 @@ class BundleMeshQuery {
     if (rays_.bundles == nullptr || rays_.bundles->is_empty()) {
       const std::size_t end = std::min<std::size_t>(rays_.slice.end, rays_.size());
       for (std::size_t i = rays_.slice.first; i < end; ++i) cast_alone(i);
-    } else if (const auto* stop = trail_.back_to(*rays_.bundles, rays_.slice)) {
+    } else if (const auto* stop = trail_.back_to(rays_.slice)) {
       visit_parts(stop->bundle, stop->of_parts);
     } else {
       visit(0, {});
@@ -106,7 +106,7 @@ class BundleMeshQuery {
   };
 
   void visit(std::size_t id, Known known);
-  void visit_parts(std::size_t id, const Known& known) {
+  void visit_parts(std::size_t id, Known known) {
     visit(id + 1, known);
     visit(rays_.bundles->bundles()[id].second, known);
   }
@@ -200,6 +200,8 @@ template <Scalar S>
 void BundleMeshQuery<S>::visit(std::size_t id, Known known) {
   const Bundle& bundle = rays_.bundles->bundles()[id];
   if (may_meet_ || is_left_out(bundle)) return;
+  // From the branch beside it, whose lists are written over from here on.
+  trail_.back_to({bundle.first, bundle.first + bundle.count});
   const BoxInTree<S> box = box_of(bundle, known.framed);
   // Sought where they are not known yet, and handed on to the parts.
   const LeafList<S>*& list = known.list;
@@ -249,7 +251,7 @@ void BundleMeshQuery<S>::visit(std::size_t id, Known known) {
   // Boxes in one frame are those of small bundles, and do not outlive this call.
   static_assert(Bundles::frame_size <= Bundles::slice_size);
   if (rays_.trail != nullptr && bundle.count > Bundles::slice_size) {
-    trail_.go_to(*rays_.bundles, {id, known});
+    trail_.go_to({id, known});
   }
   visit_parts(id, known);
 }
@@ -483,7 +485,7 @@ void BundleMeshQuery<S>::cast_one_by_one(std::size_t first, std::size_t end, Sid
 template <Scalar S>
 void cast_rays_at_mesh(const RayMesh<S>& mesh, const Transform<S>& X_RC, const RayBatch<S>& rays,
                        std::uint32_t tag, RayHits<S>& hits) {
-  detail::with_trail(rays, tag, [&](RayTrail<S>& trail) {
+  detail::with_trail(mesh, X_RC, rays, [&](RayTrail<S>& trail) {
     detail::BundleMeshQuery<S>(mesh, X_RC, rays, tag, &hits, trail).run();
   });
 }

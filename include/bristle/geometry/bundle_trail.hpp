@@ -6,10 +6,11 @@
 #include <bristle/geometry/bundle_leaves.hpp>
 #include <bristle/geometry/ray.hpp>
 #include <bristle/geometry/ray_bundles.hpp>
+#include <bristle/geometry/ray_mesh.hpp>
+#include <bristle/math/transform.hpp>
 
 #include <array>
 #include <cstddef>
-#include <cstdint>
 
 namespace bristle {
 
@@ -31,9 +32,12 @@ struct KnownOfBundle {
 
 }  // namespace detail
 
-/// The way from the root of the bundles down to the slice that was asked last, for one shape at one
+/// The way from the root of the bundles down to the slice that was asked last, for one mesh at one
 /// pose and one thread: slices that are asked one after the other find out only once what is known
-/// of the bundles above them. It changes what a slice costs, not what it answers.
+/// of the bundles above them. It changes what a slice costs, not what it answers. Who asks another
+/// mesh, or at another pose, begins a new way: slices that ask two meshes in turn gain nothing.
+///
+/// A trail is done with before a mesh or bundles that it was given to change or go.
 template <Scalar S>
 class RayTrail {
  public:
@@ -50,36 +54,43 @@ class RayTrail {
   RayTrail(const RayTrail&) = delete;  // Stops point to the lists.
   RayTrail& operator=(const RayTrail&) = delete;
 
-  /// Whether it is the trail of a shape: that of the first one that asks.
-  [[nodiscard]] bool serves(std::uint32_t tag) {
-    if (!has_tag_) tag_ = tag;
-    has_tag_ = true;
-    return tag_ == tag;
+  /// Forgets the way unless these very rays asked for this mesh last, in the same place.
+  void serve(const RayMesh<S>& mesh, const Transform<S>& X_RC, const RayBatch<S>& rays) {
+    if (mesh_ == &mesh && bundles_ == rays.bundles && extra_length_ == rays.extra_length &&
+        X_RC_.rotation.coeffs() == X_RC.rotation.coeffs() &&
+        X_RC_.translation == X_RC.translation) {
+      return;
+    }
+    mesh_ = &mesh;
+    bundles_ = rays.bundles;
+    extra_length_ = rays.extra_length;
+    X_RC_ = X_RC;
+    stops_ = 0;
   }
 
   /// Goes back to the lowest stop that all of some places are below of.
   /// @return Null where there is none: then nothing is known of them.
-  const Stop* back_to(const RayBundles<S>& bundles, RaySlice places) {
+  const Stop* back_to(RaySlice places) {
     for (; stops_ > 0; --stops_) {
       const Stop& stop = stop_[stops_ - 1];
-      const RayBundle<S>& bundle = bundles.bundles()[stop.bundle];
+      const RayBundle<S>& bundle = bundles_->bundles()[stop.bundle];
       if (bundle.first <= places.first && places.end <= bundle.first + bundle.count) return &stop;
     }
     return nullptr;
   }
-  /// Goes on to a bundle, from whichever stop it is below of. Where the way is longer than there is
-  /// room for, the rest of it is found anew.
-  void go_to(const RayBundles<S>& bundles, const Stop& next) {
-    const RayBundle<S>& bundle = bundles.bundles()[next.bundle];
-    back_to(bundles, {bundle.first, bundle.first + bundle.count});
+  /// Goes on to a bundle below the last stop. Where the way is longer than there is room for, the
+  /// rest of it is found anew.
+  void go_to(const Stop& next) {
     if (stops_ < stop_.size()) stop_[stops_++] = next;
   }
 
   [[nodiscard]] detail::LeafList<S>& list(std::size_t i) { return lists_[i]; }
 
  private:
-  std::uint32_t tag_ = 0;
-  bool has_tag_ = false;
+  const RayMesh<S>* mesh_ = nullptr;
+  const RayBundles<S>* bundles_ = nullptr;
+  S extra_length_ = S(0);
+  Transform<S> X_RC_{};
   std::size_t stops_ = 0;
   /// As many as there are above the slices of a million rays.
   std::array<Stop, 12> stop_;
@@ -96,14 +107,13 @@ BRISTLE_OUTLINED void with_own_trail(const Query& query) {
   query(trail);
 }
 
-/// Calls query(trail) with the trail of a batch if it serves a shape, and with a new one otherwise.
+/// Calls query(trail) with the trail of a batch, or with one for this query alone.
 template <Scalar S, typename Query>
-void with_trail(const RayBatch<S>& rays, std::uint32_t tag, const Query& query) {
-  if (rays.trail != nullptr && rays.trail->serves(tag)) {
-    query(*rays.trail);
-  } else {
-    with_own_trail<S>(query);
-  }
+void with_trail(const RayMesh<S>& mesh, const Transform<S>& X_RC, const RayBatch<S>& rays,
+                const Query& query) {
+  if (rays.trail == nullptr) return with_own_trail<S>(query);
+  rays.trail->serve(mesh, X_RC, rays);
+  query(*rays.trail);
 }
 
 }  // namespace detail

@@ -12,10 +12,10 @@
 #include <bristle/math/transform.hpp>
 
 #include <algorithm>
-#include <concepts>
 #include <cstddef>
 #include <span>
 #include <type_traits>
+#include <utility>
 #include <variant>
 
 namespace bristle {
@@ -42,10 +42,35 @@ struct ConvexView {
   }
 };
 
+namespace detail {
+
+// The scalar of a shape that has a view. A parameter for templates of a Scalar would tell, too, but
+// clang 14 crashes where it writes one into a precompiled header.
+template <Scalar S>
+S scalar_of(const Sphere<S>&);
+template <Scalar S>
+S scalar_of(const Box<S>&);
+template <Scalar S>
+S scalar_of(const Capsule<S>&);
+template <Scalar S>
+S scalar_of(const Cylinder<S>&);
+template <Scalar S>
+S scalar_of(const Cone<S>&);
+template <Scalar S>
+S scalar_of(const Ellipsoid<S>&);
+template <Scalar S>
+S scalar_of(const ConvexHull<S>&);
+template <Scalar S>
+S scalar_of(const Triangle<S>&);
+
+template <typename ConvexShape>
+using ScalarOfShape = decltype(scalar_of(std::declval<const ConvexShape&>()));
+
+}  // namespace detail
+
 /// The view of a shape, which must outlive the answer.
-template <Scalar S, template <Scalar> typename ConvexShape>
-requires std::constructible_from < decltype(ConvexView<S>::shape), const ConvexShape<S>
-* > [[nodiscard]] ConvexView<S> convex_view(const ConvexShape<S>& shape);
+template <typename ConvexShape>
+[[nodiscard]] ConvexView<detail::ScalarOfShape<ConvexShape>> convex_view(const ConvexShape& shape);
 
 /// [m] The box around a solid that stands at X.
 template <Scalar S>
@@ -114,9 +139,9 @@ void measure(ConvexView<S>& convex, const Triangle<S>& s) {
 
 /// Calls `try_axis` with directions in which the way out of the shape may be shortest: those its
 /// faces look in.
-template <Scalar S, template <Scalar> typename ConvexShape, typename Try>
-void for_face_normals(const ConvexShape<S>& shape, const Try& try_axis) {
-  using Self = ConvexShape<S>;
+template <typename Self, typename Try>
+void for_face_normals(const Self& shape, const Try& try_axis) {
+  using S = ScalarOfShape<Self>;
   if constexpr (std::is_same_v<Self, Box<S>>) {
     for (int axis = 0; axis < 3; ++axis) {
       try_axis(Vec3<S>(Vec3<S>::Unit(axis)));
@@ -150,10 +175,9 @@ Vec3<S> ConvexView<S>::support(const Vec3<S>& direction) const {
   return std::visit([&](const auto* s) { return detail::support_core(*s, direction); }, shape);
 }
 
-template <Scalar S, template <Scalar> typename ConvexShape>
-requires std::constructible_from < decltype(ConvexView<S>::shape), const ConvexShape<S>
-* > ConvexView<S> convex_view(const ConvexShape<S>& shape) {
-  ConvexView<S> convex{.shape = &shape};
+template <typename ConvexShape>
+ConvexView<detail::ScalarOfShape<ConvexShape>> convex_view(const ConvexShape& shape) {
+  ConvexView<detail::ScalarOfShape<ConvexShape>> convex{.shape = &shape};
   detail::measure(convex, shape);
   return convex;
 }

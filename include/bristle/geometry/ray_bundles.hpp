@@ -62,9 +62,9 @@ class RayBundles {
   static constexpr std::size_t block_size = 16;
   /// [-] Rays of a bundle at most whose frame is that of all bundles it is divided into.
   static constexpr std::size_t frame_size = 256;
-  /// [-] Rays of a slice at most. One takes some microseconds, which is more than it costs to hand it
-  /// to another thread and to go down to its bundles once more; and there are sixteen of them in ten
-  /// thousand rays.
+  /// [-] Rays of a slice at most. One takes some microseconds, which is more than it costs to hand
+  /// it to another thread and to go down to its bundles once more; and there are sixteen of them in
+  /// ten thousand rays.
   static constexpr std::size_t slice_size = 1024;
 
   /// Rays of one place each, in the frame of their undivided bundle: at height z a ray is at

@@ -180,8 +180,10 @@ class SensorStage {
     detail::Claim claim{};
   };
 
-  /// [-] Sensors of a patch whose rays are worth sharing: two slices.
-  static constexpr std::size_t fewest_shared_rays = RayBundles<S>::slice_size + 1;
+  /// [-] Sensors of a patch whose rays are worth sharing: slices of fewer would be done by the time
+  /// that another thread has heard of them.
+  static constexpr std::size_t fewest_shared_rays = 1537;
+  static_assert(fewest_shared_rays > RayBundles<S>::slice_size);
 
   template <typename Visit>
   void for_each_pair(State& state, Visit&& visit) const {
@@ -328,14 +330,16 @@ class SensorStage {
     const std::size_t owner = shared_[i].owner;
     const Scratch& scratch = scratch_[owner];
     SensorPatch<S>& patch = state.patches.at(live_[owner]);
+    if (!shared_[i].claim.take()) return;
     RayTrail<S> trail;
-    for (; i < shared_.size() && shared_[i].owner == owner && shared_[i].claim.take(); ++i) {
+    do {
       if (patch.bundles.has_runs_in_slices()) {
         sense_slice(patch, scratch, shared_[i].slice, trail);
       } else {
         cast_rays_at<S>(patch, scratch.shapes[round], shared_[i].slice, &trail);
       }
-    }
+      ++i;
+    } while (i < shared_.size() && shared_[i].owner == owner && shared_[i].claim.take());
   }
 
   /// Casts the rays of a slice at all shapes, while its hits are in the cache of this thread.

@@ -172,80 +172,120 @@ TEST_CASE_TEMPLATE("cast_rays_at_mesh: any slice of whole bundles is asked, and 
 
 TEST_CASE_TEMPLATE("cast_rays_at_mesh: slices that leave each other a trail answer as the whole", S,
                    float, double) {
-  // Two meshes in turn, of which the first has the trail. Slices come in order, in no order, and as
-  // runs of several that reach across branches of the bundles.
+  // One trail for all that is asked: single slices, and runs of several that reach across branches
+  // of the bundles and overlap; of two meshes, at two poses, by shorter and by longer rays.
   test::Random random(7);
   const RayMesh<S> mesh = ray_mesh(test::scaled_mesh<S>(test::bumpy_mesh(60), 1));
   const RayMesh<S> other = ray_mesh(test::scaled_mesh<S>(test::torus_mesh(30, 16), 1));
   for (const PatchKind kind : {PatchKind::pad, PatchKind::convex}) {
-    const auto patch = test::make_rays<S>(kind, 10000, 1, random);
-    const RayBundles<S> bundles(patch.batch(nullptr));
-    const std::vector<RaySlice>& slices = bundles.slices();
-    REQUIRE(slices.size() > 8);
-    const auto touching = [](std::uint64_t seed) {
-      test::Wanderer wanderer(1, seed, {Vec3<double>(0.03, 0, 0), Vec3<double>(0, 0, -0.05)});
-      return wanderer.pose().template cast<S>();
-    };
-    const Transform<S> X = touching(11), X_other = touching(12);
-    const auto cast = [&](RaySlice slice, RayTrail<S>* trail, RayHits<S>& hits) {
-      RayBatch<S> rays = patch.batch(&bundles);
-      rays.slice = slice;
-      rays.trail = trail;
-      cast_rays_at_mesh(mesh, X, rays, 7, hits);
-      cast_rays_at_mesh(other, X_other, rays, 8, hits);
-    };
-    RayHits<S> whole;
-    whole.reset(10000);
-    cast({}, nullptr, whole);
-    REQUIRE(std::count(whole.tag.begin(), whole.tag.end(), 7u) > 500);
-    const auto check = [&](const std::vector<RaySlice>& runs) {
+    for (const std::size_t n : {10000u, 14321u}) {
+      CAPTURE(int(kind));
+      CAPTURE(n);
+      const auto patch = test::make_rays<S>(kind, n, 1, random);
+      const RayBundles<S> bundles(patch.batch(nullptr));
+      const std::vector<RaySlice>& slices = bundles.slices();
+      REQUIRE(slices.size() > 8);
+      struct Asked {
+        const RayMesh<S>* mesh;
+        Transform<S> X;
+        S extra_length;
+        RayHits<S> whole{};
+      };
+      const auto touching = [](std::uint64_t seed) {
+        test::Wanderer wanderer(1, seed, {Vec3<double>(0.03, 0, 0), Vec3<double>(0, 0, -0.05)});
+        return wanderer.pose().template cast<S>();
+      };
+      std::array<Asked, 4> targets{
+          Asked{&mesh, touching(11), S(0)}, Asked{&mesh, touching(12), S(0)},
+          Asked{&other, touching(12), S(0)}, Asked{&mesh, touching(11), S(0.01)}};
+      const auto cast = [&](const Asked& asked, RaySlice slice, RayTrail<S>* trail,
+                            RayHits<S>& hits) {
+        RayBatch<S> rays = patch.batch(&bundles);
+        rays.slice = slice;
+        rays.trail = trail;
+        rays.extra_length = asked.extra_length;
+        cast_rays_at_mesh(*asked.mesh, asked.X, rays, 7, hits);
+      };
+      for (Asked& asked : targets) {
+        asked.whole.reset(n);
+        cast(asked, {}, nullptr, asked.whole);
+        REQUIRE(std::count(asked.whole.tag.begin(), asked.whole.tag.end(), 7u) > 500);
+      }
       RayTrail<S> trail;
       RayHits<S> hits;
-      hits.reset(10000);
-      for (const RaySlice& run : runs) cast(run, &trail, hits);
-      CHECK(hits.distance == whole.distance);
-      CHECK(hits.tag == whole.tag);
-      CHECK(hits.normal.x == whole.normal.x);
-      CHECK(hits.normal.y == whole.normal.y);
-      CHECK(hits.normal.z == whole.normal.z);
-    };
-    for (const std::size_t longest : {1u, 5u}) {
-      std::vector<RaySlice> runs;
-      for (std::size_t i = 0, next = 0; i < slices.size(); i = next) {
-        next = std::min(slices.size(), i + 1 + random.index(longest));
-        runs.push_back({slices[i].first, slices[next - 1].end});
+      std::size_t wrong = 0, target = 0;
+      for (std::size_t query = 0; query < 200; ++query) {
+        if (random.index(8) == 0) target = random.index(targets.size());
+        const std::size_t first = random.index(slices.size());
+        const std::size_t longest = query % 2 == 0 ? 1 : 6;
+        const std::size_t last = std::min(slices.size() - 1, first + random.index(longest));
+        hits.reset(n);
+        cast(targets[target], {slices[first].first, slices[last].end}, &trail, hits);
+        const RayHits<S>& whole = targets[target].whole;
+        for (std::size_t k = slices[first].first; k < slices[last].end; ++k) {
+          const std::size_t i = bundles.ray_at(k);
+          wrong += hits.distance[i] != whole.distance[i] || hits.tag[i] != whole.tag[i] ||
+                   (hits.tag[i] == 7 && hits.normal[i] != whole.normal[i]);
+        }
       }
-      check(runs);
-      for (std::size_t i = runs.size(); i > 1; --i) std::swap(runs[i - 1], runs[random.index(i)]);
-      check(runs);
+      CHECK(wrong == 0);
+      // It leads to the slice beside the last, so that these answers were not found without it.
+      cast(targets[0], slices[3], &trail, hits);
+      const auto* const stop = trail.back_to(slices[4]);
+      REQUIRE(stop != nullptr);
+      CHECK(stop->of_parts.list != nullptr);
     }
   }
 }
 
-TEST_CASE("RayTrail: knows the way to what is beside the last slice, for one shape") {
+TEST_CASE("RayTrail: knows the way to what is beside the last slice, for one mesh in one place") {
   test::Random random(7);
   const auto patch = test::make_rays<double>(PatchKind::pad, 10000, 1, random);
   const RayBundles<double> bundles(patch.batch(nullptr));
+  const RayMesh<double> mesh = ray_mesh(test::bumpy_mesh(7)), same = mesh;
   const std::size_t root = 0, first = 1, second = bundles.bundles()[root].second;
   const auto places = [&](std::size_t id) {
-    const RayBundle<double>& bundle = bundles.bundles()[id];
+    const auto& bundle = bundles.bundles()[id];
     return RaySlice{bundle.first, bundle.first + bundle.count};
   };
   RayTrail<double> trail;
-  CHECK(trail.back_to(bundles, places(root)) == nullptr);
-  for (const std::size_t id : {root, first}) trail.go_to(bundles, {id, {}});
-  REQUIRE(trail.back_to(bundles, bundles.slices().front()) != nullptr);
-  CHECK(trail.back_to(bundles, bundles.slices().front())->bundle == first);
-  CHECK(trail.back_to(bundles, places(first))->bundle == first);
+  CHECK(trail.back_to(places(root)) == nullptr);
+  RayBatch<double> rays = patch.batch(&bundles);
+  Transform<double> X;
+  const auto go = [&](std::size_t id) {
+    trail.back_to(places(id));
+    trail.go_to({id, {}});
+  };
+  trail.serve(mesh, X, rays);
+  go(root);
+  go(first);
+  REQUIRE(trail.back_to(bundles.slices().front()) != nullptr);
+  CHECK(trail.back_to(bundles.slices().front())->bundle == first);
+  CHECK(trail.back_to(places(first))->bundle == first);
   // From one branch to the other, by either way.
-  trail.go_to(bundles, {second, {}});
-  CHECK(trail.back_to(bundles, bundles.slices().back())->bundle == second);
-  CHECK(trail.back_to(bundles, bundles.slices().front())->bundle == root);
+  go(second);
+  CHECK(trail.back_to(bundles.slices().back())->bundle == second);
+  CHECK(trail.back_to(bundles.slices().front())->bundle == root);
   // More than there is of the root.
-  CHECK(trail.back_to(bundles, {0, 10001}) == nullptr);
-  CHECK(trail.serves(4));
-  CHECK_FALSE(trail.serves(0));
-  CHECK(trail.serves(4));
+  CHECK(trail.back_to({0, 10001}) == nullptr);
+
+  const auto is_kept = [&](const RayMesh<double>& asked) {
+    go(root);
+    trail.serve(asked, X, rays);
+    return trail.back_to(places(first)) != nullptr;
+  };
+  CHECK(is_kept(mesh));
+  CHECK_FALSE(is_kept(same));
+  X.translation.z() = 1;
+  CHECK_FALSE(is_kept(same));
+  X.rotation.coeffs() = -X.rotation.coeffs();
+  CHECK_FALSE(is_kept(same));
+  rays.extra_length = 0.001;
+  CHECK_FALSE(is_kept(same));
+  const RayBundles<double> copy(bundles);
+  rays.bundles = &copy;
+  CHECK_FALSE(is_kept(same));
+  CHECK(is_kept(same));
 }
 
 TEST_CASE_TEMPLATE("cast_rays_at_mesh: of two triangles met at one point the lower number counts",

@@ -21,6 +21,7 @@ TEST_CASE("tiles_per_slice: slices of a sweep are alike, and as many for two thr
       continue;
     }
     REQUIRE(slices >= fewest_shared_slices);
+    if (tiles <= 28 * slice_tiles) REQUIRE(slices % 4 == 0);
     // What a thread does is more than its part by no more than rounding up, a tile a slice.
     for (const std::size_t threads : {2u, 4u}) {
       const std::size_t each = (slices + threads - 1) / threads * size;
