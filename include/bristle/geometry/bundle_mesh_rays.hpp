@@ -3,7 +3,7 @@
 ///
 /// Answers are those of `ray_cast_mesh` for each ray alone, to round-off: what the lanes cannot
 /// tell with certainty is asked again that way. Nothing is kept from one query to the next, but for
-/// what slices of one query leave each other in a trail.
+/// what slices of one patch leave each other in a trail.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
