@@ -47,10 +47,11 @@ class BundleMeshQuery {
  public:
   /// @param hits  Null where it is only asked whether there is anything to meet.
   BundleMeshQuery(const RayMesh<S>& mesh, const Transform<S>& X_RC, const RayBatch<S>& rays,
-                  std::uint32_t tag, RayHits<S>* hits, RayTrail<S>& trail)
+                  std::uint32_t tag, RayHits<S>* hits, LeafLists<S>& lists)
       : mesh_(mesh),
         rays_(rays),
-        trail_(trail),
+        lists_(lists),
+        trail_(hits == nullptr ? nullptr : rays.trail),
         tag_(tag),
         hits_(hits),
         R_RC_(X_RC.rotation_matrix()),
@@ -64,7 +65,7 @@ class BundleMeshQuery {
     if (rays_.bundles == nullptr || rays_.bundles->is_empty()) {
       const std::size_t end = std::min<std::size_t>(rays_.slice.end, rays_.size());
       for (std::size_t i = rays_.slice.first; i < end; ++i) cast_alone(i);
-    } else if (const auto* stop = trail_.back_to(rays_.slice)) {
+    } else if (const auto* stop = trail_ ? trail_->back_to(rays_.slice) : nullptr) {
       visit_parts(stop->bundle, stop->of_parts);
     } else {
       visit(0, {});
@@ -173,7 +174,8 @@ class BundleMeshQuery {
 
   const RayMesh<S>& mesh_;
   const RayBatch<S>& rays_;
-  RayTrail<S>& trail_;
+  LeafLists<S>& lists_;
+  RayTrail<S>* trail_;
   std::uint32_t tag_;
   RayHits<S>* hits_;
   /// Without hits: whether something was found that rays may meet.
@@ -201,7 +203,7 @@ void BundleMeshQuery<S>::visit(std::size_t id, Known known) {
   const Bundle& bundle = rays_.bundles->bundles()[id];
   if (may_meet_ || is_left_out(bundle)) return;
   // From the branch beside it, whose lists are written over from here on.
-  trail_.back_to({bundle.first, bundle.first + bundle.count});
+  if (trail_ != nullptr) trail_->back_to({bundle.first, bundle.first + bundle.count});
   const BoxInTree<S> box = box_of(bundle, known.framed);
   // Sought where they are not known yet, and handed on to the parts.
   const LeafList<S>*& list = known.list;
@@ -213,12 +215,12 @@ void BundleMeshQuery<S>::visit(std::size_t id, Known known) {
   const bool is_sparse = density > sparse_from;
   if (list == nullptr) {
     const bool fits = density * S(bundle.count) < S(LeafList<S>::capacity * 8);
-    if (!is_sparse && fits && trail_.list(known.lists).search(mesh_.tree(), box)) {
-      list = &trail_.list(known.lists++);
+    if (!is_sparse && fits && lists_[known.lists].search(mesh_.tree(), box)) {
+      list = &lists_[known.lists++];
     }
-  } else if (list->size() > short_list && known.lists < RayTrail<S>::most_lists) {
-    trail_.list(known.lists).filter(*list, box);
-    list = &trail_.list(known.lists++);
+  } else if (list->size() > short_list && known.lists < lists_.size()) {
+    lists_[known.lists].filter(*list, box);
+    list = &lists_[known.lists++];
   }
   if (list != nullptr && list->size() == 0) return decide_empty(bundle, side);
   const bool is_small = !bundle.is_divided() || density * S(bundle.count) <= few_triangles;
@@ -250,9 +252,7 @@ void BundleMeshQuery<S>::visit(std::size_t id, Known known) {
   known.framed = bundle.has_one_frame ? &box : nullptr;
   // Boxes in one frame are those of small bundles, and do not outlive this call.
   static_assert(Bundles::frame_size <= Bundles::slice_size);
-  if (rays_.trail != nullptr && bundle.count > Bundles::slice_size) {
-    trail_.go_to({id, known});
-  }
+  if (trail_ != nullptr && bundle.count > Bundles::slice_size) trail_->go_to({id, known});
   visit_parts(id, known);
 }
 
@@ -485,15 +485,15 @@ void BundleMeshQuery<S>::cast_one_by_one(std::size_t first, std::size_t end, Sid
 template <Scalar S>
 void cast_rays_at_mesh(const RayMesh<S>& mesh, const Transform<S>& X_RC, const RayBatch<S>& rays,
                        std::uint32_t tag, RayHits<S>& hits) {
-  detail::with_trail(mesh, X_RC, rays, [&](RayTrail<S>& trail) {
-    detail::BundleMeshQuery<S>(mesh, X_RC, rays, tag, &hits, trail).run();
+  detail::with_lists(mesh, X_RC, rays, [&](detail::LeafLists<S>& lists) {
+    detail::BundleMeshQuery<S>(mesh, X_RC, rays, tag, &hits, lists).run();
   });
 }
 
 template <Scalar S>
 bool is_clear_of_mesh(const RayMesh<S>& mesh, const Transform<S>& X_RC, const RayBatch<S>& rays) {
-  RayTrail<S> trail;
-  return detail::BundleMeshQuery<S>(mesh, X_RC, rays, 0, nullptr, trail).is_clear();
+  detail::LeafLists<S> lists;
+  return detail::BundleMeshQuery<S>(mesh, X_RC, rays, 0, nullptr, lists).is_clear();
 }
 
 }  // namespace bristle

@@ -30,6 +30,10 @@ struct KnownOfBundle {
   const BoxInTree<S>* framed = nullptr;
 };
 
+/// Room for the lists of leaves that are made on the way down. Below, the last one serves.
+template <Scalar S>
+using LeafLists = std::array<LeafList<S>, 4>;
+
 }  // namespace detail
 
 /// The way from the root of the bundles down to the slice that was asked last, for one mesh at one
@@ -41,9 +45,6 @@ struct KnownOfBundle {
 template <Scalar S>
 class RayTrail {
  public:
-  /// [-] Lists of leaves that are kept on the way down. Below, the last one serves.
-  static constexpr std::size_t most_lists = 4;
-
   /// A bundle on the way, and what is known of its parts.
   struct Stop {
     std::size_t bundle = 0;
@@ -84,7 +85,7 @@ class RayTrail {
     if (stops_ < stop_.size()) stop_[stops_++] = next;
   }
 
-  [[nodiscard]] detail::LeafList<S>& list(std::size_t i) { return lists_[i]; }
+  [[nodiscard]] detail::LeafLists<S>& lists() { return lists_; }
 
  private:
   const RayMesh<S>* mesh_ = nullptr;
@@ -94,26 +95,26 @@ class RayTrail {
   std::size_t stops_ = 0;
   /// As many as there are above the slices of a million rays.
   std::array<Stop, 12> stop_;
-  std::array<detail::LeafList<S>, most_lists> lists_;
+  detail::LeafLists<S> lists_;
 };
 
 namespace detail {
 
-/// A call, so that who has a trail does not make room for another one: they are some 60 KiB in
+/// A call, so that who has a trail does not make room for other lists: they are some 60 KiB in
 /// double, and the stacks of threads may be small.
 template <Scalar S, typename Query>
-BRISTLE_OUTLINED void with_own_trail(const Query& query) {
-  RayTrail<S> trail;
-  query(trail);
+BRISTLE_OUTLINED void with_own_lists(const Query& query) {
+  LeafLists<S> lists;
+  query(lists);
 }
 
-/// Calls query(trail) with the trail of a batch, or with one for this query alone.
+/// Calls query(lists) with the lists of the trail of a batch, or with some for this query alone.
 template <Scalar S, typename Query>
-void with_trail(const RayMesh<S>& mesh, const Transform<S>& X_RC, const RayBatch<S>& rays,
+void with_lists(const RayMesh<S>& mesh, const Transform<S>& X_RC, const RayBatch<S>& rays,
                 const Query& query) {
-  if (rays.trail == nullptr) return with_own_trail<S>(query);
+  if (rays.trail == nullptr) return with_own_lists<S>(query);
   rays.trail->serve(mesh, X_RC, rays);
-  query(*rays.trail);
+  query(rays.trail->lists());
 }
 
 }  // namespace detail
