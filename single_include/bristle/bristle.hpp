@@ -727,8 +727,8 @@ struct RayBatch {
   /// asked at once, by one thread.
   KeptCandidates<S>* kept = nullptr;
   std::uint32_t shape_life = 0;
-  /// What slices find out for those that the same thread asks next (bundle_trail.hpp). Null:
-  /// nothing.
+  /// What slices find out for those that the same thread asks next (bundle_trail.hpp), of meshes
+  /// that outlive it. Null: nothing.
   RayTrail<S>* trail = nullptr;
 
   [[nodiscard]] std::size_t size() const { return length.size(); }
@@ -15669,7 +15669,8 @@ using LeafLists = std::array<LeafList<S>, 4>;
 /// of the bundles above them. It changes what a slice costs, not what it answers. Who asks another
 /// mesh, or at another pose, begins a new way: slices that ask two meshes in turn gain nothing.
 ///
-/// A trail is done with before a mesh or bundles that it was given to change or go.
+/// It knows a mesh and bundles by their addresses: a trail is done with before any that it served
+/// change or go.
 template <Scalar S>
 class RayTrail {
  public:
@@ -15683,7 +15684,8 @@ class RayTrail {
   RayTrail(const RayTrail&) = delete;  // Stops point to the lists.
   RayTrail& operator=(const RayTrail&) = delete;
 
-  /// Forgets the way unless these very rays asked for this mesh last, in the same place.
+  /// To be called before all else: forgets the way unless these very rays asked for this mesh last,
+  /// in the same place.
   void serve(const RayMesh<S>& mesh, const Transform<S>& X_RC, const RayBatch<S>& rays) {
     if (mesh_ == &mesh && bundles_ == rays.bundles && extra_length_ == rays.extra_length &&
         X_RC_.rotation.coeffs() == X_RC.rotation.coeffs() &&
@@ -20386,7 +20388,7 @@ inline constexpr std::size_t fewest_shared_slices = 8;
 /// [-] In how many slices so many tiles are cut, at most. Those that threads share are a multiple
 /// of four, so that two and four threads have the same number each: one slice more is a tenth of a
 /// sweep over 5000 sensors. Above 28 slices sizes are rounded up to so few tiles that there may be
-/// one or two slices less, which is little then.
+/// a few slices less, which is little then.
 [[nodiscard]] constexpr std::size_t slice_count(std::size_t tiles) {
   const std::size_t fewest = (tiles + slice_tiles - 1) / slice_tiles;
   return fewest < fewest_shared_slices ? fewest : (fewest + 3) / 4 * 4;
@@ -29153,8 +29155,8 @@ class SensorStage {
     detail::Claim claim{};
   };
 
-  /// [-] Sensors of a patch whose rays are worth sharing: slices of fewer would be done by the time
-  /// that another thread has heard of them.
+  /// [-] Sensors of a patch from which on threads share its rays: fewer are cast in some
+  /// microseconds.
   static constexpr std::size_t fewest_shared_rays = 1537;
   static_assert(fewest_shared_rays > RayBundles<S>::slice_size);
 

@@ -26,7 +26,7 @@ foreach(file IN LISTS files)
   if(NOT text MATCHES "(//|#) SPDX-License-Identifier: BSD-3-Clause\n")
     violation("${file}:1" "no line `SPDX-License-Identifier: BSD-3-Clause`")
   endif()
-  if(text MATCHES "template <[A-Z][A-Za-z]*> (typename|class)")
+  if(text MATCHES "[<,][ \n]*template *<([A-Z]|[a-z_]+::)")
     violation("${file}:1" "a template parameter of constrained templates: clang 14 crashes where it \
 writes one into a precompiled header")
   endif()

@@ -41,7 +41,8 @@ using LeafLists = std::array<LeafList<S>, 4>;
 /// of the bundles above them. It changes what a slice costs, not what it answers. Who asks another
 /// mesh, or at another pose, begins a new way: slices that ask two meshes in turn gain nothing.
 ///
-/// A trail is done with before a mesh or bundles that it was given to change or go.
+/// It knows a mesh and bundles by their addresses: a trail is done with before any that it served
+/// change or go.
 template <Scalar S>
 class RayTrail {
  public:
@@ -55,7 +56,8 @@ class RayTrail {
   RayTrail(const RayTrail&) = delete;  // Stops point to the lists.
   RayTrail& operator=(const RayTrail&) = delete;
 
-  /// Forgets the way unless these very rays asked for this mesh last, in the same place.
+  /// To be called before all else: forgets the way unless these very rays asked for this mesh last,
+  /// in the same place.
   void serve(const RayMesh<S>& mesh, const Transform<S>& X_RC, const RayBatch<S>& rays) {
     if (mesh_ == &mesh && bundles_ == rays.bundles && extra_length_ == rays.extra_length &&
         X_RC_.rotation.coeffs() == X_RC.rotation.coeffs() &&

@@ -100,8 +100,8 @@ struct RayBatch {
   /// asked at once, by one thread.
   KeptCandidates<S>* kept = nullptr;
   std::uint32_t shape_life = 0;
-  /// What slices find out for those that the same thread asks next (bundle_trail.hpp). Null:
-  /// nothing.
+  /// What slices find out for those that the same thread asks next (bundle_trail.hpp), of meshes
+  /// that outlive it. Null: nothing.
   RayTrail<S>* trail = nullptr;
 
   [[nodiscard]] std::size_t size() const { return length.size(); }

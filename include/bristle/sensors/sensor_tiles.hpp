@@ -35,7 +35,7 @@ inline constexpr std::size_t fewest_shared_slices = 8;
 /// [-] In how many slices so many tiles are cut, at most. Those that threads share are a multiple
 /// of four, so that two and four threads have the same number each: one slice more is a tenth of a
 /// sweep over 5000 sensors. Above 28 slices sizes are rounded up to so few tiles that there may be
-/// one or two slices less, which is little then.
+/// a few slices less, which is little then.
 [[nodiscard]] constexpr std::size_t slice_count(std::size_t tiles) {
   const std::size_t fewest = (tiles + slice_tiles - 1) / slice_tiles;
   return fewest < fewest_shared_slices ? fewest : (fewest + 3) / 4 * 4;

@@ -180,8 +180,8 @@ class SensorStage {
     detail::Claim claim{};
   };
 
-  /// [-] Sensors of a patch whose rays are worth sharing: slices of fewer would be done by the time
-  /// that another thread has heard of them.
+  /// [-] Sensors of a patch from which on threads share its rays: fewer are cast in some
+  /// microseconds.
   static constexpr std::size_t fewest_shared_rays = 1537;
   static_assert(fewest_shared_rays > RayBundles<S>::slice_size);
 

@@ -227,6 +227,12 @@ TEST_CASE_TEMPLATE("cast_rays_at_mesh: slices that leave each other a trail answ
         const std::size_t first = random.index(slices.size());
         const std::size_t longest = query % 2 == 0 ? 1 : 6;
         const std::size_t last = std::min(slices.size() - 1, first + random.index(longest));
+        if (query % 16 == 0) {
+          // Whoever asks whether all is clear leaves the trail as it is.
+          RayBatch<S> rays = patch.batch(&bundles);
+          rays.trail = &trail;
+          wrong += is_clear_of_mesh(*targets[target].mesh, targets[target].X, rays);
+        }
         hits.reset(n);
         cast(targets[target], {slices[first].first, slices[last].end}, &trail, hits);
         const RayHits<S>& whole = targets[target].whole;
