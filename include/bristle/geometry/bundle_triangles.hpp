@@ -78,6 +78,14 @@ class BundleTriangles {
   // A pack may be loaded from the last candidate.
   using Row = std::array<S, capacity + 16>;
 
+  /// [m] Corner c of the triangles of a leaf from its i-th on, in the frame of the tree.
+  [[nodiscard]] BRISTLE_LANES static Pack3<S> corner(const WideTree<S>& tree,
+                                                     const TriangleRange& leaf, std::size_t c,
+                                                     std::size_t i) {
+    return Pack3<S>::load(tree.row(leaf, c, 0) + i, tree.row(leaf, c, 1) + i,
+                          tree.row(leaf, c, 2) + i);
+  }
+
   /// Corners of triangles in lanes, turned into the bundle's frame, and which meet the box.
   struct Turned {
     Pack3<S> corners[3];
@@ -107,9 +115,7 @@ BRISTLE_LANES auto BundleTriangles<S>::turned(const WideTree<S>& tree, const Tri
   Turned result;
   const Pack3<S> origin = Pack3<S>::all(box.p_GC());
   for (std::size_t c = 0; c < 3; ++c) {
-    result.corners[c] = origin + product<S>(box.R_GC(), Pack3<S>::load(tree.row(leaf, c, 0) + i,
-                                                                       tree.row(leaf, c, 1) + i,
-                                                                       tree.row(leaf, c, 2) + i));
+    result.corners[c] = origin + product<S>(box.R_GC(), corner(tree, leaf, c, i));
   }
   const auto& [a, b, c] = result.corners;
   const Aabb<S>& limits = box.box_G();
@@ -124,7 +130,16 @@ BRISTLE_LANES auto BundleTriangles<S>::turned(const WideTree<S>& tree, const Tri
 template <Scalar S>
 bool BundleTriangles<S>::is_any_in(const WideTree<S>& tree, const TriangleRange& leaf,
                                    const BoxInTree<S>& box) {
+  const Pack3<S> along = Pack3<S>::all(Vec3<S>(box.R_GC().row(2)));
+  const auto z = [&](std::size_t c, std::size_t i) {
+    return dot(along, corner(tree, leaf, c, i)) + box.p_GC().z();
+  };
   for (std::size_t i = 0; i < leaf.count; i += lanes<S>) {
+    // What is near and out of reach is mostly so along the rays: one coordinate of three tells.
+    const Pack<S> a = z(0, i), b = z(1, i), c = z(2, i);
+    const Mask<S> in_z =
+        (min(a, min(b, c)) <= box.box_G().upper[2]) & (max(a, max(b, c)) >= box.box_G().lower[2]);
+    if ((bits(in_z) & first_bits(leaf.count - i)) == 0) continue;
     if (turned(tree, leaf, i, box).in_box != 0) return true;
   }
   return false;

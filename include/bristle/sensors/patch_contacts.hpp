@@ -447,6 +447,8 @@ template <Scalar S, typename FindBody>
 void collect_contacts(SensorPatch<S>& patch, const Body<S>& A, FindBody&& find,
                       const CollectDef<S>& def, const ParallelFor& parallel_for) {
   patch.pairs.clear();
+  // Nothing was asked, and nothing is held that could be let go.
+  if (patch.near.empty() && patch.contacts.empty()) return;
   if (!def.knows_hit_lanes) detail::find_all_hit_lanes(patch);
   detail::find_touched(patch, find, def.only_tag);
   std::uint32_t contacts = 0;

@@ -165,17 +165,21 @@ TEST_CASE_TEMPLATE("collect_contacts: stiffness is summed about the middle of th
   }
 }
 
-TEST_CASE(
-    "collect_contacts: sensors that hit nothing let go, and of a patch that was cleared all") {
+TEST_CASE("collect_contacts: who hits nothing lets go; nothing near or cleared, all do") {
   test::RandomPatch<double> random(14, {});
-  random.next();
-  REQUIRE(!random.patch.contacts.empty());
-  random.patch.hits.reset(random.patch.size());
-  collect_contacts(random.patch, random.a, [](std::uint32_t) { return TouchedBody<double>{}; },
-                   {.dt = 1e-3});
-  CHECK(random.patch.pairs.empty());
-  CHECK(random.patch.contacts.empty());
-  for (const SensorTile<double>& tile : random.patch.tiles) CHECK(tile.is_rooted == 0);
+  for (const bool is_any_near : {true, false}) {
+    random.next();
+    REQUIRE(!random.patch.contacts.empty());
+    random.patch.hits.reset(random.patch.size());
+    const std::vector<std::uint32_t> near = random.patch.near;
+    if (!is_any_near) random.patch.near.clear();
+    collect_contacts(random.patch, random.a, [](std::uint32_t) { return TouchedBody<double>{}; },
+                     {.dt = 1e-3});
+    CHECK(random.patch.pairs.empty());
+    CHECK(random.patch.contacts.empty());
+    for (const SensorTile<double>& tile : random.patch.tiles) CHECK(tile.is_rooted == 0);
+    random.patch.near = near;
+  }
   random.next();
   clear_patch(random.patch);
   CHECK(random.patch.contacts.empty());
