@@ -15804,7 +15804,7 @@ class BundleTriangles {
   [[nodiscard]] bool add(const WideTree<S>& tree, const TriangleRange& leaf,
                          const BoxInTree<S>& box);
 
-  /// Whether one of a leaf's triangles meets the box.
+  /// Whether one of a leaf's triangles meets the box: to rounding, for which boxes have room.
   [[nodiscard]] static bool is_any_in(const WideTree<S>& tree, const TriangleRange& leaf,
                                       const BoxInTree<S>& box);
 
