@@ -44,7 +44,7 @@ int main(int argc, char** argv) {
   pad.parameters = tuned_for<double>({.load = 5, .mass = 0.2}).parameters(pad.sensors);
   pad.cast_every = 16;  // Once a step; the law in every tick.
 
-  HapticLoop<double, AnalyticBackend> loop({.ticks = 16});
+  HapticLoop<double> loop({.ticks = 16});
   const ToolId tool = loop.add_tool(stylus);
   loop.add_patch(tool, pad);
   for (int i = 0; i < 60; ++i) world.step();  // The box comes to rest.
@@ -62,12 +62,11 @@ int main(int argc, char** argv) {
   for (int step = 0; step < 180; ++step) {
     for (int i = 0; i < 16; ++i, ++ticks) {
       const Vec3<double> now = hand(ticks * h);
-      // What was sent acted while the hand came here.
-      observer.observe(sent, {(now - last) / h, Vec3<double>::Zero()}, h);
+      const Twist<double> moved{(now - last) / h, Vec3<double>::Zero()};
       last = now;
       loop.move(tool, {Quat<double>::Identity(), now});
       loop.tick();
-      sent = loop.wrench(tool);  // Here it goes to the device.
+      sent = observer.control(loop.wrench(tool), moved, h);  // Here it goes to the device.
       if (is_paced) pacer.wait();
     }
     world.step(loop);

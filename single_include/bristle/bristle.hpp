@@ -25415,24 +25415,32 @@ SensorLayout<S> in_order(const SensorLayout<S>& layout, std::span<const std::uin
 // SPDX-License-Identifier: BSD-3-Clause
 
 #include <algorithm>
+#include <cmath>
 
 namespace bristle {
 
 /// Energy that a tool has brought into whatever resists it, less what it got back.
 ///
-/// At each tick of the device's loop `observe` takes the wrench that acts on the tool and the
-/// tool's motion, both about one point. With `control` instead, the wrench that comes back is to be
-/// sent to the device: that of the simulation, plus the least damping that keeps the balance.
-///
 /// The sum is that of forces held over a tick: E += -dt (f . v + tau . w). It is exact where v is
 /// the mean velocity of the tick in which f acts, (x1 - x0) / dt.
+///
+/// Either `observe` counts the ticks that are over, and leaves the forces alone; or `control`
+/// stands between simulation and device, once a tick:
+///
+///     loop.move(tool, X_WT);
+///     loop.tick();
+///     device.send(observer.control(loop.wrench(tool), moved, dt));
+///
+/// where `moved` is the mean velocity since the last tick. What was sent then acted along it, and
+/// is counted now; what is sent now will act along a velocity that nobody knows yet, so the damper
+/// is that for a tool that keeps its velocity, and what that misses is paid in the ticks that
+/// follow.
 template <Scalar S>
 class PassivityObserver {
  public:
   /// @param allowance  [J] Energy that may come out beyond what went in: what was stored in the
   ///                   simulation at the start. Finite, >= 0.
-  /// @param most       [N s/m] The strongest damper that `control` may be: what the device can
-  /// take.
+  /// @param most       [N s/m] The strongest damper of `control`: what the device can take.
   ///                   Finite, > 0.
   /// @param radius     [m] Turns rad/s into m/s where torques are damped. Finite, > 0.
   /// @throws InvalidArgument naming the argument.
@@ -25448,31 +25456,36 @@ class PassivityObserver {
     add(-dt * power(on_tool, tool));
   }
 
-  /// Counts one tick, damped where it would bring the balance below minus the allowance: the wrench
-  /// to send, `on_tool` - alpha times the velocity, with the least alpha that does it, `most` at
-  /// most. What a slow tool cannot be made to pay at once stays in the balance. A wrench that is
-  /// not finite is not sent: zero is.
+  /// Counts the tick that is over, in which the wrench that was sent last acted, and damps the next
+  /// one where it would bring the balance below minus the allowance.
+  /// @param on_tool  [N, N m] What the simulation wants to send.
+  /// @param tool     [m/s, rad/s] Mean motion of the tool in the tick that is over.
+  /// @return The wrench to send: `on_tool` - alpha times the velocity, with the least alpha that
+  ///         keeps the balance at this velocity, `most` at most. What a slow tool cannot be made to
+  ///         pay at once stays in the balance. A wrench that is not finite is not sent: zero is.
   [[nodiscard]] Wrench<S> control(const Wrench<S>& on_tool, const Twist<S>& tool, S dt) {
+    using std::isfinite;
+    observe(sent_, tool, dt);
+    const S taken = -dt * power(damper_, tool);
+    if (isfinite(taken)) damped_ += taken;
+    sent_ = damper_ = {};
     if (!on_tool.force.allFinite() || !on_tool.torque.allFinite()) return {};
     // What the rounding of the balance owes is no debt.
     const S missing = -(energy_ - dt * power(on_tool, tool) + allowance_);
     const S speed2 = tool.linear.squaredNorm() + radius_ * radius_ * tool.angular.squaredNorm();
-    Wrench<S> sent = on_tool;
     if (missing > Tolerance<S>::equal() * turnover_ && speed2 > S(0)) {
       const S alpha = std::min(missing / (dt * speed2), most_);
-      sent.force -= alpha * tool.linear;
-      sent.torque -= (alpha * radius_ * radius_) * tool.angular;
-      damped_ += alpha * dt * speed2;
+      damper_ = {-alpha * tool.linear, (-alpha * radius_ * radius_) * tool.angular};
     }
-    observe(sent, tool, dt);
-    return sent;
+    sent_ = {on_tool.force + damper_.force, on_tool.torque + damper_.torque};
+    return sent_;
   }
 
-  /// [J] What went in less what came out.
+  /// [J] What went in less what came out, by the end of the last tick that was counted.
   [[nodiscard]] S energy() const { return energy_; }
   /// [J] The lowest that `energy` has been.
   [[nodiscard]] S lowest_energy() const { return lowest_; }
-  /// [J] What `control` has taken out.
+  /// [J] What the dampers of `control` have taken out.
   [[nodiscard]] S damped_energy() const { return damped_; }
   /// Whether no more has come out than went in and was allowed, up to the sum's round-off.
   [[nodiscard]] bool is_passive() const {
@@ -25496,6 +25509,9 @@ class PassivityObserver {
   S energy_ = S(0);
   S lowest_ = S(0);
   S damped_ = S(0);
+  /// What `control` sent last, and the damper's part of it.
+  Wrench<S> sent_{};
+  Wrench<S> damper_{};
   /// [J] Sum of the sizes of all terms, for the round-off of their sum.
   S turnover_ = S(0);
 };
@@ -26285,10 +26301,14 @@ struct TaxelFlawsDef {
   /// the reading follows only once the input has moved on by it (Prandtl's play operator), and
   /// stays behind by it, on the way up and on the way down. Finite, >= 0.
   S hysteresis = S(0);
-  /// [unit of the channel] Standard deviation of the noise of each sample. Finite, >= 0.
+  /// [unit of the channel] Standard deviation of the noise of each sample. Finite, >= 0. It may
+  /// take a reading below 0.
   S noise = S(0);
-  /// [-] Other seeds, other flaws; equal seeds, equal bits.
+  /// [-] Other seeds, other flaws; equal seeds and channels, equal bits.
   std::uint64_t seed = 1;
+  /// [-] Channels of one array, of one seed: the same taxels are dead in all of them, gains and
+  /// noise are each one's own.
+  std::uint64_t channel = 0;
 };
 
 /// The flaws of one array of taxels in one channel; it remembers where each one's play stands.
@@ -26355,7 +26375,9 @@ namespace detail {
 
 template <Scalar S>
 TaxelFlaws<S>::TaxelFlaws(std::size_t taxels, const TaxelFlawsDef<S>& def)
-    : hysteresis_(def.hysteresis), noise_(def.noise), seed_(def.seed) {
+    : hysteresis_(def.hysteresis),
+      noise_(def.noise),
+      seed_(def.seed ^ def.channel * 0x9e3779b97f4a7c15u) {
   detail::require(taxels > 0, "TaxelFlaws: taxels", taxels, "must be > 0");
   detail::require_not_negative("TaxelFlawsDef::gain_spread", def.gain_spread);
   detail::require_not_negative("TaxelFlawsDef::dead_share", def.dead_share);
@@ -26365,9 +26387,11 @@ TaxelFlaws<S>::TaxelFlaws(std::size_t taxels, const TaxelFlawsDef<S>& def)
   detail::require_not_negative("TaxelFlawsDef::noise", def.noise);
   gain_.resize(taxels);
   play_.resize(taxels);
-  // Streams 0 and 1 are what taxels are born with; samples have the streams from 2 on.
+  // Streams 0 and 1 are what taxels are born with; samples have the streams from 2 on. Channels
+  // are seeds far apart (a step of SplitMix64).
   for (std::size_t i = 0; i < taxels; ++i) {
-    const bool is_dead = detail::random_uniform(seed_, 0, i) < static_cast<double>(def.dead_share);
+    const bool is_dead =
+        detail::random_uniform(def.seed, 0, i) < static_cast<double>(def.dead_share);
     gain_[i] = is_dead
                    ? S(0)
                    : S(1) + def.gain_spread * static_cast<S>(detail::random_normal(seed_, 1, i));
@@ -28053,7 +28077,7 @@ struct TickedPatchId {
 ///
 /// The patches of a loop belong to it alone; the world does not sense with them. They are always
 /// implicit: `PatchDef::integration` and `explicit_below` are not used.
-template <Scalar S, typename Backend>
+template <Scalar S, typename Backend = AnalyticBackend>
 class HapticLoop {
  public:
   /// @throws InvalidArgument naming the field.
@@ -28192,7 +28216,7 @@ class HapticLoop {
 
   // What the world calls.
   void require_ticked() const {
-    detail::require(h_ > S(0), "HapticLoop", S(0), "must be opened by World::open");
+    detail::require(h_ > S(0), "HapticLoop: tick_length", h_, "is known after World::open");
     detail::require(done_ == def_.ticks, "HapticLoop: ticks", done_,
                     "must be HapticDef::ticks before a step");
   }
@@ -28337,7 +28361,7 @@ Vec6<S> HapticLoop<S, Backend>::other_force(const WorldState<S, Backend>& state,
 
 template <Scalar S, typename Backend>
 void HapticLoop<S, Backend>::tick() {
-  detail::require(h_ > S(0), "HapticLoop", S(0), "must be opened by World::open");
+  detail::require(h_ > S(0), "HapticLoop: tick_length", h_, "is known after World::open");
   detail::require(done_ < def_.ticks, "HapticLoop: ticks", done_ + 1,
                   "must be <= HapticDef::ticks between two steps");
   for (Tool& tool : tools_) {
@@ -31425,13 +31449,14 @@ void World<S, Backend>::step() {
 template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S>
 void World<S, Backend>::require_tools(const HapticLoop<S, Backend>& loop) const {
-  for (const auto& tool : loop.tools_) {
+  for (std::size_t i = 0; i < loop.tools_.size(); ++i) {
+    const auto& tool = loop.tools_[i];
     const std::uint32_t slot = tool.body.index;
     // A body that is gone had a slot.
     const bool is_gone = !contains(tool.body) && slot < state_.bodies.slot_count();
     detail::require(
         is_gone || (contains(tool.body) && state_.bodies.at(slot).motion == Motion::kinematic),
-        "HapticLoop: tool", slot, "must name a kinematic body");
+        "HapticLoop: BodyId of tool " + std::to_string(i), slot, "must name a kinematic body");
   }
 }
 

@@ -11,24 +11,32 @@
 #include <bristle/math/spatial.hpp>
 
 #include <algorithm>
+#include <cmath>
 
 namespace bristle {
 
 /// Energy that a tool has brought into whatever resists it, less what it got back.
 ///
-/// At each tick of the device's loop `observe` takes the wrench that acts on the tool and the
-/// tool's motion, both about one point. With `control` instead, the wrench that comes back is to be
-/// sent to the device: that of the simulation, plus the least damping that keeps the balance.
-///
 /// The sum is that of forces held over a tick: E += -dt (f . v + tau . w). It is exact where v is
 /// the mean velocity of the tick in which f acts, (x1 - x0) / dt.
+///
+/// Either `observe` counts the ticks that are over, and leaves the forces alone; or `control`
+/// stands between simulation and device, once a tick:
+///
+///     loop.move(tool, X_WT);
+///     loop.tick();
+///     device.send(observer.control(loop.wrench(tool), moved, dt));
+///
+/// where `moved` is the mean velocity since the last tick. What was sent then acted along it, and
+/// is counted now; what is sent now will act along a velocity that nobody knows yet, so the damper
+/// is that for a tool that keeps its velocity, and what that misses is paid in the ticks that
+/// follow.
 template <Scalar S>
 class PassivityObserver {
  public:
   /// @param allowance  [J] Energy that may come out beyond what went in: what was stored in the
   ///                   simulation at the start. Finite, >= 0.
-  /// @param most       [N s/m] The strongest damper that `control` may be: what the device can
-  /// take.
+  /// @param most       [N s/m] The strongest damper of `control`: what the device can take.
   ///                   Finite, > 0.
   /// @param radius     [m] Turns rad/s into m/s where torques are damped. Finite, > 0.
   /// @throws InvalidArgument naming the argument.
@@ -44,31 +52,36 @@ class PassivityObserver {
     add(-dt * power(on_tool, tool));
   }
 
-  /// Counts one tick, damped where it would bring the balance below minus the allowance: the wrench
-  /// to send, `on_tool` - alpha times the velocity, with the least alpha that does it, `most` at
-  /// most. What a slow tool cannot be made to pay at once stays in the balance. A wrench that is
-  /// not finite is not sent: zero is.
+  /// Counts the tick that is over, in which the wrench that was sent last acted, and damps the next
+  /// one where it would bring the balance below minus the allowance.
+  /// @param on_tool  [N, N m] What the simulation wants to send.
+  /// @param tool     [m/s, rad/s] Mean motion of the tool in the tick that is over.
+  /// @return The wrench to send: `on_tool` - alpha times the velocity, with the least alpha that
+  ///         keeps the balance at this velocity, `most` at most. What a slow tool cannot be made to
+  ///         pay at once stays in the balance. A wrench that is not finite is not sent: zero is.
   [[nodiscard]] Wrench<S> control(const Wrench<S>& on_tool, const Twist<S>& tool, S dt) {
+    using std::isfinite;
+    observe(sent_, tool, dt);
+    const S taken = -dt * power(damper_, tool);
+    if (isfinite(taken)) damped_ += taken;
+    sent_ = damper_ = {};
     if (!on_tool.force.allFinite() || !on_tool.torque.allFinite()) return {};
     // What the rounding of the balance owes is no debt.
     const S missing = -(energy_ - dt * power(on_tool, tool) + allowance_);
     const S speed2 = tool.linear.squaredNorm() + radius_ * radius_ * tool.angular.squaredNorm();
-    Wrench<S> sent = on_tool;
     if (missing > Tolerance<S>::equal() * turnover_ && speed2 > S(0)) {
       const S alpha = std::min(missing / (dt * speed2), most_);
-      sent.force -= alpha * tool.linear;
-      sent.torque -= (alpha * radius_ * radius_) * tool.angular;
-      damped_ += alpha * dt * speed2;
+      damper_ = {-alpha * tool.linear, (-alpha * radius_ * radius_) * tool.angular};
     }
-    observe(sent, tool, dt);
-    return sent;
+    sent_ = {on_tool.force + damper_.force, on_tool.torque + damper_.torque};
+    return sent_;
   }
 
-  /// [J] What went in less what came out.
+  /// [J] What went in less what came out, by the end of the last tick that was counted.
   [[nodiscard]] S energy() const { return energy_; }
   /// [J] The lowest that `energy` has been.
   [[nodiscard]] S lowest_energy() const { return lowest_; }
-  /// [J] What `control` has taken out.
+  /// [J] What the dampers of `control` have taken out.
   [[nodiscard]] S damped_energy() const { return damped_; }
   /// Whether no more has come out than went in and was allowed, up to the sum's round-off.
   [[nodiscard]] bool is_passive() const {
@@ -92,6 +105,9 @@ class PassivityObserver {
   S energy_ = S(0);
   S lowest_ = S(0);
   S damped_ = S(0);
+  /// What `control` sent last, and the damper's part of it.
+  Wrench<S> sent_{};
+  Wrench<S> damper_{};
   /// [J] Sum of the sizes of all terms, for the round-off of their sum.
   S turnover_ = S(0);
 };

@@ -30,10 +30,14 @@ struct TaxelFlawsDef {
   /// the reading follows only once the input has moved on by it (Prandtl's play operator), and
   /// stays behind by it, on the way up and on the way down. Finite, >= 0.
   S hysteresis = S(0);
-  /// [unit of the channel] Standard deviation of the noise of each sample. Finite, >= 0.
+  /// [unit of the channel] Standard deviation of the noise of each sample. Finite, >= 0. It may
+  /// take a reading below 0.
   S noise = S(0);
-  /// [-] Other seeds, other flaws; equal seeds, equal bits.
+  /// [-] Other seeds, other flaws; equal seeds and channels, equal bits.
   std::uint64_t seed = 1;
+  /// [-] Channels of one array, of one seed: the same taxels are dead in all of them, gains and
+  /// noise are each one's own.
+  std::uint64_t channel = 0;
 };
 
 /// The flaws of one array of taxels in one channel; it remembers where each one's play stands.
@@ -100,7 +104,9 @@ namespace detail {
 
 template <Scalar S>
 TaxelFlaws<S>::TaxelFlaws(std::size_t taxels, const TaxelFlawsDef<S>& def)
-    : hysteresis_(def.hysteresis), noise_(def.noise), seed_(def.seed) {
+    : hysteresis_(def.hysteresis),
+      noise_(def.noise),
+      seed_(def.seed ^ def.channel * 0x9e3779b97f4a7c15u) {
   detail::require(taxels > 0, "TaxelFlaws: taxels", taxels, "must be > 0");
   detail::require_not_negative("TaxelFlawsDef::gain_spread", def.gain_spread);
   detail::require_not_negative("TaxelFlawsDef::dead_share", def.dead_share);
@@ -110,9 +116,11 @@ TaxelFlaws<S>::TaxelFlaws(std::size_t taxels, const TaxelFlawsDef<S>& def)
   detail::require_not_negative("TaxelFlawsDef::noise", def.noise);
   gain_.resize(taxels);
   play_.resize(taxels);
-  // Streams 0 and 1 are what taxels are born with; samples have the streams from 2 on.
+  // Streams 0 and 1 are what taxels are born with; samples have the streams from 2 on. Channels
+  // are seeds far apart (a step of SplitMix64).
   for (std::size_t i = 0; i < taxels; ++i) {
-    const bool is_dead = detail::random_uniform(seed_, 0, i) < static_cast<double>(def.dead_share);
+    const bool is_dead =
+        detail::random_uniform(def.seed, 0, i) < static_cast<double>(def.dead_share);
     gain_[i] = is_dead
                    ? S(0)
                    : S(1) + def.gain_spread * static_cast<S>(detail::random_normal(seed_, 1, i));

@@ -22,6 +22,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <bristle/geometry/analytic_backend.hpp>
 #include <bristle/sensors/passes.hpp>
 #include <bristle/sensors/patch_contacts.hpp>
 #include <bristle/sensors/patch_readings.hpp>
@@ -63,7 +64,7 @@ struct TickedPatchId {
 ///
 /// The patches of a loop belong to it alone; the world does not sense with them. They are always
 /// implicit: `PatchDef::integration` and `explicit_below` are not used.
-template <Scalar S, typename Backend>
+template <Scalar S, typename Backend = AnalyticBackend>
 class HapticLoop {
  public:
   /// @throws InvalidArgument naming the field.
@@ -202,7 +203,7 @@ class HapticLoop {
 
   // What the world calls.
   void require_ticked() const {
-    detail::require(h_ > S(0), "HapticLoop", S(0), "must be opened by World::open");
+    detail::require(h_ > S(0), "HapticLoop: tick_length", h_, "is known after World::open");
     detail::require(done_ == def_.ticks, "HapticLoop: ticks", done_,
                     "must be HapticDef::ticks before a step");
   }
@@ -347,7 +348,7 @@ Vec6<S> HapticLoop<S, Backend>::other_force(const WorldState<S, Backend>& state,
 
 template <Scalar S, typename Backend>
 void HapticLoop<S, Backend>::tick() {
-  detail::require(h_ > S(0), "HapticLoop", S(0), "must be opened by World::open");
+  detail::require(h_ > S(0), "HapticLoop: tick_length", h_, "is known after World::open");
   detail::require(done_ < def_.ticks, "HapticLoop: ticks", done_ + 1,
                   "must be <= HapticDef::ticks between two steps");
   for (Tool& tool : tools_) {

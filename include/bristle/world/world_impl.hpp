@@ -316,13 +316,14 @@ void World<S, Backend>::step() {
 template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S>
 void World<S, Backend>::require_tools(const HapticLoop<S, Backend>& loop) const {
-  for (const auto& tool : loop.tools_) {
+  for (std::size_t i = 0; i < loop.tools_.size(); ++i) {
+    const auto& tool = loop.tools_[i];
     const std::uint32_t slot = tool.body.index;
     // A body that is gone had a slot.
     const bool is_gone = !contains(tool.body) && slot < state_.bodies.slot_count();
     detail::require(
         is_gone || (contains(tool.body) && state_.bodies.at(slot).motion == Motion::kinematic),
-        "HapticLoop: tool", slot, "must name a kinematic body");
+        "HapticLoop: BodyId of tool " + std::to_string(i), slot, "must name a kinematic body");
   }
 }
 

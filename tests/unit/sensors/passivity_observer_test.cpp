@@ -41,23 +41,44 @@ TEST_CASE("passivity observer: a sampled spring gives energy, by the closed form
   CHECK(lenient.is_passive());
 }
 
+// The same, told of each tick when it is over: but for the one in which the hand turns, its
+// velocity is as foreseen.
 TEST_CASE("passivity observer: control takes out just that much") {
   constexpr double k = 1000, dt = 1e-3, v = 0.1;
   constexpr int n = 50;
   PassivityObserver<double> observer;
   double damped_ticks = 0;
+  Twist<double> was = move(0);
   press_and_release(k, dt, n, [&](const Wrench<double>& f, const Twist<double>& u) {
-    const Wrench<double> sent = observer.control(f, u, dt);
+    const Wrench<double> sent = observer.control(f, was, dt);
     const double added = sent.force.x() - f.force.x();
     if (added != 0) {
       ++damped_ticks;
-      CHECK(added * u.linear.x() < 0);  // A damper opposes the motion.
+      CHECK(added * was.linear.x() < 0);  // A damper opposes the motion.
     }
+    was = u;
   });
+  CHECK(observer.control({}, was, dt).force.isZero(0));
   CHECK(observer.is_passive());
   CHECK(observer.energy() == doctest::Approx(0).epsilon(1e-12));
   CHECK(observer.damped_energy() == doctest::Approx(n * k * v * v * dt * dt).epsilon(1e-9));
   CHECK(damped_ticks > 0);
+}
+
+// 1 N is sent along 0.1 m/s that turn out to be -0.1 m/s, and is on credit: 0.1 mJ come out. The
+// next tick is to pay it back: alpha = 1e-4 / (1e-3 * 0.01) = 10, so 1 N against the motion, and
+// all is even once that is over.
+TEST_CASE("passivity observer: what the velocity did not do as foreseen is paid later") {
+  PassivityObserver<double> observer(0, 100);
+  CHECK(observer.control(push(-1), move(0.1), 1e-3).force.x() == -1);
+  CHECK(observer.energy() == 0);  // Nothing has acted yet.
+  CHECK(observer.control({}, move(-0.1), 1e-3).force.x() == doctest::Approx(1));
+  CHECK(observer.energy() == doctest::Approx(-1e-4));
+  CHECK(observer.damped_energy() == 0);
+  CHECK_FALSE(observer.is_passive());
+  CHECK(observer.control({}, move(-0.1), 1e-3).force.x() == doctest::Approx(0));
+  CHECK(observer.energy() == doctest::Approx(0));
+  CHECK(observer.damped_energy() == doctest::Approx(1e-4));
 }
 
 // 0.02 J came out unseen; a tool at 1 mm/s would need 20 kN to give them back within a tick.
@@ -70,6 +91,7 @@ TEST_CASE_TEMPLATE("passivity observer: never asks more of a device than it may"
   const S owed = -observer.energy();
   CHECK(owed == doctest::Approx(0.02).epsilon(1e-5));
   CHECK(observer.control({}, slow, S(1e-3)).force.x() == doctest::Approx(-0.01));
+  (void)observer.control({}, slow, S(1e-3));
   CHECK(-observer.energy() < owed);  // The rest stays owed, and is paid in time.
   for (int i = 0; i < 1000; ++i) (void)observer.control({}, fast, S(1e-3));
   CHECK(std::abs(observer.energy()) < S(1e-3) * owed);
@@ -97,6 +119,7 @@ TEST_CASE("passivity observer: counts torques, and damps them with the radius it
   const Wrench<double> sent = observer.control(on_tool, tool, 0.01);
   // 0.06 J would come out; alpha = 0.06 / (0.01 * 0.01 * 9) = 66.7 takes all of it.
   CHECK(sent.torque.z() == doctest::Approx(0).epsilon(1e-12));
+  (void)observer.control({}, tool, 0.01);
   CHECK(observer.damped_energy() == doctest::Approx(0.06));
 }
 

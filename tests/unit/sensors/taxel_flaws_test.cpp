@@ -93,6 +93,37 @@ TEST_CASE("taxel flaws: the seed says it all") {
   CHECK(first == read(a, in));
 }
 
+// Independent noise of deviation s has a correlation of s^2 / sqrt(n) at most, within five of
+// these.
+TEST_CASE("taxel flaws: channels share the dead, and neither gains nor noise") {
+  constexpr std::size_t n = 40000;
+  const auto make = [](std::uint64_t channel, double gain_spread) {
+    return TaxelFlaws<double>(n, {.gain_spread = gain_spread,
+                                  .dead_share = 0.1,
+                                  .noise = 0.3,
+                                  .seed = 7,
+                                  .channel = channel});
+  };
+  TaxelFlaws<double> depth = make(0, 0), force = make(1, 0);
+  const auto noise_of_depth = read(depth, std::vector<double>(n, 0.0));
+  const auto noise_of_force = read(force, std::vector<double>(n, 0.0));
+  double correlation = 0;
+  std::size_t dead = 0;
+  for (std::size_t i = 0; i < n; ++i) {
+    CHECK((depth.gain(i) == 0) == (force.gain(i) == 0));
+    dead += depth.gain(i) == 0 ? 1u : 0u;
+    correlation += noise_of_depth[i] * noise_of_force[i];
+  }
+  CHECK(dead > n / 20);
+  CHECK(std::abs(correlation / n) < 5 * 0.3 * 0.3 / std::sqrt(n));
+  const TaxelFlaws<double> spread = make(0, 0.1), other = make(1, 0.1);
+  double together = 0;
+  for (std::size_t i = 0; i < n; ++i) {
+    if (spread.gain(i) != 0) together += (spread.gain(i) - 1) * (other.gain(i) - 1);
+  }
+  CHECK(std::abs(together / n) < 5 * 0.1 * 0.1 / std::sqrt(n));
+}
+
 TEST_CASE("taxel flaws: refuses nonsense") {
   using Def = TaxelFlawsDef<double>;
   CHECK_THROWS_AS(TaxelFlaws<double>(0, Def{}), InvalidArgument);
