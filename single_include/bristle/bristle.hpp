@@ -28216,7 +28216,8 @@ class HapticLoop {
 
   // What the world calls.
   void require_ticked() const {
-    detail::require(h_ > S(0), "HapticLoop: tick_length", h_, "is known after World::open");
+    detail::require(h_ > S(0), "HapticLoop: tick_length", h_,
+                    "must be > 0: call World::open first");
     detail::require(done_ == def_.ticks, "HapticLoop: ticks", done_,
                     "must be HapticDef::ticks before a step");
   }
@@ -28361,7 +28362,7 @@ Vec6<S> HapticLoop<S, Backend>::other_force(const WorldState<S, Backend>& state,
 
 template <Scalar S, typename Backend>
 void HapticLoop<S, Backend>::tick() {
-  detail::require(h_ > S(0), "HapticLoop: tick_length", h_, "is known after World::open");
+  detail::require(h_ > S(0), "HapticLoop: tick_length", h_, "must be > 0: call World::open first");
   detail::require(done_ < def_.ticks, "HapticLoop: ticks", done_ + 1,
                   "must be <= HapticDef::ticks between two steps");
   for (Tool& tool : tools_) {
