@@ -25462,7 +25462,8 @@ class PassivityObserver {
   /// @param tool     [m/s, rad/s] Mean motion of the tool in the tick that is over.
   /// @return The wrench to send: `on_tool` - alpha times the velocity, with the least alpha that
   ///         keeps the balance at this velocity, `most` at most. What a slow tool cannot be made to
-  ///         pay at once stays in the balance. A wrench that is not finite is not sent: zero is.
+  ///         pay at once stays in the balance. A wrench that is not finite is not sent: zero is;
+  ///         nothing is damped by a motion that is not.
   [[nodiscard]] Wrench<S> control(const Wrench<S>& on_tool, const Twist<S>& tool, S dt) {
     using std::isfinite;
     observe(sent_, tool, dt);
@@ -25473,7 +25474,7 @@ class PassivityObserver {
     // What the rounding of the balance owes is no debt.
     const S missing = -(energy_ - dt * power(on_tool, tool) + allowance_);
     const S speed2 = tool.linear.squaredNorm() + radius_ * radius_ * tool.angular.squaredNorm();
-    if (missing > Tolerance<S>::equal() * turnover_ && speed2 > S(0)) {
+    if (missing > Tolerance<S>::equal() * turnover_ && speed2 > S(0) && isfinite(speed2)) {
       const S alpha = std::min(missing / (dt * speed2), most_);
       damper_ = {-alpha * tool.linear, (-alpha * radius_ * radius_) * tool.angular};
     }
@@ -28214,10 +28215,14 @@ class HapticLoop {
     tool.is_placed = tool.is_moved = true;
   }
 
-  // What the world calls.
-  void require_ticked() const {
+  void require_open() const {
     detail::require(h_ > S(0), "HapticLoop: tick_length", h_,
                     "must be > 0: call World::open first");
+  }
+
+  // What the world calls.
+  void require_ticked() const {
+    require_open();
     detail::require(done_ == def_.ticks, "HapticLoop: ticks", done_,
                     "must be HapticDef::ticks before a step");
   }
@@ -28362,7 +28367,7 @@ Vec6<S> HapticLoop<S, Backend>::other_force(const WorldState<S, Backend>& state,
 
 template <Scalar S, typename Backend>
 void HapticLoop<S, Backend>::tick() {
-  detail::require(h_ > S(0), "HapticLoop: tick_length", h_, "must be > 0: call World::open first");
+  require_open();
   detail::require(done_ < def_.ticks, "HapticLoop: ticks", done_ + 1,
                   "must be <= HapticDef::ticks between two steps");
   for (Tool& tool : tools_) {
@@ -31454,10 +31459,10 @@ void World<S, Backend>::require_tools(const HapticLoop<S, Backend>& loop) const 
     const auto& tool = loop.tools_[i];
     const std::uint32_t slot = tool.body.index;
     // A body that is gone had a slot.
-    const bool is_gone = !contains(tool.body) && slot < state_.bodies.slot_count();
-    if (is_gone) continue;
-    if (contains(tool.body) && state_.bodies.at(slot).motion == Motion::kinematic) continue;
-    // The text is made only here: steps do not allocate.
+    const bool is_right = contains(tool.body) ? state_.bodies.at(slot).motion == Motion::kinematic
+                                              : slot < state_.bodies.slot_count();
+    // The text is made only where it is wanted: steps do not allocate.
+    if (is_right) continue;
     detail::require(false, "HapticLoop: BodyId of tool " + std::to_string(i), slot,
                     "must name a kinematic body");
   }

@@ -58,7 +58,8 @@ class PassivityObserver {
   /// @param tool     [m/s, rad/s] Mean motion of the tool in the tick that is over.
   /// @return The wrench to send: `on_tool` - alpha times the velocity, with the least alpha that
   ///         keeps the balance at this velocity, `most` at most. What a slow tool cannot be made to
-  ///         pay at once stays in the balance. A wrench that is not finite is not sent: zero is.
+  ///         pay at once stays in the balance. A wrench that is not finite is not sent: zero is;
+  ///         nothing is damped by a motion that is not.
   [[nodiscard]] Wrench<S> control(const Wrench<S>& on_tool, const Twist<S>& tool, S dt) {
     using std::isfinite;
     observe(sent_, tool, dt);
@@ -69,7 +70,7 @@ class PassivityObserver {
     // What the rounding of the balance owes is no debt.
     const S missing = -(energy_ - dt * power(on_tool, tool) + allowance_);
     const S speed2 = tool.linear.squaredNorm() + radius_ * radius_ * tool.angular.squaredNorm();
-    if (missing > Tolerance<S>::equal() * turnover_ && speed2 > S(0)) {
+    if (missing > Tolerance<S>::equal() * turnover_ && speed2 > S(0) && isfinite(speed2)) {
       const S alpha = std::min(missing / (dt * speed2), most_);
       damper_ = {-alpha * tool.linear, (-alpha * radius_ * radius_) * tool.angular};
     }

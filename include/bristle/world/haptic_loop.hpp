@@ -201,10 +201,14 @@ class HapticLoop {
     tool.is_placed = tool.is_moved = true;
   }
 
-  // What the world calls.
-  void require_ticked() const {
+  void require_open() const {
     detail::require(h_ > S(0), "HapticLoop: tick_length", h_,
                     "must be > 0: call World::open first");
+  }
+
+  // What the world calls.
+  void require_ticked() const {
+    require_open();
     detail::require(done_ == def_.ticks, "HapticLoop: ticks", done_,
                     "must be HapticDef::ticks before a step");
   }
@@ -349,7 +353,7 @@ Vec6<S> HapticLoop<S, Backend>::other_force(const WorldState<S, Backend>& state,
 
 template <Scalar S, typename Backend>
 void HapticLoop<S, Backend>::tick() {
-  detail::require(h_ > S(0), "HapticLoop: tick_length", h_, "must be > 0: call World::open first");
+  require_open();
   detail::require(done_ < def_.ticks, "HapticLoop: ticks", done_ + 1,
                   "must be <= HapticDef::ticks between two steps");
   for (Tool& tool : tools_) {

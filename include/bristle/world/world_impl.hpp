@@ -320,10 +320,10 @@ void World<S, Backend>::require_tools(const HapticLoop<S, Backend>& loop) const 
     const auto& tool = loop.tools_[i];
     const std::uint32_t slot = tool.body.index;
     // A body that is gone had a slot.
-    const bool is_gone = !contains(tool.body) && slot < state_.bodies.slot_count();
-    if (is_gone) continue;
-    if (contains(tool.body) && state_.bodies.at(slot).motion == Motion::kinematic) continue;
-    // The text is made only here: steps do not allocate.
+    const bool is_right = contains(tool.body) ? state_.bodies.at(slot).motion == Motion::kinematic
+                                              : slot < state_.bodies.slot_count();
+    // The text is made only where it is wanted: steps do not allocate.
+    if (is_right) continue;
     detail::require(false, "HapticLoop: BodyId of tool " + std::to_string(i), slot,
                     "must name a kinematic body");
   }

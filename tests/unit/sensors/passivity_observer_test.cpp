@@ -130,6 +130,12 @@ TEST_CASE("passivity observer: what is no number does not count") {
   CHECK(observer.energy() == 0);
   const Wrench<double> broken = push(std::numeric_limits<double>::quiet_NaN());
   CHECK(observer.control(broken, move(1), 1e-3).force.isZero(0));
+  // Not even where energy is owed: what is sent is finite.
+  observer.observe(push(2), move(0.1), 1e-3);
+  for (const double speed :
+       {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity(), 1e200}) {
+    CHECK(observer.control(push(1), move(speed), 1e-3).force.x() == 1);
+  }
   CHECK_THROWS_AS(PassivityObserver<double>(-1), InvalidArgument);
   CHECK_THROWS_AS(PassivityObserver<double>(0, 0), InvalidArgument);
   CHECK_THROWS_AS(PassivityObserver<double>(0, 1, 0), InvalidArgument);

@@ -93,7 +93,7 @@ TEST_CASE("taxel flaws: the seed says it all") {
   CHECK(first == read(a, in));
 }
 
-// Independent noise of deviation s has a correlation of s^2 / sqrt(n) at most, within five of
+// The mean product of independent noise of deviation s is about s^2 / sqrt(n): within five of
 // these.
 TEST_CASE("taxel flaws: channels share the dead, and neither gains nor noise") {
   constexpr std::size_t n = 40000;
