@@ -1,21 +1,57 @@
 /// @file
 /// The whole library. It needs Eigen and the standard library, nothing else; the FCL backend joins
 /// in where the CMake target `bristle::fcl` is linked, worker threads where `BRISTLE_WITH_THREADS`
-/// is defined.
+/// is defined. With `BRISTLE_COMPILED` it declares what users name and leaves the rest to the
+/// compiled library.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <bristle/core/error.hpp>
+#include <bristle/core/instruction_set.hpp>
+#include <bristle/core/kernel_scratch.hpp>
+#include <bristle/core/parallel.hpp>
+#include <bristle/core/version.hpp>
+#include <bristle/geometry/mesh_shapes.hpp>
+#include <bristle/geometry/mesh_validation.hpp>
+#include <bristle/geometry/quickhull.hpp>
+#include <bristle/geometry/shape_properties.hpp>
+#include <bristle/geometry/shapes.hpp>
+#include <bristle/hosts/sensor_host.hpp>
+#include <bristle/io/file.hpp>
+#include <bristle/io/mesh_file.hpp>
+#include <bristle/io/svg_heat_map.hpp>
+#include <bristle/io/svg_plot.hpp>
+#include <bristle/io/trace.hpp>
+#include <bristle/math/rotation.hpp>
+#include <bristle/sensors/elastic_skin.hpp>
+#include <bristle/sensors/neighbour_order.hpp>
+#include <bristle/sensors/passivity_observer.hpp>
+#include <bristle/sensors/placement.hpp>
+#include <bristle/sensors/ray_fan.hpp>
+#include <bristle/sensors/stability.hpp>
+#include <bristle/sensors/tactile_image.hpp>
+#include <bristle/sensors/taxel_flaws.hpp>
+#include <bristle/sensors/tuning.hpp>
+#include <bristle/sensors/wrapping.hpp>
+#include <bristle/world/world.hpp>
+
+#if defined(BRISTLE_WITH_FCL)
+#include <bristle/geometry/fcl_backend.hpp>
+#endif
+#if defined(BRISTLE_WITH_THREADS)
+#include <bristle/core/real_time_pacer.hpp>
+#include <bristle/core/thread_pool.hpp>
+#endif
+
+#if BRISTLE_HAS_DEFINITIONS
 #include <bristle/collision/broadphase.hpp>
 #include <bristle/collision/contact_cache.hpp>
 #include <bristle/collision/filter.hpp>
 #include <bristle/core/bit_hash.hpp>
 #include <bristle/core/config.hpp>
 #include <bristle/core/disjoint_sets.hpp>
-#include <bristle/core/error.hpp>
-#include <bristle/core/parallel.hpp>
 #include <bristle/core/refill.hpp>
 #include <bristle/core/slot_map.hpp>
-#include <bristle/core/version.hpp>
 #include <bristle/dynamics/body.hpp>
 #include <bristle/dynamics/constraint.hpp>
 #include <bristle/dynamics/contact_aim.hpp>
@@ -75,11 +111,8 @@
 #include <bristle/geometry/mesh_contacts.hpp>
 #include <bristle/geometry/mesh_normals.hpp>
 #include <bristle/geometry/mesh_rays.hpp>
-#include <bristle/geometry/mesh_shapes.hpp>
 #include <bristle/geometry/mesh_surface.hpp>
 #include <bristle/geometry/mesh_tree.hpp>
-#include <bristle/geometry/mesh_validation.hpp>
-#include <bristle/geometry/quickhull.hpp>
 #include <bristle/geometry/ray.hpp>
 #include <bristle/geometry/ray_box.hpp>
 #include <bristle/geometry/ray_bundles.hpp>
@@ -89,23 +122,16 @@
 #include <bristle/geometry/ray_triangle.hpp>
 #include <bristle/geometry/shape_backend.hpp>
 #include <bristle/geometry/shape_cast.hpp>
-#include <bristle/geometry/shape_properties.hpp>
-#include <bristle/geometry/shapes.hpp>
 #include <bristle/geometry/solid_contacts.hpp>
 #include <bristle/geometry/support.hpp>
 #include <bristle/geometry/triangle_mesh.hpp>
 #include <bristle/geometry/wide_tree.hpp>
-#include <bristle/hosts/sensor_host.hpp>
-#include <bristle/io/file.hpp>
-#include <bristle/io/mesh_file.hpp>
+#include <bristle/hosts/host_solver.hpp>
 #include <bristle/io/obj.hpp>
 #include <bristle/io/plot_axis.hpp>
 #include <bristle/io/stl.hpp>
-#include <bristle/io/svg_heat_map.hpp>
-#include <bristle/io/svg_plot.hpp>
 #include <bristle/io/svg_writer.hpp>
 #include <bristle/io/text_scanner.hpp>
-#include <bristle/io/trace.hpp>
 #include <bristle/math/block_envelope.hpp>
 #include <bristle/math/cholesky.hpp>
 #include <bristle/math/dormand_prince.hpp>
@@ -117,21 +143,17 @@
 #include <bristle/math/lane_vector.hpp>
 #include <bristle/math/mass_properties.hpp>
 #include <bristle/math/pack3.hpp>
-#include <bristle/math/rotation.hpp>
 #include <bristle/math/simd.hpp>
 #include <bristle/math/small_products.hpp>
 #include <bristle/math/spatial.hpp>
 #include <bristle/math/transform.hpp>
 #include <bristle/math/types.hpp>
 #include <bristle/sensors/ambf_law.hpp>
-#include <bristle/sensors/elastic_skin.hpp>
 #include <bristle/sensors/kept_hits.hpp>
 #include <bristle/sensors/lane_parameters.hpp>
 #include <bristle/sensors/law.hpp>
 #include <bristle/sensors/linear_model.hpp>
-#include <bristle/sensors/neighbour_order.hpp>
 #include <bristle/sensors/passes.hpp>
-#include <bristle/sensors/passivity_observer.hpp>
 #include <bristle/sensors/patch.hpp>
 #include <bristle/sensors/patch_block.hpp>
 #include <bristle/sensors/patch_contacts.hpp>
@@ -139,23 +161,19 @@
 #include <bristle/sensors/patch_mesh.hpp>
 #include <bristle/sensors/patch_readings.hpp>
 #include <bristle/sensors/patch_touch.hpp>
-#include <bristle/sensors/placement.hpp>
-#include <bristle/sensors/ray_fan.hpp>
 #include <bristle/sensors/reading.hpp>
 #include <bristle/sensors/sensor_layout.hpp>
 #include <bristle/sensors/sensor_parameters.hpp>
 #include <bristle/sensors/sensor_tiles.hpp>
-#include <bristle/sensors/stability.hpp>
-#include <bristle/sensors/tactile_image.hpp>
-#include <bristle/sensors/taxel_flaws.hpp>
 #include <bristle/sensors/tile_boxes.hpp>
-#include <bristle/sensors/tuning.hpp>
-#include <bristle/sensors/wrapping.hpp>
 #include <bristle/world/contact_events.hpp>
 #include <bristle/world/contact_stage.hpp>
 #include <bristle/world/haptic_body.hpp>
 #include <bristle/world/haptic_loop.hpp>
+#include <bristle/world/haptic_tick.hpp>
 #include <bristle/world/held_mobility.hpp>
+#include <bristle/world/kernels.hpp>
+#include <bristle/world/kernels_impl.hpp>
 #include <bristle/world/mechanism_stage.hpp>
 #include <bristle/world/near_shapes.hpp>
 #include <bristle/world/patch_rays.hpp>
@@ -167,22 +185,20 @@
 #include <bristle/world/snapshot.hpp>
 #include <bristle/world/solve_stage.hpp>
 #include <bristle/world/state_visitor.hpp>
+#include <bristle/world/stepper.hpp>
 #include <bristle/world/waking.hpp>
-#include <bristle/world/world.hpp>
 #include <bristle/world/world_bodies_impl.hpp>
 #include <bristle/world/world_contacts_impl.hpp>
 #include <bristle/world/world_impl.hpp>
 #include <bristle/world/world_state.hpp>
-
 #if defined(BRISTLE_WITH_FCL)
-#include <bristle/geometry/fcl_backend.hpp>
 #include <bristle/geometry/fcl_contact_normal.hpp>
 #include <bristle/geometry/fcl_mesh_tree.hpp>
 #include <bristle/geometry/fcl_rays.hpp>
 #include <bristle/geometry/fcl_scene_rays.hpp>
 #include <bristle/geometry/fcl_shapes.hpp>
 #endif
-#if defined(BRISTLE_WITH_THREADS)
-#include <bristle/core/real_time_pacer.hpp>
-#include <bristle/core/thread_pool.hpp>
+#if defined(BRISTLE_INSTANTIATE)
+#include <bristle/instances.hpp>
+#endif
 #endif

@@ -42,7 +42,7 @@ function(judge header layer included out)
 endfunction()
 
 list_files(headers "include/bristle/*.hpp")
-list(REMOVE_ITEM headers "include/bristle/bristle.hpp")
+list(REMOVE_ITEM headers "include/bristle/bristle.hpp" "include/bristle/instances.hpp")
 list(LENGTH headers header_count)
 list(LENGTH layers layer_count)
 foreach(header IN LISTS headers)

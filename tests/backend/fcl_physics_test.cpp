@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include <bristle/world/world.hpp>
 #include <doctest/doctest.h>
 
 #include <scenes/drops.hpp>
 #include <scenes/plates.hpp>
-#include <support/worlds.hpp>
-
 // What tests/physics demands of the analytic backend (rest_on_table, tunnelling), of FCL.
 
 using namespace bristle;

@@ -5,6 +5,7 @@
 #include "scenes/grasp.hpp"
 #include "scenes/medley.hpp"
 #include "scenes/stack.hpp"
+#include "support/dual_world.hpp"
 
 #include <bristle/math/dual.hpp>
 

@@ -3,7 +3,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "support/worlds.hpp"
+#include <bristle/world/world.hpp>
 
 namespace bristle::test {
 

@@ -5,8 +5,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "support/compiled_backends.hpp"
-
 #include <bristle/world/world.hpp>
 
 extern template class bristle::World<float>;

@@ -7,6 +7,22 @@
 #error "bristle needs C++20: compile with -std=c++20 or later"
 #endif
 
+/// BRISTLE_COMPILED: headers declare the library and leave its definition to a compiled one; set by
+/// the CMake target `bristle::compiled`. All files of a program agree on it.
+///
+/// BRISTLE_INSTANTIATE=S: with BRISTLE_COMPILED, this file makes the library for the scalar S. For
+/// programs that use the single header without CMake; the target needs it of nobody.
+///
+/// BRISTLE_WITH_DEFINITIONS: with BRISTLE_COMPILED, this file has all definitions, too: for scalars
+/// and backends that the compiled library has not got.
+///
+/// BRISTLE_HAS_DEFINITIONS is 1 where headers define what they declare.
+#if defined(BRISTLE_COMPILED) && !defined(BRISTLE_INSTANTIATE) && !defined(BRISTLE_WITH_DEFINITIONS)
+#define BRISTLE_HAS_DEFINITIONS 0
+#else
+#define BRISTLE_HAS_DEFINITIONS 1
+#endif
+
 /// BRISTLE_ASSERT(condition): checks for errors of the library itself, never for a caller's data
 /// (that is `InvalidArgument`, in every build type). Debug builds abort; release builds skip it.
 #if !defined(BRISTLE_ASSERT)

@@ -18,10 +18,14 @@ namespace bristle {
 using ParallelFor =
     std::function<void(std::size_t count, const std::function<void(std::size_t)>& task)>;
 
-/// The default: one after the other on the calling thread.
-inline void serial_for(std::size_t count, const std::function<void(std::size_t)>& task) {
-  for (std::size_t i = 0; i < count; ++i) task(i);
-}
+/// The default: one after the other on the calling thread. A type of its own, by which `is_serial`
+/// knows it in every file of a program, whatever that is compiled for.
+struct SerialFor {
+  void operator()(std::size_t count, const std::function<void(std::size_t)>& task) const {
+    for (std::size_t i = 0; i < count; ++i) task(i);
+  }
+};
+inline constexpr SerialFor serial_for{};
 
 /// Whether a hook is known to be `serial_for`: work need not be divided for it.
 [[nodiscard]] bool is_serial(const ParallelFor& parallel_for);
@@ -38,9 +42,7 @@ template <typename Sum, typename Part>
 
 inline bool is_serial(const ParallelFor& parallel_for) {
 #if defined(__cpp_rtti)
-  using Plain = void (*)(std::size_t, const std::function<void(std::size_t)>&);
-  const Plain* plain = parallel_for.target<Plain>();
-  return plain != nullptr && *plain == &serial_for;
+  return parallel_for.target<SerialFor>() != nullptr;
 #else
   (void)parallel_for;
   return false;

@@ -3,13 +3,68 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <bristle/geometry/shape_backend.hpp>
+
+#include <cstdint>
+#include <memory>
+
+namespace bristle {
+
+template <Scalar S>
+class AnalyticShape;
+
+/// Rays in closed form against every shape. Contacts in closed form where analytic_contacts.hpp and
+/// box_box.hpp have a formula, which is computed in S; all others as solid_contacts.hpp finds them,
+/// in `Precise<S>`. Satisfies `ShapeBackend`, which says what each function does.
+struct AnalyticBackend {
+  template <Scalar S>
+  using Collidable = std::shared_ptr<const AnalyticShape<S>>;
+
+  static constexpr bool asks_slices = true;
+
+  template <Scalar S>
+  [[nodiscard]] static Collidable<S> make(const Shape<S>& shape);
+
+  template <Scalar S>
+  [[nodiscard]] static ShapeKind kind(const std::shared_ptr<const AnalyticShape<S>>& c);
+  template <Scalar S>
+  [[nodiscard]] static Aabb<S> bounds(const std::shared_ptr<const AnalyticShape<S>>& c);
+  template <Scalar S>
+  [[nodiscard]] static MassProperties<S> mass_properties(
+      const std::shared_ptr<const AnalyticShape<S>>& c);
+
+  /// All pairs but two half-spaces.
+  [[nodiscard]] static constexpr bool can_collide(ShapeKind a, ShapeKind b) {
+    return a != ShapeKind::half_space || b != ShapeKind::half_space;
+  }
+
+  template <Scalar S>
+  static ContactStatus collide(const std::shared_ptr<const AnalyticShape<S>>& a,
+                               const std::shared_ptr<const AnalyticShape<S>>& b,
+                               const Transform<S>& X_AB, S margin,
+                               ContactManifolds<S>& out) noexcept;
+
+  template <Scalar S>
+  static void cast_rays(const std::shared_ptr<const AnalyticShape<S>>& c, const Transform<S>& X_RC,
+                        const RayBatch<S>& rays, std::uint32_t tag, RayHits<S>& hits) noexcept;
+
+  /// Meshes only.
+  template <Scalar S>
+  [[nodiscard]] static bool is_clear(const std::shared_ptr<const AnalyticShape<S>>& c,
+                                     const Transform<S>& X_RC, const RayBatch<S>& rays) noexcept;
+};
+
+}  // namespace bristle
+
+// Implementation -----------------------------------------------------------------------------------
+
+#if BRISTLE_HAS_DEFINITIONS
 #include <bristle/geometry/analytic_contacts.hpp>
 #include <bristle/geometry/box_box.hpp>
 #include <bristle/geometry/bundle_mesh_rays.hpp>
 #include <bristle/geometry/mesh_tree.hpp>
 #include <bristle/geometry/ray_lanes.hpp>
 #include <bristle/geometry/ray_shapes.hpp>
-#include <bristle/geometry/shape_backend.hpp>
 #include <bristle/geometry/shape_cast.hpp>
 #include <bristle/geometry/shape_properties.hpp>
 #include <bristle/geometry/solid_contacts.hpp>
@@ -59,58 +114,6 @@ class AnalyticShape {
   SolidView<Precise<S>, MeshTree<S>> solid_;
 };
 
-/// Rays in closed form against every shape. Contacts in closed form where analytic_contacts.hpp and
-/// box_box.hpp have a formula, which is computed in S; all others as solid_contacts.hpp finds them,
-/// in `Precise<S>`. Satisfies `ShapeBackend`, which says what each function does.
-struct AnalyticBackend {
-  template <Scalar S>
-  using Collidable = std::shared_ptr<const AnalyticShape<S>>;
-
-  static constexpr bool asks_slices = true;
-
-  template <Scalar S>
-  [[nodiscard]] static Collidable<S> make(const Shape<S>& shape);
-
-  template <Scalar S>
-  [[nodiscard]] static ShapeKind kind(const std::shared_ptr<const AnalyticShape<S>>& c) {
-    return static_cast<ShapeKind>(c->shape().index());
-  }
-  template <Scalar S>
-  [[nodiscard]] static Aabb<S> bounds(const std::shared_ptr<const AnalyticShape<S>>& c) {
-    return c->bounds();
-  }
-  template <Scalar S>
-  [[nodiscard]] static MassProperties<S> mass_properties(
-      const std::shared_ptr<const AnalyticShape<S>>& c) {
-    return c->mass_properties();
-  }
-
-  /// All pairs but two half-spaces.
-  [[nodiscard]] static constexpr bool can_collide(ShapeKind a, ShapeKind b) {
-    return a != ShapeKind::half_space || b != ShapeKind::half_space;
-  }
-
-  template <Scalar S>
-  static ContactStatus collide(const std::shared_ptr<const AnalyticShape<S>>& a,
-                               const std::shared_ptr<const AnalyticShape<S>>& b,
-                               const Transform<S>& X_AB, S margin,
-                               ContactManifolds<S>& out) noexcept;
-
-  template <Scalar S>
-  static void cast_rays(const std::shared_ptr<const AnalyticShape<S>>& c, const Transform<S>& X_RC,
-                        const RayBatch<S>& rays, std::uint32_t tag, RayHits<S>& hits) noexcept;
-
-  /// Meshes only.
-  template <Scalar S>
-  [[nodiscard]] static bool is_clear(const std::shared_ptr<const AnalyticShape<S>>& c,
-                                     const Transform<S>& X_RC, const RayBatch<S>& rays) noexcept {
-    const auto* mesh = std::get_if<MeshTree<S>>(&c->shape());
-    return mesh != nullptr && is_clear_of_mesh(mesh->for_rays(), X_RC, rays);
-  }
-};
-
-// Implementation -----------------------------------------------------------------------------------
-
 namespace detail {
 
 /// Whether there is a formula for A and B in this order.
@@ -157,6 +160,29 @@ AnalyticShape<S>::AnalyticShape(const Shape<S>& shape)
         if constexpr (requires { convex_view(s); }) solid_.convex.emplace(convex_view(s));
       },
       precise_);
+}
+
+template <Scalar S>
+ShapeKind AnalyticBackend::kind(const std::shared_ptr<const AnalyticShape<S>>& c) {
+  return static_cast<ShapeKind>(c->shape().index());
+}
+
+template <Scalar S>
+Aabb<S> AnalyticBackend::bounds(const std::shared_ptr<const AnalyticShape<S>>& c) {
+  return c->bounds();
+}
+
+template <Scalar S>
+MassProperties<S> AnalyticBackend::mass_properties(
+    const std::shared_ptr<const AnalyticShape<S>>& c) {
+  return c->mass_properties();
+}
+
+template <Scalar S>
+bool AnalyticBackend::is_clear(const std::shared_ptr<const AnalyticShape<S>>& c,
+                               const Transform<S>& X_RC, const RayBatch<S>& rays) noexcept {
+  const auto* mesh = std::get_if<MeshTree<S>>(&c->shape());
+  return mesh != nullptr && is_clear_of_mesh(mesh->for_rays(), X_RC, rays);
 }
 
 template <Scalar S>
@@ -215,6 +241,14 @@ void AnalyticBackend::cast_rays(const std::shared_ptr<const AnalyticShape<S>>& c
       c->shape());
 }
 
-static_assert(ShapeBackend<AnalyticBackend, float> && ShapeBackend<AnalyticBackend, double>);
+}  // namespace bristle
+#endif
+
+#if defined(BRISTLE_COMPILED)
+namespace bristle {
+
+BRISTLE_BACKEND_FUNCTIONS(extern template, AnalyticBackend, float)
+BRISTLE_BACKEND_FUNCTIONS(extern template, AnalyticBackend, double)
 
 }  // namespace bristle
+#endif

@@ -9,22 +9,20 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <bristle/geometry/contact_clip.hpp>
-#include <bristle/geometry/contact_sink.hpp>
-#include <bristle/geometry/fcl_contact_normal.hpp>
-#include <bristle/geometry/fcl_rays.hpp>
-#include <bristle/geometry/fcl_shapes.hpp>
 #include <bristle/geometry/shape_backend.hpp>
-#include <bristle/geometry/shape_properties.hpp>
-#include <bristle/geometry/solid_contacts.hpp>
 
 #include <cstdint>
 #include <memory>
-#include <optional>
-#include <type_traits>
-#include <variant>
+
+namespace fcl {
+template <typename S>
+class CollisionGeometry;
+}  // namespace fcl
 
 namespace bristle {
+
+/// FCL geometry that nobody changes any more, shared by all who use it.
+using FclGeometry = std::shared_ptr<const fcl::CollisionGeometry<double>>;
 
 /// Satisfies `ShapeBackend` for float and double.
 ///
@@ -71,9 +69,7 @@ struct FclBackend {
   /// Meshes only.
   template <Scalar S>
   [[nodiscard]] static bool is_clear(const Collidable<S>& c, const Transform<S>& X_RC,
-                                     const RayBatch<S>& rays) noexcept {
-    return c.data_->rays.is_clear(X_RC, rays);
-  }
+                                     const RayBatch<S>& rays) noexcept;
 };
 
 /// A shape as the FCL backend holds it. Copies share one immutable preparation; the default-
@@ -84,30 +80,58 @@ class FclBackend::Collidable {
   Collidable() = default;
 
   /// The FCL geometry, for whoever wants to hand it to FCL.
-  [[nodiscard]] const FclGeometry& geometry() const { return data_->rays.geometry(); }
+  [[nodiscard]] const FclGeometry& geometry() const;
 
  private:
   friend struct FclBackend;
+  struct Data;
 
-  struct Data {
-    explicit Data(const Shape<S>& shape);
-    Data(const Data&) = delete;
-    Data& operator=(const Data&) = delete;
-
-    ShapeKind kind;
-    Aabb<S> bounds;
-    MassProperties<S> mass_properties;
-    FclRayTarget<S> rays;
-    // Points into `rays`; empty for a half-space.
-    SolidView<double, FclMeshTree<double>> solid;
-  };
-
-  explicit Collidable(const Shape<S>& shape) : data_(std::make_shared<const Data>(shape)) {}
+  explicit Collidable(const Shape<S>& shape);
 
   std::shared_ptr<const Data> data_;
 };
 
+}  // namespace bristle
+
 // Implementation -----------------------------------------------------------------------------------
+
+#if BRISTLE_HAS_DEFINITIONS
+#include <bristle/geometry/contact_clip.hpp>
+#include <bristle/geometry/contact_sink.hpp>
+#include <bristle/geometry/fcl_contact_normal.hpp>
+#include <bristle/geometry/fcl_rays.hpp>
+#include <bristle/geometry/fcl_shapes.hpp>
+#include <bristle/geometry/shape_properties.hpp>
+#include <bristle/geometry/solid_contacts.hpp>
+
+#include <optional>
+#include <type_traits>
+#include <variant>
+
+namespace bristle {
+
+template <Scalar S>
+struct FclBackend::Collidable<S>::Data {
+  explicit Data(const Shape<S>& shape);
+  Data(const Data&) = delete;
+  Data& operator=(const Data&) = delete;
+
+  ShapeKind kind;
+  Aabb<S> bounds;
+  MassProperties<S> mass_properties;
+  FclRayTarget<S> rays;
+  // Points into `rays`; empty for a half-space.
+  SolidView<double, FclMeshTree<double>> solid;
+};
+
+template <Scalar S>
+FclBackend::Collidable<S>::Collidable(const Shape<S>& shape)
+    : data_(std::make_shared<const Data>(shape)) {}
+
+template <Scalar S>
+const FclGeometry& FclBackend::Collidable<S>::geometry() const {
+  return data_->rays.geometry();
+}
 
 namespace detail {
 
@@ -300,4 +324,22 @@ void FclBackend::cast_rays(const Collidable<S>& c, const Transform<S>& X_RC,
   c.data_->rays.cast_rays(X_RC, rays, tag, hits);
 }
 
+template <Scalar S>
+bool FclBackend::is_clear(const Collidable<S>& c, const Transform<S>& X_RC,
+                          const RayBatch<S>& rays) noexcept {
+  return c.data_->rays.is_clear(X_RC, rays);
+}
+
 }  // namespace bristle
+#endif
+
+#if defined(BRISTLE_COMPILED)
+namespace bristle {
+
+extern template class FclBackend::Collidable<float>;
+extern template class FclBackend::Collidable<double>;
+BRISTLE_BACKEND_FUNCTIONS(extern template, FclBackend, float)
+BRISTLE_BACKEND_FUNCTIONS(extern template, FclBackend, double)
+
+}  // namespace bristle
+#endif

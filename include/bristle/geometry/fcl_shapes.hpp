@@ -7,6 +7,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <bristle/geometry/fcl_backend.hpp>
 #include <bristle/geometry/fcl_mesh_tree.hpp>
 #include <bristle/geometry/shapes.hpp>
 
@@ -28,9 +29,6 @@
 #include <vector>
 
 namespace bristle {
-
-/// FCL geometry that nobody changes any more, shared by all who use it.
-using FclGeometry = std::shared_ptr<const fcl::CollisionGeometry<double>>;
 
 /// A shape as FCL geometry, its local box computed. Axes, origin and sizes mean the same in both.
 ///

@@ -8,11 +8,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <bristle/dynamics/proximal_solver.hpp>
-#include <bristle/sensors/passes.hpp>
-#include <bristle/sensors/patch_contacts.hpp>
-#include <bristle/sensors/patch_explicit.hpp>
-#include <bristle/sensors/patch_readings.hpp>
+#include <bristle/core/kernel_scratch.hpp>
+#include <bristle/dynamics/solver_types.hpp>
+#include <bristle/sensors/patch.hpp>
 
 #include <concepts>
 #include <cstdint>
@@ -55,6 +53,39 @@ concept SensorHost = Scalar<S> &&
   host.apply_wrench(body, wrench);
 };
 
+template <Scalar S>
+class HostPatch;
+
+/// The functions of a host's patch that are compiled for each instruction set, as `WorldKernels`.
+template <Scalar S>
+struct HostKernels {
+  /// A new `HostSolver`, and its end.
+  void* (*make_scratch)();
+  void (*delete_scratch)(void* solver);
+  /// `HostSolver::solve`.
+  void (*solve)(void* solver, HostPatch<S>& patch, S dt);
+};
+
+/// The table that is used from here on.
+template <Scalar S>
+[[nodiscard]] const HostKernels<S>& host_kernels();
+
+namespace detail {
+
+template <Scalar S>
+class HostSolver;
+
+/// A body of the host as a patch works with it. The first one of a patch is its own.
+template <Scalar S>
+struct HostEntry {
+  /// [-] The host's number.
+  std::uint32_t number = 0;
+  Body<S> body{};
+  SolverBody<S> solver{};
+};
+
+}  // namespace detail
+
 /// A patch on a body of a host.
 ///
 /// Several patches on one body do not see each other's implicit part: with stiff grips from two
@@ -66,9 +97,7 @@ class HostPatch {
   /// @param def   `excluded`, `sees` and `cast_every` are not used: the host's rays decide what is
   ///              met, in every step.
   /// @throws InvalidArgument naming the field.
-  HostPatch(std::uint32_t body, PatchDef<S> def)
-      : patch_(make_patch(std::move(def), BodyId{body, 0}, Vec3<S>(Vec3<S>::Zero()))),
-        body_(body) {}
+  HostPatch(std::uint32_t body, PatchDef<S> def);
 
   /// Senses, and applies to the host's bodies the mean force of the next `dt` [s], which must be
   /// the host's next step. Applies nothing that is not finite; allocates only until warm. Sensors
@@ -79,176 +108,8 @@ class HostPatch {
   void step(Host& host, S dt) {
     detail::require_positive("dt", dt);
     sense(host, dt);
-    if (patch_.contacts.empty()) {
-      clear_patch(patch_);
-      return;
-    }
-    choose_integration(dt);
-    solve(dt);
-    discard_what_is_not_finite();
-    fill_readings<S>(patch_, bodies_.front().body.center_pose.translation, dt,
-                     [](std::uint32_t number) {
-                       return BodyId{number, 0};
-                     });
-    apply(host, dt);
-  }
-
-  /// What the sensors felt in the last step; `body` holds the host's numbers as indices.
-  [[nodiscard]] PatchReading<S> reading() const { return patch_.readings.view(); }
-
- private:
-  struct Entry {
-    std::uint32_t number = 0;
-    Body<S> body{};
-  };
-
-  /// Local slot of a body of the host; 0 is the patch's own.
-  template <typename Host>
-  std::uint32_t slot_of(const Host& host, std::uint32_t number, S dt) {
-    for (std::uint32_t i = 0; i < bodies_.size(); ++i) {
-      if (bodies_[i].number == number) return i;
-    }
-    const HostBody<S> state = host.body(number);
-    Entry entry;
-    entry.number = number;
-    entry.body.center_pose = state.motion.pose;
-    entry.body.twist = state.motion.twist;
-    bodies_.push_back(entry);
-    SolverBody<S> solver;
-    solver.start = solver.free = state.motion.twist;
-    if (state.inverse_mass > S(0)) {
-      solver.inverse_mass.setConstant(state.inverse_mass);
-      solver.moves = true;
-      solver.mass = S(1) / state.inverse_mass;
-      solver.inverse_inertia = state.inverse_inertia_W;
-      solver.inertia = state.inverse_inertia_W.inverse();
-      solver.free.linear += dt * state.acceleration;
-      solver.free.angular += dt * state.angular_acceleration;
-    }
-    solver.twist = solver.free;
-    solver_bodies_.push_back(solver);
-    return static_cast<std::uint32_t>(bodies_.size() - 1);
-  }
-
-  template <typename Host>
-  void sense(const Host& host, S dt) {
-    bodies_.clear();
-    solver_bodies_.clear();
-    slot_of(host, body_, dt);
-    patch_.hits.reset(patch_.size());
-    host.cast_rays(body_, patch_.rays(S(0)), patch_.hits);
-    for (std::size_t i = 0; i < patch_.size(); ++i) {
-      if (patch_.hits.is_hit(i)) slot_of(host, patch_.hits.tag[i], dt);
-    }
-    collect_contacts(
-        patch_, bodies_.front().body,
-        [&](std::uint32_t number) {
-          return TouchedBody<S>{&bodies_[slot_of(host, number, dt)].body, BodyId{number, 0}};
-        },
-        {.dt = dt, .measures_lambda = patch_.def.integration == Integration::automatic});
-  }
-
-  [[nodiscard]] std::uint32_t known_slot(std::uint32_t number) const {
-    std::uint32_t i = 0;
-    while (bodies_[i].number != number) ++i;
-    return i;
-  }
-
-  void choose_integration(S dt) {
-    S lambda = S(0);
-    for (PatchPair<S>& pair : patch_.pairs) {
-      if (pair.count == 0) continue;
-      measure_pair(patch_, pair, solver_bodies_.front(), solver_bodies_[known_slot(pair.body_b)],
-                   dt);
-      lambda += pair.lambda;
-    }
-    const PatchDef<S>& def = patch_.def;
-    for (PatchPair<S>& pair : patch_.pairs) {
-      const bool can_be_implicit = def.options.law == Law::paper &&
-                                   def.integration != Integration::explicit_ &&
-                                   (solver_bodies_.front().is_moving() ||
-                                    solver_bodies_[known_slot(pair.body_b)].is_moving());
-      pair.is_implicit = can_be_implicit &&
-                         (def.integration == Integration::implicit || lambda > def.explicit_below);
-    }
-  }
-
-  void solve(S dt) {
-    constraints_.clear();
-    impulses_.assign(patch_.pairs.size(), Wrench<S>{});
-    soft_numbers_.clear();
-    for (std::size_t k = 0; k < patch_.pairs.size(); ++k) {
-      PatchPair<S>& pair = patch_.pairs[k];
-      if (pair.count == 0) continue;
-      if (!pair.is_implicit) {
-        impulses_[k] = explicit_impulses(patch_, pair, BodyId{pair.body_b, 0}, dt);
-        continue;
-      }
-      start_linearisation(patch_, pair, dt);
-      pair.soft = static_cast<std::uint32_t>(constraints_.soft.size());
-      SoftBlock<S> block;
-      block.body_b = known_slot(pair.body_b);
-      block.arm_a = pair.arm_a;
-      block.arm_b = pair.arm_b;
-      constraints_.soft.push_back(block);
-      soft_numbers_.push_back(pair.soft);
-    }
-    if (soft_numbers_.empty()) return;
-    moving_.clear();
-    for (std::uint32_t i = 0; i < solver_bodies_.size(); ++i) {
-      if (solver_bodies_[i].is_moving()) moving_.push_back(i);
-    }
-    SolveContext<S> context;
-    context.dt = dt;
-    const Island island{moving_, {}, {}, soft_numbers_};
-    bool is_solved = false;
-    solve_in_passes(
-        context.settings.max_passes, [&] { is_solved = solve_once(island, context); },
-        [&](const SolvePass& pass) { return is_solved && answer(dt, pass); });
-    for (std::size_t k = 0; k < patch_.pairs.size() && !is_solved; ++k) {
-      if (patch_.pairs[k].is_implicit) take_back(k);
-    }
-  }
-
-  /// @return Whether there is a solution.
-  bool solve_once(const Island& island, const SolveContext<S>& context) {
-    for (const PatchPair<S>& pair : patch_.pairs) {
-      if (pair.is_implicit && pair.count > 0) {
-        fill_block(pair, constraints_.soft[pair.soft]);
-      }
-    }
-    SolveReport<S> report;
-    return S(solver_.solve(island, constraints_, solver_bodies_, context, report)) < infinity<S>;
-  }
-
-  bool answer(S dt, const SolvePass& pass) {
-    bool has_changed = false;
-    for (std::size_t k = 0; k < patch_.pairs.size(); ++k) {
-      PatchPair<S>& pair = patch_.pairs[k];
-      if (!pair.is_implicit || pair.count == 0) continue;
-      const PairAnswer<S> found =
-          answer_motion(patch_, pair, constraints_.soft[pair.soft].motion, dt, pass);
-      impulses_[k] = found.impulse;
-      has_changed = found.has_changed || has_changed;
-    }
-    return has_changed;
-  }
-
-  void discard_what_is_not_finite() {
-    for (std::size_t k = 0; k < patch_.pairs.size(); ++k) {
-      if (!impulses_[k].force.allFinite() || !impulses_[k].torque.allFinite()) take_back(k);
-    }
-  }
-
-  /// Takes back what pair k gave.
-  void take_back(std::size_t k) {
-    impulses_[k] = {};
-    clear_impulses(patch_, patch_.pairs[k]);
-  }
-
-  template <typename Host>
-  void apply(Host& host, S dt) const {
-    for (std::size_t k = 0; k < patch_.pairs.size(); ++k) {
+    solver_.kernels().solve(solver_.get(), *this, dt);
+    for (std::size_t k = 0; k < impulses_.size(); ++k) {
       const PatchPair<S>& pair = patch_.pairs[k];
       if (pair.count == 0) continue;
       const Wrench<S> on_b = (S(1) / dt) * impulses_[k];
@@ -257,15 +118,86 @@ class HostPatch {
     }
   }
 
+  /// What the sensors felt in the last step; `body` holds the host's numbers as indices.
+  [[nodiscard]] PatchReading<S> reading() const { return patch_.readings.view(); }
+
+ private:
+  friend class detail::HostSolver<S>;
+
+  template <typename Host>
+  void sense(const Host& host, S dt) {
+    bodies_.clear();
+    note_body(host, body_, dt);
+    patch_.hits.reset(patch_.size());
+    host.cast_rays(body_, patch_.rays(S(0)), patch_.hits);
+    for (std::size_t i = 0; i < patch_.size(); ++i) {
+      if (patch_.hits.is_hit(i)) note_body(host, patch_.hits.tag[i], dt);
+    }
+  }
+
+  /// Asks for the state of a body of the host, unless it is known.
+  template <typename Host>
+  void note_body(const Host& host, std::uint32_t number, S dt) {
+    for (const detail::HostEntry<S>& entry : bodies_) {
+      if (entry.number == number) return;
+    }
+    add_body(number, host.body(number), dt);
+  }
+  void add_body(std::uint32_t number, const HostBody<S>& state, S dt);
+
   SensorPatch<S> patch_;
   std::uint32_t body_;
-  std::vector<Entry> bodies_;
-  std::vector<SolverBody<S>> solver_bodies_;
-  std::vector<std::uint32_t> moving_;
-  std::vector<std::uint32_t> soft_numbers_;
+  std::vector<detail::HostEntry<S>> bodies_;
+  /// [N s, N m s] On B of each pair; empty where nothing was met.
   std::vector<Wrench<S>> impulses_;
-  Constraints<S> constraints_;
-  ProximalSolver<S> solver_;
+  detail::KernelScratch<HostKernels<S>> solver_{host_kernels<S>()};
 };
 
 }  // namespace bristle
+
+// Implementation -----------------------------------------------------------------------------------
+
+#if BRISTLE_HAS_DEFINITIONS
+#include <bristle/hosts/host_solver.hpp>
+
+namespace bristle {
+
+template <Scalar S>
+HostPatch<S>::HostPatch(std::uint32_t body, PatchDef<S> def)
+    : patch_(make_patch(std::move(def), BodyId{body, 0}, Vec3<S>(Vec3<S>::Zero()))), body_(body) {}
+
+template <Scalar S>
+void HostPatch<S>::add_body(std::uint32_t number, const HostBody<S>& state, S dt) {
+  detail::HostEntry<S>& entry = bodies_.emplace_back();
+  entry.number = number;
+  entry.body.center_pose = state.motion.pose;
+  entry.body.twist = state.motion.twist;
+  SolverBody<S>& solver = entry.solver;
+  solver.start = solver.free = state.motion.twist;
+  if (state.inverse_mass > S(0)) {
+    solver.inverse_mass.setConstant(state.inverse_mass);
+    solver.moves = true;
+    solver.mass = S(1) / state.inverse_mass;
+    solver.inverse_inertia = state.inverse_inertia_W;
+    solver.inertia = state.inverse_inertia_W.inverse();
+    solver.free.linear += dt * state.acceleration;
+    solver.free.angular += dt * state.angular_acceleration;
+  }
+  solver.twist = solver.free;
+}
+
+}  // namespace bristle
+#endif
+
+#if defined(BRISTLE_COMPILED)
+namespace bristle {
+
+template <>
+const HostKernels<float>& host_kernels<float>();
+template <>
+const HostKernels<double>& host_kernels<double>();
+extern template class HostPatch<float>;
+extern template class HostPatch<double>;
+
+}  // namespace bristle
+#endif

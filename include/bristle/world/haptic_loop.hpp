@@ -23,14 +23,11 @@
 #pragma once
 
 #include <bristle/geometry/analytic_backend.hpp>
-#include <bristle/sensors/passes.hpp>
-#include <bristle/sensors/patch_contacts.hpp>
-#include <bristle/sensors/patch_readings.hpp>
+#include <bristle/sensors/patch.hpp>
 #include <bristle/world/haptic_body.hpp>
-#include <bristle/world/near_shapes.hpp>
+#include <bristle/world/kernels.hpp>
 #include <bristle/world/patch_rays.hpp>
 
-#include <algorithm>
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -39,6 +36,10 @@
 #include <vector>
 
 namespace bristle {
+namespace detail {
+template <Scalar S, typename Backend>
+class HapticTick;
+}  // namespace detail
 
 /// Settings of a haptic loop.
 template <Scalar S>
@@ -64,7 +65,7 @@ struct TickedPatchId {
 ///
 /// The patches of a loop belong to it alone; the world does not sense with them. They are always
 /// implicit: `PatchDef::integration` and `explicit_below` are not used.
-template <Scalar S, typename Backend = AnalyticBackend>
+template <Scalar S, typename Backend>
 class HapticLoop {
  public:
   /// @throws InvalidArgument naming the field.
@@ -148,6 +149,7 @@ class HapticLoop {
   template <Scalar T, typename B>
   requires ShapeBackend<B, T>
   friend class World;
+  friend class detail::HapticTick<S, Backend>;
 
   struct Tool {
     BodyId body{};
@@ -225,26 +227,7 @@ class HapticLoop {
   [[nodiscard]] Vec6<S> other_force(const WorldState<S, Backend>& state, BodyId id,
                                     const HeldMobility<S>& held) const;
 
-  // Parts of a tick.
-  void sense(Skin& skin, std::uint32_t number);
-  void start(Skin& skin);
-  void solve_once();
-  [[nodiscard]] bool answer(const SolvePass& pass);
-  void deliver(Skin& skin);
-  [[nodiscard]] Vec6<S> motion_of(const Skin& skin, const SoftBlock<S>& block) const {
-    const Twist<S>& twist = tools_[skin.tool].twist;
-    Vec6<S> motion;
-    // By halves: g++ 12 takes the comma form for a read beyond three floats.
-    motion.template head<3>() = twist.at(block.arm_a);
-    motion.template tail<3>() = twist.angular;
-    return motion;
-  }
-  [[nodiscard]] std::uint32_t number_of(std::uint32_t slot) const {
-    std::uint32_t i = 0;
-    while (bodies_[i].id().index != slot) ++i;
-    return i;
-  }
-
+  const WorldKernels<S, Backend>* kernels_ = &world_kernels<S, Backend>();
   HapticDef<S> def_;
   std::vector<Tool> tools_;
   std::vector<Skin> skins_;
@@ -257,7 +240,16 @@ class HapticLoop {
   std::uint64_t rays_cast_ = 0;
 };
 
+}  // namespace bristle
+
 // Implementation -----------------------------------------------------------------------------------
+
+#if BRISTLE_HAS_DEFINITIONS
+#include <bristle/world/near_shapes.hpp>
+
+#include <algorithm>
+
+namespace bristle {
 
 /// Leaves the loop as if it had never ticked; tools stay where they are.
 template <Scalar S, typename Backend>
@@ -356,140 +348,8 @@ void HapticLoop<S, Backend>::tick() {
   require_open();
   detail::require(done_ < def_.ticks, "HapticLoop: ticks", done_ + 1,
                   "must be <= HapticDef::ticks between two steps");
-  for (Tool& tool : tools_) {
-    if (!tool.is_moved) tool.twist = {};
-    if (tool.is_placed) tool.last_pose = tool.pose;
-    tool.is_moved = false;
-    tool.wrench = {};
-  }
-  for (HapticBody<S>& body : bodies_) body.begin_tick();
-  rays_cast_ = 0;
-  bool has_contacts = false;
-  for (std::uint32_t i = 0; i < skins_.size(); ++i) {
-    sense(skins_[i], i);
-    start(skins_[i]);
-    has_contacts = has_contacts || !skins_[i].blocks.empty();
-  }
-  if (has_contacts) {
-    solve_in_passes(
-        SolverDef<S>{}.max_passes, [this] { solve_once(); },
-        [this](const SolvePass& pass) { return answer(pass); });
-  } else {
-    solve_once();
-  }
-  for (Skin& skin : skins_) deliver(skin);
-  for (HapticBody<S>& body : bodies_) body.end_tick(h_);
-  ++done_;
-  ++ticks_;
-}
-
-template <Scalar S, typename Backend>
-void HapticLoop<S, Backend>::sense(Skin& skin, std::uint32_t number) {
-  const Tool& tool = tools_[skin.tool];
-  SensorPatch<S>& patch = skin.patch;
-  skin.in_reach.clear();
-  for (const std::uint32_t i : skin.near) {
-    const NearShape& shape = shapes_[i];
-    const Body<S>& body = bodies_[shape.body].body();
-    const S speed = detail::closing_speed(patch.box, tool.pose, tool.twist,
-                                          body.center_pose.translation, body.twist);
-    const auto seen = shape_in_reach(patch, shape.id, shape.collider,
-                                     relative_pose(tool.pose, body.center_pose), h_ * speed);
-    if (seen.is_near(patch.box)) skin.in_reach.push_back(seen);
-  }
-  if (skin.in_reach.empty()) {
-    clear_patch(patch);
-    return;
-  }
-  const bool is_due = (ticks_ + number) % patch.def.cast_every == 0;
-  rays_cast_ += find_hits<S, Backend>(patch, skin.in_reach, is_due);
-  Body<S> A;
-  A.center_pose = tool.pose;
-  A.twist = tool.twist;
-  collect_contacts(
-      patch, A,
-      [&](std::uint32_t tag) {
-        std::size_t i = 0;
-        while (skin.in_reach[i].tag != tag) ++i;
-        const BodyId id = skin.in_reach[i].collider->body;
-        return TouchedBody<S>{&bodies_[number_of(id.index)].body(), id};
-      },
-      {.dt = h_,
-       .measures_lambda = false,
-       .only_tag = skin.in_reach.size() == 1 ? skin.in_reach.front().tag : CollectDef<S>::any_tag});
-}
-
-/// Makes a soft block of each pair.
-template <Scalar S, typename Backend>
-void HapticLoop<S, Backend>::start(Skin& skin) {
-  skin.blocks.clear();
-  skin.touched.clear();
-  for (PatchPair<S>& pair : skin.patch.pairs) {
-    const std::uint32_t number = number_of(pair.body_b);
-    set_scheme(pair, pair.stiffness.bristle_sum, pair.stiffness.viscous_sum,
-               bodies_[number].mobility_at(pair.arm_b), h_);
-    start_linearisation(skin.patch, pair, h_);
-    SoftBlock<S> block;
-    block.arm_a = pair.arm_a;
-    block.arm_b = pair.arm_b;
-    skin.blocks.push_back(block);
-    skin.touched.push_back(number);
-  }
-}
-
-template <Scalar S, typename Backend>
-void HapticLoop<S, Backend>::solve_once() {
-  for (HapticBody<S>& body : bodies_) body.clear_system();
-  for (Skin& skin : skins_) {
-    for (std::size_t k = 0; k < skin.blocks.size(); ++k) {
-      SoftBlock<S>& block = skin.blocks[k];
-      fill_block(skin.patch.pairs[k], block);
-      bodies_[skin.touched[k]].add(block, motion_of(skin, block));
-    }
-  }
-  for (HapticBody<S>& body : bodies_) body.solve(h_);
-  for (Skin& skin : skins_) {
-    for (std::size_t k = 0; k < skin.blocks.size(); ++k) {
-      SoftBlock<S>& block = skin.blocks[k];
-      block.motion = motion_of(skin, block) - bodies_[skin.touched[k]].motion_at(block.arm_b);
-    }
-  }
-}
-
-template <Scalar S, typename Backend>
-bool HapticLoop<S, Backend>::answer(const SolvePass& pass) {
-  bool has_changed = false;
-  for (Skin& skin : skins_) {
-    for (std::size_t k = 0; k < skin.blocks.size(); ++k) {
-      SoftBlock<S>& block = skin.blocks[k];
-      const PairAnswer<S> found =
-          answer_motion(skin.patch, skin.patch.pairs[k], block.motion, h_, pass);
-      block.impulse.template head<3>() = found.impulse.force;
-      block.impulse.template tail<3>() = found.impulse.torque;
-      has_changed = found.has_changed || has_changed;
-    }
-  }
-  return has_changed;
-}
-
-/// Gives tool and bodies the impulses of a patch, and turns them into readings.
-template <Scalar S, typename Backend>
-void HapticLoop<S, Backend>::deliver(Skin& skin) {
-  Tool& tool = tools_[skin.tool];
-  const S left = S(def_.ticks - done_) * h_;
-  for (std::size_t k = 0; k < skin.blocks.size(); ++k) {
-    const SoftBlock<S>& block = skin.blocks[k];
-    if (!block.impulse.allFinite()) {
-      clear_impulses(skin.patch, skin.patch.pairs[k]);
-      continue;
-    }
-    const Wrench<S> on_b{block.impulse.template head<3>(), block.impulse.template tail<3>()};
-    bodies_[skin.touched[k]].push(on_b.shifted(-block.arm_b), left);
-    tool.wrench += (S(-1) / h_) * on_b.shifted(-block.arm_a);
-  }
-  if (skin.patch.pairs.empty() && !skin.patch.has_felt) return;
-  fill_readings<S>(skin.patch, tool.pose.translation, h_,
-                   [&](std::uint32_t slot) { return bodies_[number_of(slot)].id(); });
+  kernels_->tick(*this);
 }
 
 }  // namespace bristle
+#endif

@@ -93,7 +93,12 @@ class ProximityArray {
   std::uint64_t rays_cast_ = 0;
 };
 
+}  // namespace bristle
+
 // Implementation -----------------------------------------------------------------------------------
+
+#if BRISTLE_HAS_DEFINITIONS
+namespace bristle {
 
 template <Scalar S>
 template <typename Backend>
@@ -125,3 +130,4 @@ void ProximityArray<S>::sense(const WorldState<S, Backend>& state, BodyId carrie
 }
 
 }  // namespace bristle
+#endif

@@ -3,24 +3,19 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <bristle/core/kernel_scratch.hpp>
 #include <bristle/geometry/analytic_backend.hpp>
-#include <bristle/sensors/stability.hpp>
 #include <bristle/sensors/tuning.hpp>
 #include <bristle/world/contact_events.hpp>
-#include <bristle/world/contact_stage.hpp>
 #include <bristle/world/haptic_loop.hpp>
+#include <bristle/world/kernels.hpp>
 #include <bristle/world/proximity.hpp>
 #include <bristle/world/ray_query.hpp>
-#include <bristle/world/sensor_stage.hpp>
-#include <bristle/world/sleep_stage.hpp>
-#include <bristle/world/snapshot.hpp>
-#include <bristle/world/solve_stage.hpp>
-#include <bristle/world/waking.hpp>
 #include <bristle/world/world_state.hpp>
 
 #include <cstddef>
+#include <cstdint>
 #include <span>
-#include <string>
 #include <vector>
 
 namespace bristle {
@@ -43,6 +38,11 @@ class World {
  public:
   /// @throws InvalidArgument naming the field of the definition.
   explicit World(const WorldDef<S>& def = {});
+  World(const World& other);
+  World(World&& other) noexcept;
+  World& operator=(const World& other);
+  World& operator=(World&& other) noexcept;
+  ~World();
 
   // Bodies and shapes
   // ------------------------------------------------------------------------------
@@ -134,7 +134,7 @@ class World {
                  std::span<WorldRayHit<S>> hits) const;
   /// Measures distances with an array of rays on a body, given in its frame, as things are now.
   /// Several arrays may be filled at once from several threads.
-  void sense(BodyId carrier, ProximityArray<S>& array) const { array.sense(state_, carrier); }
+  void sense(BodyId carrier, ProximityArray<S>& array) const;
 
   // Contacts
   // ---------------------------------------------------------------------------------------
@@ -168,7 +168,7 @@ class World {
   void restore(std::span<const std::byte> bytes);
   /// [-] One number for what a snapshot would hold (`BitHash` of it, value by value): equal bits,
   /// equal number, and for different ones a different number but for a chance of 2^-64.
-  [[nodiscard]] std::uint64_t state_hash() const { return detail::state_hash(state_); }
+  [[nodiscard]] std::uint64_t state_hash() const;
 
   // Time
   // -------------------------------------------------------------------------------------------
@@ -214,19 +214,41 @@ class World {
   void for_each_shape_of(BodyId id, Visit&& visit) const;
   void refresh_box(std::uint32_t tag);
   void set_twist(BodyId id, const Twist<S>& twist);
-  [[nodiscard]] bool is_awake_joint(std::uint32_t index) const;
   void require_tools(const HapticLoop<S, Backend>& loop) const;
   void erase_joint(std::uint32_t index);
 
   State state_;
-  ContactStage<S, Backend> contact_stage_;
-  SensorStage<S, Backend> sensor_stage_;
-  SolveStage<S, Backend> solve_stage_;
-  SleepStage<S, Backend> sleep_stage_;
+  detail::KernelScratch<WorldKernels<S, Backend>> stepper_{world_kernels<S, Backend>()};
 };
 
 }  // namespace bristle
 
-#include <bristle/world/world_bodies_impl.hpp>
 #include <bristle/world/world_contacts_impl.hpp>
+#if defined(BRISTLE_WITH_FCL)
+#include <bristle/geometry/fcl_backend.hpp>
+#endif
+
+#if BRISTLE_HAS_DEFINITIONS
+#include <bristle/world/kernels_impl.hpp>
+#include <bristle/world/world_bodies_impl.hpp>
 #include <bristle/world/world_impl.hpp>
+#endif
+
+#if defined(BRISTLE_COMPILED)
+namespace bristle {
+
+#define BRISTLE_COMPILED_WORLD(S, Backend)                     \
+  template <>                                                  \
+  const WorldKernels<S, Backend>& world_kernels<S, Backend>(); \
+  extern template class World<S, Backend>;                     \
+  extern template class HapticLoop<S, Backend>;
+BRISTLE_COMPILED_WORLD(float, AnalyticBackend)
+BRISTLE_COMPILED_WORLD(double, AnalyticBackend)
+#if defined(BRISTLE_WITH_FCL)
+BRISTLE_COMPILED_WORLD(float, FclBackend)
+BRISTLE_COMPILED_WORLD(double, FclBackend)
+#endif
+#undef BRISTLE_COMPILED_WORLD
+
+}  // namespace bristle
+#endif

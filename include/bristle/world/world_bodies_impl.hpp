@@ -3,6 +3,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <bristle/world/waking.hpp>
 #include <bristle/world/world.hpp>
 
 namespace bristle {

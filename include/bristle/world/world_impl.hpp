@@ -3,6 +3,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <bristle/dynamics/joint_pose.hpp>
+#include <bristle/dynamics/joint_rows.hpp>
+#include <bristle/sensors/stability.hpp>
+#include <bristle/world/snapshot.hpp>
+#include <bristle/world/waking.hpp>
 #include <bristle/world/world.hpp>
 
 namespace bristle {
@@ -34,6 +39,21 @@ requires ShapeBackend<Backend, S> World<S, Backend>::World(const WorldDef<S>& de
                   "must be callable");
   state_.def = def;
 }
+
+template <Scalar S, typename Backend>
+requires ShapeBackend<Backend, S> World<S, Backend>::World(const World& other)
+= default;
+template <Scalar S, typename Backend>
+requires ShapeBackend<Backend, S> World<S, Backend>::World(World&& other)
+noexcept = default;
+template <Scalar S, typename Backend>
+requires ShapeBackend<Backend, S> World<S, Backend>
+&World<S, Backend>::operator=(const World& other) = default;
+template <Scalar S, typename Backend>
+requires ShapeBackend<Backend, S> World<S, Backend>
+&World<S, Backend>::operator=(World&& other) noexcept = default;
+template <Scalar S, typename Backend>
+requires ShapeBackend<Backend, S> World<S, Backend>::~World() = default;
 
 template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S> JointId World<S, Backend>::add_joint(const JointDef<S>& def) {
@@ -181,9 +201,9 @@ template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S> WorldRayHit<S> World<S, Backend>::cast_ray(
     const Ray<S>& ray, const RayFilter& filter)
 const {
-  detail::require_ray(ray);
-  RayHits<S> scratch;
-  return detail::cast_ray(state_, ray, filter, scratch);
+  WorldRayHit<S> hit;
+  cast_rays(std::span(&ray, 1), filter, std::span(&hit, 1));
+  return hit;
 }
 
 template <Scalar S, typename Backend>
@@ -193,15 +213,23 @@ void World<S, Backend>::cast_rays(std::span<const Ray<S>> rays, const RayFilter&
   detail::require(rays.size() == hits.size(), "hits.size()", static_cast<double>(hits.size()),
                   "must equal the number of rays");
   for (const Ray<S>& ray : rays) detail::require_ray(ray);
-  RayHits<S> scratch;
-  for (std::size_t i = 0; i < rays.size(); ++i) {
-    hits[i] = detail::cast_ray(state_, rays[i], filter, scratch);
-  }
+  stepper_.kernels().cast_rays(state_, rays, filter, hits);
+}
+
+template <Scalar S, typename Backend>
+requires ShapeBackend<Backend, S>
+void World<S, Backend>::sense(BodyId carrier, ProximityArray<S>& array) const {
+  (void)body(carrier);
+  stepper_.kernels().sense(array, state_, carrier);
 }
 
 template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S> std::vector<std::byte> World<S, Backend>::snapshot()
 const { return detail::take_snapshot(state_); }
+
+template <Scalar S, typename Backend>
+requires ShapeBackend<Backend, S> std::uint64_t World<S, Backend>::state_hash()
+const { return detail::state_hash(state_); }
 
 template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S>
@@ -259,59 +287,7 @@ void World<S, Backend>::set_gravity(const Vec3<S>& gravity) {
 
 template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S>
-void World<S, Backend>::step() {
-  state_.report = {};
-  state_.ended.swap(state_.ended_since);
-  state_.ended_since.clear();
-  if (state_.is_idle) {
-    // Nothing moves, so nothing changes; what readings and contacts say stays true.
-    state_.contacts.repeat();
-    state_.report.sleeping_bodies = state_.sleeping_bodies;
-    return;
-  }
-  state_.constraints.clear();
-  solve_stage_.prepare_bodies(state_);
-  sleep_stage_.wake_reached(state_, solve_stage_, sensor_stage_);
-
-  contact_stage_.find_contacts(state_);
-  sensor_stage_.sense(state_);
-  sensor_stage_.apply(state_);
-
-  contact_stage_.add_constraints(state_);
-  for (std::uint32_t i = 0; i < state_.joints.slot_count(); ++i) {
-    if (!is_awake_joint(i)) continue;
-    Joint<S>& joint = state_.joints.at(i);
-    add_joint_rows(joint, i, state_.bodies.at(joint.def.body_a.index),
-                   state_.bodies.at(joint.def.body_b.index), state_.def.time_step,
-                   state_.constraints);
-  }
-
-  solve_stage_.solve(state_, sensor_stage_);
-  contact_stage_.store_impulses(state_);
-  for (std::uint32_t i = 0; i < state_.joints.slot_count(); ++i) {
-    if (!is_awake_joint(i)) continue;
-    store_joint_impulses(state_.joints.at(i), state_.constraints);
-    solve_stage_.add_flow_impulse(i, state_.joints.at(i).total);
-  }
-  sensor_stage_.read(state_);
-  solve_stage_.integrate(state_);
-  for (std::uint32_t i = 0; i < state_.joints.slot_count(); ++i) {
-    if (!is_awake_joint(i)) continue;
-    Joint<S>& joint = state_.joints.at(i);
-    if (!has_angle(joint.def.kind)) continue;
-    const std::uint32_t a = joint.def.body_a.index;
-    const std::uint32_t b = joint.def.body_b.index;
-    const Body<S>& body_a = state_.bodies.at(a);
-    const Body<S>& body_b = state_.bodies.at(b);
-    joint.angle =
-        followed_position(joint, joint_pose(joint, body_a.center_pose, body_b.center_pose),
-                          {state_.solver_bodies[a].start, body_a.twist},
-                          {state_.solver_bodies[b].start, body_b.twist}, state_.def.time_step);
-  }
-  contact_stage_.settle_boxes(state_);
-  sleep_stage_.fall_asleep(state_, sensor_stage_);
-  ++state_.steps;
-}
+void World<S, Backend>::step() { stepper_.kernels().step(stepper_.get(), state_); }
 
 template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S>
@@ -359,15 +335,6 @@ void World<S, Backend>::step(HapticLoop<S, Backend>& loop) {
   }
   step();
   loop.observe(state_);
-}
-
-template <Scalar S, typename Backend>
-requires ShapeBackend<Backend, S>
-bool World<S, Backend>::is_awake_joint(std::uint32_t index) const {
-  if (!state_.joints.is_live(index)) return false;
-  const JointDef<S>& def = state_.joints.at(index).def;
-  return !state_.bodies.at(def.body_a.index).is_asleep() &&
-         !state_.bodies.at(def.body_b.index).is_asleep();
 }
 
 }  // namespace bristle

@@ -2,8 +2,6 @@
 /// Mechanisms of revolute joints, integrated.
 // SPDX-License-Identifier: BSD-3-Clause
 #include "support/mechanism.hpp"
-#include "support/worlds.hpp"
-
 #include <doctest/doctest.h>
 
 #include <numbers>

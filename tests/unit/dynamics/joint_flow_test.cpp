@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "support/mechanism.hpp"
-#include "support/worlds.hpp"
-
 #include <doctest/doctest.h>
 
 #include <limits>

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "support/compiled_backends.hpp"
-
 #include <bristle/geometry/analytic_backend.hpp>
 #include <bristle/geometry/mesh_shapes.hpp>
 

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "support/compiled_backends.hpp"
 #include "support/random.hpp"
 
 #include <bristle/geometry/analytic_backend.hpp>

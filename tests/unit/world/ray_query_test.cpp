@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "support/random.hpp"
-#include "support/worlds.hpp"
+#include <bristle/world/world.hpp>
 
 #include <doctest/doctest.h>
 

@@ -4,7 +4,7 @@
 #pragma once
 
 #include "benchmarks/work_precision/engines.hpp"
-#include "support/worlds.hpp"
+#include <bristle/world/world.hpp>
 
 #include <bristle/geometry/quickhull.hpp>
 

@@ -1,0 +1,93 @@
+# The target bristle::compiled: worlds, haptic loops, host patches, backends and loaders in float and
+# double, compiled once, with the kernels of a step for every instruction set in BRISTLE_KERNELS.
+# Static or shared, as BUILD_SHARED_LIBS has it.
+# SPDX-License-Identifier: BSD-3-Clause
+
+# Kernels of sets other than the baseline need a linker that can make all symbols of an object local:
+# then no function that was compiled for wide registers takes the place of one that all use.
+set(kernels "")
+if(CMAKE_SYSTEM_PROCESSOR MATCHES "^(x86_64|AMD64)$" AND CMAKE_SYSTEM_NAME STREQUAL "Linux"
+   AND CMAKE_CXX_COMPILER_ID MATCHES "GNU|Clang" AND CMAKE_OBJCOPY)
+  execute_process(COMMAND "${CMAKE_LINKER}" --help OUTPUT_VARIABLE linker_help ERROR_QUIET)
+  if(linker_help MATCHES "--force-group-allocation")
+    set(kernels v3 v4)
+  endif()
+endif()
+set(BRISTLE_KERNELS "${kernels}" CACHE STRING
+    "Instruction sets besides the baseline that bristle::compiled has kernels for: v3, v4")
+
+set(sources "${CMAKE_CURRENT_LIST_DIR}")
+set(baseline_of_scalar geometry/analytic_backend.cpp kernels.cpp world/world.cpp
+                       hosts/sensor_host.cpp)
+set(kernels_of_scalar geometry/analytic_backend.cpp kernels.cpp)
+set(with_fcl "")
+if(TARGET bristle::fcl)
+  set(with_fcl bristle::fcl)
+  list(APPEND baseline_of_scalar geometry/fcl_backend.cpp)
+  list(APPEND kernels_of_scalar geometry/fcl_backend.cpp)
+endif()
+
+# Makes an object library of `ARGN` in `scalar` for the instruction set `set`.
+function(bristle_add_objects target scalar set)
+  list(TRANSFORM ARGN PREPEND "${sources}/")
+  add_library(${target} OBJECT ${ARGN})
+  bristle_compiled_options(${target})
+  target_compile_definitions(${target} PRIVATE BRISTLE_INSTANTIATE=${scalar}
+                                               BRISTLE_KERNELS=${set})
+endfunction()
+
+# What all of the library is compiled with. No fused multiply-adds: all instruction sets round alike.
+function(bristle_compiled_options target)
+  if(PROJECT_IS_TOP_LEVEL)
+    bristle_program_options(${target})
+  endif()
+  set_target_properties(${target} PROPERTIES POSITION_INDEPENDENT_CODE ON CXX_EXTENSIONS OFF)
+  target_link_libraries(${target} PRIVATE bristle ${with_fcl})
+  target_compile_definitions(${target} PRIVATE BRISTLE_COMPILED)
+  target_compile_options(${target} PRIVATE $<$<CXX_COMPILER_ID:GNU,Clang>:-ffp-contract=off>)
+  foreach(set IN LISTS BRISTLE_KERNELS)
+    string(TOUPPER "${set}" name)
+    target_compile_definitions(${target} PRIVATE BRISTLE_KERNELS_${name})
+  endforeach()
+endfunction()
+
+set(type STATIC)
+if(BUILD_SHARED_LIBS)
+  set(type SHARED)
+endif()
+add_library(bristle_compiled ${type} "${sources}/core/instruction_set.cpp")
+add_library(bristle::compiled ALIAS bristle_compiled)
+bristle_compiled_options(bristle_compiled)
+target_link_libraries(bristle_compiled PUBLIC bristle PRIVATE ${with_fcl})
+target_compile_definitions(bristle_compiled PUBLIC BRISTLE_COMPILED)
+set_target_properties(bristle_compiled PROPERTIES EXPORT_NAME compiled OUTPUT_NAME bristle)
+
+foreach(scalar float double)
+  bristle_add_objects(bristle_${scalar} ${scalar} baseline ${baseline_of_scalar})
+  target_sources(bristle_compiled PRIVATE $<TARGET_OBJECTS:bristle_${scalar}>)
+endforeach()
+
+# Kernels of one set are one object that exports two plain functions and nothing else.
+foreach(set IN LISTS BRISTLE_KERNELS)
+  set(objects "")
+  foreach(scalar float double)
+    bristle_add_objects(bristle_${scalar}_${set} ${scalar} ${set} ${kernels_of_scalar})
+    target_compile_options(
+      bristle_${scalar}_${set} PRIVATE -march=x86-64-${set} -fno-lto
+                                       $<$<CXX_COMPILER_ID:GNU>:-fno-gnu-unique>)
+    list(APPEND objects $<TARGET_OBJECTS:bristle_${scalar}_${set}>)
+  endforeach()
+  set(joined "${CMAKE_CURRENT_BINARY_DIR}/bristle_kernels_${set}_joined.o")
+  set(object "${CMAKE_CURRENT_BINARY_DIR}/bristle_kernels_${set}.o")
+  add_custom_command(
+    OUTPUT "${object}"
+    COMMAND "${CMAKE_LINKER}" -r --force-group-allocation -o "${joined}" ${objects}
+    COMMAND "${CMAKE_OBJCOPY}" --keep-global-symbol=bristle_kernels_float_${set}
+            --keep-global-symbol=bristle_kernels_double_${set} "${joined}" "${object}"
+    DEPENDS ${objects}
+    COMMENT "Closing the kernels for x86-64-${set}"
+    COMMAND_EXPAND_LISTS VERBATIM)
+  set_source_files_properties("${object}" PROPERTIES EXTERNAL_OBJECT ON GENERATED ON)
+  target_sources(bristle_compiled PRIVATE "${object}")
+  add_dependencies(bristle_compiled bristle_float_${set} bristle_double_${set})
+endforeach()

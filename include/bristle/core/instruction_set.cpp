@@ -1,0 +1,85 @@
+// The choice of an instruction set, and of the kernels that were compiled for it.
+// SPDX-License-Identifier: BSD-3-Clause
+#include <bristle/core/error.hpp>
+#include <bristle/core/instruction_set.hpp>
+#include <bristle/core/kernel_tables.hpp>
+
+#include <atomic>
+#include <cstdlib>
+#include <string>
+
+namespace bristle {
+namespace {
+
+bool has(InstructionSet set) noexcept {
+  switch (set) {
+    case InstructionSet::baseline:
+      return true;
+#if defined(BRISTLE_KERNELS_V3)
+    case InstructionSet::v3:
+      return __builtin_cpu_supports("x86-64-v3") != 0;
+#endif
+#if defined(BRISTLE_KERNELS_V4)
+    case InstructionSet::v4:
+      return __builtin_cpu_supports("x86-64-v4") != 0;
+#endif
+    default:
+      return false;
+  }
+}
+
+/// What the environment asks for where it is to be had, else the widest.
+InstructionSet first_choice() noexcept {
+  const char* wanted = std::getenv("BRISTLE_INSTRUCTION_SET");
+  for (const InstructionSet set :
+       {InstructionSet::baseline, InstructionSet::v3, InstructionSet::v4}) {
+    if (wanted != nullptr && name_of(set) == wanted && has(set)) return set;
+  }
+  return widest_instruction_set();
+}
+
+std::atomic<InstructionSet>& chosen() noexcept {
+  static std::atomic<InstructionSet> set{first_choice()};
+  return set;
+}
+
+}  // namespace
+
+InstructionSet widest_instruction_set() noexcept {
+  if (has(InstructionSet::v4)) return InstructionSet::v4;
+  return has(InstructionSet::v3) ? InstructionSet::v3 : InstructionSet::baseline;
+}
+
+InstructionSet instruction_set() noexcept { return chosen().load(std::memory_order_relaxed); }
+
+void set_instruction_set(InstructionSet set) {
+  if (!has(set)) {
+    detail::raise(InvalidArgument("InstructionSet", std::string(name_of(set)),
+                                  "must be one that this processor and this library have"));
+  }
+  chosen().store(set, std::memory_order_relaxed);
+}
+
+// A set that the library was built without is never chosen.
+#if !defined(BRISTLE_KERNELS_V3)
+#define bristle_kernels_float_v3 bristle_kernels_float_baseline
+#define bristle_kernels_double_v3 bristle_kernels_double_baseline
+#endif
+#if !defined(BRISTLE_KERNELS_V4)
+#define bristle_kernels_float_v4 bristle_kernels_float_baseline
+#define bristle_kernels_double_v4 bristle_kernels_double_baseline
+#endif
+
+KernelTables chosen_kernels_float() {
+  constexpr KernelTables (*of[])() = {bristle_kernels_float_baseline, bristle_kernels_float_v3,
+                                      bristle_kernels_float_v4};
+  return of[static_cast<std::size_t>(instruction_set())]();
+}
+
+KernelTables chosen_kernels_double() {
+  constexpr KernelTables (*of[])() = {bristle_kernels_double_baseline, bristle_kernels_double_v3,
+                                      bristle_kernels_double_v4};
+  return of[static_cast<std::size_t>(instruction_set())]();
+}
+
+}  // namespace bristle

@@ -1,0 +1,37 @@
+/// @file
+/// How the compiled library finds the kernels of each instruction set: one plain function for each
+/// set and scalar. The objects that define them export nothing else, so that no function which was
+/// compiled for wide registers can take the place of one that every processor runs.
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+/// Name of the function that gives the kernels of a set (`baseline`, `v3`, `v4`) in a scalar, and
+/// of the one that gives those of `instruction_set()`.
+#define BRISTLE_KERNELS_OF(S, set) BRISTLE_KERNELS_OF_(S, set)
+#define BRISTLE_KERNELS_OF_(S, set) bristle_kernels_##S##_##set
+#define BRISTLE_CHOSEN_KERNELS(S) BRISTLE_CHOSEN_KERNELS_(S)
+#define BRISTLE_CHOSEN_KERNELS_(S) chosen_kernels_##S
+
+namespace bristle {
+
+/// Addresses of a `HostKernels`, and of a `WorldKernels` for each backend, in the scalar that the
+/// function is named for; null for a backend that the library was built without.
+struct KernelTables {
+  const void* host = nullptr;
+  const void* analytic = nullptr;
+  const void* fcl = nullptr;
+};
+
+extern "C" {
+KernelTables bristle_kernels_float_baseline();
+KernelTables bristle_kernels_double_baseline();
+KernelTables bristle_kernels_float_v3();
+KernelTables bristle_kernels_double_v3();
+KernelTables bristle_kernels_float_v4();
+KernelTables bristle_kernels_double_v4();
+}
+
+[[nodiscard]] KernelTables chosen_kernels_float();
+[[nodiscard]] KernelTables chosen_kernels_double();
+
+}  // namespace bristle

@@ -1,0 +1,35 @@
+/// @file
+/// Makes what BRISTLE_COMPILED only declares, in the scalar BRISTLE_INSTANTIATE, for what the file
+/// is compiled for: the library in one file of a program that is built without CMake.
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <bristle/hosts/host_solver.hpp>
+#include <bristle/world/kernels_impl.hpp>
+#include <bristle/world/world.hpp>
+
+namespace bristle {
+
+/// @param S  float or double.
+#define BRISTLE_MAKE_WORLD(S, Backend)                          \
+  BRISTLE_BACKEND_FUNCTIONS(template, Backend, S)               \
+  template <>                                                   \
+  const WorldKernels<S, Backend>& world_kernels<S, Backend>() { \
+    return own_world_kernels<S, Backend>();                     \
+  }                                                             \
+  template class World<S, Backend>;                             \
+  template class HapticLoop<S, Backend>;
+BRISTLE_MAKE_WORLD(BRISTLE_INSTANTIATE, AnalyticBackend)
+#if defined(BRISTLE_WITH_FCL)
+template class FclBackend::Collidable<BRISTLE_INSTANTIATE>;
+BRISTLE_MAKE_WORLD(BRISTLE_INSTANTIATE, FclBackend)
+#endif
+#undef BRISTLE_MAKE_WORLD
+
+template <>
+const HostKernels<BRISTLE_INSTANTIATE>& host_kernels<BRISTLE_INSTANTIATE>() {
+  return own_host_kernels<BRISTLE_INSTANTIATE>();
+}
+template class HostPatch<BRISTLE_INSTANTIATE>;
+
+}  // namespace bristle

@@ -1,0 +1,20 @@
+// The kernels of worlds in the scalar BRISTLE_INSTANTIATE, for the instruction set that this file
+// is compiled for, which is BRISTLE_KERNELS.
+// SPDX-License-Identifier: BSD-3-Clause
+#include <bristle/core/kernel_tables.hpp>
+#include <bristle/hosts/host_solver.hpp>
+#include <bristle/world/kernels_impl.hpp>
+#if defined(BRISTLE_WITH_FCL)
+#include <bristle/geometry/fcl_backend.hpp>
+#endif
+
+extern "C" bristle::KernelTables BRISTLE_KERNELS_OF(BRISTLE_INSTANTIATE, BRISTLE_KERNELS)() {
+  using S = BRISTLE_INSTANTIATE;
+  bristle::KernelTables tables;
+  tables.host = &bristle::own_host_kernels<S>();
+  tables.analytic = &bristle::own_world_kernels<S, bristle::AnalyticBackend>();
+#if defined(BRISTLE_WITH_FCL)
+  tables.fcl = &bristle::own_world_kernels<S, bristle::FclBackend>();
+#endif
+  return tables;
+}

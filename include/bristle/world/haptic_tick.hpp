@@ -1,0 +1,197 @@
+/// @file
+/// One tick of a haptic loop: its patches sense, all are solved together, bodies and tools get what
+/// follows.
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <bristle/sensors/passes.hpp>
+#include <bristle/sensors/patch_contacts.hpp>
+#include <bristle/sensors/patch_readings.hpp>
+#include <bristle/world/haptic_loop.hpp>
+#include <bristle/world/near_shapes.hpp>
+
+#include <cstddef>
+#include <cstdint>
+
+namespace bristle::detail {
+
+/// Does what `HapticLoop::tick` says; the loop is open and has a tick left.
+template <Scalar S, typename Backend>
+class HapticTick {
+ public:
+  explicit HapticTick(HapticLoop<S, Backend>& loop) : loop_(loop) {}
+
+  void run();
+
+ private:
+  using Loop = HapticLoop<S, Backend>;
+  using Tool = typename Loop::Tool;
+  using NearShape = typename Loop::NearShape;
+  using Skin = typename Loop::Skin;
+
+  void sense(Skin& skin, std::uint32_t number);
+  void start(Skin& skin);
+  void solve_once();
+  [[nodiscard]] bool answer(const SolvePass& pass);
+  void deliver(Skin& skin);
+
+  /// [m/s, rad/s] Motion of a tool at the point of a block.
+  [[nodiscard]] Vec6<S> motion_of(const Skin& skin, const SoftBlock<S>& block) const {
+    const Twist<S>& twist = loop_.tools_[skin.tool].twist;
+    Vec6<S> motion;
+    // By halves: g++ 12 takes the comma form for a read beyond three floats.
+    motion.template head<3>() = twist.at(block.arm_a);
+    motion.template tail<3>() = twist.angular;
+    return motion;
+  }
+  /// [-] Index of the predicted body in a slot of the world.
+  [[nodiscard]] std::uint32_t number_of(std::uint32_t slot) const {
+    std::uint32_t i = 0;
+    while (loop_.bodies_[i].id().index != slot) ++i;
+    return i;
+  }
+
+  Loop& loop_;
+};
+
+// Implementation -----------------------------------------------------------------------------------
+
+template <Scalar S, typename Backend>
+void HapticTick<S, Backend>::run() {
+  for (Tool& tool : loop_.tools_) {
+    if (!tool.is_moved) tool.twist = {};
+    if (tool.is_placed) tool.last_pose = tool.pose;
+    tool.is_moved = false;
+    tool.wrench = {};
+  }
+  for (HapticBody<S>& body : loop_.bodies_) body.begin_tick();
+  loop_.rays_cast_ = 0;
+  bool has_contacts = false;
+  for (std::uint32_t i = 0; i < loop_.skins_.size(); ++i) {
+    sense(loop_.skins_[i], i);
+    start(loop_.skins_[i]);
+    has_contacts = has_contacts || !loop_.skins_[i].blocks.empty();
+  }
+  if (has_contacts) {
+    solve_in_passes(
+        SolverDef<S>{}.max_passes, [this] { solve_once(); },
+        [this](const SolvePass& pass) { return answer(pass); });
+  } else {
+    solve_once();
+  }
+  for (Skin& skin : loop_.skins_) deliver(skin);
+  for (HapticBody<S>& body : loop_.bodies_) body.end_tick(loop_.h_);
+  ++loop_.done_;
+  ++loop_.ticks_;
+}
+
+template <Scalar S, typename Backend>
+void HapticTick<S, Backend>::sense(Skin& skin, std::uint32_t number) {
+  const Tool& tool = loop_.tools_[skin.tool];
+  SensorPatch<S>& patch = skin.patch;
+  skin.in_reach.clear();
+  for (const std::uint32_t i : skin.near) {
+    const NearShape& shape = loop_.shapes_[i];
+    const Body<S>& body = loop_.bodies_[shape.body].body();
+    const S speed =
+        closing_speed(patch.box, tool.pose, tool.twist, body.center_pose.translation, body.twist);
+    const auto seen = shape_in_reach(patch, shape.id, shape.collider,
+                                     relative_pose(tool.pose, body.center_pose), loop_.h_ * speed);
+    if (seen.is_near(patch.box)) skin.in_reach.push_back(seen);
+  }
+  if (skin.in_reach.empty()) {
+    clear_patch(patch);
+    return;
+  }
+  const bool is_due = (loop_.ticks_ + number) % patch.def.cast_every == 0;
+  loop_.rays_cast_ += find_hits<S, Backend>(patch, skin.in_reach, is_due);
+  Body<S> A;
+  A.center_pose = tool.pose;
+  A.twist = tool.twist;
+  collect_contacts(
+      patch, A,
+      [&](std::uint32_t tag) {
+        std::size_t i = 0;
+        while (skin.in_reach[i].tag != tag) ++i;
+        const BodyId id = skin.in_reach[i].collider->body;
+        return TouchedBody<S>{&loop_.bodies_[number_of(id.index)].body(), id};
+      },
+      {.dt = loop_.h_,
+       .measures_lambda = false,
+       .only_tag = skin.in_reach.size() == 1 ? skin.in_reach.front().tag : CollectDef<S>::any_tag});
+}
+
+/// Makes a soft block of each pair.
+template <Scalar S, typename Backend>
+void HapticTick<S, Backend>::start(Skin& skin) {
+  skin.blocks.clear();
+  skin.touched.clear();
+  for (PatchPair<S>& pair : skin.patch.pairs) {
+    const std::uint32_t number = number_of(pair.body_b);
+    set_scheme(pair, pair.stiffness.bristle_sum, pair.stiffness.viscous_sum,
+               loop_.bodies_[number].mobility_at(pair.arm_b), loop_.h_);
+    start_linearisation(skin.patch, pair, loop_.h_);
+    SoftBlock<S> block;
+    block.arm_a = pair.arm_a;
+    block.arm_b = pair.arm_b;
+    skin.blocks.push_back(block);
+    skin.touched.push_back(number);
+  }
+}
+
+template <Scalar S, typename Backend>
+void HapticTick<S, Backend>::solve_once() {
+  for (HapticBody<S>& body : loop_.bodies_) body.clear_system();
+  for (Skin& skin : loop_.skins_) {
+    for (std::size_t k = 0; k < skin.blocks.size(); ++k) {
+      SoftBlock<S>& block = skin.blocks[k];
+      fill_block(skin.patch.pairs[k], block);
+      loop_.bodies_[skin.touched[k]].add(block, motion_of(skin, block));
+    }
+  }
+  for (HapticBody<S>& body : loop_.bodies_) body.solve(loop_.h_);
+  for (Skin& skin : loop_.skins_) {
+    for (std::size_t k = 0; k < skin.blocks.size(); ++k) {
+      SoftBlock<S>& block = skin.blocks[k];
+      block.motion = motion_of(skin, block) - loop_.bodies_[skin.touched[k]].motion_at(block.arm_b);
+    }
+  }
+}
+
+template <Scalar S, typename Backend>
+bool HapticTick<S, Backend>::answer(const SolvePass& pass) {
+  bool has_changed = false;
+  for (Skin& skin : loop_.skins_) {
+    for (std::size_t k = 0; k < skin.blocks.size(); ++k) {
+      SoftBlock<S>& block = skin.blocks[k];
+      const PairAnswer<S> found =
+          answer_motion(skin.patch, skin.patch.pairs[k], block.motion, loop_.h_, pass);
+      block.impulse.template head<3>() = found.impulse.force;
+      block.impulse.template tail<3>() = found.impulse.torque;
+      has_changed = found.has_changed || has_changed;
+    }
+  }
+  return has_changed;
+}
+
+/// Gives tool and bodies the impulses of a patch, and turns them into readings.
+template <Scalar S, typename Backend>
+void HapticTick<S, Backend>::deliver(Skin& skin) {
+  Tool& tool = loop_.tools_[skin.tool];
+  const S left = S(loop_.def_.ticks - loop_.done_) * loop_.h_;
+  for (std::size_t k = 0; k < skin.blocks.size(); ++k) {
+    const SoftBlock<S>& block = skin.blocks[k];
+    if (!block.impulse.allFinite()) {
+      clear_impulses(skin.patch, skin.patch.pairs[k]);
+      continue;
+    }
+    const Wrench<S> on_b{block.impulse.template head<3>(), block.impulse.template tail<3>()};
+    loop_.bodies_[skin.touched[k]].push(on_b.shifted(-block.arm_b), left);
+    tool.wrench += (S(-1) / loop_.h_) * on_b.shifted(-block.arm_a);
+  }
+  if (skin.patch.pairs.empty() && !skin.patch.has_felt) return;
+  fill_readings<S>(skin.patch, tool.pose.translation, loop_.h_,
+                   [&](std::uint32_t slot) { return loop_.bodies_[number_of(slot)].id(); });
+}
+
+}  // namespace bristle::detail

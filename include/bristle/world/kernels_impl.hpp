@@ -1,0 +1,42 @@
+/// @file
+/// The kernels of a world for the instruction set that this file is compiled for.
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <bristle/world/haptic_tick.hpp>
+#include <bristle/world/kernels.hpp>
+#include <bristle/world/proximity.hpp>
+#include <bristle/world/ray_query.hpp>
+#include <bristle/world/stepper.hpp>
+
+namespace bristle {
+
+/// The table of this file's instruction set.
+template <Scalar S, typename Backend>
+[[nodiscard]] const WorldKernels<S, Backend>& own_world_kernels() {
+  using Own = Stepper<S, Backend>;
+  using State = WorldState<S, Backend>;
+  static constexpr WorldKernels<S, Backend> own{
+      .make_scratch = []() -> void* { return new Own; },
+      .delete_scratch = [](void* stepper) { delete static_cast<Own*>(stepper); },
+      .step = [](void* stepper, State& state) { static_cast<Own*>(stepper)->step(state); },
+      .cast_rays =
+          [](const State& state, std::span<const Ray<S>> rays, const RayFilter& filter,
+             std::span<WorldRayHit<S>> hits) {
+            RayHits<S> scratch;
+            for (std::size_t i = 0; i < rays.size(); ++i) {
+              hits[i] = detail::cast_ray(state, rays[i], filter, scratch);
+            }
+          },
+      .sense = [](ProximityArray<S>& array, const State& state,
+                  BodyId carrier) { array.sense(state, carrier); },
+      .tick = [](HapticLoop<S, Backend>& loop) { detail::HapticTick<S, Backend>(loop).run(); }};
+  return own;
+}
+
+template <Scalar S, typename Backend>
+const WorldKernels<S, Backend>& world_kernels() {
+  return own_world_kernels<S, Backend>();
+}
+
+}  // namespace bristle
