@@ -18,7 +18,7 @@ set(BRISTLE_KERNELS "${kernels}" CACHE STRING
 
 set(sources "${CMAKE_CURRENT_LIST_DIR}")
 set(baseline_of_scalar geometry/analytic_backend.cpp kernels.cpp world/world.cpp
-                       hosts/sensor_host.cpp)
+                       hosts/sensor_host.cpp io/mesh_file.cpp)
 set(kernels_of_scalar geometry/analytic_backend.cpp kernels.cpp)
 set(with_fcl "")
 if(TARGET bristle::fcl)
@@ -91,3 +91,19 @@ foreach(set IN LISTS BRISTLE_KERNELS)
   target_sources(bristle_compiled PRIVATE "${object}")
   add_dependencies(bristle_compiled bristle_float_${set} bristle_double_${set})
 endforeach()
+
+# bristle::compiled_adf: the loaders of scenes, over yaml-cpp ----------------------------------------
+
+if(TARGET bristle::adf)
+  add_library(bristle_compiled_adf ${type})
+  add_library(bristle::compiled_adf ALIAS bristle_compiled_adf)
+  bristle_compiled_options(bristle_compiled_adf)
+  foreach(scalar float double)
+    bristle_add_objects(bristle_adf_${scalar} ${scalar} baseline io/adf.cpp)
+    target_link_libraries(bristle_adf_${scalar} PRIVATE bristle::adf)
+    target_sources(bristle_compiled_adf PRIVATE $<TARGET_OBJECTS:bristle_adf_${scalar}>)
+  endforeach()
+  target_link_libraries(bristle_compiled_adf PUBLIC bristle_compiled PRIVATE bristle::adf)
+  set_target_properties(bristle_compiled_adf PROPERTIES EXPORT_NAME compiled_adf
+                                                        OUTPUT_NAME bristle_adf)
+endif()

@@ -244,7 +244,7 @@ void AnalyticBackend::cast_rays(const std::shared_ptr<const AnalyticShape<S>>& c
 }  // namespace bristle
 #endif
 
-#if defined(BRISTLE_COMPILED)
+#if defined(BRISTLE_COMPILED) && BRISTLE_HAS_DEFINITIONS
 namespace bristle {
 
 BRISTLE_BACKEND_FUNCTIONS(extern template, AnalyticBackend, float)

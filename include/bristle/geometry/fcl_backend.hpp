@@ -333,7 +333,7 @@ bool FclBackend::is_clear(const Collidable<S>& c, const Transform<S>& X_RC,
 }  // namespace bristle
 #endif
 
-#if defined(BRISTLE_COMPILED)
+#if defined(BRISTLE_COMPILED) && BRISTLE_HAS_DEFINITIONS
 namespace bristle {
 
 extern template class FclBackend::Collidable<float>;

@@ -134,9 +134,10 @@ inline void FaceJoin::grow_regions() {
   region_.assign(triangles_.size(), none);
   std::vector<std::uint32_t> order(triangles_.size());
   fill_numbers(order);
-  std::stable_sort(order.begin(), order.end(), [this](std::uint32_t a, std::uint32_t b) {
-    return area_vectors_[a].squaredNorm() > area_vectors_[b].squaredNorm();
-  });
+  std::vector<double> area2(order.size());
+  for (const std::uint32_t t : order) area2[t] = area_vectors_[t].squaredNorm();
+  std::stable_sort(order.begin(), order.end(),
+                   [&](std::uint32_t a, std::uint32_t b) { return area2[a] > area2[b]; });
   for (const std::uint32_t seed : order) {
     if (region_[seed] == none && !is_sliver_[seed]) grow_region(seed);
   }

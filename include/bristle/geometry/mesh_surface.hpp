@@ -168,12 +168,29 @@ void outline_face(ConvexHull<S>& face) {
   Vec3<S> t1;
   Vec3<S> t2;
   tangent_basis(n, t1, t2);
-  std::vector<Vec3<S>>& points = face.vertices;
-  std::sort(points.begin(), points.end(), [&](const Vec3<S>& a, const Vec3<S>& b) {
-    const S xa = t1.dot(a);
-    const S xb = t1.dot(b);
-    return xa < xb || (xa == xb && t2.dot(a) < t2.dot(b));
+  // Each corner once: with a fused multiply-add the cross product of equal vectors is not zero.
+  std::vector<Vec3<S>>& corners = face.vertices;
+  std::sort(corners.begin(), corners.end(), [](const Vec3<S>& a, const Vec3<S>& b) {
+    return std::tie(a[0], a[1], a[2]) < std::tie(b[0], b[1], b[2]);
   });
+  corners.erase(std::unique(corners.begin(), corners.end()), corners.end());
+  // Keys are computed once: a dot product that a compiler contracts in one place and not in another
+  // would be no order (docs/contributing.md).
+  struct Place {
+    S x, y;
+    std::uint32_t corner;
+  };
+  std::vector<Place> places;
+  places.reserve(corners.size());
+  for (const Vec3<S>& p : corners) {
+    places.push_back({t1.dot(p), t2.dot(p), static_cast<std::uint32_t>(places.size())});
+  }
+  std::sort(places.begin(), places.end(), [](const Place& a, const Place& b) {
+    return std::tie(a.x, a.y, a.corner) < std::tie(b.x, b.y, b.corner);
+  });
+  std::vector<Vec3<S>> points;
+  points.reserve(places.size());
+  for (const Place& place : places) points.push_back(corners[place.corner]);
   std::vector<Vec3<S>> outline;
   for (int side = 0; side < 2; ++side) {
     const std::size_t start = outline.size();
@@ -189,10 +206,10 @@ void outline_face(ConvexHull<S>& face) {
     outline.pop_back();  // The first of the other side.
     std::reverse(points.begin(), points.end());
   }
-  points = std::move(outline);
-  for (std::size_t k = 0; k < points.size(); ++k) {
+  corners = std::move(outline);
+  for (std::size_t k = 0; k < corners.size(); ++k) {
     face.face_normals.push_back(
-        (points[(k + 1) % points.size()] - points[k]).cross(n).normalized());
+        (corners[(k + 1) % corners.size()] - corners[k]).cross(n).normalized());
   }
 }
 

@@ -189,7 +189,7 @@ void HostPatch<S>::add_body(std::uint32_t number, const HostBody<S>& state, S dt
 }  // namespace bristle
 #endif
 
-#if defined(BRISTLE_COMPILED)
+#if defined(BRISTLE_COMPILED) && BRISTLE_HAS_DEFINITIONS
 namespace bristle {
 
 template <>

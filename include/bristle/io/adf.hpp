@@ -4,26 +4,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <bristle/io/adf_body_builder.hpp>
-#include <bristle/io/adf_fields.hpp>
-#include <bristle/io/adf_joint_builder.hpp>
-#include <bristle/io/adf_meshes.hpp>
 #include <bristle/io/adf_model.hpp>
-#include <bristle/io/adf_names.hpp>
-#include <bristle/io/adf_reader.hpp>
 #include <bristle/io/adf_scene.hpp>
-#include <bristle/io/adf_sensor_builder.hpp>
 #include <bristle/world/world.hpp>
 
-#include <algorithm>
-#include <cstddef>
-#include <cstdint>
 #include <filesystem>
-#include <map>
-#include <string>
-#include <string_view>
-#include <utility>
-#include <vector>
 
 namespace bristle {
 
@@ -43,12 +28,31 @@ AdfScene<S> add_adf(World<S, Backend>& world, const AdfModel& model,
 /// @throws as `load_adf` and `add_adf`.
 template <Scalar S, typename Backend>
 AdfScene<S> add_adf(World<S, Backend>& world, const std::filesystem::path& path,
-                    const AdfBuildDef<S>& def = {}) {
-  return add_adf(world, load_adf(path, def.limits), def);
-}
+                    const AdfBuildDef<S>& def = {});
+
+}  // namespace bristle
 
 // Implementation -----------------------------------------------------------------------------------
 
+#if BRISTLE_HAS_DEFINITIONS
+#include <bristle/io/adf_body_builder.hpp>
+#include <bristle/io/adf_fields.hpp>
+#include <bristle/io/adf_joint_builder.hpp>
+#include <bristle/io/adf_meshes.hpp>
+#include <bristle/io/adf_names.hpp>
+#include <bristle/io/adf_reader.hpp>
+#include <bristle/io/adf_sensor_builder.hpp>
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+namespace bristle {
 namespace detail {
 
 /// Adds the parts of a model one after the other.
@@ -201,4 +205,31 @@ AdfScene<S> add_adf(World<S, Backend>& world, const AdfModel& model, const AdfBu
   return scene;
 }
 
+template <Scalar S, typename Backend>
+AdfScene<S> add_adf(World<S, Backend>& world, const std::filesystem::path& path,
+                    const AdfBuildDef<S>& def) {
+  return add_adf(world, load_adf(path, def.limits), def);
+}
+
 }  // namespace bristle
+#endif
+
+/// Declares (`extern template`) or makes (`template`) the loaders of scenes for one kind of world.
+#define BRISTLE_ADF_FUNCTIONS(instantiate, S, Backend)                                          \
+  instantiate AdfScene<S> add_adf<S, Backend>(World<S, Backend>&, const AdfModel&,              \
+                                              const AdfBuildDef<S>&);                           \
+  instantiate AdfScene<S> add_adf<S, Backend>(World<S, Backend>&, const std::filesystem::path&, \
+                                              const AdfBuildDef<S>&);
+
+#if defined(BRISTLE_COMPILED) && BRISTLE_HAS_DEFINITIONS
+namespace bristle {
+
+BRISTLE_ADF_FUNCTIONS(extern template, float, AnalyticBackend)
+BRISTLE_ADF_FUNCTIONS(extern template, double, AnalyticBackend)
+#if defined(BRISTLE_WITH_FCL)
+BRISTLE_ADF_FUNCTIONS(extern template, float, FclBackend)
+BRISTLE_ADF_FUNCTIONS(extern template, double, FclBackend)
+#endif
+
+}  // namespace bristle
+#endif

@@ -3,16 +3,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <bristle/core/error.hpp>
 #include <bristle/geometry/triangle_mesh.hpp>
-#include <bristle/io/file.hpp>
-#include <bristle/io/obj.hpp>
-#include <bristle/io/stl.hpp>
-#include <bristle/io/text_scanner.hpp>
 #include <bristle/math/types.hpp>
 
 #include <filesystem>
-#include <string>
 
 namespace bristle {
 
@@ -21,7 +15,25 @@ namespace bristle {
 ///
 /// @throws IoError when the file cannot be read or understood, or has another extension.
 template <Scalar S>
-[[nodiscard]] TriangleMesh<S> load_mesh(const std::filesystem::path& path) {
+[[nodiscard]] TriangleMesh<S> load_mesh(const std::filesystem::path& path);
+
+}  // namespace bristle
+
+// Implementation -----------------------------------------------------------------------------------
+
+#if BRISTLE_HAS_DEFINITIONS
+#include <bristle/core/error.hpp>
+#include <bristle/io/file.hpp>
+#include <bristle/io/obj.hpp>
+#include <bristle/io/stl.hpp>
+#include <bristle/io/text_scanner.hpp>
+
+#include <string>
+
+namespace bristle {
+
+template <Scalar S>
+TriangleMesh<S> load_mesh(const std::filesystem::path& path) {
   const std::string extension = detail::to_lower(path.extension().string());
   if (extension == ".stl") return read_stl<S>(read_file(path), path.string());
   if (extension == ".obj") return read_obj<S>(read_file(path), path.string());
@@ -29,3 +41,13 @@ template <Scalar S>
 }
 
 }  // namespace bristle
+#endif
+
+#if defined(BRISTLE_COMPILED) && BRISTLE_HAS_DEFINITIONS
+namespace bristle {
+
+extern template TriangleMesh<float> load_mesh<float>(const std::filesystem::path& path);
+extern template TriangleMesh<double> load_mesh<double>(const std::filesystem::path& path);
+
+}  // namespace bristle
+#endif

@@ -234,7 +234,7 @@ class World {
 #include <bristle/world/world_impl.hpp>
 #endif
 
-#if defined(BRISTLE_COMPILED)
+#if defined(BRISTLE_COMPILED) && BRISTLE_HAS_DEFINITIONS
 namespace bristle {
 
 #define BRISTLE_COMPILED_WORLD(S, Backend)                     \

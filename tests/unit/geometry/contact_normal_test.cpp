@@ -412,3 +412,31 @@ TEST_CASE_TEMPLATE("contact_normal: coincident, parallel and flat solids end wit
     }
   }
 }
+
+TEST_CASE("contact_normal: a search by compass ends, however long a solid is") {
+  // 24 steps of at most 16 moves of 8 directions, and the candidates before.
+  constexpr int most = 24 * 16 * 8 + 64;
+  Random random(7);
+  int worst = 0;
+  for (const double length : {1.0, 1e3, 1e5, 1e8, 1e12, 1e20}) {
+    for (int i = 0; i < rounds(40); ++i) {
+      CAPTURE(length);
+      CAPTURE(i);
+      const Solid<double> needle = Ellipsoid<double>{{0.3, length, 0.3}};
+      const Solid<double> other = random_solid<double>(random, random.index(kinds), 0.5);
+      const ConvexView<double> a = view(needle);
+      const ConvexView<double> b = view(other);
+      const Transform<double> X_AB = random.pose(0.4);
+      const double scale = 1.0 / std::max(a.reach, b.reach);
+      detail::OverlapSearch<double, GjkDistance> search(a, b, X_AB, scale);
+      search.try_candidates(scale * 0.01);
+      const double before = search.overlap();
+      search.search_by_compass();
+      CHECK(search.overlap() <= before);
+      CHECK(search.evaluations() <= most);
+      worst = std::max(worst, search.evaluations());
+    }
+  }
+  // It does search.
+  CHECK(worst > 24 * 8);
+}
