@@ -121,7 +121,7 @@ class HostPatch {
       solver.moves = true;
       solver.mass = S(1) / state.inverse_mass;
       solver.inverse_inertia = state.inverse_inertia_W;
-      solver.inertia = state.inverse_inertia_W.inverse();
+      solver.inertia = inverse_inertia<S>(state.inverse_inertia_W);
       solver.free.linear += dt * state.acceleration;
       solver.free.angular += dt * state.angular_acceleration;
     }

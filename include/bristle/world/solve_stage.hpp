@@ -94,7 +94,8 @@ class SolveStage {
     mechanisms_.add_impulse(joint, total);
   }
 
-  /// Moves all bodies. A body whose new state is not finite stays where it is, at rest.
+  /// Moves all bodies. A body whose new state is not finite, or has no finite square, stays where
+  /// it is, at rest.
   void integrate(State& state) const {
     for (std::uint32_t i = 0; i < state.bodies.slot_count(); ++i) {
       if (!state.bodies.is_live(i)) continue;
@@ -112,7 +113,7 @@ class SolveStage {
       } else {
         step_pose(body, solved.motion, state.def.time_step);
       }
-      if (is_finite(body.twist) && is_finite(body.center_pose)) {
+      if (has_finite_square<S>(body.twist) && has_finite_square<S>(body.center_pose)) {
         continue;
       }
       body.center_pose = start;
@@ -125,21 +126,12 @@ class SolveStage {
   /// Sets what a body does if nothing acts on it, once its free velocities are known.
   static void start_from_free(State& state, SolverBody<S>& body) {
     // A force that overflowed must not reach others: the body stops instead.
-    if (!is_finite(body.free)) {
+    if (!has_finite_square<S>(body.free)) {
       body.free = {};
       ++state.report.frozen_bodies;
     }
     body.twist = body.free;
     body.motion = body.free_motion = mean_free_motion(body, integrator_of(state, body));
-  }
-
-  [[nodiscard]] static bool is_finite(const Twist<S>& twist) {
-    return all_finite<S>(twist.linear) && all_finite<S>(twist.angular);
-  }
-
-  [[nodiscard]] static bool is_finite(const Transform<S>& X) {
-    return all_finite<S>(X.translation) && all_finite<S>(X.rotation.vec()) &&
-           X.rotation.w() * S(0) == S(0);
   }
 
   [[nodiscard]] static Integrator integrator_of(const State& state, const SolverBody<S>& body) {
@@ -237,7 +229,7 @@ class SolveStage {
     if (!island.soft.empty()) apply_impulses(island, constraints, bodies);
     bounces_.calm(island, constraints, bodies, context, solver_, report);
     for (const std::uint32_t slot : island.bodies) {
-      if (is_finite(bodies[slot].twist)) continue;
+      if (has_finite_square<S>(bodies[slot].twist)) continue;
       discard(state, sensors, island);
       return;
     }
@@ -324,7 +316,7 @@ class SolveStage {
                              body.free_motion.linear.cross(body.free.linear));
       inertia += body.inertia + point_inertia<S>(body.mass, end_of(slot) - center);
     }
-    const Vec3<S> turn = inertia.inverse() * (-dt * excess);
+    const Vec3<S> turn = inverse_inertia<S>(inertia) * (-dt * excess);
     for (const std::uint32_t slot : island.bodies) {
       Twist<S>& twist = state.solver_bodies[slot].twist;
       twist.linear += turn.cross(end_of(slot) - center);
