@@ -14,7 +14,7 @@ using namespace bristle::scenes;
 namespace {
 
 /// The largest number that a definition may hold.
-constexpr double largest = detail::largest_number<double>;
+constexpr double largest = largest_number<double>;
 
 }  // namespace
 

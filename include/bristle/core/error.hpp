@@ -60,6 +60,22 @@ class IoError : public std::runtime_error {
   std::size_t line_;
 };
 
+/// Largest number that a definition may hold, and largest inverse of one that is divided by: the
+/// squares of three of them have a finite sum, and so does any product of two. 6.7e153 in double,
+/// 9.2e18 in float.
+template <typename S>
+inline constexpr S largest_number = [] {
+  S result(1);
+  for (int i = 0; i < (std::numeric_limits<S>::max_exponent - 2) / 2; ++i) result = result * S(2);
+  return result;
+}();
+
+/// Whether a number is finite and so is its square (`largest_number`).
+template <typename S>
+[[nodiscard]] bool has_finite_square(const S& value) {
+  return value <= largest_number<S> && value >= -largest_number<S>;
+}
+
 namespace detail {
 
 /// Throws `error`, or ends the program where exceptions are compiled away.
@@ -87,22 +103,6 @@ template <typename S>
 template <typename S>
 void require(bool holds, std::string_view field, const S& value, std::string_view rule) {
   if (!holds) raise(InvalidArgument(std::string(field), to_text(value), std::string(rule)));
-}
-
-/// Largest number that a definition may hold, and largest inverse of one that is divided by: the
-/// squares of three of them have a finite sum, and so does any product of two. 6.7e153 in double,
-/// 9.2e18 in float.
-template <typename S>
-inline constexpr S largest_number = [] {
-  S result(1);
-  for (int i = 0; i < (std::numeric_limits<S>::max_exponent - 2) / 2; ++i) result = result * S(2);
-  return result;
-}();
-
-/// Whether a number is finite and so is its square (`largest_number`).
-template <typename S>
-[[nodiscard]] bool has_finite_square(const S& value) {
-  return value <= largest_number<S> && value >= -largest_number<S>;
 }
 
 /// Whether a number is finite and has all its digits: it is neither zero nor next to it.

@@ -237,7 +237,7 @@ void World<S, Backend>::set_time_step(S dt) {
   // Forces go on, so the impulses that the next step starts from follow the step.
   const S ratio = dt / state_.def.time_step;
   for_each_impulse(state_, [&](const S& impulse) {
-    if (detail::has_finite_square(S(ratio * impulse))) return;
+    if (has_finite_square(S(ratio * impulse))) return;
     detail::require(false, "dt", dt, "must be such that impulses of the last step stay finite");
   });
   detail::wake_all(state_);
