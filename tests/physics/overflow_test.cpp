@@ -24,6 +24,7 @@ TEST_CASE("overflow: what blows up freezes, and nothing spreads from it") {
   def.integration = Integration::explicit_;
   def.parameters.normal_damping = largest;
   def.drop = 1e-4;
+  def.mass = 0.01;
   auto scene = make_plate<double>(def);
   BodyDef<double> other = brick();
   other.position = {5, 0, 0.1};
@@ -85,7 +86,7 @@ TEST_CASE("overflow: a force that overflows stops its body, and reaches nobody")
 }
 
 TEST_CASE("overflow: an implicit patch takes constants beyond all reason") {
-  for (const double huge : {1e6, 1e16, largest}) {
+  for (const double huge : {1e6, 1e16, 1e40}) {
     PlateDef<double> def;
     def.parameters = {1, huge, 5000, huge, 1e-3};
     auto scene = make_plate<double>(def);

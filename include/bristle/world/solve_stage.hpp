@@ -4,6 +4,7 @@
 #pragma once
 
 #include <bristle/dynamics/contact_aim.hpp>
+#include <bristle/dynamics/guarded_sweeps.hpp>
 #include <bristle/dynamics/integrator.hpp>
 #include <bristle/dynamics/island_solver.hpp>
 #include <bristle/dynamics/islands.hpp>
@@ -13,6 +14,7 @@
 #include <bristle/world/sensor_stage.hpp>
 #include <bristle/world/world_state.hpp>
 
+#include <algorithm>
 #include <array>
 
 namespace bristle {
@@ -228,9 +230,8 @@ class SolveStage {
     // What the sensors gave is the sum of their evaluated impulses.
     if (!island.soft.empty()) apply_impulses(island, constraints, bodies);
     bounces_.calm(island, constraints, bodies, context, solver_, report);
-    for (const std::uint32_t slot : island.bodies) {
-      if (has_finite_square<S>(bodies[slot].twist)) continue;
-      discard(state, sensors, island);
+    if (!(report.residual < infinity<S>) || !are_finite(bodies, island)) {
+      guard(state, sensors, island, context);
       return;
     }
     solver_.place(island, constraints, bodies, context, report);
@@ -324,15 +325,18 @@ class SolveStage {
     }
   }
 
-  /// Leaves an island to free motion when its solution is not finite, and remembers nothing of it.
-  void discard(State& state, const SensorStage<S, Backend>& sensors, const Island& island) const {
-    clear_impulses(island, state.constraints);
+  [[nodiscard]] static bool are_finite(std::span<const SolverBody<S>> bodies,
+                                       const Island& island) {
+    return std::all_of(island.bodies.begin(), island.bodies.end(), [&](std::uint32_t slot) {
+      return has_finite_square<S>(bodies[slot].twist);
+    });
+  }
+
+  /// Solves an island whose solution is not finite by sweeps that leave out what overflows.
+  static void guard(State& state, const SensorStage<S, Backend>& sensors, const Island& island,
+                    const SolveContext<S>& context) {
     for (const std::uint32_t soft : sensors.of_patches(island.soft)) sensors.discard(state, soft);
-    apply_impulses<S>(island, state.constraints, state.solver_bodies);
-    for (const std::uint32_t slot : island.bodies) {
-      SolverBody<S>& body = state.solver_bodies[slot];
-      body.motion = body.free_motion;
-    }
+    GuardedSweeps<S>::solve(island, state.constraints, state.solver_bodies, context);
     ++state.report.discarded_islands;
   }
 

@@ -35,9 +35,9 @@ void World<S, Backend>::require_known_contacts(BodyId id, bool is_dynamic,
 }
 
 template <Scalar S, typename Backend>
-requires ShapeBackend<Backend, S> Collider<S, Backend>
-World<S, Backend>::make_collider(const Body<S>& body, Prepared prepared, const Shape<S>& shape,
-                                 const Transform<S>& X_BS, const Material<S>& material) {
+requires ShapeBackend<Backend, S> Collider<S, Backend> World<S, Backend>::make_collider(
+    const Body<S>& body, Prepared prepared, const Shape<S>& shape, const Transform<S>& X_BS,
+    const Material<S>& material) {
   Collider<S, Backend> c;
   c.X_CmS = X_BS;
   c.X_CmS.translation -= body.center_B;
@@ -57,8 +57,8 @@ World<S, Backend>::make_collider(const Body<S>& body, Prepared prepared, const S
 }
 
 template <Scalar S, typename Backend>
-requires ShapeBackend<Backend, S> ShapeId
-World<S, Backend>::insert_shape(BodyId id, Collider<S, Backend> c) {
+requires ShapeBackend<Backend, S> ShapeId World<S, Backend>::insert_shape(BodyId id,
+                                                                          Collider<S, Backend> c) {
   const Body<S>& body = state_.bodies.at(id.index);
   c.body = id;
   const Aabb<S> box = c.half_space ? c.bounds : transformed(c.bounds, body.center_pose * c.X_CmS);
@@ -73,7 +73,9 @@ requires ShapeBackend<Backend, S> BodyId World<S, Backend>::add_body(const BodyD
   MassProperties<S> solid;
   const auto add = [&](const Shape<S>& shape, const char* field, const auto& place) {
     detail::require(def.motion != Motion::dynamic || kind_of(shape) != ShapeKind::half_space, field,
-                    name_of(def.motion), "must not be dynamic with a HalfSpace, which has no mass");
+                    field == std::string_view("BodyDef::motion") ? name_of(def.motion)
+                                                                 : name_of(kind_of(shape)),
+                    "must not be dynamic with a HalfSpace, which has no mass");
     prepared.push_back(Backend::template make<S>(shape));
     const MassProperties<S> part = place(Backend::mass_properties(prepared.back()));
     solid = prepared.size() == 1 ? part : solid + part;
@@ -83,7 +85,7 @@ requires ShapeBackend<Backend, S> BodyId World<S, Backend>::add_body(const BodyD
   }
   for (const ShapeDef<S>& shape : def.shapes) {
     validate(shape);
-    add(shape.shape, "BodyDef::motion",
+    add(shape.shape, "ShapeDef::shape",
         [&](const MassProperties<S>& part) { return part.transformed(shape.X_BS); });
   }
   const Body<S> body = make_body(def, solid);
@@ -113,8 +115,8 @@ requires ShapeBackend<Backend, S> ShapeId World<S, Backend>::add_shape(BodyId id
   detail::require(!body.is_dynamic() || kind_of(def.shape) != ShapeKind::half_space,
                   "ShapeDef::shape", name_of(kind_of(def.shape)),
                   "must not be on a dynamic body: it has no mass");
-  Collider<S, Backend> collider = make_collider(body, Backend::template make<S>(def.shape),
-                                                def.shape, def.X_BS, def.material);
+  Collider<S, Backend> collider =
+      make_collider(body, Backend::template make<S>(def.shape), def.shape, def.X_BS, def.material);
   require_known_contacts(id, body.is_dynamic(), body.filter, kind_of(def.shape));
   detail::disturb(state_, id);
   return insert_shape(id, std::move(collider));
@@ -219,8 +221,8 @@ void World<S, Backend>::move_to(BodyId id, const Transform<S>& X_WB) {
 }
 
 template <Scalar S, typename Backend>
-requires ShapeBackend<Backend, S> Twist<S> World<S, Backend>::twist_to(
-    BodyId id, const Transform<S>& X_WB)
+requires ShapeBackend<Backend, S> Twist<S> World<S, Backend>::twist_to(BodyId id,
+                                                                       const Transform<S>& X_WB)
 const {
   const Body<S>& body = state_.bodies.get(id, "BodyId");
   detail::require(body.motion == Motion::kinematic, "BodyId", id,
