@@ -85,23 +85,23 @@ TEST_CASE("extreme_numbers: a body that overflows takes no support from the stac
   BodyDef<double> box;
   box.mass = 1;
   box.shape = Box<double>{{0.1, 0.1, 0.1}};
-  std::array<BodyId, 5> stack;
+  std::array<BodyId, 6> stack;
   for (std::size_t i = 0; i < stack.size(); ++i) {
     box.position = {0, 0, 0.1 + 0.2 * double(i)};
+    // The topmost is so light, and turns so fast, that products of what an impulse does to it
+    // overflow; its momentum is that of a feather.
+    if (i + 1 == stack.size()) box.mass = 2 / largest_number<double>;
     stack[i] = world.add_body(box);
   }
-  // The squares of what an impulse does to it are beyond all numbers.
-  box.inertia = 1e-300 * Mat3<double>::Identity();
-  box.position = {0, 0, 1.1};
-  world.add_body(box);
   std::uint64_t overflows = 0;
   for (int i = 0; i < 480; ++i) {
+    world.set_velocity(stack.back(), {{0, 0, 0}, {1e-3 * largest_number<double>, 0, 0}});
     world.step();
     overflows += world.report().discarded_islands;
   }
   CHECK(overflows > 0);
-  for (std::size_t i = 0; i < stack.size(); ++i) {
-    // Free fall would be 19.6 m; sweeps leave a hundredth of a box.
+  for (std::size_t i = 0; i + 1 < stack.size(); ++i) {
+    CAPTURE(i);
     CHECK(world.pose(stack[i]).translation.z() ==
           doctest::Approx(0.1 + 0.2 * double(i)).epsilon(0.01));
   }
