@@ -364,7 +364,112 @@ TEST_CASE("bad_input: numbers given to calls") {
         });
 }
 
+TEST_CASE("bad_input: numbers that overflow only in what is computed from them") {
+  auto m = lively();
+  auto& world = m.world;
+  BodyDef<double> def = brick();
+  def.motion = Motion::kinematic;
+  def.position = {9, 9, 9};
+  const BodyId tool = world.add_body(def);
+  const BodyId body = m.bodies[0];
+  const Quat<double> upright = Quat<double>::Identity();
+  const auto field_of = [&](auto call) {
+    const std::uint64_t before = world.state_hash();
+    std::string field = "nothing thrown";
+    try {
+      call();
+    } catch (const InvalidArgument& error) {
+      field = error.field();
+    }
+    CHECK(world.state_hash() == before);
+    return field;
+  };
+  constexpr double largest = largest_number<double>;
+  const auto move_to = [&](double x) {
+    return field_of([&] { world.move_to(tool, {upright, {x, 0, 0}}); });
+  };
+  CHECK(move_to(1e306) == "X_WB.translation[0]");
+  CHECK(move_to(largest) == "X_WB.translation: velocity[0]");
+  for (const double dt : {1e-200, 1e200}) {
+    CHECK(field_of([&] { world.set_time_step(dt); }) == "dt");
+  }
+  const auto parameters = [&](SensorParameters<double> p) {
+    return field_of([&] { world.set_parameters(m.patches[0], p); });
+  };
+  CHECK(parameters({1e308, 0, 0, 0, 1e-3}) == "SensorParameters::normal_stiffness");
+  CHECK(parameters({1, 1e308, 0, 0, 1e-3}) == "SensorParameters::normal_damping");
+  // Each is a fine number; their sum is not.
+  const Wrench<double> push{{largest, 0, 0}, {0, 0, 0}};
+  world.apply_wrench(body, push);
+  CHECK(field_of([&] { world.apply_wrench(body, push); }) == "wrench.force: sum of the step[0]");
+  CHECK(field_of([&] {
+          world.apply_force(body, {1e100, 0, 0}, {0, 1e100, 0});
+        }) == "wrench.torque[2]");
+  PatchDef<double> far = one_sensor();
+  far.sensors.add({0, 0, 0}, {0, 0, 1}, largest * 1.5);
+  CHECK(field_of([&] { world.add_patch(body, far); }) == "SensorLayout::length[1]");
+}
+
+TEST_CASE("bad_input: messages show what was given") {
+  auto m = lively();
+  const BodyId body = m.bodies[0];
+  const auto message_of = [&](auto call) {
+    try {
+      call(m.world);
+    } catch (const InvalidArgument& error) {
+      return std::string(error.what());
+    }
+    return std::string("nothing thrown");
+  };
+  const std::string handle =
+      "{" + std::to_string(body.index) + ", " + std::to_string(body.generation) + "}";
+  CHECK(message_of([&](auto& w) { w.move_to(body, {}); }) ==
+        "BodyId = " + handle + ": must name a kinematic body, not a dynamic one");
+  CHECK(message_of([&](auto& w) {
+          w.set_velocity(BodyId{0, 0}, {});
+        }) == "BodyId = {0, 0}: must not name a fixed body");
+  CHECK(message_of([&](auto& w) { w.add_joint(weld(body, body)); }) ==
+        "JointDef::body_b = " + handle + ": must not equal body_a");
+  BodyDef<double> plane = brick();
+  plane.shape = HalfSpace<double>{};
+  CHECK(message_of([&](auto& w) { w.add_body(plane); }) ==
+        "BodyDef::motion = dynamic: must not be dynamic with a HalfSpace, which has no mass");
+  JointDef<double> ball = weld(body, m.bodies[1]);
+  ball.kind = JointKind::ball;
+  ball.drive.mode = DriveMode::velocity;
+  CHECK(message_of([&](auto& w) { w.add_joint(ball); }) ==
+        "JointDef::drive = ball: needs a revolute or prismatic joint");
+}
+
+TEST_CASE("bad_input: a drive needs an axis, when a joint is made and later") {
+  World<double> world;
+  const BodyId a = world.add_body(brick());
+  const BodyId b = world.add_body(brick());
+  JointDef<double> def = weld(a, b);
+  for (const JointKind kind :
+       {JointKind::fixed, JointKind::ball, JointKind::cone_twist, JointKind::six_dof}) {
+    def.kind = kind;
+    const JointId joint = world.add_joint(def);
+    const std::uint64_t before = world.state_hash();
+    CHECK_THROWS_AS(world.set_drive(joint, {.mode = DriveMode::velocity}), InvalidArgument);
+    CHECK(world.state_hash() == before);
+    CHECK_NOTHROW(world.set_drive(joint, {}));
+  }
+}
+
 TEST_CASE("bad_input: definitions of a world") {
+  // One part a step, and any tolerance that is a number.
+  WorldDef<double> coarse;
+  coarse.solver.longest_part = infinity<double>;
+  coarse.solver.max_direct_work = 0;
+  coarse.solver.tolerance = std::numeric_limits<double>::min();
+  World<double> world(coarse);
+  world.add_body({.motion = Motion::fixed, .shape = HalfSpace<double>{}});
+  BodyDef<double> falling = brick();
+  falling.position = {0, 0, 0.1};
+  const BodyId id = world.add_body(falling);
+  for (int i = 0; i < 50; ++i) world.step();
+  CHECK(world.pose(id).translation.z() == doctest::Approx(0.1).epsilon(1e-3));
   const auto field_of = [](auto change) {
     WorldDef<double> def;
     change(def);

@@ -309,9 +309,14 @@ TEST_CASE_TEMPLATE("snapshot: a forged one is refused whole, or leaves a world t
   const Bytes snapshot = world.snapshot();
   const std::uint64_t hash = world.state_hash();
   using Limits = std::numeric_limits<S>;
-  const std::array<S, 8> numbers{Limits::quiet_NaN(), Limits::infinity(), -Limits::infinity(),
-                                 Limits::max(),       Limits::lowest(),   S(-1),
-                                 S(0),                Limits::denorm_min()};
+  const std::array<S, 8> numbers{Limits::quiet_NaN(),
+                                 Limits::infinity(),
+                                 -Limits::infinity(),
+                                 Limits::max(),
+                                 Limits::lowest(),
+                                 S(-1),
+                                 S(0),
+                                 Limits::denorm_min()};
   test::Random random(23);
   constexpr std::size_t head = sizeof(detail::SnapshotHead);
   int accepted = 0;

@@ -117,9 +117,9 @@ template <typename S>
 template <typename S>
 void require_finite_square(std::string_view field, const S& value) {
   if (has_finite_square(value)) return;
-  raise(InvalidArgument(std::string(field), to_text(value),
-                        "must be at most " + to_text(largest_number<S>) +
-                            " in size: its square has to be finite"));
+  raise(InvalidArgument(
+      std::string(field), to_text(value),
+      "must be at most " + to_text(largest_number<S>) + " in size: its square has to be finite"));
 }
 
 /// Finite, and its square, too.

@@ -230,8 +230,7 @@ template <Scalar S>
 void require_possible_inertia(const Mat3<S>& inertia) {
   require_all_finite("BodyDef::inertia", inertia);
   const S trace = inertia.trace();
-  require(is_normal(trace) && trace > S(0), "BodyDef::inertia", trace,
-          "must be positive definite");
+  require(is_normal(trace) && trace > S(0), "BodyDef::inertia", trace, "must be positive definite");
   require((inertia - inertia.transpose()).cwiseAbs().maxCoeff() <= Tolerance<S>::equal() * trace,
           "BodyDef::inertia", (inertia - inertia.transpose()).cwiseAbs().maxCoeff(),
           "must be symmetric");
@@ -258,8 +257,8 @@ void require_invertible(const Body<S>& body, const BodyDef<S>& def) {
   const Vec3<S> moments = body.inertia_B.diagonal();
   const Vec3<S> inverses = body.inverse_inertia_B.diagonal();
   for (Eigen::Index i = 0; i < 3; ++i) {
-    const bool is_good = is_normal(moments[i]) && is_normal(inverses[i]) && moments[i] > S(0) &&
-                         inverses[i] > S(0);
+    const bool is_good =
+        is_normal(moments[i]) && is_normal(inverses[i]) && moments[i] > S(0) && inverses[i] > S(0);
     require(is_good, def.inertia ? "BodyDef::inertia" : "BodyDef::shape: moment of inertia",
             moments[i], "must be > 0, and finite with a finite inverse");
   }

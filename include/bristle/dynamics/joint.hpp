@@ -105,7 +105,8 @@ struct JointBushing {
 
 /// Name of a kind as it stands in messages ("cone_twist").
 [[nodiscard]] constexpr const char* name_of(JointKind kind) {
-  constexpr const char* names[] = {"fixed", "revolute", "prismatic", "ball", "cone_twist", "six_dof"};
+  constexpr const char* names[] = {"fixed", "revolute",   "prismatic",
+                                   "ball",  "cone_twist", "six_dof"};
   return names[static_cast<std::size_t>(kind)];
 }
 

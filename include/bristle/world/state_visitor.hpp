@@ -264,8 +264,9 @@ void visit_readings(Readings& r, Visitor& visit) {
   visit_vectors(r.point, visit);
   visit.value(std::span(r.body));
   for (auto& state : r.state) {
-    visit.item("patches (readings)", state, [&](auto& own) { visit.value(own); },
-               [](SensorState own) { return own <= SensorState::slipping; });
+    visit.item(
+        "patches (readings)", state, [&](auto& own) { visit.value(own); },
+        [](SensorState own) { return own <= SensorState::slipping; });
   }
   visit_wrench(r.wrench, visit);
   visit.value(r.shear_W);
@@ -321,10 +322,10 @@ void visit_kept_hits(Patch& patch, Visitor& visit) {
       visit.value(kept.tag[i]);
     }
     const bool is_next = kept.tile >= next && kept.tile < patch.tiles.size();
-    visit.require("patches (kept hits)",
-                  is_next && (kept.is_hit & ~lanes_of(patch, kept.tile)) == 0 &&
-                      has_vectors(kept.point, kept.is_hit) &&
-                      has_vectors(kept.normal, kept.is_hit));
+    visit.require("patches (kept hits)", is_next &&
+                                             (kept.is_hit & ~lanes_of(patch, kept.tile)) == 0 &&
+                                             has_vectors(kept.point, kept.is_hit) &&
+                                             has_vectors(kept.normal, kept.is_hit));
     next = kept.tile + std::size_t(1);
   });
 }
@@ -344,9 +345,8 @@ void visit_patch(const State& state, Patch& patch, Visitor& visit) {
   std::vector<LaneBits> touching(Visitor::is_checking ? patch.tiles.size() : 0);
   const std::size_t contacts = visit.list("patches (contacts)", patch.contacts, [&](auto& tile) {
     visit_contact_tile(tile, visit);
-    visit.require("patches (contacts)",
-                  tile.tile < patch.tiles.size() &&
-                      (tile.is_touching & ~lanes_of(patch, tile.tile)) == 0);
+    visit.require("patches (contacts)", tile.tile < patch.tiles.size() &&
+                                            (tile.is_touching & ~lanes_of(patch, tile.tile)) == 0);
     if constexpr (Visitor::is_checking) {
       touching[tile.tile] = static_cast<LaneBits>(touching[tile.tile] | tile.is_touching);
     }
@@ -361,8 +361,9 @@ void visit_patch(const State& state, Patch& patch, Visitor& visit) {
     visit.value(last.impulse);
   });
   for (std::size_t i = 0; i < patch.felt.size(); ++i) {
-    visit.item("patches (felt)", patch.felt[i], [&](auto& felt) { visit.value(felt); },
-               [&](LaneBits felt) { return (felt & ~lanes_of(patch, i)) == 0; });
+    visit.item(
+        "patches (felt)", patch.felt[i], [&](auto& felt) { visit.value(felt); },
+        [&](LaneBits felt) { return (felt & ~lanes_of(patch, i)) == 0; });
   }
   visit.value(patch.has_felt);
   visit.value(patch.is_active);
@@ -418,16 +419,19 @@ void visit_contacts(const State& state, Cache& cache, Visitor& visit) {
 
 template <typename State, typename Visitor>
 void for_each_state(State& state, Visitor& visit) {
-  visit.item("time step", state.def.time_step, [&](auto& dt) { visit.value(dt); },
-             [](const auto& dt) { return detail::is_positive(dt); });
-  visit.item("gravity", state.def.gravity, [&](auto& g) { visit.value(g); },
-             [](const auto& g) { return has_finite_square(g); });
+  visit.item(
+      "time step", state.def.time_step, [&](auto& dt) { visit.value(dt); },
+      [](const auto& dt) { return detail::is_positive(dt); });
+  visit.item(
+      "gravity", state.def.gravity, [&](auto& g) { visit.value(g); },
+      [](const auto& g) { return has_finite_square(g); });
   visit.same("sleep time", state.def.sleep.time);
   visit.same("integrator", state.def.integrator);
   visit.value(state.is_idle);
   visit.value(state.steps);
-  detail::visit_slots("bodies", state.bodies, visit,
-                      [&](auto& body) { detail::visit_body(body, state.bodies.slot_count(), visit); });
+  detail::visit_slots("bodies", state.bodies, visit, [&](auto& body) {
+    detail::visit_body(body, state.bodies.slot_count(), visit);
+  });
   detail::visit_slots("shapes", state.colliders, visit,
                       [&](auto& collider) { detail::visit_collider(collider, visit); });
   detail::visit_slots("joints", state.joints, visit,
