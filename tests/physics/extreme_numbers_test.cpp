@@ -2,15 +2,21 @@
 /// Numbers at the ends of the range: what cannot be computed with is refused at the call, and what
 /// can takes nothing from its neighbours.
 // SPDX-License-Identifier: BSD-3-Clause
+#include "scenes/brick.hpp"
+#include "scenes/medley.hpp"
+
 #include <bristle/world/world.hpp>
 
 #include <doctest/doctest.h>
 
 #include <array>
 #include <cmath>
+#include <cstdint>
+#include <limits>
 #include <string>
 
 using namespace bristle;
+using namespace bristle::scenes;
 
 namespace {
 
@@ -153,4 +159,46 @@ TEST_CASE_TEMPLATE("extreme_numbers: a small top keeps its energy as a large one
     CHECK(world.pose(id).rotation.angularDistance(start) > S(0.1));
     CHECK(world.body(id).kinetic_energy() / energy == doctest::Approx(1).epsilon(1e-4));
   }
+}
+
+TEST_CASE("extreme_numbers: numbers that overflow only in what is computed from them") {
+  auto m = make_medley<double>();
+  for (int i = 0; i < 10; ++i) m.world.step();
+  auto& world = m.world;
+  BodyDef<double> def = brick();
+  def.motion = Motion::kinematic;
+  def.position = {9, 9, 9};
+  const BodyId tool = world.add_body(def);
+  const BodyId body = m.bodies[0];
+  const Quat<double> upright = Quat<double>::Identity();
+  const auto field_of = [&](auto call) {
+    const std::uint64_t before = world.state_hash();
+    const std::string field = refused_field(call);
+    CHECK(world.state_hash() == before);
+    return field;
+  };
+  constexpr double largest = largest_number<double>;
+  const auto move_to = [&](double x) {
+    return field_of([&] { world.move_to(tool, {upright, {x, 0, 0}}); });
+  };
+  CHECK(move_to(1e306) == "X_WB.translation[0]");
+  CHECK(move_to(largest) == "X_WB.translation: velocity[0]");
+  for (const double dt : {1e-200, 1e200}) {
+    CHECK(field_of([&] { world.set_time_step(dt); }) == "dt");
+  }
+  const auto parameters = [&](SensorParameters<double> p) {
+    return field_of([&] { world.set_parameters(m.patches[0], p); });
+  };
+  CHECK(parameters({1e308, 0, 0, 0, 1e-3}) == "SensorParameters::normal_stiffness");
+  CHECK(parameters({1, 1e308, 0, 0, 1e-3}) == "SensorParameters::normal_damping");
+  // Each is a fine number; their sum is not.
+  const Wrench<double> push{{largest, 0, 0}, {0, 0, 0}};
+  world.apply_wrench(body, push);
+  CHECK(field_of([&] { world.apply_wrench(body, push); }) == "wrench.force: sum of the step[0]");
+  CHECK(field_of([&] {
+          world.apply_force(body, {1e100, 0, 0}, {0, 1e100, 0});
+        }) == "wrench.torque[2]");
+  PatchDef<double> far;
+  far.sensors.add({0, 0, 0}, {0, 0, 1}, largest * 1.5);
+  CHECK(field_of([&] { world.add_patch(body, far); }) == "SensorLayout::length[0]");
 }
