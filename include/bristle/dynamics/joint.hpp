@@ -134,6 +134,8 @@ struct JointDef {
   /// coordinate of this frame's origin in A's joint frame; that of a joint that turns is the angle
   /// about x from A's frame to this one, whole turns counted. It starts within half a turn of zero,
   /// or at the turn nearest to the limits where they leave that out.
+  /// Frames that do not meet when the joint is made are brought together as a position error is,
+  /// mostly within a step, however far apart they are: place the bodies first.
   Transform<S> X_BJ{};
   /// [m] Smallest position of the free axis; -infinity for no stop. [rad] for a joint that turns,
   /// also below -pi; the twist about x of a `cone_twist`.
