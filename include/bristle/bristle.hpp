@@ -51,6 +51,7 @@
 #include <bristle/dynamics/contact_aim.hpp>
 #include <bristle/dynamics/contact_constraint.hpp>
 #include <bristle/dynamics/derivative_watch.hpp>
+#include <bristle/dynamics/guarded_sweeps.hpp>
 #include <bristle/dynamics/integrator.hpp>
 #include <bristle/dynamics/island_energy.hpp>
 #include <bristle/dynamics/island_order.hpp>

@@ -101,6 +101,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdio>
+#include <limits>
 #include <stdexcept>
 #include <string>
 #include <string_view>
@@ -149,6 +150,22 @@ class IoError : public std::runtime_error {
   std::size_t line_;
 };
 
+/// Largest number that a definition may hold, and largest inverse of one that is divided by: the
+/// squares of three of them have a finite sum, and so does any product of two. 6.7e153 in double,
+/// 9.2e18 in float.
+template <typename S>
+inline constexpr S largest_number = [] {
+  S result(1);
+  for (int i = 0; i < (std::numeric_limits<S>::max_exponent - 2) / 2; ++i) result = result * S(2);
+  return result;
+}();
+
+/// Whether a number is finite and so is its square (`largest_number`).
+template <typename S>
+[[nodiscard]] bool has_finite_square(const S& value) {
+  return value <= largest_number<S> && value >= -largest_number<S>;
+}
+
 namespace detail {
 
 /// Throws `error`, or ends the program where exceptions are compiled away.
@@ -169,40 +186,67 @@ template <typename S>
   return buffer;
 }
 
+/// What is text already.
+[[nodiscard]] inline std::string to_text(const char* value) { return value; }
+
 /// Raises InvalidArgument{field, value, rule} unless `holds`.
 template <typename S>
 void require(bool holds, std::string_view field, const S& value, std::string_view rule) {
   if (!holds) raise(InvalidArgument(std::string(field), to_text(value), std::string(rule)));
 }
 
+/// Whether a number is finite and has all its digits: it is neither zero nor next to it.
+template <typename S>
+[[nodiscard]] bool is_normal(const S& value) {
+  using Limits = std::numeric_limits<S>;
+  const S size = value < S(0) ? -value : value;
+  return size >= Limits::min() && size <= Limits::max();
+}
+
+/// Raises InvalidArgument where the square of a finite number is not finite.
+template <typename S>
+void require_finite_square(std::string_view field, const S& value) {
+  if (has_finite_square(value)) return;
+  raise(InvalidArgument(
+      std::string(field), to_text(value),
+      "must be at most " + to_text(largest_number<S>) + " in size: its square has to be finite"));
+}
+
+/// Finite, and its square, too.
 template <typename S>
 void require_finite(std::string_view field, const S& value) {
   using std::isfinite;
   require(isfinite(value), field, value, "must be finite");
+  require_finite_square(field, value);
 }
 
+/// Finite and > 0; its square and that of its inverse are finite, too.
 template <typename S>
 void require_positive(std::string_view field, const S& value) {
   using std::isfinite;
   require(isfinite(value) && value > S(0), field, value, "must be finite and > 0");
+  require_finite_square(field, value);
+  if (value * largest_number<S> >= S(1)) return;
+  raise(InvalidArgument(std::string(field), to_text(value),
+                        "must be at least " + to_text(S(1) / largest_number<S>) +
+                            ": the square of its inverse has to be finite"));
 }
 
+/// Finite and >= 0; its square is finite, too.
 template <typename S>
 void require_not_negative(std::string_view field, const S& value) {
   using std::isfinite;
   require(isfinite(value) && value >= S(0), field, value, "must be finite and >= 0");
+  require_finite_square(field, value);
 }
 
-/// Every coefficient of an Eigen expression must be finite; the message names the first that is
-/// not.
+/// Every coefficient of an Eigen expression must be finite, as `require_finite` has it; the message
+/// names the first that is not.
 template <typename Matrix>
 void require_all_finite(std::string_view field, const Matrix& values) {
-  using std::isfinite;
   for (int i = 0; i < values.size(); ++i) {
-    if (!isfinite(values.coeff(i))) {
-      raise(InvalidArgument(std::string(field) + "[" + std::to_string(i) + "]",
-                            to_text(values.coeff(i)), "must be finite"));
-    }
+    if (has_finite_square(values.coeff(i))) continue;
+    require_finite(std::string(field) + "[" + std::to_string(i) + "]", values.coeff(i));
   }
 }
 
@@ -582,6 +626,13 @@ template <Scalar S>
 template <Scalar S>
 [[nodiscard]] inline bool all_finite(const Vec3<S>& v) {
   return v[0] * S(0) + v[1] * S(0) + v[2] * S(0) == S(0);
+}
+
+/// Whether its length squared is finite: then no component is NaN, nor so large that what is
+/// computed from it may overflow (`largest_number`).
+template <Scalar S>
+[[nodiscard]] inline bool has_finite_square(const Vec3<S>& v) {
+  return (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]) * S(0) == S(0);
 }
 
 }  // namespace bristle
@@ -3648,7 +3699,8 @@ struct SolverDef {
   int large_sweeps = 10;
   /// [-] Most sweeps of its position problem.
   int large_position_sweeps = 4;
-  /// [s] Longest part of a step over which such an island is solved at once.
+  /// [s] Longest part of a step over which such an island is solved at once, > 0; infinite for one
+  /// part a step.
   S longest_part = S(1) / S(240);
 };
 
@@ -3978,6 +4030,14 @@ struct Id {
 
   friend constexpr auto operator<=>(const Id&, const Id&) = default;
   friend constexpr bool operator==(const Id&, const Id&) = default;
+
+  /// Text of it in messages ("{3, 0}").
+  [[nodiscard]] friend std::string to_text(const Id& id) {
+    std::string text("{");
+    text.append(std::to_string(id.index)).append(", ");
+    text.append(std::to_string(id.generation)).append("}");
+    return text;
+  }
 };
 
 /// Elements in slots that keep their place while they live; freed slots are reused, lowest-freed
@@ -4065,13 +4125,8 @@ class SlotMap {
   };
 
   void check(Handle id, std::string_view field) const {
-    if (!contains(id)) {
-      std::string text("{");
-      text.append(std::to_string(id.index)).append(", ");
-      text.append(std::to_string(id.generation)).append("}");
-      detail::raise(InvalidArgument(std::string(field), std::move(text),
-                                    "must name something that exists (unknown or removed handle)"));
-    }
+    detail::require(contains(id), field, id,
+                    "must name something that exists (unknown or removed handle)");
   }
 
   std::vector<Slot> slots_;
@@ -4156,6 +4211,13 @@ void validate(const Material<S>& m) {
 /// Mass, centre of mass and inertia of a rigid body, and how they add up.
 // SPDX-License-Identifier: BSD-3-Clause
 
+#include <array>
+#include <bit>
+#include <cmath>
+#include <concepts>
+#include <cstddef>
+#include <cstdint>
+
 namespace bristle {
 
 /// What a rigid body weighs and how it resists turning, in one frame.
@@ -4184,6 +4246,53 @@ struct MassProperties {
 template <Scalar S>
 [[nodiscard]] Mat3<S> point_inertia(S m, const Vec3<S>& r) {
   return m * (r.squaredNorm() * Mat3<S>::Identity() - r * r.transpose());
+}
+
+namespace detail {
+
+/// The power of two at or below a normal number > 0.
+template <Scalar S>
+[[nodiscard]] S power_of_two_below(const S& x) {
+  if constexpr (std::same_as<S, double>) {
+    return std::bit_cast<double>(std::bit_cast<std::uint64_t>(x) & 0x7ff0'0000'0000'0000u);
+  } else if constexpr (std::same_as<S, float>) {
+    return std::bit_cast<float>(std::bit_cast<std::uint32_t>(x) & 0x7f80'0000u);
+  } else if constexpr (std::floating_point<S>) {
+    return std::ldexp(S(1), std::ilogb(x));
+  } else {
+    return S(power_of_two_below(value_of(x)));
+  }
+}
+
+}  // namespace detail
+
+/// [1/(kg m^2)] Inverse of an inertia, or the other way round.
+///
+/// By cofactors of the matrix over a power of two near its trace: the determinant, which goes with
+/// the third power, then neither overflows nor vanishes, whatever the size of the body. No bit
+/// depends on the power.
+template <Scalar S>
+[[nodiscard]] Mat3<S> inverse_inertia(const Mat3<S>& inertia) {
+  const S unit = S(1) / detail::power_of_two_below(S(inertia.trace()));
+  return unit * Mat3<S>(unit * inertia).inverse();
+}
+
+/// [1/(kg m^2)] The same of the axes that are not locked, among which alone torques turn a body:
+/// rows and columns of the others are zero.
+template <Scalar S>
+[[nodiscard]] Mat3<S> inverse_inertia(Mat3<S> inertia, const std::array<bool, 3>& is_locked) {
+  const S scale = detail::power_of_two_below(S(inertia.trace()));
+  for (Eigen::Index i = 0; i < 3; ++i) {
+    if (!is_locked[static_cast<std::size_t>(i)]) continue;
+    inertia.row(i).setZero();
+    inertia.col(i).setZero();
+    inertia(i, i) = scale;
+  }
+  Mat3<S> inverse = inverse_inertia<S>(inertia);
+  for (Eigen::Index i = 0; i < 3; ++i) {
+    if (is_locked[static_cast<std::size_t>(i)]) inverse(i, i) = S(0);
+  }
+  return inverse;
 }
 
 /// Two bodies welded together; either may have zero mass.
@@ -4223,6 +4332,19 @@ enum class Motion {
   /// Forces and impulses.
   dynamic
 };
+
+/// Name of it as it stands in messages ("kinematic").
+[[nodiscard]] constexpr const char* name_of(Motion motion) {
+  switch (motion) {
+    case Motion::fixed:
+      return "fixed";
+    case Motion::kinematic:
+      return "kinematic";
+    case Motion::dynamic:
+      break;
+  }
+  return "dynamic";
+}
 
 /// Axes of the world along and about which a body cannot move. Whatever holds it there is not
 /// simulated: it costs nothing and never gives way.
@@ -4352,18 +4474,7 @@ struct Body {
   /// The same where the axes of the body are known as a matrix.
   [[nodiscard]] Mat3<S> inverse_inertia_W(const Mat3<S>& R) const {
     if (!locked.any_angular() || !is_dynamic()) return rotated<S>(R, inverse_inertia_B);
-    Mat3<S> inertia = rotated<S>(R, inertia_B);
-    for (Eigen::Index i = 0; i < 3; ++i) {
-      if (!locked.angular[static_cast<std::size_t>(i)]) continue;
-      inertia.row(i).setZero();
-      inertia.col(i).setZero();
-      inertia(i, i) = S(1);
-    }
-    Mat3<S> inverse = inertia.inverse();
-    for (Eigen::Index i = 0; i < 3; ++i) {
-      if (locked.angular[static_cast<std::size_t>(i)]) inverse(i, i) = S(0);
-    }
-    return inverse;
+    return bristle::inverse_inertia<S>(rotated<S>(R, inertia_B), locked.angular);
   }
   /// [kg m^2/s] Angular momentum about the centre of mass, world axes.
   [[nodiscard]] Vec3<S> angular_momentum() const {
@@ -4375,6 +4486,17 @@ struct Body {
     return S(0.5) * (mass * twist.linear.squaredNorm() + twist.angular.dot(angular_momentum()));
   }
 };
+
+/// Whether poses and velocities are numbers that a step can compute with.
+template <Scalar S>
+[[nodiscard]] bool has_finite_square(const Twist<S>& twist) {
+  return has_finite_square<S>(twist.linear) && has_finite_square<S>(twist.angular);
+}
+template <Scalar S>
+[[nodiscard]] bool has_finite_square(const Transform<S>& X) {
+  return has_finite_square<S>(X.translation) && has_finite_square<S>(X.rotation.vec()) &&
+         X.rotation.w() * S(0) == S(0);
+}
 
 /// Checks a definition and turns it into a body.
 /// @param of_shape  Unit-density mass properties of its shapes; zero mass where there is none.
@@ -4403,19 +4525,39 @@ void require_unit(std::string_view field, const Quat<S>& q) {
 template <Scalar S>
 void require_possible_inertia(const Mat3<S>& inertia) {
   require_all_finite("BodyDef::inertia", inertia);
-  const S scale = inertia.trace();
+  const S trace = inertia.trace();
+  require(is_normal(trace) && trace > S(0), "BodyDef::inertia", trace, "must be positive definite");
+  require((inertia - inertia.transpose()).cwiseAbs().maxCoeff() <= Tolerance<S>::equal() * trace,
+          "BodyDef::inertia", (inertia - inertia.transpose()).cwiseAbs().maxCoeff(),
+          "must be symmetric");
+  // Of a trace near 1, so that determinants are as far from zero as the matrices are from singular.
+  const Mat3<S> scaled = inertia / power_of_two_below(trace);
+  const S scale = scaled.trace();
   const S slack = Tolerance<S>::equal() * scale;
-  require((inertia - inertia.transpose()).cwiseAbs().maxCoeff() <= slack, "BodyDef::inertia",
-          (inertia - inertia.transpose()).cwiseAbs().maxCoeff(), "must be symmetric");
   const auto is_definite = [](const Mat3<S>& m, S floor) {
     return m(0, 0) > floor && m.template topLeftCorner<2, 2>().determinant() > floor * m(0, 0) &&
            m.determinant() > floor * m(0, 0) * m(1, 1);
   };
-  require(is_definite(inertia, S(0)), "BodyDef::inertia", inertia.determinant(),
+  require(is_definite(scaled, S(0)), "BodyDef::inertia", inertia.diagonal().minCoeff(),
           "must be positive definite");
-  const Mat3<S> second_moment = (scale / S(2) + slack) * Mat3<S>::Identity() - inertia;
+  const Mat3<S> second_moment = (scale / S(2) + slack) * Mat3<S>::Identity() - scaled;
   require(is_definite(second_moment, S(0)), "BodyDef::inertia", inertia.diagonal().maxCoeff(),
           "must satisfy the triangle inequality of principal moments");
+}
+
+/// Raises InvalidArgument unless the mass of a body and its inertia, which may follow from other
+/// fields, have inverses.
+template <Scalar S>
+void require_invertible(const Body<S>& body, const BodyDef<S>& def) {
+  require_positive(def.mass ? "BodyDef::mass" : "BodyDef::density: mass of the shapes", body.mass);
+  const Vec3<S> moments = body.inertia_B.diagonal();
+  const Vec3<S> inverses = body.inverse_inertia_B.diagonal();
+  for (Eigen::Index i = 0; i < 3; ++i) {
+    const bool is_good =
+        is_normal(moments[i]) && is_normal(inverses[i]) && moments[i] > S(0) && inverses[i] > S(0);
+    require(is_good, def.inertia ? "BodyDef::inertia" : "BodyDef::shape: moment of inertia",
+            moments[i], "must be > 0, and finite with a finite inverse");
+  }
 }
 
 /// A velocity along a locked axis would have to be taken away: better to say so.
@@ -4465,6 +4607,7 @@ Body<S> make_body(const BodyDef<S>& def, const MassProperties<S>& of_shape) {
     body.locked = def.locked;
   }
   body.center_B = def.center_of_mass.value_or(of_shape.center);
+  detail::require_all_finite("BodyDef::center_of_mass", body.center_B);
   if (def.motion == Motion::dynamic) {
     if (def.mass) {
       detail::require_positive("BodyDef::mass", *def.mass);
@@ -4483,10 +4626,12 @@ Body<S> make_body(const BodyDef<S>& def, const MassProperties<S>& of_shape) {
       body.inertia_B += point_inertia<S>(body.mass, shift);
     }
     body.inverse_mass = S(1) / body.mass;
-    body.inverse_inertia_B = body.inertia_B.inverse();
+    body.inverse_inertia_B = inverse_inertia<S>(body.inertia_B);
+    detail::require_invertible(body, def);
   }
   if (def.motion != Motion::fixed) body.twist = {def.velocity, def.angular_velocity};
   body.set_pose({def.orientation.normalized(), def.position});
+  detail::require_all_finite("BodyDef::position: centre of mass", body.center_pose.translation);
   return body;
 }
 
@@ -7697,7 +7842,7 @@ template <Scalar S>
 [[nodiscard]] SensorPatch<S> make_patch(PatchDef<S> def, BodyId body, const Vec3<S>& center_B) {
   def.sensors.validate();
   const std::size_t n = def.sensors.size();
-  detail::require(n > 0, "PatchDef::sensors.size()", S(0), "must be > 0");
+  detail::require(n > 0, "PatchDef::sensors.size()", n, "must be > 0");
   validate(def.parameters);
   for (const SensorParameters<S>& p : def.per_sensor) validate(p);
   detail::require(def.per_sensor.empty() || def.per_sensor.size() == n,
@@ -7706,7 +7851,7 @@ template <Scalar S>
   detail::require_not_negative("PatchDef::explicit_below", def.explicit_below);
   detail::require(def.cast_every > 0, "PatchDef::cast_every", def.cast_every, "must be > 0");
   detail::require(def.options.law == Law::paper || def.integration != Integration::implicit,
-                  "PatchDef::integration", S(1), "must not be implicit with the AMBF law");
+                  "PatchDef::integration", "implicit", "must not be implicit with the AMBF law");
 
   SensorPatch<S> patch;
   patch.body = body;
@@ -7720,6 +7865,7 @@ template <Scalar S>
     patch.box.include(end);
     patch.reach = std::max({patch.reach, patch.start[i].norm(), end.norm()});
   }
+  detail::require_finite("PatchDef::sensors: farthest point of a ray", patch.reach);
   patch.shortest = *std::min_element(patch.length.begin(), patch.length.end());
   patch.tile_boxes = TileBoxes<S>(patch.rays(S(0)));
   patch.bundles = RayBundles<S>(patch.rays(S(0)));
@@ -11210,7 +11356,8 @@ namespace detail {
 /// Vector part q of the quaternion of one step of the free top, in body axes: the root of
 /// q0 J q + q x J q = h y / 2 with q0 = sqrt(1 - |q|^2), by Newton. Returns false when the step
 /// turns too far for a root.
-/// @param y  [kg m^2/s] Body-frame angular momentum.
+/// @param inertia  [kg m^2] Over any unit, near which it is, as are its inverse and y.
+/// @param y        [kg m^2/s] Body-frame angular momentum.
 template <Scalar S>
 bool solve_top_step(const Mat3<S>& inertia, const Mat3<S>& inverse_inertia, const Vec3<S>& y, S h,
                     Vec3<S>& q) {
@@ -11260,11 +11407,18 @@ template <Scalar S>
 void turn_free_top(Body<S>& body, const Vec3<S>& w, S dt) {
   using std::sqrt;
   Quat<S>& rotation = body.center_pose.rotation;
-  const Vec3<S> own_L_W = body.angular_momentum();
-  const Vec3<S> L_W = rotation * (body.inertia_B * (rotation.conjugate() * w));
+  // Over a power of two near the inertia, which scales out of the equation: its third power stays
+  // in range then.
+  const S scale = power_of_two_below(S(body.inertia_B.trace()));
+  const S unit = S(1) / scale;
+  const Mat3<S> inertia = unit * body.inertia_B;
+  const Mat3<S> inverse_inertia = scale * body.inverse_inertia_B;
+  const Mat3<S> R = body.center_pose.rotation_matrix();
+  const Vec3<S> own_L_W = R * (inertia * (R.transpose() * body.twist.angular));
+  const Vec3<S> L_W = rotation * (inertia * (rotation.conjugate() * w));
   if (!(L_W.squaredNorm() > S(0)) && !(own_L_W.squaredNorm() > S(0))) return;
   // The fastest that this momentum can ever turn the body, whatever its attitude becomes.
-  const S fastest = dt * L_W.norm() * body.inverse_inertia_B.norm();
+  const S fastest = dt * L_W.norm() * inverse_inertia.norm();
   constexpr int most_parts = 4096;
   int parts = 1;
   while (S(parts) < fastest && parts < most_parts) parts *= 2;
@@ -11272,15 +11426,15 @@ void turn_free_top(Body<S>& body, const Vec3<S>& w, S dt) {
   for (int i = 0; i < parts; ++i) {
     const Vec3<S> y = rotation.conjugate() * L_W;
     Vec3<S> q;
-    if (solve_top_step(body.inertia_B, body.inverse_inertia_B, y, h, q)) {
+    if (solve_top_step(inertia, inverse_inertia, y, h, q)) {
       const Quat<S> turn(sqrt(S(1) - q.squaredNorm()), q.x(), q.y(), q.z());
       rotation = unit_product(rotation, turn);
     } else {
       // Faster than the parts resolve: momentum is still kept, and energy stays between its bounds.
-      rotation = step_rotation<S>(rotation, rotation * (body.inverse_inertia_B * y), h);
+      rotation = step_rotation<S>(rotation, rotation * (inverse_inertia * y), h);
     }
   }
-  body.twist.angular = rotation * (body.inverse_inertia_B * (rotation.conjugate() * own_L_W));
+  body.twist.angular = rotation * (inverse_inertia * (rotation.conjugate() * own_L_W));
 }
 
 }  // namespace detail
@@ -11427,6 +11581,13 @@ struct JointBushing {
   return 6;
 }
 
+/// Name of a kind as it stands in messages ("cone_twist").
+[[nodiscard]] constexpr const char* name_of(JointKind kind) {
+  constexpr const char* names[] = {"fixed", "revolute",   "prismatic",
+                                   "ball",  "cone_twist", "six_dof"};
+  return names[static_cast<std::size_t>(kind)];
+}
+
 /// Whether a joint has one free axis, for drives and springs.
 [[nodiscard]] constexpr bool has_free_axis(JointKind kind) {
   return kind == JointKind::revolute || kind == JointKind::prismatic;
@@ -11451,6 +11612,8 @@ struct JointDef {
   /// coordinate of this frame's origin in A's joint frame; that of a joint that turns is the angle
   /// about x from A's frame to this one, whole turns counted. It starts within half a turn of zero,
   /// or at the turn nearest to the limits where they leave that out.
+  /// Frames that do not meet when the joint is made are brought together as a position error is,
+  /// mostly within a step, however far apart they are: place the bodies first.
   Transform<S> X_BJ{};
   /// [m] Smallest position of the free axis; -infinity for no stop. [rad] for a joint that turns,
   /// also below -pi; the twist about x of a `cone_twist`.
@@ -11512,14 +11675,19 @@ struct Joint {
   bool is_resolved = false;
 };
 
-/// @throws InvalidArgument naming the field.
+/// @throws InvalidArgument naming the field, or where a joint of this kind has nothing to drive.
 template <Scalar S>
-void validate(const JointDrive<S>& drive) {
+void validate(const JointDrive<S>& drive, JointKind kind) {
   detail::require_finite("JointDrive::target", drive.target);
-  detail::require_not_negative("JointDrive::max_force", drive.max_force);
+  using std::isfinite;
+  // Only a bound, which may be the largest number there is.
+  detail::require(isfinite(drive.max_force) && drive.max_force >= S(0), "JointDrive::max_force",
+                  drive.max_force, "must be finite and >= 0");
   detail::require(drive.max_speed > S(0), "JointDrive::max_speed", drive.max_speed, "must be > 0");
   detail::require_not_negative("JointDrive::stiffness", drive.stiffness);
   detail::require_not_negative("JointDrive::damping", drive.damping);
+  detail::require(has_free_axis(kind) || drive.mode == DriveMode::none, "JointDef::drive",
+                  name_of(kind), "needs a revolute or prismatic joint");
 }
 
 /// @throws InvalidArgument naming the field.
@@ -11562,7 +11730,7 @@ void validate(const JointDef<S>& def) {
   detail::require(def.swing_limit > S(0), "JointDef::swing_limit", def.swing_limit, "must be > 0");
   detail::require(kind == JointKind::cone_twist || def.swing_limit == infinity<S>,
                   "JointDef::swing_limit", def.swing_limit, "needs a cone_twist joint");
-  validate(def.drive);
+  validate(def.drive, kind);
   validate(def.spring);
   detail::require(
       has_free_axis(kind) || (def.spring.stiffness == S(0) && def.spring.damping == S(0)),
@@ -12174,7 +12342,8 @@ struct StepReport {
   std::uint64_t capped_islands = 0;
   /// [-] Contact queries that the backend failed; those pairs do not touch in this step.
   std::uint64_t backend_failures = 0;
-  /// [-] Islands whose solution was not finite: nothing acts between their bodies in this step.
+  /// [-] Islands whose solution was not finite. Their contacts and joints are swept one by one, and
+  /// those that would overflow give nothing in this step; nor do sensors and springs.
   std::uint64_t discarded_islands = 0;
   /// [-] Dynamic bodies asleep and awake when the step ended.
   std::uint64_t sleeping_bodies = 0;
@@ -12923,12 +13092,14 @@ class HapticLoop {
   /// @throws InvalidArgument naming the field; the law must be the paper's.
   TickedPatchId add_patch(ToolId tool, PatchDef<S> def) {
     const Tool& owner = tool_of(tool);
-    detail::require(def.options.law == Law::paper, "LawOptions::law", 1, "must be the paper's");
+    detail::require(def.options.law == Law::paper, "LawOptions::law", "ambf",
+                    "must be the paper's");
     def.integration = Integration::implicit;
-    Skin& skin = skins_.emplace_back();
+    Skin skin;
     // About the origin of the body frame, which is the device's.
     skin.patch = make_patch(std::move(def), owner.body, Vec3<S>(Vec3<S>::Zero()));
     skin.tool = tool.index;
+    skins_.push_back(std::move(skin));
     return {static_cast<std::uint32_t>(skins_.size() - 1)};
   }
 
@@ -12943,6 +13114,8 @@ class HapticLoop {
     if (t.last_pose) {
       twist = {(X_WT.translation - t.last_pose->translation) / h_,
                log_rotation<S>(X_WT.rotation * t.last_pose->rotation.conjugate()) / h_};
+      detail::require_all_finite("X_WT.translation: velocity", twist.linear);
+      detail::require_all_finite("X_WT.rotation: angular velocity", twist.angular);
     }
     set_motion(t, X_WT, twist);
   }
@@ -13469,12 +13642,20 @@ class World {
 
   void require_known_contacts(BodyId id, bool is_dynamic, const CollisionFilter& filter,
                               ShapeKind kind) const;
-  ShapeId insert_shape(BodyId id, Prepared prepared, const Shape<S>& shape,
-                       const Transform<S>& X_BS, const Material<S>& material);
+  [[nodiscard]] static Collider<S, Backend> make_collider(const Body<S>& body, Prepared prepared,
+                                                          const Shape<S>& shape,
+                                                          const Transform<S>& X_BS,
+                                                          const Material<S>& material);
+  ShapeId insert_shape(BodyId id, Collider<S, Backend> collider);
   template <typename Visit>
   void for_each_shape_of(BodyId id, Visit&& visit) const;
   void refresh_box(std::uint32_t tag);
   void set_twist(BodyId id, const Twist<S>& twist);
+  /// Velocity that brings a kinematic body to a pose within a step.
+  [[nodiscard]] Twist<S> twist_to(BodyId id, const Transform<S>& X_WB) const;
+  void push(const HapticBody<S>& pushed);
+  template <typename Visit>
+  static void for_each_impulse(State& state, Visit&& visit);
   void require_tools(const HapticLoop<S, Backend>& loop) const;
   void erase_joint(std::uint32_t index);
 
@@ -17179,7 +17360,7 @@ void HostPatch<S>::add_body(std::uint32_t number, const HostBody<S>& state, S dt
     solver.moves = true;
     solver.mass = S(1) / state.inverse_mass;
     solver.inverse_inertia = state.inverse_inertia_W;
-    solver.inertia = state.inverse_inertia_W.inverse();
+    solver.inertia = inverse_inertia<S>(state.inverse_inertia_W);
     solver.free.linear += dt * state.acceleration;
     solver.free.angular += dt * state.angular_acceleration;
   }
@@ -25586,54 +25767,11 @@ class DisjointSets {
 /// Third stage of a step: islands are solved and bodies move.
 // SPDX-License-Identifier: BSD-3-Clause
 
-// === bristle/dynamics/island_solver.hpp
+// === bristle/dynamics/guarded_sweeps.hpp
 
 /// @file
-/// One island's velocities and displacements, by whichever solver suits it.
-///
-/// What rests or slides is one sweep of sequential impulses. Where sweeps converge so slowly that
-/// factorisations are cheaper, and always where sensors, joints or a wholly new set of contacts
-/// want their load spread evenly, the proximal solver takes over, as long as the island is small.
+/// Sweeps that no overflow spreads in: for islands whose solution is not finite.
 // SPDX-License-Identifier: BSD-3-Clause
-
-// === bristle/dynamics/island_energy.hpp
-
-/// @file
-/// Kinetic energy of an island, as found and as what it may be judged by.
-// SPDX-License-Identifier: BSD-3-Clause
-
-namespace bristle {
-
-/// [J] Twice the kinetic energy of an island's bodies.
-template <Scalar S>
-struct IslandEnergy {
-  /// With the velocities that were solved for.
-  S found = S(0);
-  /// At the start of the step, and at its end if nothing but forces acted.
-  S start = S(0);
-  S free = S(0);
-};
-
-/// [kg m^2/s^2] Product of two motions of a body in the metric of its mass.
-template <Scalar S>
-[[nodiscard]] S mass_product(const SolverBody<S>& body, const Twist<S>& u, const Twist<S>& v) {
-  return body.mass * u.linear.dot(v.linear) + u.angular.dot(body.inertia * v.angular);
-}
-
-template <Scalar S>
-[[nodiscard]] IslandEnergy<S> energy_of(const Island& island,
-                                        std::span<const SolverBody<S>> bodies) {
-  IslandEnergy<S> sum;
-  for (const std::uint32_t slot : island.bodies) {
-    const SolverBody<S>& body = bodies[slot];
-    sum.found += mass_product(body, body.twist, body.twist);
-    sum.start += mass_product(body, body.start, body.start);
-    sum.free += mass_product(body, body.free, body.free);
-  }
-  return sum;
-}
-
-}  // namespace bristle
 
 // === bristle/dynamics/saved_impulses.hpp
 
@@ -25705,6 +25843,143 @@ class SavedImpulses {
   std::vector<S> rows_;
   std::vector<Soft> soft_;
 };
+
+}  // namespace bristle
+
+#include <array>
+#include <cstdint>
+
+namespace bristle {
+
+/// Sweeps over the contacts and joints of an island, from no impulses, each taken back where it
+/// would give a body a velocity whose square is not finite. A body whose masses overflow then
+/// touches nothing, and its neighbours keep what they stand on. Soft blocks give nothing.
+///
+/// Bodies move by the velocity at the end of the step: it closes no gap and opens no overlap.
+template <Scalar S>
+class GuardedSweeps {
+ public:
+  static void solve(const Island& island, Constraints<S>& constraints,
+                    std::span<SolverBody<S>> bodies, const SolveContext<S>& context) {
+    clear_impulses(island, constraints);
+    for (const std::uint32_t slot : island.bodies) {
+      SolverBody<S>& body = bodies[slot];
+      if (!has_finite_square<S>(body.free.linear) || !has_finite_square<S>(body.free.angular)) {
+        body.free = {};
+      }
+      body.twist = body.free;
+      body.follows_joints = false;
+    }
+    for (const std::uint32_t i : island.contacts) {
+      ContactConstraint<S>& c = constraints.contacts[i];
+      aim_contact(c, bodies[c.body_a], bodies[c.body_b], context);
+    }
+    for (int n = 0; n < context.settings.max_sweeps; ++n) {
+      for (const std::uint32_t i : island.blocks) turn_block(constraints, i, bodies);
+      for (const std::uint32_t i : island.contacts) turn_contact(constraints.contacts[i], bodies);
+    }
+    for (const std::uint32_t slot : island.bodies) bodies[slot].motion = bodies[slot].twist;
+  }
+
+ private:
+  [[nodiscard]] static bool is_finite(const SolverBody<S>& body) {
+    return has_finite_square<S>(body.twist.linear) && has_finite_square<S>(body.twist.angular);
+  }
+
+  static void turn_contact(ContactConstraint<S>& c, std::span<SolverBody<S>> bodies) {
+    SolverBody<S>& a = bodies[c.body_a];
+    SolverBody<S>& b = bodies[c.body_b];
+    const std::array<S, 3> impulse = c.impulse;
+    const Twist<S> twist_a = a.twist;
+    const Twist<S> twist_b = b.twist;
+    const ContactResponse<S> K = contact_response(c, ContactFrame<S>(c, a, b));
+    const std::array<S, 3> x = solve_contact(c, K, c.velocity(a.twist, b.twist));
+    apply_at_contact<S>(c, x[0] * c.axes[0] + x[1] * c.axes[1] + x[2] * c.axes[2], a, b,
+                        velocity_of);
+    if (is_finite(a) && is_finite(b) && has_finite_square<S>(c.impulse_W())) return;
+    c.impulse = impulse;
+    a.twist = twist_a;
+    b.twist = twist_b;
+  }
+
+  static void turn_block(Constraints<S>& constraints, std::uint32_t index,
+                         std::span<SolverBody<S>> bodies) {
+    const ConstraintBlock<S>& block = constraints.blocks[index];
+    ConstraintRow<S>* rows = &constraints.rows[block.first];
+    SolverBody<S>& a = bodies[block.body_a];
+    SolverBody<S>& b = bodies[block.body_b];
+    const Twist<S> twist_a = a.twist;
+    const Twist<S> twist_b = b.twist;
+    BlockResponse<S> response;
+    local_response(block, rows, a, b, response);
+    S impulse[ConstraintBlock<S>::max_rows];
+    S velocity[ConstraintBlock<S>::max_rows];
+    S change[ConstraintBlock<S>::max_rows];
+    for (std::size_t i = 0; i < block.count; ++i) {
+      impulse[i] = rows[i].impulse;
+      velocity[i] = rows[i].velocity(a.twist, b.twist);
+    }
+    solve_block(block, response, velocity, rows, change);
+    bool has_finite_impulses = true;
+    for (std::size_t i = 0; i < block.count; ++i) {
+      apply_row(rows[i], change[i], a, b, velocity_of);
+      has_finite_impulses = has_finite_impulses && has_finite_square(rows[i].impulse);
+    }
+    if (is_finite(a) && is_finite(b) && has_finite_impulses) return;
+    for (std::size_t i = 0; i < block.count; ++i) rows[i].impulse = impulse[i];
+    a.twist = twist_a;
+    b.twist = twist_b;
+  }
+};
+
+}  // namespace bristle
+
+// === bristle/dynamics/island_solver.hpp
+
+/// @file
+/// One island's velocities and displacements, by whichever solver suits it.
+///
+/// What rests or slides is one sweep of sequential impulses. Where sweeps converge so slowly that
+/// factorisations are cheaper, and always where sensors, joints or a wholly new set of contacts
+/// want their load spread evenly, the proximal solver takes over, as long as the island is small.
+// SPDX-License-Identifier: BSD-3-Clause
+
+// === bristle/dynamics/island_energy.hpp
+
+/// @file
+/// Kinetic energy of an island, as found and as what it may be judged by.
+// SPDX-License-Identifier: BSD-3-Clause
+
+namespace bristle {
+
+/// [J] Twice the kinetic energy of an island's bodies.
+template <Scalar S>
+struct IslandEnergy {
+  /// With the velocities that were solved for.
+  S found = S(0);
+  /// At the start of the step, and at its end if nothing but forces acted.
+  S start = S(0);
+  S free = S(0);
+};
+
+/// [kg m^2/s^2] Product of two motions of a body in the metric of its mass.
+template <Scalar S>
+[[nodiscard]] S mass_product(const SolverBody<S>& body, const Twist<S>& u, const Twist<S>& v) {
+  return body.mass * u.linear.dot(v.linear) + u.angular.dot(body.inertia * v.angular);
+}
+
+template <Scalar S>
+[[nodiscard]] IslandEnergy<S> energy_of(const Island& island,
+                                        std::span<const SolverBody<S>> bodies) {
+  IslandEnergy<S> sum;
+  for (const std::uint32_t slot : island.bodies) {
+    const SolverBody<S>& body = bodies[slot];
+    sum.found += mass_product(body, body.twist, body.twist);
+    sum.start += mass_product(body, body.start, body.start);
+    sum.free += mass_product(body, body.free, body.free);
+  }
+  return sum;
+}
 
 }  // namespace bristle
 
@@ -27449,9 +27724,11 @@ class IslandSolver {
   /// Parts of a step; no more than a bound on its cost, however long it is.
   [[nodiscard]] static int part_count(const SolveContext<S>& context) {
     using std::ceil;
+    using std::max;
     using std::min;
     const S most = S(64);
-    return static_cast<int>(min(most, ceil(context.dt / context.settings.longest_part)));
+    const S wanted = ceil(context.dt / context.settings.longest_part);
+    return static_cast<int>(min(most, max(S(1), wanted)));  // Infinite parts: one.
   }
 
   /// Remembers the whole step of each body and makes warm impulses of joints those of a part.
@@ -28703,17 +28980,8 @@ void JointSystem<S>::set_inverse_inertia(Node& node) const {
     }
     return;
   }
-  Mat3<S> inertia = R * node.def->inertia_B * R.transpose();
-  for (Eigen::Index i = 0; i < 3; ++i) {
-    if (!locked.angular[static_cast<std::size_t>(i)]) continue;
-    inertia.row(i).setZero();
-    inertia.col(i).setZero();
-    inertia(i, i) = S(1);
-  }
-  node.inverse_inertia = inertia.inverse();
-  for (Eigen::Index i = 0; i < 3; ++i) {
-    if (locked.angular[static_cast<std::size_t>(i)]) node.inverse_inertia(i, i) = S(0);
-  }
+  node.inverse_inertia =
+      inverse_inertia<S>(R * node.def->inertia_B * R.transpose(), locked.angular);
 }
 
 template <Scalar S>
@@ -29052,7 +29320,7 @@ void set_momentum(const Vec3<S>& point, const Wrench<S>& wanted, JointSystem<S>&
     inertia += point_inertia<S>(node.def->mass, node.now.x - point - center);
   }
   const Wrench<S> missing = (wanted + -momentum_about(point, system)).shifted(center);
-  const Twist<S> motion{missing.force / mass, inertia.inverse() * missing.torque};
+  const Twist<S> motion{missing.force / mass, inverse_inertia<S>(inertia) * missing.torque};
   for (auto& node : system.nodes()) {
     node.now.twist = node.now.twist + motion.shifted(node.now.x - point - center);
   }
@@ -29929,6 +30197,7 @@ class MechanismStage {
 
 }  // namespace bristle
 
+#include <algorithm>
 #include <array>
 
 namespace bristle {
@@ -30010,7 +30279,8 @@ class SolveStage {
     mechanisms_.add_impulse(joint, total);
   }
 
-  /// Moves all bodies. A body whose new state is not finite stays where it is, at rest.
+  /// Moves all bodies. A body whose new state is not finite, or has no finite square, stays where
+  /// it is, at rest.
   void integrate(State& state) const {
     for (std::uint32_t i = 0; i < state.bodies.slot_count(); ++i) {
       if (!state.bodies.is_live(i)) continue;
@@ -30028,7 +30298,7 @@ class SolveStage {
       } else {
         step_pose(body, solved.motion, state.def.time_step);
       }
-      if (is_finite(body.twist) && is_finite(body.center_pose)) {
+      if (has_finite_square<S>(body.twist) && has_finite_square<S>(body.center_pose)) {
         continue;
       }
       body.center_pose = start;
@@ -30041,21 +30311,12 @@ class SolveStage {
   /// Sets what a body does if nothing acts on it, once its free velocities are known.
   static void start_from_free(State& state, SolverBody<S>& body) {
     // A force that overflowed must not reach others: the body stops instead.
-    if (!is_finite(body.free)) {
+    if (!has_finite_square<S>(body.free)) {
       body.free = {};
       ++state.report.frozen_bodies;
     }
     body.twist = body.free;
     body.motion = body.free_motion = mean_free_motion(body, integrator_of(state, body));
-  }
-
-  [[nodiscard]] static bool is_finite(const Twist<S>& twist) {
-    return all_finite<S>(twist.linear) && all_finite<S>(twist.angular);
-  }
-
-  [[nodiscard]] static bool is_finite(const Transform<S>& X) {
-    return all_finite<S>(X.translation) && all_finite<S>(X.rotation.vec()) &&
-           X.rotation.w() * S(0) == S(0);
   }
 
   [[nodiscard]] static Integrator integrator_of(const State& state, const SolverBody<S>& body) {
@@ -30152,9 +30413,8 @@ class SolveStage {
     // What the sensors gave is the sum of their evaluated impulses.
     if (!island.soft.empty()) apply_impulses(island, constraints, bodies);
     bounces_.calm(island, constraints, bodies, context, solver_, report);
-    for (const std::uint32_t slot : island.bodies) {
-      if (is_finite(bodies[slot].twist)) continue;
-      discard(state, sensors, island);
+    if (!(report.residual < infinity<S>) || !are_finite(bodies, island)) {
+      guard(state, sensors, island, context);
       return;
     }
     solver_.place(island, constraints, bodies, context, report);
@@ -30240,7 +30500,7 @@ class SolveStage {
                              body.free_motion.linear.cross(body.free.linear));
       inertia += body.inertia + point_inertia<S>(body.mass, end_of(slot) - center);
     }
-    const Vec3<S> turn = inertia.inverse() * (-dt * excess);
+    const Vec3<S> turn = inverse_inertia<S>(inertia) * (-dt * excess);
     for (const std::uint32_t slot : island.bodies) {
       Twist<S>& twist = state.solver_bodies[slot].twist;
       twist.linear += turn.cross(end_of(slot) - center);
@@ -30248,15 +30508,18 @@ class SolveStage {
     }
   }
 
-  /// Leaves an island to free motion when its solution is not finite, and remembers nothing of it.
-  void discard(State& state, const SensorStage<S, Backend>& sensors, const Island& island) const {
-    clear_impulses(island, state.constraints);
+  [[nodiscard]] static bool are_finite(std::span<const SolverBody<S>> bodies,
+                                       const Island& island) {
+    return std::all_of(island.bodies.begin(), island.bodies.end(), [&](std::uint32_t slot) {
+      return has_finite_square<S>(bodies[slot].twist);
+    });
+  }
+
+  /// Solves an island whose solution is not finite by sweeps that leave out what overflows.
+  static void guard(State& state, const SensorStage<S, Backend>& sensors, const Island& island,
+                    const SolveContext<S>& context) {
     for (const std::uint32_t soft : sensors.of_patches(island.soft)) sensors.discard(state, soft);
-    apply_impulses<S>(island, state.constraints, state.solver_bodies);
-    for (const std::uint32_t slot : island.bodies) {
-      SolverBody<S>& body = state.solver_bodies[slot];
-      body.motion = body.free_motion;
-    }
+    GuardedSweeps<S>::solve(island, state.constraints, state.solver_bodies, context);
     ++state.report.discarded_islands;
   }
 
@@ -30727,12 +30990,10 @@ void World<S, Backend>::require_known_contacts(BodyId id, bool is_dynamic,
 }
 
 template <Scalar S, typename Backend>
-requires ShapeBackend<Backend, S> ShapeId
-World<S, Backend>::insert_shape(BodyId id, Prepared prepared, const Shape<S>& shape,
-                                const Transform<S>& X_BS, const Material<S>& material) {
-  const Body<S>& body = state_.bodies.at(id.index);
+requires ShapeBackend<Backend, S> Collider<S, Backend> World<S, Backend>::make_collider(
+    const Body<S>& body, Prepared prepared, const Shape<S>& shape, const Transform<S>& X_BS,
+    const Material<S>& material) {
   Collider<S, Backend> c;
-  c.body = id;
   c.X_CmS = X_BS;
   c.X_CmS.translation -= body.center_B;
   c.is_centered = c.X_CmS.translation == Vec3<S>::Zero() &&
@@ -30746,6 +31007,15 @@ World<S, Backend>::insert_shape(BodyId id, Prepared prepared, const Shape<S>& sh
   } else {
     c.radius = (c.X_CmS * c.bounds.center()).norm() + c.bounds.half_extents().norm();
   }
+  detail::require_finite("ShapeDef::shape: farthest point", c.radius);
+  return c;
+}
+
+template <Scalar S, typename Backend>
+requires ShapeBackend<Backend, S> ShapeId World<S, Backend>::insert_shape(BodyId id,
+                                                                          Collider<S, Backend> c) {
+  const Body<S>& body = state_.bodies.at(id.index);
+  c.body = id;
   const Aabb<S> box = c.half_space ? c.bounds : transformed(c.bounds, body.center_pose * c.X_CmS);
   const ShapeId shape_id = state_.colliders.insert(std::move(c));
   state_.broad_phase.insert(shape_id.index, box);
@@ -30758,7 +31028,9 @@ requires ShapeBackend<Backend, S> BodyId World<S, Backend>::add_body(const BodyD
   MassProperties<S> solid;
   const auto add = [&](const Shape<S>& shape, const char* field, const auto& place) {
     detail::require(def.motion != Motion::dynamic || kind_of(shape) != ShapeKind::half_space, field,
-                    0, "must not be dynamic with a HalfSpace, which has no mass");
+                    field == std::string_view("BodyDef::motion") ? name_of(def.motion)
+                                                                 : name_of(kind_of(shape)),
+                    "must not be dynamic with a HalfSpace, which has no mass");
     prepared.push_back(Backend::template make<S>(shape));
     const MassProperties<S> part = place(Backend::mass_properties(prepared.back()));
     solid = prepared.size() == 1 ? part : solid + part;
@@ -30775,12 +31047,17 @@ requires ShapeBackend<Backend, S> BodyId World<S, Backend>::add_body(const BodyD
   for (const Prepared& shape : prepared) {
     require_known_contacts(BodyId{}, body.is_dynamic(), body.filter, Backend::kind(shape));
   }
-  const BodyId id = state_.bodies.insert(body);
+  std::vector<Collider<S, Backend>> colliders;
   auto next = prepared.begin();
-  if (def.shape) insert_shape(id, std::move(*next++), *def.shape, {}, def.material);
-  for (const ShapeDef<S>& shape : def.shapes) {
-    insert_shape(id, std::move(*next++), shape.shape, shape.X_BS, shape.material);
+  if (def.shape) {
+    colliders.push_back(make_collider(body, std::move(*next++), *def.shape, {}, def.material));
   }
+  for (const ShapeDef<S>& shape : def.shapes) {
+    colliders.push_back(
+        make_collider(body, std::move(*next++), shape.shape, shape.X_BS, shape.material));
+  }
+  const BodyId id = state_.bodies.insert(body);
+  for (Collider<S, Backend>& collider : colliders) insert_shape(id, std::move(collider));
   detail::disturb(state_, id);
   return id;
 }
@@ -30791,11 +31068,13 @@ requires ShapeBackend<Backend, S> ShapeId World<S, Backend>::add_shape(BodyId id
   const Body<S>& body = state_.bodies.get(id, "BodyId");
   validate(def);
   detail::require(!body.is_dynamic() || kind_of(def.shape) != ShapeKind::half_space,
-                  "ShapeDef::shape", 0, "must not be a HalfSpace on a dynamic body");
-  Prepared shape = Backend::template make<S>(def.shape);
+                  "ShapeDef::shape", name_of(kind_of(def.shape)),
+                  "must not be on a dynamic body: it has no mass");
+  Collider<S, Backend> collider =
+      make_collider(body, Backend::template make<S>(def.shape), def.shape, def.X_BS, def.material);
   require_known_contacts(id, body.is_dynamic(), body.filter, kind_of(def.shape));
   detail::disturb(state_, id);
-  return insert_shape(id, std::move(shape), def.shape, def.X_BS, def.material);
+  return insert_shape(id, std::move(collider));
 }
 
 template <Scalar S, typename Backend>
@@ -30863,6 +31142,7 @@ void World<S, Backend>::set_pose(BodyId id, const Transform<S>& X_WB) {
   Body<S>& body = state_.bodies.get(id, "BodyId");
   detail::require_all_finite("X_WB.translation", X_WB.translation);
   detail::require_unit<S>("X_WB.rotation", X_WB.rotation);
+  detail::require_all_finite("X_WB.translation: centre of mass", X_WB * body.center_B);
   body.set_pose({X_WB.rotation.normalized(), X_WB.translation});
   detail::disturb(state_, id);
   for_each_shape_of(id, [this](std::uint32_t tag) { refresh_box(tag); });
@@ -30872,7 +31152,7 @@ template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S>
 void World<S, Backend>::set_velocity(BodyId id, const Twist<S>& twist) {
   const Body<S>& body = state_.bodies.get(id, "BodyId");
-  detail::require(body.motion != Motion::fixed, "BodyId", S(0), "must not name a fixed body");
+  detail::require(body.motion != Motion::fixed, "BodyId", id, "must not name a fixed body");
   detail::require_all_finite("twist.linear", twist.linear);
   detail::require_all_finite("twist.angular", twist.angular);
   set_twist(id, twist);
@@ -30892,16 +31172,27 @@ void World<S, Backend>::set_twist(BodyId id, const Twist<S>& twist) {
 template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S>
 void World<S, Backend>::move_to(BodyId id, const Transform<S>& X_WB) {
+  set_twist(id, twist_to(id, X_WB));
+}
+
+template <Scalar S, typename Backend>
+requires ShapeBackend<Backend, S> Twist<S> World<S, Backend>::twist_to(BodyId id,
+                                                                       const Transform<S>& X_WB)
+const {
   const Body<S>& body = state_.bodies.get(id, "BodyId");
-  detail::require(body.motion == Motion::kinematic, "BodyId", S(0), "must name a kinematic body");
+  detail::require(body.motion == Motion::kinematic, "BodyId", id,
+                  body.is_dynamic() ? "must name a kinematic body, not a dynamic one"
+                                    : "must name a kinematic body, not a fixed one");
   detail::require_all_finite("X_WB.translation", X_WB.translation);
   detail::require_unit<S>("X_WB.rotation", X_WB.rotation);
   const S dt = state_.def.time_step;
   const Vec3<S> center = X_WB * body.center_B;
-  set_twist(
-      id,
-      {(center - body.center_pose.translation) / dt,
-       log_rotation<S>(X_WB.rotation.normalized() * body.center_pose.rotation.conjugate()) / dt});
+  const Twist<S> twist{
+      (center - body.center_pose.translation) / dt,
+      log_rotation<S>(X_WB.rotation.normalized() * body.center_pose.rotation.conjugate()) / dt};
+  detail::require_all_finite("X_WB.translation: velocity", twist.linear);
+  detail::require_all_finite("X_WB.rotation: angular velocity", twist.angular);
+  return twist;
 }
 
 template <Scalar S, typename Backend>
@@ -30910,7 +31201,11 @@ void World<S, Backend>::apply_wrench(BodyId id, const Wrench<S>& wrench) {
   Body<S>& body = state_.bodies.get(id, "BodyId");
   detail::require_all_finite("wrench.force", wrench.force);
   detail::require_all_finite("wrench.torque", wrench.torque);
-  body.applied += wrench;
+  Wrench<S> applied = body.applied;
+  applied += wrench;
+  detail::require_all_finite("wrench.force: sum of the step", applied.force);
+  detail::require_all_finite("wrench.torque: sum of the step", applied.torque);
+  body.applied = applied;
   if (body.is_dynamic() && !(wrench.force.isZero(S(0)) && wrench.torque.isZero(S(0)))) {
     detail::disturb(state_, id);
   }
@@ -31066,16 +31361,26 @@ class BitHash {
 /// through `same`. New state is one more line here.
 // SPDX-License-Identifier: BSD-3-Clause
 
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <span>
 #include <type_traits>
+#include <vector>
 
 namespace bristle {
 
 /// Shows the whole state to a visitor, always in the same order. The visitor has
 ///
 /// - `same(name, value)`: not state, but must be what it was;
-/// - `value(x)`: a number, truth value, enumerator, handle, matrix, or a span of such;
+/// - `value(x)`: a number, truth value, enumerator, handle, matrix, or a span of such; all numbers
+///   are finite;
+/// - `any(x)`: the same where they need not be;
+/// - `item(name, x, each, holds)`: shown by `each(x)`, and `holds(x)` is what the code relies on:
+///   bytes that come from outside may say anything;
 /// - `list(name, items, each) -> count`: any number of items, each shown by `each(item)`;
-/// - `require(name, holds)`: what the code relies on, since items may come from outside.
+/// - `require(name, holds)`: what the code relies on in items of a list;
+/// - `is_checking`: whether it does anything with `holds`.
 ///
 /// @param state  `WorldState`, const for visitors that read only.
 template <typename State, typename Visitor>
@@ -31102,25 +31407,99 @@ void visit_wrench(Wrench& wrench, Visitor& visit) {
   visit.value(wrench.torque);
 }
 
+/// Whether a number may stand where a step multiplies it.
+template <Scalar S>
+[[nodiscard]] bool is_not_negative(const S& x) {
+  return x >= S(0) && x <= largest_number<S>;
+}
+template <Scalar S>
+[[nodiscard]] bool is_positive(const S& x) {
+  return is_not_negative(x) && x * largest_number<S> >= S(1);
+}
+
+/// Whether a vector has the length 1.
+template <typename Vector>
+[[nodiscard]] bool is_unit(const Vector& v) {
+  using S = typename Vector::Scalar;
+  using std::abs;
+  return abs(v.squaredNorm() - S(1)) <= Tolerance<S>::equal();
+}
+
+template <Scalar S>
+[[nodiscard]] bool is_rotation(const Mat3<S>& R) {
+  return (R.transpose() * R - Mat3<S>::Identity()).cwiseAbs().maxCoeff() <= Tolerance<S>::equal() &&
+         R.determinant() > S(0);
+}
+
+/// Whether a step can start from what of a body is state.
+/// @param slots  [-] Bodies there are at most.
+template <Scalar S>
+[[nodiscard]] bool is_valid_state(const Body<S>& body, std::uint32_t slots) {
+  const bool stays = body.twist.linear.isZero(S(0)) && body.twist.angular.isZero(S(0));
+  return is_unit(body.center_pose.rotation.coeffs()) && has_finite_square<S>(body.center_pose) &&
+         has_finite_square<S>(body.twist) && (body.motion != Motion::fixed || stays) &&
+         has_finite_square<S>(body.applied.force) && has_finite_square<S>(body.applied.torque) &&
+         body.sleep.rest_time >= S(0) &&
+         (!body.is_asleep() || (body.is_dynamic() && body.sleep.island < slots));
+}
+
+template <Scalar S>
+[[nodiscard]] bool is_valid_state(const Joint<S>& joint) {
+  const JointDrive<S>& drive = joint.def.drive;
+  const bool is_driven = drive.mode != DriveMode::none;
+  return drive.mode >= DriveMode::none && drive.mode <= DriveMode::spring &&
+         (!is_driven || has_free_axis(joint.def.kind)) && has_finite_square(drive.target) &&
+         drive.max_force >= S(0) && drive.max_speed > S(0) && is_not_negative(drive.stiffness) &&
+         is_not_negative(drive.damping) && has_finite_square(joint.angle);
+}
+
+template <Scalar S>
+[[nodiscard]] bool is_valid_state(const SensorParameters<S>& p) {
+  return is_not_negative(p.normal_stiffness) && is_not_negative(p.normal_damping) &&
+         is_not_negative(p.static_friction) && is_not_negative(p.sliding_friction) &&
+         is_positive(p.breakaway_distance);
+}
+
+/// Whether the lanes of a tile that are used hold vectors.
+template <Scalar S>
+[[nodiscard]] bool has_vectors(const Row3<S>& rows, LaneBits lanes) {
+  for (std::uint32_t rest = lanes; rest != 0; rest &= rest - 1) {
+    const auto i = static_cast<std::size_t>(std::countr_zero(rest));
+    if (!has_finite_square<S>(Vec3<S>(rows[i]))) return false;
+  }
+  return true;
+}
+
+/// Lanes of a tile of a patch that are sensors.
+template <Scalar S>
+[[nodiscard]] LaneBits lanes_of(const SensorPatch<S>& patch, std::size_t tile) {
+  const std::size_t left = patch.size() - tile * tile_size;
+  return left >= tile_size ? LaneBits(0xffffu) : static_cast<LaneBits>((1u << left) - 1u);
+}
+
 template <typename Body, typename Visitor>
-void visit_body(Body& body, Visitor& visit) {
+void visit_body(Body& body, std::uint32_t slots, Visitor& visit) {
   visit.same("bodies (motion)", body.motion);
   visit.same("bodies (mass)", body.mass);
   for (std::size_t i = 0; i < 3; ++i) {
     visit.same("bodies (locked axes)", body.locked.linear[i]);
     visit.same("bodies (locked axes)", body.locked.angular[i]);
   }
-  visit.value(body.center_pose.rotation.coeffs());
-  visit.value(body.center_pose.translation);
-  visit.value(body.twist.linear);
-  visit.value(body.twist.angular);
-  visit_wrench(body.applied, visit);
-  visit.value(body.filter.category);
-  visit.value(body.filter.mask);
-  visit.value(body.filter.group);
-  visit.value(body.sleep.rest_time);
-  visit.value(body.sleep.island);
-  visit.value(body.sleep.is_stirred);
+  const auto each = [&](auto& item) {
+    visit.value(item.center_pose.rotation.coeffs());
+    visit.value(item.center_pose.translation);
+    visit.value(item.twist.linear);
+    visit.value(item.twist.angular);
+    visit_wrench(item.applied, visit);
+    visit.value(item.filter.category);
+    visit.value(item.filter.mask);
+    visit.value(item.filter.group);
+    visit.value(item.sleep.rest_time);
+    visit.value(item.sleep.island);
+    visit.value(item.sleep.is_stirred);
+  };
+  visit.item("bodies (state)", body, each,
+             [&](const auto& item) { return is_valid_state(item, slots); });
 }
 
 template <typename Collider, typename Visitor>
@@ -31135,25 +31514,32 @@ void visit_joint(Joint& joint, Visitor& visit) {
   visit.same("joints (kind)", joint.def.kind);
   visit.same("joints (body_a)", joint.def.body_a.index);
   visit.same("joints (body_b)", joint.def.body_b.index);
-  visit.value(joint.def.drive.mode);
-  visit.value(joint.def.drive.target);
-  visit.value(joint.def.drive.max_force);
-  visit.value(joint.def.drive.max_speed);
-  visit.value(joint.def.drive.stiffness);
-  visit.value(joint.def.drive.damping);
-  visit.value(joint.angle);
-  visit.value(std::span(joint.impulses));
-  visit_wrench(joint.spring_impulse, visit);
-  visit_wrench(joint.total, visit);
+  const auto each = [&](auto& item) {
+    visit.value(item.def.drive.mode);
+    visit.value(item.def.drive.target);
+    visit.value(item.def.drive.max_force);
+    visit.any(item.def.drive.max_speed);
+    visit.value(item.def.drive.stiffness);
+    visit.value(item.def.drive.damping);
+    visit.value(item.angle);
+    visit.value(std::span(item.impulses));
+    visit_wrench(item.spring_impulse, visit);
+    visit_wrench(item.total, visit);
+  };
+  visit.item("joints (state)", joint, each, [](const auto& item) { return is_valid_state(item); });
 }
 
 template <typename Parameters, typename Visitor>
-void visit_parameters(Parameters& p, Visitor& visit) {
-  visit.value(p.normal_stiffness);
-  visit.value(p.normal_damping);
-  visit.value(p.static_friction);
-  visit.value(p.sliding_friction);
-  visit.value(p.breakaway_distance);
+void visit_parameters(Parameters& parameters, Visitor& visit) {
+  const auto each = [&](auto& p) {
+    visit.value(p.normal_stiffness);
+    visit.value(p.normal_damping);
+    visit.value(p.static_friction);
+    visit.value(p.sliding_friction);
+    visit.value(p.breakaway_distance);
+  };
+  visit.item("patches (parameters)", parameters, each,
+             [](const auto& p) { return is_valid_state(p); });
 }
 
 template <typename Array, typename Visitor>
@@ -31170,13 +31556,23 @@ void visit_lane(Rows& rows, std::size_t i, Visitor& visit) {
   visit.value(rows.z[i]);
 }
 
+/// @param lanes  Those that are sensors. What is not rooted may have anything for roots.
 template <typename Tile, typename Visitor>
-void visit_bristles(Tile& tile, Visitor& visit) {
-  visit.value(tile.is_rooted);
-  visit_vectors(tile.root_a, visit);
-  visit_vectors(tile.root_b, visit);
-  visit.value(tile.rooted_in.common);
-  visit.value(std::span(tile.rooted_in.own));
+void visit_bristles(Tile& tile, LaneBits lanes, Visitor& visit) {
+  const auto each = [&](auto& item) {
+    visit.value(item.is_rooted);
+    for (auto* roots : {&item.root_a, &item.root_b}) {
+      visit.any(std::span(roots->x));
+      visit.any(std::span(roots->y));
+      visit.any(std::span(roots->z));
+    }
+    visit.value(item.rooted_in.common);
+    visit.value(std::span(item.rooted_in.own));
+  };
+  visit.item("patches (bristles)", tile, each, [&](const auto& item) {
+    return (item.is_rooted & ~lanes) == 0 && has_vectors(item.root_a, item.is_rooted) &&
+           has_vectors(item.root_b, item.is_rooted);
+  });
 }
 
 /// Of contacts and pairs, what is read between steps; the rest is one step's work.
@@ -31191,12 +31587,23 @@ void visit_patch_pair(Pair& pair, Visitor& visit) {
   visit.value(pair.body_b);
   visit.value(pair.first);
   visit.value(pair.count);
-  visit.value(pair.R_WA);
-  visit.value(pair.start_motion.linear);
-  visit.value(pair.start_motion.angular);
-  visit.value(pair.center);
-  visit.value(pair.arm_a);
-  visit.value(pair.arm_b);
+  visit.any(pair.R_WA);
+  visit.any(pair.start_motion.linear);
+  visit.any(pair.start_motion.angular);
+  visit.any(pair.center);
+  visit.any(pair.arm_a);
+  visit.any(pair.arm_b);
+}
+
+/// Whether the contacts of a pair, if it has any, are among those of the patch.
+template <Scalar S, typename State>
+[[nodiscard]] bool is_valid_state(const PatchPair<S>& pair, const State& state,
+                                  std::size_t contacts) {
+  if (pair.count == 0) return true;
+  return state.bodies.is_live(pair.body_b) && pair.first <= contacts &&
+         pair.count <= contacts - pair.first && is_rotation<S>(pair.R_WA) &&
+         has_finite_square<S>(pair.start_motion) && has_finite_square<S>(pair.center) &&
+         has_finite_square<S>(pair.arm_a) && has_finite_square<S>(pair.arm_b);
 }
 
 template <typename Readings, typename Visitor>
@@ -31207,9 +31614,39 @@ void visit_readings(Readings& r, Visitor& visit) {
   visit.value(std::span(r.shear_2));
   visit_vectors(r.point, visit);
   visit.value(std::span(r.body));
-  visit.value(std::span(r.state));
+  for (auto& state : r.state) {
+    visit.item(
+        "patches (readings)", state, [&](auto& own) { visit.value(own); },
+        [](SensorState own) { return own <= SensorState::slipping; });
+  }
   visit_wrench(r.wrench, visit);
   visit.value(r.shear_W);
+}
+
+/// Whether the lanes that touch have hits.
+template <Scalar S>
+[[nodiscard]] bool is_valid_state(const RayHits<S>& hits, const std::vector<LaneBits>& touching) {
+  for (std::size_t tile = 0; tile < touching.size(); ++tile) {
+    for (std::uint32_t rest = touching[tile]; rest != 0; rest &= rest - 1) {
+      const std::size_t i = tile * tile_size + static_cast<std::size_t>(std::countr_zero(rest));
+      if (!is_not_negative(hits.distance[i]) || !is_unit(hits.normal[i])) return false;
+    }
+  }
+  return true;
+}
+
+/// Hits of the last step: what the sensors that touched met, and anything in other places.
+/// @param touching  Lanes that touch, of each tile, where the visitor checks.
+template <typename Hits, typename Visitor>
+void visit_hits(Hits& hits, const std::vector<LaneBits>& touching, Visitor& visit) {
+  const auto each = [&](auto& item) {
+    visit.any(std::span(item.distance));
+    visit.any(std::span(item.normal.x));
+    visit.any(std::span(item.normal.y));
+    visit.any(std::span(item.normal.z));
+  };
+  visit.item("patches (hits)", hits, each,
+             [&](const auto& item) { return is_valid_state(item, touching); });
 }
 
 /// Of patches that cast their rays every so many steps.
@@ -31223,6 +31660,7 @@ void visit_kept_hits(Patch& patch, Visitor& visit) {
     visit.value(shape.pose.R_AB);
     visit.value(shape.pose.p_AB);
     visit.value(shape.reserve);
+    visit.require("patches (kept shapes)", is_rotation(shape.pose.R_AB));
   });
   std::size_t next = 0;  // Tiles ascend.
   visit.list("patches (kept hits)", patch.kept.tiles, [&](auto& kept) {
@@ -31234,7 +31672,11 @@ void visit_kept_hits(Patch& patch, Visitor& visit) {
       visit_lane(kept.normal, i, visit);
       visit.value(kept.tag[i]);
     }
-    visit.require("patches (kept hits)", kept.tile >= next && kept.tile < patch.tiles.size());
+    const bool is_next = kept.tile >= next && kept.tile < patch.tiles.size();
+    visit.require("patches (kept hits)", is_next &&
+                                             (kept.is_hit & ~lanes_of(patch, kept.tile)) == 0 &&
+                                             has_vectors(kept.point, kept.is_hit) &&
+                                             has_vectors(kept.normal, kept.is_hit));
     next = kept.tile + std::size_t(1);
   });
 }
@@ -31247,28 +31689,50 @@ void visit_patch(const State& state, Patch& patch, Visitor& visit) {
   const std::size_t own = visit.list("patches (parameters)", patch.def.per_sensor,
                                      [&](auto& p) { visit_parameters(p, visit); });
   visit.require("patches (parameters)", own == 0 || own == patch.size());
-  for (auto& tile : patch.tiles) visit_bristles(tile, visit);
+  for (std::size_t i = 0; i < patch.tiles.size(); ++i) {
+    visit_bristles(patch.tiles[i], lanes_of(patch, i), visit);
+  }
+  // Of each tile, the lanes of its contacts.
+  std::vector<LaneBits> touching(Visitor::is_checking ? patch.tiles.size() : 0);
   const std::size_t contacts = visit.list("patches (contacts)", patch.contacts, [&](auto& tile) {
     visit_contact_tile(tile, visit);
-    visit.require("patches (contacts)", tile.tile < patch.tiles.size());
+    visit.require("patches (contacts)", tile.tile < patch.tiles.size() &&
+                                            (tile.is_touching & ~lanes_of(patch, tile.tile)) == 0);
+    if constexpr (Visitor::is_checking) {
+      touching[tile.tile] = static_cast<LaneBits>(touching[tile.tile] | tile.is_touching);
+    }
   });
-  visit.value(std::span(patch.hits.distance));
-  visit_vectors(patch.hits.normal, visit);
+  visit_hits(patch.hits, touching, visit);
   visit.list("patches (pairs)", patch.pairs, [&](auto& pair) {
     visit_patch_pair(pair, visit);
-    visit.require("patches (pairs)",
-                  pair.count == 0 || (state.bodies.is_live(pair.body_b) && pair.first <= contacts &&
-                                      pair.count <= contacts - pair.first));
+    visit.require("patches (pairs)", is_valid_state(pair, state, contacts));
   });
   visit.list("patches (impulses)", patch.last_impulses, [&](auto& last) {
     visit.value(last.body);
     visit.value(last.impulse);
   });
-  visit.value(std::span(patch.felt));
+  for (std::size_t i = 0; i < patch.felt.size(); ++i) {
+    visit.item(
+        "patches (felt)", patch.felt[i], [&](auto& felt) { visit.value(felt); },
+        [&](LaneBits felt) { return (felt & ~lanes_of(patch, i)) == 0; });
+  }
   visit.value(patch.has_felt);
   visit.value(patch.is_active);
   visit_kept_hits(patch, visit);
   visit_readings(patch.readings, visit);
+}
+
+/// Whether the manifolds of a contact cache may follow each other like that: by pairs, each of as
+/// many points as a manifold can have, all of them in order.
+template <Scalar S, typename State>
+[[nodiscard]] bool is_valid_state(const CachedManifold<S>& m, const ShapePair& last,
+                                  std::size_t next, std::size_t points, const State& state) {
+  const auto is_live = [&](std::uint32_t tag) { return state.colliders.is_live(tag); };
+  return is_live(m.shapes.a) && is_live(m.shapes.b) && m.shapes.a < m.shapes.b &&
+         state.colliders.at(m.shapes.a).body != state.colliders.at(m.shapes.b).body &&
+         !(m.shapes < last) && m.first == next && m.count <= points - next &&
+         m.count <= ContactManifold<S>::capacity && is_unit(m.normal) &&
+         has_finite_square<S>(m.center_a);
 }
 
 template <typename State, typename Cache, typename Visitor>
@@ -31281,8 +31745,12 @@ void visit_contacts(const State& state, Cache& cache, Visitor& visit) {
     visit.value(std::span(point.impulse));
     visit.value(std::span(point.passing));
     visit.value(point.took_impact);
+    visit.require("contacts (points)", has_finite_square(point.arm_a) &&
+                                           has_finite_square(point.arm_b) &&
+                                           has_finite_square(point.gap));
   });
   std::size_t next = 0;
+  ShapePair last{0, 0};
   visit.list("contacts (manifolds)", cache.manifolds(), [&](auto& m) {
     visit.value(m.shapes.a);
     visit.value(m.shapes.b);
@@ -31291,10 +31759,9 @@ void visit_contacts(const State& state, Cache& cache, Visitor& visit) {
     visit.value(m.center_a);
     visit.value(m.first);
     visit.value(m.count);
-    visit.require("contacts (manifolds)", state.colliders.is_live(m.shapes.a) &&
-                                              state.colliders.is_live(m.shapes.b) &&
-                                              m.first == next && m.count <= points - next);
+    visit.require("contacts (manifolds)", is_valid_state(m, last, next, points, state));
     next += m.count;
+    last = m.shapes;
   });
   visit.require("contacts (points)", next == points);
 }
@@ -31303,14 +31770,19 @@ void visit_contacts(const State& state, Cache& cache, Visitor& visit) {
 
 template <typename State, typename Visitor>
 void for_each_state(State& state, Visitor& visit) {
-  visit.value(state.def.time_step);
-  visit.value(state.def.gravity);
+  visit.item(
+      "time step", state.def.time_step, [&](auto& dt) { visit.value(dt); },
+      [](const auto& dt) { return detail::is_positive(dt); });
+  visit.item(
+      "gravity", state.def.gravity, [&](auto& g) { visit.value(g); },
+      [](const auto& g) { return has_finite_square(g); });
   visit.same("sleep time", state.def.sleep.time);
   visit.same("integrator", state.def.integrator);
   visit.value(state.is_idle);
   visit.value(state.steps);
-  detail::visit_slots("bodies", state.bodies, visit,
-                      [&](auto& body) { detail::visit_body(body, visit); });
+  detail::visit_slots("bodies", state.bodies, visit, [&](auto& body) {
+    detail::visit_body(body, state.bodies.slot_count(), visit);
+  });
   detail::visit_slots("shapes", state.colliders, visit,
                       [&](auto& collider) { detail::visit_collider(collider, visit); });
   detail::visit_slots("joints", state.joints, visit,
@@ -31370,10 +31842,32 @@ class ValueVisitor {
   void value(std::span<T, n> items) {
     for (T& item : items) value(item);
   }
+  template <typename T>
+  void any(T&& x) {
+    value(x);
+  }
+};
+
+/// Of visitors that read a state of the library's own making.
+template <typename Derived>
+class TrustingVisitor : public ValueVisitor<Derived> {
+ public:
+  static constexpr bool is_checking = false;
+
+  template <typename T, typename Each, typename Holds>
+  void item(const char*, const T& x, Each&& each, Holds&& holds) {
+    each(x);
+    BRISTLE_ASSERT(holds(x));
+    (void)holds;
+  }
+  void require(const char*, bool holds) {
+    BRISTLE_ASSERT(holds);
+    (void)holds;
+  }
 };
 
 /// Mixes the state into one number.
-class StateHasher : public ValueVisitor<StateHasher> {
+class StateHasher : public TrustingVisitor<StateHasher> {
  public:
   template <PlainValue T>
   void number(const T& x) {
@@ -31389,10 +31883,6 @@ class StateHasher : public ValueVisitor<StateHasher> {
     for (const T& item : items) each(item);
     return items.size();
   }
-  void require(const char*, bool holds) {
-    BRISTLE_ASSERT(holds);
-    (void)holds;
-  }
   [[nodiscard]] std::uint64_t result() const { return hash_.value(); }
 
  private:
@@ -31400,7 +31890,7 @@ class StateHasher : public ValueVisitor<StateHasher> {
 };
 
 /// Appends the state to a block of bytes.
-class StateWriter : public ValueVisitor<StateWriter> {
+class StateWriter : public TrustingVisitor<StateWriter> {
  public:
   explicit StateWriter(std::vector<std::byte>& out) : out_(out) {}
 
@@ -31420,10 +31910,6 @@ class StateWriter : public ValueVisitor<StateWriter> {
     for (const T& item : items) each(item);
     return items.size();
   }
-  void require(const char*, bool holds) {
-    BRISTLE_ASSERT(holds);
-    (void)holds;
-  }
 
  private:
   std::vector<std::byte>& out_;
@@ -31432,6 +31918,8 @@ class StateWriter : public ValueVisitor<StateWriter> {
 /// Reads the state from a block of bytes; never beyond its end, whatever it holds.
 class StateReader : public ValueVisitor<StateReader> {
  public:
+  static constexpr bool is_checking = true;
+
   /// @param is_trial  Whether to check everything and change nothing.
   StateReader(std::span<const std::byte> bytes, bool is_trial)
       : bytes_(bytes), is_trial_(is_trial) {}
@@ -31443,8 +31931,30 @@ class StateReader : public ValueVisitor<StateReader> {
       const int byte = std::to_integer<int>(bytes_.front());
       if (byte > 1) refuse("truth value", text_of(byte), "must be 0 or 1");
     }
-    if (!is_trial_) std::memcpy(&x, bytes_.data(), sizeof(T));
+    T read;
+    std::memcpy(&read, bytes_.data(), sizeof(T));
+    if constexpr (is_scalar<T>) {
+      if (!takes_any_ && !(read * T(0) == T(0))) {
+        refuse("number", text_of(read), "must be finite");
+      }
+    }
+    if (!is_trial_) x = read;
     bytes_ = bytes_.subspan(sizeof(T));
+  }
+  template <typename T>
+  void any(T&& x) {
+    takes_any_ = true;
+    value(x);
+    takes_any_ = false;
+  }
+  template <typename T, typename Each, typename Holds>
+  void item(const char* name, T& x, Each&& each, Holds&& holds) {
+    T read = x;
+    const bool was_trial = std::exchange(is_trial_, false);
+    each(read);
+    is_trial_ = was_trial;
+    require(name, holds(std::as_const(read)));
+    if (!is_trial_) x = std::move(read);
   }
   template <PlainValue T>
   void same(const char* name, const T& x) {
@@ -31489,17 +31999,18 @@ class StateReader : public ValueVisitor<StateReader> {
   }
 
  private:
-  /// Reads a number even in a trial.
+  /// Reads a number even in a trial, and whatever it is.
   template <PlainValue T>
   void into(T& x) {
-    const bool was_trial = is_trial_;
-    is_trial_ = false;
-    number(x);
+    const bool was_trial = std::exchange(is_trial_, false);
+    any(x);
     is_trial_ = was_trial;
   }
 
   std::span<const std::byte> bytes_;
   bool is_trial_;
+  /// Whether numbers need not be finite.
+  bool takes_any_ = false;
 };
 
 template <typename State>
@@ -31558,19 +32069,24 @@ namespace bristle {
 
 template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S> World<S, Backend>::World(const WorldDef<S>& def) {
+  const auto require_tolerance = [](const char* field, const S& value) {
+    using std::isfinite;
+    detail::require(isfinite(value) && value > S(0), field, value, "must be finite and > 0");
+  };
   detail::require_all_finite("WorldDef::gravity", def.gravity);
   detail::require_positive("WorldDef::time_step", def.time_step);
   detail::require_not_negative("WorldDef::restitution_speed", def.restitution_speed);
   detail::require_not_negative("SleepDef::linear_speed", def.sleep.linear_speed);
   detail::require_not_negative("SleepDef::angular_speed", def.sleep.angular_speed);
   detail::require(def.sleep.time > S(0), "SleepDef::time", def.sleep.time, "must be > 0");
-  detail::require_positive("SolverDef::tolerance", def.solver.tolerance);
+  require_tolerance("SolverDef::tolerance", def.solver.tolerance);
   detail::require(def.solver.max_sweeps > 0, "SolverDef::max_sweeps", def.solver.max_sweeps,
                   "must be > 0");
   detail::require(def.solver.max_position_sweeps >= 0, "SolverDef::max_position_sweeps",
                   def.solver.max_position_sweeps, "must be >= 0");
-  detail::require_positive("SolverDef::position_tolerance", def.solver.position_tolerance);
-  detail::require_positive("SolverDef::longest_part", def.solver.longest_part);
+  require_tolerance("SolverDef::position_tolerance", def.solver.position_tolerance);
+  detail::require(def.solver.longest_part > S(0), "SolverDef::longest_part",
+                  def.solver.longest_part, "must be > 0");
   detail::require(def.solver.max_newton_steps > 0, "SolverDef::max_newton_steps",
                   def.solver.max_newton_steps, "must be > 0");
   detail::require(def.solver.large_sweeps > 0, "SolverDef::large_sweeps", def.solver.large_sweeps,
@@ -31579,7 +32095,7 @@ requires ShapeBackend<Backend, S> World<S, Backend>::World(const WorldDef<S>& de
                   def.solver.large_position_sweeps, "must be >= 0");
   detail::require(def.solver.max_passes > 0, "SolverDef::max_passes", def.solver.max_passes,
                   "must be > 0");
-  detail::require(static_cast<bool>(def.parallel_for), "WorldDef::parallel_for", 0,
+  detail::require(static_cast<bool>(def.parallel_for), "WorldDef::parallel_for", "empty",
                   "must be callable");
   state_.def = def;
 }
@@ -31604,9 +32120,9 @@ requires ShapeBackend<Backend, S> JointId World<S, Backend>::add_joint(const Joi
   const Body<S>& a = state_.bodies.get(def.body_a, "JointDef::body_a");
   const Body<S>& b = state_.bodies.get(def.body_b, "JointDef::body_b");
   validate(def);
-  detail::require(def.body_a != def.body_b, "JointDef::body_b", S(def.body_b.index),
+  detail::require(def.body_a != def.body_b, "JointDef::body_b", def.body_b,
                   "must not equal body_a");
-  detail::require(a.is_dynamic() || b.is_dynamic(), "JointDef::body_a", S(def.body_a.index),
+  detail::require(a.is_dynamic() || b.is_dynamic(), "JointDef::body_a", def.body_a,
                   "must be dynamic, or body_b must");
   Joint<S> joint;
   joint.def = def;
@@ -31654,7 +32170,7 @@ template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S>
 void World<S, Backend>::set_drive(JointId id, const JointDrive<S>& drive) {
   Joint<S>& joint = state_.joints.get(id, "JointId");
-  validate(drive);
+  validate(drive, joint.def.kind);
   joint.def.drive = drive;
   detail::disturb(state_, joint.def.body_a);
   detail::disturb(state_, joint.def.body_b);
@@ -31801,24 +32317,42 @@ template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S>
 void World<S, Backend>::set_time_step(S dt) {
   detail::require_positive("dt", dt);
-  detail::wake_all(state_);
   // Forces go on, so the impulses that the next step starts from follow the step.
   const S ratio = dt / state_.def.time_step;
-  for (CachedPoint<S>& point : state_.contacts.points()) {
-    for (S& impulse : point.impulse) impulse *= ratio;
-    for (S& impulse : point.passing) impulse *= ratio;
-  }
-  for (std::uint32_t i = 0; i < state_.joints.slot_count(); ++i) {
-    if (!state_.joints.is_live(i)) continue;
-    for (S& impulse : state_.joints.at(i).impulses) impulse *= ratio;
-    state_.joints.at(i).spring_impulse = ratio * state_.joints.at(i).spring_impulse;
-    state_.joints.at(i).total = ratio * state_.joints.at(i).total;
-  }
-  for (std::uint32_t i = 0; i < state_.patches.slot_count(); ++i) {
-    if (!state_.patches.is_live(i)) continue;
-    for (PairImpulse<S>& last : state_.patches.at(i).last_impulses) last.impulse *= ratio;
-  }
+  for_each_impulse(state_, [&](const S& impulse) {
+    if (has_finite_square(S(ratio * impulse))) return;
+    detail::require(false, "dt", dt, "must be such that impulses of the last step stay finite");
+  });
+  detail::wake_all(state_);
+  for_each_impulse(state_, [&](S& impulse) { impulse *= ratio; });
   state_.def.time_step = dt;
+}
+
+/// Calls visit(S&) for every impulse that the next step starts from.
+template <Scalar S, typename Backend>
+requires ShapeBackend<Backend, S>
+template <typename Visit>
+void World<S, Backend>::for_each_impulse(State& state, Visit&& visit) {
+  const auto visit_vector = [&](auto& vector) {
+    for (Eigen::Index i = 0; i < vector.size(); ++i) visit(vector[i]);
+  };
+  for (CachedPoint<S>& point : state.contacts.points()) {
+    for (S& impulse : point.impulse) visit(impulse);
+    for (S& impulse : point.passing) visit(impulse);
+  }
+  for (std::uint32_t i = 0; i < state.joints.slot_count(); ++i) {
+    if (!state.joints.is_live(i)) continue;
+    Joint<S>& joint = state.joints.at(i);
+    for (S& impulse : joint.impulses) visit(impulse);
+    for (Wrench<S>* wrench : {&joint.spring_impulse, &joint.total}) {
+      visit_vector(wrench->force);
+      visit_vector(wrench->torque);
+    }
+  }
+  for (std::uint32_t i = 0; i < state.patches.slot_count(); ++i) {
+    if (!state.patches.is_live(i)) continue;
+    for (PairImpulse<S>& last : state.patches.at(i).last_impulses) visit_vector(last.impulse);
+  }
 }
 
 template <Scalar S, typename Backend>
@@ -31844,7 +32378,7 @@ void World<S, Backend>::require_tools(const HapticLoop<S, Backend>& loop) const 
                                               : slot < state_.bodies.slot_count();
     // The text is made only where it is wanted: steps do not allocate.
     if (is_right) continue;
-    detail::require(false, "HapticLoop: BodyId of tool " + std::to_string(i), slot,
+    detail::require(false, "HapticLoop: BodyId of tool " + std::to_string(i), tool.body,
                     "must name a kinematic body");
   }
 }
@@ -31862,23 +32396,40 @@ requires ShapeBackend<Backend, S>
 void World<S, Backend>::step(HapticLoop<S, Backend>& loop) {
   loop.require_ticked();
   require_tools(loop);
+  const auto is_moved = [&](const auto& tool) { return tool.is_placed && contains(tool.body); };
   for (const auto& tool : loop.tools_) {
-    if (tool.is_placed && contains(tool.body)) move_to(tool.body, tool.end_pose(loop.h_));
+    if (is_moved(tool)) (void)twist_to(tool.body, tool.end_pose(loop.h_));
+  }
+  // From here on nothing is refused.
+  for (const auto& tool : loop.tools_) {
+    if (is_moved(tool)) set_twist(tool.body, twist_to(tool.body, tool.end_pose(loop.h_)));
   }
   for (HapticBody<S>& pushed : loop.bodies_) {
     if (!contains(pushed.id())) continue;
-    const Body<S>& body = state_.bodies.at(pushed.id().index);
-    pushed.start_momentum = HapticBody<S>::momentum(body);
-    const Wrench<S>& impulse = pushed.impulse();
-    if (!body.is_dynamic() || (impulse.force.isZero(S(0)) && impulse.torque.isZero(S(0)))) continue;
-    apply_wrench(pushed.id(), (S(1) / state_.def.time_step) * impulse);
-    Body<S> carried = body;
-    step_pose(carried, pushed.carried(), S(1));
-    set_pose(pushed.id(), carried.pose());
-    set_twist(pushed.id(), carried.twist);
+    pushed.start_momentum = HapticBody<S>::momentum(state_.bodies.at(pushed.id().index));
+    push(pushed);
   }
   step();
   loop.observe(state_);
+}
+
+/// Gives a body what the ticks of a haptic loop gave it. What overflows is left to the step, which
+/// stops such bodies.
+template <Scalar S, typename Backend>
+requires ShapeBackend<Backend, S>
+void World<S, Backend>::push(const HapticBody<S>& pushed) {
+  const BodyId id = pushed.id();
+  Body<S>& body = state_.bodies.at(id.index);
+  const Wrench<S>& impulse = pushed.impulse();
+  if (!body.is_dynamic() || (impulse.force.isZero(S(0)) && impulse.torque.isZero(S(0)))) return;
+  body.applied += (S(1) / state_.def.time_step) * impulse;
+  detail::disturb(state_, id);
+  Body<S> carried = body;
+  step_pose(carried, pushed.carried(), S(1));
+  const Transform<S> X_WB = carried.pose();
+  if (!has_finite_square<S>(X_WB) || !has_finite_square<S>(carried.twist)) return;
+  set_pose(id, X_WB);
+  set_twist(id, carried.twist);
 }
 
 }  // namespace bristle

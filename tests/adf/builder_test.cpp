@@ -291,6 +291,10 @@ TEST_CASE("add_adf: what the world refuses is an error of its block, and the wor
   CHECK(error_of("bodies: [A]\nA: {mass: 1, scale: 1e308, collision shape: BOX, collision "
                  "geometry: {x: 100, y: 1, z: 1}}\n")
             .find("scene.yaml:2: A/collision geometry = ") == 0);
+  CHECK(error_of("bodies: [A]\nA: {mass: 1, collision shape: BOX, collision geometry: {x: 1, y: 1, "
+                 "z: 1}, inertial offset: {position: {x: 1e308, y: 0, z: 0}, orientation: {r: 0, "
+                 "p: 0, y: 0}}}\n")
+            .find("scene.yaml:2: A/collision offset = 1e+308") == 0);
   CHECK(error_of("bodies: [A, B]\nA: {mass: 0, scale: 1e308}\n" + ball("B") +
                  "joints: [J]\nJ: {type: fixed, parent: A, child: B, parent pivot: {x: 100, y: 0, "
                  "z: 0}, child pivot: {x: 0, y: 0, z: 0}, parent axis: {x: 0, y: 0, z: 1}, child "

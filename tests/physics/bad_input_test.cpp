@@ -365,6 +365,18 @@ TEST_CASE("bad_input: numbers given to calls") {
 }
 
 TEST_CASE("bad_input: definitions of a world") {
+  // One part a step, and any tolerance that is a number.
+  WorldDef<double> coarse;
+  coarse.solver.longest_part = infinity<double>;
+  coarse.solver.max_direct_work = 0;
+  coarse.solver.tolerance = std::numeric_limits<double>::min();
+  World<double> world(coarse);
+  world.add_body({.motion = Motion::fixed, .shape = HalfSpace<double>{}});
+  BodyDef<double> falling = brick();
+  falling.position = {0, 0, 0.1};
+  const BodyId id = world.add_body(falling);
+  for (int i = 0; i < 50; ++i) world.step();
+  CHECK(world.pose(id).translation.z() == doctest::Approx(0.1).epsilon(1e-3));
   const auto field_of = [](auto change) {
     WorldDef<double> def;
     change(def);

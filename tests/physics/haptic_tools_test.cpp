@@ -160,6 +160,40 @@ TEST_CASE("haptic_tools: tools that are new, wrong or gone") {
   scene.world.step(scene.loop);
 }
 
+TEST_CASE("haptic_tools: a patch that is refused is not added") {
+  StylusScene<double> scene({});
+  PatchDef<double> empty;
+  CHECK_THROWS_AS(scene.loop.add_patch(scene.tool, empty), InvalidArgument);
+  CHECK_THROWS_AS((void)scene.loop.reading(TickedPatchId{scene.pad.index + 1}), InvalidArgument);
+  const auto next = scene.loop.add_patch(scene.tool, StylusScene<double>::pad_def({}));
+  CHECK(next.index == scene.pad.index + 1);
+}
+
+TEST_CASE("haptic_tools: a step that one of the tools cannot make is refused for all of them") {
+  StylusScene<double> scene({});
+  const BodyId second = scene.world.add_body({.motion = Motion::kinematic});
+  const ToolId far = scene.loop.add_tool(second);
+  scene.world.open(scene.loop);
+  const Quat<double> upright = Quat<double>::Identity();
+  const auto tick = [&](double x) {
+    // Its velocity is said to be zero, and is more than any within the step.
+    scene.loop.move(far, {upright, {x, 0, 0}}, {});
+    scene.tick_at({0, 0, 0.9});
+  };
+  for (int i = 0; i < 16; ++i) tick(largest_number<double>);
+  const std::uint64_t hash = scene.world.state_hash();
+  for (int i = 0; i < 2; ++i) {
+    CHECK_THROWS_AS(scene.world.step(scene.loop), InvalidArgument);
+    CHECK(scene.world.state_hash() == hash);
+  }
+  // Opened anew, the loop goes on.
+  scene.world.open(scene.loop);
+  for (int i = 0; i < 16; ++i) tick(0.1);
+  scene.world.step(scene.loop);
+  CHECK(scene.world.pose(second).translation.x() == doctest::Approx(0.1));
+  CHECK(scene.world.pose(scene.body).translation.z() == doctest::Approx(0.9));
+}
+
 TEST_CASE("haptic_tools: bad input is refused by name, and changes nothing") {
   StylusScene<double> scene({});
   add_box<double>(scene.world, 0.5);

@@ -66,3 +66,21 @@ TEST_CASE("joint_input: limits, springs and bushings that a joint cannot have") 
     CHECK(world.state_hash() == before);
   }
 }
+
+TEST_CASE("joint_input: a drive needs an axis, when a joint is made and later") {
+  World<double> world;
+  BodyDef<double> body;
+  body.shape = Sphere<double>{0.1};
+  JointDef<double> def;
+  def.body_a = world.add_body(body);
+  def.body_b = world.add_body(body);
+  for (const JointKind kind :
+       {JointKind::fixed, JointKind::ball, JointKind::cone_twist, JointKind::six_dof}) {
+    def.kind = kind;
+    const JointId joint = world.add_joint(def);
+    const std::uint64_t before = world.state_hash();
+    CHECK_THROWS_AS(world.set_drive(joint, {.mode = DriveMode::velocity}), InvalidArgument);
+    CHECK(world.state_hash() == before);
+    CHECK_NOTHROW(world.set_drive(joint, {}));
+  }
+}

@@ -11,7 +11,11 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
+#include <array>
+#include <cmath>
 #include <cstring>
+#include <limits>
 #include <vector>
 
 using namespace bristle;
@@ -270,6 +274,113 @@ TEST_CASE("snapshot: damage behind the door never leads out of bounds") {
   }
   CHECK(refused > 0);
   CHECK(accepted > 0);
+}
+
+TEST_CASE_TEMPLATE("snapshot: a forged one is refused whole, or leaves a world that steps on", S,
+                   float, double) {
+  // A box that hangs on a hinge and rests on five sensors: most lanes of their tile are none.
+  World<S> world;
+  BodyDef<S> def;
+  def.motion = Motion::fixed;
+  def.shape = HalfSpace<S>{};
+  const BodyId floor = world.add_body(def);
+  def.motion = Motion::dynamic;
+  def.shape = Box<S>{{S(0.1), S(0.1), S(0.1)}};
+  def.position = {0, 0, S(0.0995)};
+  const BodyId box = world.add_body(def);
+  def.position = {0, 0, S(0.3)};
+  world.add_body(def);
+  world.add_joint({.kind = JointKind::revolute,
+                   .body_a = floor,
+                   .body_b = box,
+                   .X_AJ = {Quat<S>::Identity(), {S(0.1), 0, S(0.0995)}},
+                   .X_BJ = {Quat<S>::Identity(), {S(0.1), 0, 0}}});
+  PatchDef<S> patch;
+  for (int i = 0; i < 5; ++i) {
+    patch.sensors.add({S(0.02) * S(i), 0, S(-0.095)}, {0, 0, -1}, S(0.01));
+  }
+  patch.parameters = {10, S(0.1), 2000, S(0.1), S(1e-3)};
+  const PatchId sensors = world.add_patch(box, patch);
+  patch.cast_every = 3;
+  const PatchId slow = world.add_patch(box, patch);
+  run(world, 20);
+  REQUIRE(world.reading(sensors).touching() == 5);
+  REQUIRE(world.reading(slow).touching() == 5);
+  const Bytes snapshot = world.snapshot();
+  const std::uint64_t hash = world.state_hash();
+  using Limits = std::numeric_limits<S>;
+  const std::array<S, 8> numbers{Limits::quiet_NaN(),
+                                 Limits::infinity(),
+                                 -Limits::infinity(),
+                                 Limits::max(),
+                                 Limits::lowest(),
+                                 S(-1),
+                                 S(0),
+                                 Limits::denorm_min()};
+  test::Random random(23);
+  constexpr std::size_t head = sizeof(detail::SnapshotHead);
+  int accepted = 0;
+  const auto check = [&](Bytes bytes) {
+    pass_the_door(bytes);
+    World<S> copy = world;
+    if (!refusal_of(copy, bytes).empty()) return;
+    ++accepted;
+    CHECK(copy.time_step() > S(0));
+    for (const PatchId id : {sensors, slow}) CHECK(copy.largest_stable_step(id) >= S(0));
+    run(copy, 2);
+    for (const BodyId id : {floor, box}) {
+      const Transform<S> X = copy.pose(id);
+      CHECK(X.translation.allFinite());
+      CHECK(X.rotation.norm() == doctest::Approx(1).epsilon(1e-3));
+      CHECK(copy.body(id).twist.linear.allFinite());
+    }
+    CHECK_NOTHROW(copy.restore(copy.snapshot()));
+  };
+  for (int round = 0; round < test::rounds(3000); ++round) {
+    Bytes flipped = snapshot;
+    flipped[head + random.index(snapshot.size() - head)] ^= std::byte{1} << random.index(8);
+    check(std::move(flipped));
+    Bytes forged = snapshot;
+    std::memcpy(forged.data() + head + random.index(snapshot.size() - head - sizeof(S)),
+                &numbers[random.index(numbers.size())], sizeof(S));
+    check(std::move(forged));
+  }
+  CHECK(accepted > 0);
+  CHECK(world.state_hash() == hash);
+}
+
+TEST_CASE("snapshot: a step, a pose and a turn that cannot be are named") {
+  World<double> world({.time_step = 1.0 / 512});
+  const Vec3<double> place(0.7186, -1.339, 2.417);
+  const BodyId id = world.add_body({.mass = 1.0, .shape = Sphere<double>{0.1}, .position = place});
+  const Bytes snapshot = world.snapshot();
+  const auto refusal_with = [&](double was, double becomes) {
+    Bytes bytes = snapshot;
+    const auto* first = reinterpret_cast<const std::byte*>(&was);
+    const auto at = std::search(bytes.begin() + sizeof(detail::SnapshotHead), bytes.end(), first,
+                                first + sizeof was);
+    REQUIRE(at != bytes.end());
+    std::memcpy(&*at, &becomes, sizeof becomes);
+    pass_the_door(bytes);
+    return refusal_of(world, bytes);
+  };
+  for (const double step : {0.0, -1.0 / 512, 1e-200}) {
+    CHECK(refusal_with(1.0 / 512, step) == "snapshot: time step");
+  }
+  CHECK(refusal_with(place.x(), infinity<double>) == "snapshot: number");
+  CHECK(refusal_with(place.y(), std::nan("")) == "snapshot: number");
+  CHECK(refusal_with(place.z(), 1e200) == "snapshot: bodies (state)");
+  // The real part of its orientation: the first 1 behind the mass.
+  world.set_pose(id, {Quat<double>(0.6, 0.8, 0, 0), place});
+  const Bytes turned = world.snapshot();
+  Bytes bytes = turned;
+  const double was = 0.8, becomes = 0.9;
+  const auto* first = reinterpret_cast<const std::byte*>(&was);
+  const auto at = std::search(bytes.begin(), bytes.end(), first, first + sizeof was);
+  REQUIRE(at != bytes.end());
+  std::memcpy(&*at, &becomes, sizeof becomes);
+  pass_the_door(bytes);
+  CHECK(refusal_of(world, bytes) == "snapshot: bodies (state)");
 }
 
 TEST_CASE("state_hash: every kind of state counts") {

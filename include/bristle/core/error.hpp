@@ -11,6 +11,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdio>
+#include <limits>
 #include <stdexcept>
 #include <string>
 #include <string_view>
@@ -59,6 +60,22 @@ class IoError : public std::runtime_error {
   std::size_t line_;
 };
 
+/// Largest number that a definition may hold, and largest inverse of one that is divided by: the
+/// squares of three of them have a finite sum, and so does any product of two. 6.7e153 in double,
+/// 9.2e18 in float.
+template <typename S>
+inline constexpr S largest_number = [] {
+  S result(1);
+  for (int i = 0; i < (std::numeric_limits<S>::max_exponent - 2) / 2; ++i) result = result * S(2);
+  return result;
+}();
+
+/// Whether a number is finite and so is its square (`largest_number`).
+template <typename S>
+[[nodiscard]] bool has_finite_square(const S& value) {
+  return value <= largest_number<S> && value >= -largest_number<S>;
+}
+
 namespace detail {
 
 /// Throws `error`, or ends the program where exceptions are compiled away.
@@ -79,40 +96,67 @@ template <typename S>
   return buffer;
 }
 
+/// What is text already.
+[[nodiscard]] inline std::string to_text(const char* value) { return value; }
+
 /// Raises InvalidArgument{field, value, rule} unless `holds`.
 template <typename S>
 void require(bool holds, std::string_view field, const S& value, std::string_view rule) {
   if (!holds) raise(InvalidArgument(std::string(field), to_text(value), std::string(rule)));
 }
 
+/// Whether a number is finite and has all its digits: it is neither zero nor next to it.
+template <typename S>
+[[nodiscard]] bool is_normal(const S& value) {
+  using Limits = std::numeric_limits<S>;
+  const S size = value < S(0) ? -value : value;
+  return size >= Limits::min() && size <= Limits::max();
+}
+
+/// Raises InvalidArgument where the square of a finite number is not finite.
+template <typename S>
+void require_finite_square(std::string_view field, const S& value) {
+  if (has_finite_square(value)) return;
+  raise(InvalidArgument(
+      std::string(field), to_text(value),
+      "must be at most " + to_text(largest_number<S>) + " in size: its square has to be finite"));
+}
+
+/// Finite, and its square, too.
 template <typename S>
 void require_finite(std::string_view field, const S& value) {
   using std::isfinite;
   require(isfinite(value), field, value, "must be finite");
+  require_finite_square(field, value);
 }
 
+/// Finite and > 0; its square and that of its inverse are finite, too.
 template <typename S>
 void require_positive(std::string_view field, const S& value) {
   using std::isfinite;
   require(isfinite(value) && value > S(0), field, value, "must be finite and > 0");
+  require_finite_square(field, value);
+  if (value * largest_number<S> >= S(1)) return;
+  raise(InvalidArgument(std::string(field), to_text(value),
+                        "must be at least " + to_text(S(1) / largest_number<S>) +
+                            ": the square of its inverse has to be finite"));
 }
 
+/// Finite and >= 0; its square is finite, too.
 template <typename S>
 void require_not_negative(std::string_view field, const S& value) {
   using std::isfinite;
   require(isfinite(value) && value >= S(0), field, value, "must be finite and >= 0");
+  require_finite_square(field, value);
 }
 
-/// Every coefficient of an Eigen expression must be finite; the message names the first that is
-/// not.
+/// Every coefficient of an Eigen expression must be finite, as `require_finite` has it; the message
+/// names the first that is not.
 template <typename Matrix>
 void require_all_finite(std::string_view field, const Matrix& values) {
-  using std::isfinite;
   for (int i = 0; i < values.size(); ++i) {
-    if (!isfinite(values.coeff(i))) {
-      raise(InvalidArgument(std::string(field) + "[" + std::to_string(i) + "]",
-                            to_text(values.coeff(i)), "must be finite"));
-    }
+    if (has_finite_square(values.coeff(i))) continue;
+    require_finite(std::string(field) + "[" + std::to_string(i) + "]", values.coeff(i));
   }
 }
 

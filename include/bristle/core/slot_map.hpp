@@ -26,6 +26,14 @@ struct Id {
 
   friend constexpr auto operator<=>(const Id&, const Id&) = default;
   friend constexpr bool operator==(const Id&, const Id&) = default;
+
+  /// Text of it in messages ("{3, 0}").
+  [[nodiscard]] friend std::string to_text(const Id& id) {
+    std::string text("{");
+    text.append(std::to_string(id.index)).append(", ");
+    text.append(std::to_string(id.generation)).append("}");
+    return text;
+  }
 };
 
 /// Elements in slots that keep their place while they live; freed slots are reused, lowest-freed
@@ -113,13 +121,8 @@ class SlotMap {
   };
 
   void check(Handle id, std::string_view field) const {
-    if (!contains(id)) {
-      std::string text("{");
-      text.append(std::to_string(id.index)).append(", ");
-      text.append(std::to_string(id.generation)).append("}");
-      detail::raise(InvalidArgument(std::string(field), std::move(text),
-                                    "must name something that exists (unknown or removed handle)"));
-    }
+    detail::require(contains(id), field, id,
+                    "must name something that exists (unknown or removed handle)");
   }
 
   std::vector<Slot> slots_;

@@ -37,6 +37,19 @@ enum class Motion {
   dynamic
 };
 
+/// Name of it as it stands in messages ("kinematic").
+[[nodiscard]] constexpr const char* name_of(Motion motion) {
+  switch (motion) {
+    case Motion::fixed:
+      return "fixed";
+    case Motion::kinematic:
+      return "kinematic";
+    case Motion::dynamic:
+      break;
+  }
+  return "dynamic";
+}
+
 /// Axes of the world along and about which a body cannot move. Whatever holds it there is not
 /// simulated: it costs nothing and never gives way.
 struct LockedAxes {
@@ -165,18 +178,7 @@ struct Body {
   /// The same where the axes of the body are known as a matrix.
   [[nodiscard]] Mat3<S> inverse_inertia_W(const Mat3<S>& R) const {
     if (!locked.any_angular() || !is_dynamic()) return rotated<S>(R, inverse_inertia_B);
-    Mat3<S> inertia = rotated<S>(R, inertia_B);
-    for (Eigen::Index i = 0; i < 3; ++i) {
-      if (!locked.angular[static_cast<std::size_t>(i)]) continue;
-      inertia.row(i).setZero();
-      inertia.col(i).setZero();
-      inertia(i, i) = S(1);
-    }
-    Mat3<S> inverse = inertia.inverse();
-    for (Eigen::Index i = 0; i < 3; ++i) {
-      if (locked.angular[static_cast<std::size_t>(i)]) inverse(i, i) = S(0);
-    }
-    return inverse;
+    return bristle::inverse_inertia<S>(rotated<S>(R, inertia_B), locked.angular);
   }
   /// [kg m^2/s] Angular momentum about the centre of mass, world axes.
   [[nodiscard]] Vec3<S> angular_momentum() const {
@@ -188,6 +190,17 @@ struct Body {
     return S(0.5) * (mass * twist.linear.squaredNorm() + twist.angular.dot(angular_momentum()));
   }
 };
+
+/// Whether poses and velocities are numbers that a step can compute with.
+template <Scalar S>
+[[nodiscard]] bool has_finite_square(const Twist<S>& twist) {
+  return has_finite_square<S>(twist.linear) && has_finite_square<S>(twist.angular);
+}
+template <Scalar S>
+[[nodiscard]] bool has_finite_square(const Transform<S>& X) {
+  return has_finite_square<S>(X.translation) && has_finite_square<S>(X.rotation.vec()) &&
+         X.rotation.w() * S(0) == S(0);
+}
 
 /// Checks a definition and turns it into a body.
 /// @param of_shape  Unit-density mass properties of its shapes; zero mass where there is none.
@@ -216,19 +229,39 @@ void require_unit(std::string_view field, const Quat<S>& q) {
 template <Scalar S>
 void require_possible_inertia(const Mat3<S>& inertia) {
   require_all_finite("BodyDef::inertia", inertia);
-  const S scale = inertia.trace();
+  const S trace = inertia.trace();
+  require(is_normal(trace) && trace > S(0), "BodyDef::inertia", trace, "must be positive definite");
+  require((inertia - inertia.transpose()).cwiseAbs().maxCoeff() <= Tolerance<S>::equal() * trace,
+          "BodyDef::inertia", (inertia - inertia.transpose()).cwiseAbs().maxCoeff(),
+          "must be symmetric");
+  // Of a trace near 1, so that determinants are as far from zero as the matrices are from singular.
+  const Mat3<S> scaled = inertia / power_of_two_below(trace);
+  const S scale = scaled.trace();
   const S slack = Tolerance<S>::equal() * scale;
-  require((inertia - inertia.transpose()).cwiseAbs().maxCoeff() <= slack, "BodyDef::inertia",
-          (inertia - inertia.transpose()).cwiseAbs().maxCoeff(), "must be symmetric");
   const auto is_definite = [](const Mat3<S>& m, S floor) {
     return m(0, 0) > floor && m.template topLeftCorner<2, 2>().determinant() > floor * m(0, 0) &&
            m.determinant() > floor * m(0, 0) * m(1, 1);
   };
-  require(is_definite(inertia, S(0)), "BodyDef::inertia", inertia.determinant(),
+  require(is_definite(scaled, S(0)), "BodyDef::inertia", inertia.diagonal().minCoeff(),
           "must be positive definite");
-  const Mat3<S> second_moment = (scale / S(2) + slack) * Mat3<S>::Identity() - inertia;
+  const Mat3<S> second_moment = (scale / S(2) + slack) * Mat3<S>::Identity() - scaled;
   require(is_definite(second_moment, S(0)), "BodyDef::inertia", inertia.diagonal().maxCoeff(),
           "must satisfy the triangle inequality of principal moments");
+}
+
+/// Raises InvalidArgument unless the mass of a body and its inertia, which may follow from other
+/// fields, have inverses.
+template <Scalar S>
+void require_invertible(const Body<S>& body, const BodyDef<S>& def) {
+  require_positive(def.mass ? "BodyDef::mass" : "BodyDef::density: mass of the shapes", body.mass);
+  const Vec3<S> moments = body.inertia_B.diagonal();
+  const Vec3<S> inverses = body.inverse_inertia_B.diagonal();
+  for (Eigen::Index i = 0; i < 3; ++i) {
+    const bool is_good =
+        is_normal(moments[i]) && is_normal(inverses[i]) && moments[i] > S(0) && inverses[i] > S(0);
+    require(is_good, def.inertia ? "BodyDef::inertia" : "BodyDef::shape: moment of inertia",
+            moments[i], "must be > 0, and finite with a finite inverse");
+  }
 }
 
 /// A velocity along a locked axis would have to be taken away: better to say so.
@@ -278,6 +311,7 @@ Body<S> make_body(const BodyDef<S>& def, const MassProperties<S>& of_shape) {
     body.locked = def.locked;
   }
   body.center_B = def.center_of_mass.value_or(of_shape.center);
+  detail::require_all_finite("BodyDef::center_of_mass", body.center_B);
   if (def.motion == Motion::dynamic) {
     if (def.mass) {
       detail::require_positive("BodyDef::mass", *def.mass);
@@ -296,10 +330,12 @@ Body<S> make_body(const BodyDef<S>& def, const MassProperties<S>& of_shape) {
       body.inertia_B += point_inertia<S>(body.mass, shift);
     }
     body.inverse_mass = S(1) / body.mass;
-    body.inverse_inertia_B = body.inertia_B.inverse();
+    body.inverse_inertia_B = inverse_inertia<S>(body.inertia_B);
+    detail::require_invertible(body, def);
   }
   if (def.motion != Motion::fixed) body.twist = {def.velocity, def.angular_velocity};
   body.set_pose({def.orientation.normalized(), def.position});
+  detail::require_all_finite("BodyDef::position: centre of mass", body.center_pose.translation);
   return body;
 }
 

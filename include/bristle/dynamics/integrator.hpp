@@ -46,7 +46,8 @@ namespace detail {
 /// Vector part q of the quaternion of one step of the free top, in body axes: the root of
 /// q0 J q + q x J q = h y / 2 with q0 = sqrt(1 - |q|^2), by Newton. Returns false when the step
 /// turns too far for a root.
-/// @param y  [kg m^2/s] Body-frame angular momentum.
+/// @param inertia  [kg m^2] Over any unit, near which it is, as are its inverse and y.
+/// @param y        [kg m^2/s] Body-frame angular momentum.
 template <Scalar S>
 bool solve_top_step(const Mat3<S>& inertia, const Mat3<S>& inverse_inertia, const Vec3<S>& y, S h,
                     Vec3<S>& q) {
@@ -96,11 +97,18 @@ template <Scalar S>
 void turn_free_top(Body<S>& body, const Vec3<S>& w, S dt) {
   using std::sqrt;
   Quat<S>& rotation = body.center_pose.rotation;
-  const Vec3<S> own_L_W = body.angular_momentum();
-  const Vec3<S> L_W = rotation * (body.inertia_B * (rotation.conjugate() * w));
+  // Over a power of two near the inertia, which scales out of the equation: its third power stays
+  // in range then.
+  const S scale = power_of_two_below(S(body.inertia_B.trace()));
+  const S unit = S(1) / scale;
+  const Mat3<S> inertia = unit * body.inertia_B;
+  const Mat3<S> inverse_inertia = scale * body.inverse_inertia_B;
+  const Mat3<S> R = body.center_pose.rotation_matrix();
+  const Vec3<S> own_L_W = R * (inertia * (R.transpose() * body.twist.angular));
+  const Vec3<S> L_W = rotation * (inertia * (rotation.conjugate() * w));
   if (!(L_W.squaredNorm() > S(0)) && !(own_L_W.squaredNorm() > S(0))) return;
   // The fastest that this momentum can ever turn the body, whatever its attitude becomes.
-  const S fastest = dt * L_W.norm() * body.inverse_inertia_B.norm();
+  const S fastest = dt * L_W.norm() * inverse_inertia.norm();
   constexpr int most_parts = 4096;
   int parts = 1;
   while (S(parts) < fastest && parts < most_parts) parts *= 2;
@@ -108,15 +116,15 @@ void turn_free_top(Body<S>& body, const Vec3<S>& w, S dt) {
   for (int i = 0; i < parts; ++i) {
     const Vec3<S> y = rotation.conjugate() * L_W;
     Vec3<S> q;
-    if (solve_top_step(body.inertia_B, body.inverse_inertia_B, y, h, q)) {
+    if (solve_top_step(inertia, inverse_inertia, y, h, q)) {
       const Quat<S> turn(sqrt(S(1) - q.squaredNorm()), q.x(), q.y(), q.z());
       rotation = unit_product(rotation, turn);
     } else {
       // Faster than the parts resolve: momentum is still kept, and energy stays between its bounds.
-      rotation = step_rotation<S>(rotation, rotation * (body.inverse_inertia_B * y), h);
+      rotation = step_rotation<S>(rotation, rotation * (inverse_inertia * y), h);
     }
   }
-  body.twist.angular = rotation * (body.inverse_inertia_B * (rotation.conjugate() * own_L_W));
+  body.twist.angular = rotation * (inverse_inertia * (rotation.conjugate() * own_L_W));
 }
 
 }  // namespace detail

@@ -215,9 +215,11 @@ class IslandSolver {
   /// Parts of a step; no more than a bound on its cost, however long it is.
   [[nodiscard]] static int part_count(const SolveContext<S>& context) {
     using std::ceil;
+    using std::max;
     using std::min;
     const S most = S(64);
-    return static_cast<int>(min(most, ceil(context.dt / context.settings.longest_part)));
+    const S wanted = ceil(context.dt / context.settings.longest_part);
+    return static_cast<int>(min(most, max(S(1), wanted)));  // Infinite parts: one.
   }
 
   /// Remembers the whole step of each body and makes warm impulses of joints those of a part.

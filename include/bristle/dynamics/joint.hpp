@@ -103,6 +103,13 @@ struct JointBushing {
   return 6;
 }
 
+/// Name of a kind as it stands in messages ("cone_twist").
+[[nodiscard]] constexpr const char* name_of(JointKind kind) {
+  constexpr const char* names[] = {"fixed", "revolute",   "prismatic",
+                                   "ball",  "cone_twist", "six_dof"};
+  return names[static_cast<std::size_t>(kind)];
+}
+
 /// Whether a joint has one free axis, for drives and springs.
 [[nodiscard]] constexpr bool has_free_axis(JointKind kind) {
   return kind == JointKind::revolute || kind == JointKind::prismatic;
@@ -127,6 +134,8 @@ struct JointDef {
   /// coordinate of this frame's origin in A's joint frame; that of a joint that turns is the angle
   /// about x from A's frame to this one, whole turns counted. It starts within half a turn of zero,
   /// or at the turn nearest to the limits where they leave that out.
+  /// Frames that do not meet when the joint is made are brought together as a position error is,
+  /// mostly within a step, however far apart they are: place the bodies first.
   Transform<S> X_BJ{};
   /// [m] Smallest position of the free axis; -infinity for no stop. [rad] for a joint that turns,
   /// also below -pi; the twist about x of a `cone_twist`.
@@ -188,14 +197,19 @@ struct Joint {
   bool is_resolved = false;
 };
 
-/// @throws InvalidArgument naming the field.
+/// @throws InvalidArgument naming the field, or where a joint of this kind has nothing to drive.
 template <Scalar S>
-void validate(const JointDrive<S>& drive) {
+void validate(const JointDrive<S>& drive, JointKind kind) {
   detail::require_finite("JointDrive::target", drive.target);
-  detail::require_not_negative("JointDrive::max_force", drive.max_force);
+  using std::isfinite;
+  // Only a bound, which may be the largest number there is.
+  detail::require(isfinite(drive.max_force) && drive.max_force >= S(0), "JointDrive::max_force",
+                  drive.max_force, "must be finite and >= 0");
   detail::require(drive.max_speed > S(0), "JointDrive::max_speed", drive.max_speed, "must be > 0");
   detail::require_not_negative("JointDrive::stiffness", drive.stiffness);
   detail::require_not_negative("JointDrive::damping", drive.damping);
+  detail::require(has_free_axis(kind) || drive.mode == DriveMode::none, "JointDef::drive",
+                  name_of(kind), "needs a revolute or prismatic joint");
 }
 
 /// @throws InvalidArgument naming the field.
@@ -238,7 +252,7 @@ void validate(const JointDef<S>& def) {
   detail::require(def.swing_limit > S(0), "JointDef::swing_limit", def.swing_limit, "must be > 0");
   detail::require(kind == JointKind::cone_twist || def.swing_limit == infinity<S>,
                   "JointDef::swing_limit", def.swing_limit, "needs a cone_twist joint");
-  validate(def.drive);
+  validate(def.drive, kind);
   validate(def.spring);
   detail::require(
       has_free_axis(kind) || (def.spring.stiffness == S(0) && def.spring.damping == S(0)),

@@ -186,7 +186,7 @@ void set_momentum(const Vec3<S>& point, const Wrench<S>& wanted, JointSystem<S>&
     inertia += point_inertia<S>(node.def->mass, node.now.x - point - center);
   }
   const Wrench<S> missing = (wanted + -momentum_about(point, system)).shifted(center);
-  const Twist<S> motion{missing.force / mass, inertia.inverse() * missing.torque};
+  const Twist<S> motion{missing.force / mass, inverse_inertia<S>(inertia) * missing.torque};
   for (auto& node : system.nodes()) {
     node.now.twist = node.now.twist + motion.shifted(node.now.x - point - center);
   }

@@ -219,17 +219,8 @@ void JointSystem<S>::set_inverse_inertia(Node& node) const {
     }
     return;
   }
-  Mat3<S> inertia = R * node.def->inertia_B * R.transpose();
-  for (Eigen::Index i = 0; i < 3; ++i) {
-    if (!locked.angular[static_cast<std::size_t>(i)]) continue;
-    inertia.row(i).setZero();
-    inertia.col(i).setZero();
-    inertia(i, i) = S(1);
-  }
-  node.inverse_inertia = inertia.inverse();
-  for (Eigen::Index i = 0; i < 3; ++i) {
-    if (locked.angular[static_cast<std::size_t>(i)]) node.inverse_inertia(i, i) = S(0);
-  }
+  node.inverse_inertia =
+      inverse_inertia<S>(R * node.def->inertia_B * R.transpose(), locked.angular);
 }
 
 template <Scalar S>

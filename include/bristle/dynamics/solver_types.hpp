@@ -54,7 +54,8 @@ struct SolverDef {
   int large_sweeps = 10;
   /// [-] Most sweeps of its position problem.
   int large_position_sweeps = 4;
-  /// [s] Longest part of a step over which such an island is solved at once.
+  /// [s] Longest part of a step over which such an island is solved at once, > 0; infinite for one
+  /// part a step.
   S longest_part = S(1) / S(240);
 };
 

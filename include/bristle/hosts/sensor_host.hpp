@@ -179,7 +179,7 @@ void HostPatch<S>::add_body(std::uint32_t number, const HostBody<S>& state, S dt
     solver.moves = true;
     solver.mass = S(1) / state.inverse_mass;
     solver.inverse_inertia = state.inverse_inertia_W;
-    solver.inertia = state.inverse_inertia_W.inverse();
+    solver.inertia = inverse_inertia<S>(state.inverse_inertia_W);
     solver.free.linear += dt * state.acceleration;
     solver.free.angular += dt * state.angular_acceleration;
   }

@@ -5,6 +5,13 @@
 
 #include <bristle/math/transform.hpp>
 
+#include <array>
+#include <bit>
+#include <cmath>
+#include <concepts>
+#include <cstddef>
+#include <cstdint>
+
 namespace bristle {
 
 /// What a rigid body weighs and how it resists turning, in one frame.
@@ -33,6 +40,53 @@ struct MassProperties {
 template <Scalar S>
 [[nodiscard]] Mat3<S> point_inertia(S m, const Vec3<S>& r) {
   return m * (r.squaredNorm() * Mat3<S>::Identity() - r * r.transpose());
+}
+
+namespace detail {
+
+/// The power of two at or below a normal number > 0.
+template <Scalar S>
+[[nodiscard]] S power_of_two_below(const S& x) {
+  if constexpr (std::same_as<S, double>) {
+    return std::bit_cast<double>(std::bit_cast<std::uint64_t>(x) & 0x7ff0'0000'0000'0000u);
+  } else if constexpr (std::same_as<S, float>) {
+    return std::bit_cast<float>(std::bit_cast<std::uint32_t>(x) & 0x7f80'0000u);
+  } else if constexpr (std::floating_point<S>) {
+    return std::ldexp(S(1), std::ilogb(x));
+  } else {
+    return S(power_of_two_below(value_of(x)));
+  }
+}
+
+}  // namespace detail
+
+/// [1/(kg m^2)] Inverse of an inertia, or the other way round.
+///
+/// By cofactors of the matrix over a power of two near its trace: the determinant, which goes with
+/// the third power, then neither overflows nor vanishes, whatever the size of the body. No bit
+/// depends on the power.
+template <Scalar S>
+[[nodiscard]] Mat3<S> inverse_inertia(const Mat3<S>& inertia) {
+  const S unit = S(1) / detail::power_of_two_below(S(inertia.trace()));
+  return unit * Mat3<S>(unit * inertia).inverse();
+}
+
+/// [1/(kg m^2)] The same of the axes that are not locked, among which alone torques turn a body:
+/// rows and columns of the others are zero.
+template <Scalar S>
+[[nodiscard]] Mat3<S> inverse_inertia(Mat3<S> inertia, const std::array<bool, 3>& is_locked) {
+  const S scale = detail::power_of_two_below(S(inertia.trace()));
+  for (Eigen::Index i = 0; i < 3; ++i) {
+    if (!is_locked[static_cast<std::size_t>(i)]) continue;
+    inertia.row(i).setZero();
+    inertia.col(i).setZero();
+    inertia(i, i) = scale;
+  }
+  Mat3<S> inverse = inverse_inertia<S>(inertia);
+  for (Eigen::Index i = 0; i < 3; ++i) {
+    if (is_locked[static_cast<std::size_t>(i)]) inverse(i, i) = S(0);
+  }
+  return inverse;
 }
 
 /// Two bodies welded together; either may have zero mass.

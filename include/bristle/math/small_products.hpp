@@ -36,4 +36,11 @@ template <Scalar S>
   return v[0] * S(0) + v[1] * S(0) + v[2] * S(0) == S(0);
 }
 
+/// Whether its length squared is finite: then no component is NaN, nor so large that what is
+/// computed from it may overflow (`largest_number`).
+template <Scalar S>
+[[nodiscard]] inline bool has_finite_square(const Vec3<S>& v) {
+  return (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]) * S(0) == S(0);
+}
+
 }  // namespace bristle

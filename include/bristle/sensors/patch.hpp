@@ -265,7 +265,7 @@ template <Scalar S>
 [[nodiscard]] SensorPatch<S> make_patch(PatchDef<S> def, BodyId body, const Vec3<S>& center_B) {
   def.sensors.validate();
   const std::size_t n = def.sensors.size();
-  detail::require(n > 0, "PatchDef::sensors.size()", S(0), "must be > 0");
+  detail::require(n > 0, "PatchDef::sensors.size()", n, "must be > 0");
   validate(def.parameters);
   for (const SensorParameters<S>& p : def.per_sensor) validate(p);
   detail::require(def.per_sensor.empty() || def.per_sensor.size() == n,
@@ -274,7 +274,7 @@ template <Scalar S>
   detail::require_not_negative("PatchDef::explicit_below", def.explicit_below);
   detail::require(def.cast_every > 0, "PatchDef::cast_every", def.cast_every, "must be > 0");
   detail::require(def.options.law == Law::paper || def.integration != Integration::implicit,
-                  "PatchDef::integration", S(1), "must not be implicit with the AMBF law");
+                  "PatchDef::integration", "implicit", "must not be implicit with the AMBF law");
 
   SensorPatch<S> patch;
   patch.body = body;
@@ -288,6 +288,7 @@ template <Scalar S>
     patch.box.include(end);
     patch.reach = std::max({patch.reach, patch.start[i].norm(), end.norm()});
   }
+  detail::require_finite("PatchDef::sensors: farthest point of a ray", patch.reach);
   patch.shortest = *std::min_element(patch.length.begin(), patch.length.end());
   patch.tile_boxes = TileBoxes<S>(patch.rays(S(0)));
   patch.bundles = RayBundles<S>(patch.rays(S(0)));

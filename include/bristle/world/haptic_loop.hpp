@@ -86,12 +86,14 @@ class HapticLoop {
   /// @throws InvalidArgument naming the field; the law must be the paper's.
   TickedPatchId add_patch(ToolId tool, PatchDef<S> def) {
     const Tool& owner = tool_of(tool);
-    detail::require(def.options.law == Law::paper, "LawOptions::law", 1, "must be the paper's");
+    detail::require(def.options.law == Law::paper, "LawOptions::law", "ambf",
+                    "must be the paper's");
     def.integration = Integration::implicit;
-    Skin& skin = skins_.emplace_back();
+    Skin skin;
     // About the origin of the body frame, which is the device's.
     skin.patch = make_patch(std::move(def), owner.body, Vec3<S>(Vec3<S>::Zero()));
     skin.tool = tool.index;
+    skins_.push_back(std::move(skin));
     return {static_cast<std::uint32_t>(skins_.size() - 1)};
   }
 
@@ -106,6 +108,8 @@ class HapticLoop {
     if (t.last_pose) {
       twist = {(X_WT.translation - t.last_pose->translation) / h_,
                log_rotation<S>(X_WT.rotation * t.last_pose->rotation.conjugate()) / h_};
+      detail::require_all_finite("X_WT.translation: velocity", twist.linear);
+      detail::require_all_finite("X_WT.rotation: angular velocity", twist.angular);
     }
     set_motion(t, X_WT, twist);
   }

@@ -47,7 +47,8 @@ struct StepReport {
   std::uint64_t capped_islands = 0;
   /// [-] Contact queries that the backend failed; those pairs do not touch in this step.
   std::uint64_t backend_failures = 0;
-  /// [-] Islands whose solution was not finite: nothing acts between their bodies in this step.
+  /// [-] Islands whose solution was not finite. Their contacts and joints are swept one by one, and
+  /// those that would overflow give nothing in this step; nor do sensors and springs.
   std::uint64_t discarded_islands = 0;
   /// [-] Dynamic bodies asleep and awake when the step ended.
   std::uint64_t sleeping_bodies = 0;

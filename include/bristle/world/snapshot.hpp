@@ -58,10 +58,32 @@ class ValueVisitor {
   void value(std::span<T, n> items) {
     for (T& item : items) value(item);
   }
+  template <typename T>
+  void any(T&& x) {
+    value(x);
+  }
+};
+
+/// Of visitors that read a state of the library's own making.
+template <typename Derived>
+class TrustingVisitor : public ValueVisitor<Derived> {
+ public:
+  static constexpr bool is_checking = false;
+
+  template <typename T, typename Each, typename Holds>
+  void item(const char*, const T& x, Each&& each, Holds&& holds) {
+    each(x);
+    BRISTLE_ASSERT(holds(x));
+    (void)holds;
+  }
+  void require(const char*, bool holds) {
+    BRISTLE_ASSERT(holds);
+    (void)holds;
+  }
 };
 
 /// Mixes the state into one number.
-class StateHasher : public ValueVisitor<StateHasher> {
+class StateHasher : public TrustingVisitor<StateHasher> {
  public:
   template <PlainValue T>
   void number(const T& x) {
@@ -77,10 +99,6 @@ class StateHasher : public ValueVisitor<StateHasher> {
     for (const T& item : items) each(item);
     return items.size();
   }
-  void require(const char*, bool holds) {
-    BRISTLE_ASSERT(holds);
-    (void)holds;
-  }
   [[nodiscard]] std::uint64_t result() const { return hash_.value(); }
 
  private:
@@ -88,7 +106,7 @@ class StateHasher : public ValueVisitor<StateHasher> {
 };
 
 /// Appends the state to a block of bytes.
-class StateWriter : public ValueVisitor<StateWriter> {
+class StateWriter : public TrustingVisitor<StateWriter> {
  public:
   explicit StateWriter(std::vector<std::byte>& out) : out_(out) {}
 
@@ -108,10 +126,6 @@ class StateWriter : public ValueVisitor<StateWriter> {
     for (const T& item : items) each(item);
     return items.size();
   }
-  void require(const char*, bool holds) {
-    BRISTLE_ASSERT(holds);
-    (void)holds;
-  }
 
  private:
   std::vector<std::byte>& out_;
@@ -120,6 +134,8 @@ class StateWriter : public ValueVisitor<StateWriter> {
 /// Reads the state from a block of bytes; never beyond its end, whatever it holds.
 class StateReader : public ValueVisitor<StateReader> {
  public:
+  static constexpr bool is_checking = true;
+
   /// @param is_trial  Whether to check everything and change nothing.
   StateReader(std::span<const std::byte> bytes, bool is_trial)
       : bytes_(bytes), is_trial_(is_trial) {}
@@ -131,8 +147,30 @@ class StateReader : public ValueVisitor<StateReader> {
       const int byte = std::to_integer<int>(bytes_.front());
       if (byte > 1) refuse("truth value", text_of(byte), "must be 0 or 1");
     }
-    if (!is_trial_) std::memcpy(&x, bytes_.data(), sizeof(T));
+    T read;
+    std::memcpy(&read, bytes_.data(), sizeof(T));
+    if constexpr (is_scalar<T>) {
+      if (!takes_any_ && !(read * T(0) == T(0))) {
+        refuse("number", text_of(read), "must be finite");
+      }
+    }
+    if (!is_trial_) x = read;
     bytes_ = bytes_.subspan(sizeof(T));
+  }
+  template <typename T>
+  void any(T&& x) {
+    takes_any_ = true;
+    value(x);
+    takes_any_ = false;
+  }
+  template <typename T, typename Each, typename Holds>
+  void item(const char* name, T& x, Each&& each, Holds&& holds) {
+    T read = x;
+    const bool was_trial = std::exchange(is_trial_, false);
+    each(read);
+    is_trial_ = was_trial;
+    require(name, holds(std::as_const(read)));
+    if (!is_trial_) x = std::move(read);
   }
   template <PlainValue T>
   void same(const char* name, const T& x) {
@@ -177,17 +215,18 @@ class StateReader : public ValueVisitor<StateReader> {
   }
 
  private:
-  /// Reads a number even in a trial.
+  /// Reads a number even in a trial, and whatever it is.
   template <PlainValue T>
   void into(T& x) {
-    const bool was_trial = is_trial_;
-    is_trial_ = false;
-    number(x);
+    const bool was_trial = std::exchange(is_trial_, false);
+    any(x);
     is_trial_ = was_trial;
   }
 
   std::span<const std::byte> bytes_;
   bool is_trial_;
+  /// Whether numbers need not be finite.
+  bool takes_any_ = false;
 };
 
 template <typename State>

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <bristle/dynamics/contact_aim.hpp>
+#include <bristle/dynamics/guarded_sweeps.hpp>
 #include <bristle/dynamics/integrator.hpp>
 #include <bristle/dynamics/island_solver.hpp>
 #include <bristle/dynamics/islands.hpp>
@@ -13,6 +14,7 @@
 #include <bristle/world/sensor_stage.hpp>
 #include <bristle/world/world_state.hpp>
 
+#include <algorithm>
 #include <array>
 
 namespace bristle {
@@ -94,7 +96,8 @@ class SolveStage {
     mechanisms_.add_impulse(joint, total);
   }
 
-  /// Moves all bodies. A body whose new state is not finite stays where it is, at rest.
+  /// Moves all bodies. A body whose new state is not finite, or has no finite square, stays where
+  /// it is, at rest.
   void integrate(State& state) const {
     for (std::uint32_t i = 0; i < state.bodies.slot_count(); ++i) {
       if (!state.bodies.is_live(i)) continue;
@@ -112,7 +115,7 @@ class SolveStage {
       } else {
         step_pose(body, solved.motion, state.def.time_step);
       }
-      if (is_finite(body.twist) && is_finite(body.center_pose)) {
+      if (has_finite_square<S>(body.twist) && has_finite_square<S>(body.center_pose)) {
         continue;
       }
       body.center_pose = start;
@@ -125,21 +128,12 @@ class SolveStage {
   /// Sets what a body does if nothing acts on it, once its free velocities are known.
   static void start_from_free(State& state, SolverBody<S>& body) {
     // A force that overflowed must not reach others: the body stops instead.
-    if (!is_finite(body.free)) {
+    if (!has_finite_square<S>(body.free)) {
       body.free = {};
       ++state.report.frozen_bodies;
     }
     body.twist = body.free;
     body.motion = body.free_motion = mean_free_motion(body, integrator_of(state, body));
-  }
-
-  [[nodiscard]] static bool is_finite(const Twist<S>& twist) {
-    return all_finite<S>(twist.linear) && all_finite<S>(twist.angular);
-  }
-
-  [[nodiscard]] static bool is_finite(const Transform<S>& X) {
-    return all_finite<S>(X.translation) && all_finite<S>(X.rotation.vec()) &&
-           X.rotation.w() * S(0) == S(0);
   }
 
   [[nodiscard]] static Integrator integrator_of(const State& state, const SolverBody<S>& body) {
@@ -236,9 +230,8 @@ class SolveStage {
     // What the sensors gave is the sum of their evaluated impulses.
     if (!island.soft.empty()) apply_impulses(island, constraints, bodies);
     bounces_.calm(island, constraints, bodies, context, solver_, report);
-    for (const std::uint32_t slot : island.bodies) {
-      if (is_finite(bodies[slot].twist)) continue;
-      discard(state, sensors, island);
+    if (!(report.residual < infinity<S>) || !are_finite(bodies, island)) {
+      guard(state, sensors, island, context);
       return;
     }
     solver_.place(island, constraints, bodies, context, report);
@@ -324,7 +317,7 @@ class SolveStage {
                              body.free_motion.linear.cross(body.free.linear));
       inertia += body.inertia + point_inertia<S>(body.mass, end_of(slot) - center);
     }
-    const Vec3<S> turn = inertia.inverse() * (-dt * excess);
+    const Vec3<S> turn = inverse_inertia<S>(inertia) * (-dt * excess);
     for (const std::uint32_t slot : island.bodies) {
       Twist<S>& twist = state.solver_bodies[slot].twist;
       twist.linear += turn.cross(end_of(slot) - center);
@@ -332,15 +325,18 @@ class SolveStage {
     }
   }
 
-  /// Leaves an island to free motion when its solution is not finite, and remembers nothing of it.
-  void discard(State& state, const SensorStage<S, Backend>& sensors, const Island& island) const {
-    clear_impulses(island, state.constraints);
+  [[nodiscard]] static bool are_finite(std::span<const SolverBody<S>> bodies,
+                                       const Island& island) {
+    return std::all_of(island.bodies.begin(), island.bodies.end(), [&](std::uint32_t slot) {
+      return has_finite_square<S>(bodies[slot].twist);
+    });
+  }
+
+  /// Solves an island whose solution is not finite by sweeps that leave out what overflows.
+  static void guard(State& state, const SensorStage<S, Backend>& sensors, const Island& island,
+                    const SolveContext<S>& context) {
     for (const std::uint32_t soft : sensors.of_patches(island.soft)) sensors.discard(state, soft);
-    apply_impulses<S>(island, state.constraints, state.solver_bodies);
-    for (const std::uint32_t slot : island.bodies) {
-      SolverBody<S>& body = state.solver_bodies[slot];
-      body.motion = body.free_motion;
-    }
+    GuardedSweeps<S>::solve(island, state.constraints, state.solver_bodies, context);
     ++state.report.discarded_islands;
   }
 

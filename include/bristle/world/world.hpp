@@ -208,12 +208,20 @@ class World {
 
   void require_known_contacts(BodyId id, bool is_dynamic, const CollisionFilter& filter,
                               ShapeKind kind) const;
-  ShapeId insert_shape(BodyId id, Prepared prepared, const Shape<S>& shape,
-                       const Transform<S>& X_BS, const Material<S>& material);
+  [[nodiscard]] static Collider<S, Backend> make_collider(const Body<S>& body, Prepared prepared,
+                                                          const Shape<S>& shape,
+                                                          const Transform<S>& X_BS,
+                                                          const Material<S>& material);
+  ShapeId insert_shape(BodyId id, Collider<S, Backend> collider);
   template <typename Visit>
   void for_each_shape_of(BodyId id, Visit&& visit) const;
   void refresh_box(std::uint32_t tag);
   void set_twist(BodyId id, const Twist<S>& twist);
+  /// Velocity that brings a kinematic body to a pose within a step.
+  [[nodiscard]] Twist<S> twist_to(BodyId id, const Transform<S>& X_WB) const;
+  void push(const HapticBody<S>& pushed);
+  template <typename Visit>
+  static void for_each_impulse(State& state, Visit&& visit);
   void require_tools(const HapticLoop<S, Backend>& loop) const;
   void erase_joint(std::uint32_t index);
 

@@ -36,12 +36,10 @@ void World<S, Backend>::require_known_contacts(BodyId id, bool is_dynamic,
 }
 
 template <Scalar S, typename Backend>
-requires ShapeBackend<Backend, S> ShapeId
-World<S, Backend>::insert_shape(BodyId id, Prepared prepared, const Shape<S>& shape,
-                                const Transform<S>& X_BS, const Material<S>& material) {
-  const Body<S>& body = state_.bodies.at(id.index);
+requires ShapeBackend<Backend, S> Collider<S, Backend> World<S, Backend>::make_collider(
+    const Body<S>& body, Prepared prepared, const Shape<S>& shape, const Transform<S>& X_BS,
+    const Material<S>& material) {
   Collider<S, Backend> c;
-  c.body = id;
   c.X_CmS = X_BS;
   c.X_CmS.translation -= body.center_B;
   c.is_centered = c.X_CmS.translation == Vec3<S>::Zero() &&
@@ -55,6 +53,15 @@ World<S, Backend>::insert_shape(BodyId id, Prepared prepared, const Shape<S>& sh
   } else {
     c.radius = (c.X_CmS * c.bounds.center()).norm() + c.bounds.half_extents().norm();
   }
+  detail::require_finite("ShapeDef::shape: farthest point", c.radius);
+  return c;
+}
+
+template <Scalar S, typename Backend>
+requires ShapeBackend<Backend, S> ShapeId World<S, Backend>::insert_shape(BodyId id,
+                                                                          Collider<S, Backend> c) {
+  const Body<S>& body = state_.bodies.at(id.index);
+  c.body = id;
   const Aabb<S> box = c.half_space ? c.bounds : transformed(c.bounds, body.center_pose * c.X_CmS);
   const ShapeId shape_id = state_.colliders.insert(std::move(c));
   state_.broad_phase.insert(shape_id.index, box);
@@ -67,7 +74,9 @@ requires ShapeBackend<Backend, S> BodyId World<S, Backend>::add_body(const BodyD
   MassProperties<S> solid;
   const auto add = [&](const Shape<S>& shape, const char* field, const auto& place) {
     detail::require(def.motion != Motion::dynamic || kind_of(shape) != ShapeKind::half_space, field,
-                    0, "must not be dynamic with a HalfSpace, which has no mass");
+                    field == std::string_view("BodyDef::motion") ? name_of(def.motion)
+                                                                 : name_of(kind_of(shape)),
+                    "must not be dynamic with a HalfSpace, which has no mass");
     prepared.push_back(Backend::template make<S>(shape));
     const MassProperties<S> part = place(Backend::mass_properties(prepared.back()));
     solid = prepared.size() == 1 ? part : solid + part;
@@ -84,12 +93,17 @@ requires ShapeBackend<Backend, S> BodyId World<S, Backend>::add_body(const BodyD
   for (const Prepared& shape : prepared) {
     require_known_contacts(BodyId{}, body.is_dynamic(), body.filter, Backend::kind(shape));
   }
-  const BodyId id = state_.bodies.insert(body);
+  std::vector<Collider<S, Backend>> colliders;
   auto next = prepared.begin();
-  if (def.shape) insert_shape(id, std::move(*next++), *def.shape, {}, def.material);
-  for (const ShapeDef<S>& shape : def.shapes) {
-    insert_shape(id, std::move(*next++), shape.shape, shape.X_BS, shape.material);
+  if (def.shape) {
+    colliders.push_back(make_collider(body, std::move(*next++), *def.shape, {}, def.material));
   }
+  for (const ShapeDef<S>& shape : def.shapes) {
+    colliders.push_back(
+        make_collider(body, std::move(*next++), shape.shape, shape.X_BS, shape.material));
+  }
+  const BodyId id = state_.bodies.insert(body);
+  for (Collider<S, Backend>& collider : colliders) insert_shape(id, std::move(collider));
   detail::disturb(state_, id);
   return id;
 }
@@ -100,11 +114,13 @@ requires ShapeBackend<Backend, S> ShapeId World<S, Backend>::add_shape(BodyId id
   const Body<S>& body = state_.bodies.get(id, "BodyId");
   validate(def);
   detail::require(!body.is_dynamic() || kind_of(def.shape) != ShapeKind::half_space,
-                  "ShapeDef::shape", 0, "must not be a HalfSpace on a dynamic body");
-  Prepared shape = Backend::template make<S>(def.shape);
+                  "ShapeDef::shape", name_of(kind_of(def.shape)),
+                  "must not be on a dynamic body: it has no mass");
+  Collider<S, Backend> collider =
+      make_collider(body, Backend::template make<S>(def.shape), def.shape, def.X_BS, def.material);
   require_known_contacts(id, body.is_dynamic(), body.filter, kind_of(def.shape));
   detail::disturb(state_, id);
-  return insert_shape(id, std::move(shape), def.shape, def.X_BS, def.material);
+  return insert_shape(id, std::move(collider));
 }
 
 template <Scalar S, typename Backend>
@@ -172,6 +188,7 @@ void World<S, Backend>::set_pose(BodyId id, const Transform<S>& X_WB) {
   Body<S>& body = state_.bodies.get(id, "BodyId");
   detail::require_all_finite("X_WB.translation", X_WB.translation);
   detail::require_unit<S>("X_WB.rotation", X_WB.rotation);
+  detail::require_all_finite("X_WB.translation: centre of mass", X_WB * body.center_B);
   body.set_pose({X_WB.rotation.normalized(), X_WB.translation});
   detail::disturb(state_, id);
   for_each_shape_of(id, [this](std::uint32_t tag) { refresh_box(tag); });
@@ -181,7 +198,7 @@ template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S>
 void World<S, Backend>::set_velocity(BodyId id, const Twist<S>& twist) {
   const Body<S>& body = state_.bodies.get(id, "BodyId");
-  detail::require(body.motion != Motion::fixed, "BodyId", S(0), "must not name a fixed body");
+  detail::require(body.motion != Motion::fixed, "BodyId", id, "must not name a fixed body");
   detail::require_all_finite("twist.linear", twist.linear);
   detail::require_all_finite("twist.angular", twist.angular);
   set_twist(id, twist);
@@ -201,16 +218,27 @@ void World<S, Backend>::set_twist(BodyId id, const Twist<S>& twist) {
 template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S>
 void World<S, Backend>::move_to(BodyId id, const Transform<S>& X_WB) {
+  set_twist(id, twist_to(id, X_WB));
+}
+
+template <Scalar S, typename Backend>
+requires ShapeBackend<Backend, S> Twist<S> World<S, Backend>::twist_to(BodyId id,
+                                                                       const Transform<S>& X_WB)
+const {
   const Body<S>& body = state_.bodies.get(id, "BodyId");
-  detail::require(body.motion == Motion::kinematic, "BodyId", S(0), "must name a kinematic body");
+  detail::require(body.motion == Motion::kinematic, "BodyId", id,
+                  body.is_dynamic() ? "must name a kinematic body, not a dynamic one"
+                                    : "must name a kinematic body, not a fixed one");
   detail::require_all_finite("X_WB.translation", X_WB.translation);
   detail::require_unit<S>("X_WB.rotation", X_WB.rotation);
   const S dt = state_.def.time_step;
   const Vec3<S> center = X_WB * body.center_B;
-  set_twist(
-      id,
-      {(center - body.center_pose.translation) / dt,
-       log_rotation<S>(X_WB.rotation.normalized() * body.center_pose.rotation.conjugate()) / dt});
+  const Twist<S> twist{
+      (center - body.center_pose.translation) / dt,
+      log_rotation<S>(X_WB.rotation.normalized() * body.center_pose.rotation.conjugate()) / dt};
+  detail::require_all_finite("X_WB.translation: velocity", twist.linear);
+  detail::require_all_finite("X_WB.rotation: angular velocity", twist.angular);
+  return twist;
 }
 
 template <Scalar S, typename Backend>
@@ -219,7 +247,11 @@ void World<S, Backend>::apply_wrench(BodyId id, const Wrench<S>& wrench) {
   Body<S>& body = state_.bodies.get(id, "BodyId");
   detail::require_all_finite("wrench.force", wrench.force);
   detail::require_all_finite("wrench.torque", wrench.torque);
-  body.applied += wrench;
+  Wrench<S> applied = body.applied;
+  applied += wrench;
+  detail::require_all_finite("wrench.force: sum of the step", applied.force);
+  detail::require_all_finite("wrench.torque: sum of the step", applied.torque);
+  body.applied = applied;
   if (body.is_dynamic() && !(wrench.force.isZero(S(0)) && wrench.torque.isZero(S(0)))) {
     detail::disturb(state_, id);
   }

@@ -14,19 +14,24 @@ namespace bristle {
 
 template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S> World<S, Backend>::World(const WorldDef<S>& def) {
+  const auto require_tolerance = [](const char* field, const S& value) {
+    using std::isfinite;
+    detail::require(isfinite(value) && value > S(0), field, value, "must be finite and > 0");
+  };
   detail::require_all_finite("WorldDef::gravity", def.gravity);
   detail::require_positive("WorldDef::time_step", def.time_step);
   detail::require_not_negative("WorldDef::restitution_speed", def.restitution_speed);
   detail::require_not_negative("SleepDef::linear_speed", def.sleep.linear_speed);
   detail::require_not_negative("SleepDef::angular_speed", def.sleep.angular_speed);
   detail::require(def.sleep.time > S(0), "SleepDef::time", def.sleep.time, "must be > 0");
-  detail::require_positive("SolverDef::tolerance", def.solver.tolerance);
+  require_tolerance("SolverDef::tolerance", def.solver.tolerance);
   detail::require(def.solver.max_sweeps > 0, "SolverDef::max_sweeps", def.solver.max_sweeps,
                   "must be > 0");
   detail::require(def.solver.max_position_sweeps >= 0, "SolverDef::max_position_sweeps",
                   def.solver.max_position_sweeps, "must be >= 0");
-  detail::require_positive("SolverDef::position_tolerance", def.solver.position_tolerance);
-  detail::require_positive("SolverDef::longest_part", def.solver.longest_part);
+  require_tolerance("SolverDef::position_tolerance", def.solver.position_tolerance);
+  detail::require(def.solver.longest_part > S(0), "SolverDef::longest_part",
+                  def.solver.longest_part, "must be > 0");
   detail::require(def.solver.max_newton_steps > 0, "SolverDef::max_newton_steps",
                   def.solver.max_newton_steps, "must be > 0");
   detail::require(def.solver.large_sweeps > 0, "SolverDef::large_sweeps", def.solver.large_sweeps,
@@ -35,7 +40,7 @@ requires ShapeBackend<Backend, S> World<S, Backend>::World(const WorldDef<S>& de
                   def.solver.large_position_sweeps, "must be >= 0");
   detail::require(def.solver.max_passes > 0, "SolverDef::max_passes", def.solver.max_passes,
                   "must be > 0");
-  detail::require(static_cast<bool>(def.parallel_for), "WorldDef::parallel_for", 0,
+  detail::require(static_cast<bool>(def.parallel_for), "WorldDef::parallel_for", "empty",
                   "must be callable");
   state_.def = def;
 }
@@ -60,9 +65,9 @@ requires ShapeBackend<Backend, S> JointId World<S, Backend>::add_joint(const Joi
   const Body<S>& a = state_.bodies.get(def.body_a, "JointDef::body_a");
   const Body<S>& b = state_.bodies.get(def.body_b, "JointDef::body_b");
   validate(def);
-  detail::require(def.body_a != def.body_b, "JointDef::body_b", S(def.body_b.index),
+  detail::require(def.body_a != def.body_b, "JointDef::body_b", def.body_b,
                   "must not equal body_a");
-  detail::require(a.is_dynamic() || b.is_dynamic(), "JointDef::body_a", S(def.body_a.index),
+  detail::require(a.is_dynamic() || b.is_dynamic(), "JointDef::body_a", def.body_a,
                   "must be dynamic, or body_b must");
   Joint<S> joint;
   joint.def = def;
@@ -110,7 +115,7 @@ template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S>
 void World<S, Backend>::set_drive(JointId id, const JointDrive<S>& drive) {
   Joint<S>& joint = state_.joints.get(id, "JointId");
-  validate(drive);
+  validate(drive, joint.def.kind);
   joint.def.drive = drive;
   detail::disturb(state_, joint.def.body_a);
   detail::disturb(state_, joint.def.body_b);
@@ -257,24 +262,42 @@ template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S>
 void World<S, Backend>::set_time_step(S dt) {
   detail::require_positive("dt", dt);
-  detail::wake_all(state_);
   // Forces go on, so the impulses that the next step starts from follow the step.
   const S ratio = dt / state_.def.time_step;
-  for (CachedPoint<S>& point : state_.contacts.points()) {
-    for (S& impulse : point.impulse) impulse *= ratio;
-    for (S& impulse : point.passing) impulse *= ratio;
-  }
-  for (std::uint32_t i = 0; i < state_.joints.slot_count(); ++i) {
-    if (!state_.joints.is_live(i)) continue;
-    for (S& impulse : state_.joints.at(i).impulses) impulse *= ratio;
-    state_.joints.at(i).spring_impulse = ratio * state_.joints.at(i).spring_impulse;
-    state_.joints.at(i).total = ratio * state_.joints.at(i).total;
-  }
-  for (std::uint32_t i = 0; i < state_.patches.slot_count(); ++i) {
-    if (!state_.patches.is_live(i)) continue;
-    for (PairImpulse<S>& last : state_.patches.at(i).last_impulses) last.impulse *= ratio;
-  }
+  for_each_impulse(state_, [&](const S& impulse) {
+    if (has_finite_square(S(ratio * impulse))) return;
+    detail::require(false, "dt", dt, "must be such that impulses of the last step stay finite");
+  });
+  detail::wake_all(state_);
+  for_each_impulse(state_, [&](S& impulse) { impulse *= ratio; });
   state_.def.time_step = dt;
+}
+
+/// Calls visit(S&) for every impulse that the next step starts from.
+template <Scalar S, typename Backend>
+requires ShapeBackend<Backend, S>
+template <typename Visit>
+void World<S, Backend>::for_each_impulse(State& state, Visit&& visit) {
+  const auto visit_vector = [&](auto& vector) {
+    for (Eigen::Index i = 0; i < vector.size(); ++i) visit(vector[i]);
+  };
+  for (CachedPoint<S>& point : state.contacts.points()) {
+    for (S& impulse : point.impulse) visit(impulse);
+    for (S& impulse : point.passing) visit(impulse);
+  }
+  for (std::uint32_t i = 0; i < state.joints.slot_count(); ++i) {
+    if (!state.joints.is_live(i)) continue;
+    Joint<S>& joint = state.joints.at(i);
+    for (S& impulse : joint.impulses) visit(impulse);
+    for (Wrench<S>* wrench : {&joint.spring_impulse, &joint.total}) {
+      visit_vector(wrench->force);
+      visit_vector(wrench->torque);
+    }
+  }
+  for (std::uint32_t i = 0; i < state.patches.slot_count(); ++i) {
+    if (!state.patches.is_live(i)) continue;
+    for (PairImpulse<S>& last : state.patches.at(i).last_impulses) visit_vector(last.impulse);
+  }
 }
 
 template <Scalar S, typename Backend>
@@ -300,7 +323,7 @@ void World<S, Backend>::require_tools(const HapticLoop<S, Backend>& loop) const 
                                               : slot < state_.bodies.slot_count();
     // The text is made only where it is wanted: steps do not allocate.
     if (is_right) continue;
-    detail::require(false, "HapticLoop: BodyId of tool " + std::to_string(i), slot,
+    detail::require(false, "HapticLoop: BodyId of tool " + std::to_string(i), tool.body,
                     "must name a kinematic body");
   }
 }
@@ -318,23 +341,40 @@ requires ShapeBackend<Backend, S>
 void World<S, Backend>::step(HapticLoop<S, Backend>& loop) {
   loop.require_ticked();
   require_tools(loop);
+  const auto is_moved = [&](const auto& tool) { return tool.is_placed && contains(tool.body); };
   for (const auto& tool : loop.tools_) {
-    if (tool.is_placed && contains(tool.body)) move_to(tool.body, tool.end_pose(loop.h_));
+    if (is_moved(tool)) (void)twist_to(tool.body, tool.end_pose(loop.h_));
+  }
+  // From here on nothing is refused.
+  for (const auto& tool : loop.tools_) {
+    if (is_moved(tool)) set_twist(tool.body, twist_to(tool.body, tool.end_pose(loop.h_)));
   }
   for (HapticBody<S>& pushed : loop.bodies_) {
     if (!contains(pushed.id())) continue;
-    const Body<S>& body = state_.bodies.at(pushed.id().index);
-    pushed.start_momentum = HapticBody<S>::momentum(body);
-    const Wrench<S>& impulse = pushed.impulse();
-    if (!body.is_dynamic() || (impulse.force.isZero(S(0)) && impulse.torque.isZero(S(0)))) continue;
-    apply_wrench(pushed.id(), (S(1) / state_.def.time_step) * impulse);
-    Body<S> carried = body;
-    step_pose(carried, pushed.carried(), S(1));
-    set_pose(pushed.id(), carried.pose());
-    set_twist(pushed.id(), carried.twist);
+    pushed.start_momentum = HapticBody<S>::momentum(state_.bodies.at(pushed.id().index));
+    push(pushed);
   }
   step();
   loop.observe(state_);
+}
+
+/// Gives a body what the ticks of a haptic loop gave it. What overflows is left to the step, which
+/// stops such bodies.
+template <Scalar S, typename Backend>
+requires ShapeBackend<Backend, S>
+void World<S, Backend>::push(const HapticBody<S>& pushed) {
+  const BodyId id = pushed.id();
+  Body<S>& body = state_.bodies.at(id.index);
+  const Wrench<S>& impulse = pushed.impulse();
+  if (!body.is_dynamic() || (impulse.force.isZero(S(0)) && impulse.torque.isZero(S(0)))) return;
+  body.applied += (S(1) / state_.def.time_step) * impulse;
+  detail::disturb(state_, id);
+  Body<S> carried = body;
+  step_pose(carried, pushed.carried(), S(1));
+  const Transform<S> X_WB = carried.pose();
+  if (!has_finite_square<S>(X_WB) || !has_finite_square<S>(carried.twist)) return;
+  set_pose(id, X_WB);
+  set_twist(id, carried.twist);
 }
 
 }  // namespace bristle
