@@ -17,8 +17,10 @@ set(BRISTLE_KERNELS "${kernels}" CACHE STRING
     "Instruction sets besides the baseline that bristle::compiled has kernels for: v3, v4")
 
 set(sources "${CMAKE_CURRENT_LIST_DIR}")
-set(baseline_of_scalar geometry/analytic_backend.cpp kernels.cpp world/world.cpp
-                       hosts/sensor_host.cpp io/mesh_file.cpp)
+# What is compiled once for each scalar, in the baseline.
+set(bristle_sources_of_scalar geometry/analytic_backend.cpp hosts/sensor_host.cpp io/mesh_file.cpp
+                              kernels.cpp world/world.cpp)
+set(baseline_of_scalar ${bristle_sources_of_scalar})
 set(kernels_of_scalar geometry/analytic_backend.cpp kernels.cpp)
 set(with_fcl "")
 if(TARGET bristle::fcl)

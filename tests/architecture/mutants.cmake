@@ -1,23 +1,21 @@
-# Every planted bug can still be planted: the text it replaces stands once in its header. Whether tests
-# notice them takes minutes to build, and runs with all tests only; that they fit is quick to see.
-# Usage: cmake -DMUTANTS=<folder> -DINCLUDE=<include> -DOUTPUT=<file> -P mutants.cmake
+# Every mutant fits its header. That tests kill them takes minutes to compile, and is left to runs of
+# all tests; this is quick to see.
+# Usage: cmake -DMUTANTS=<folder> -DINCLUDE=<include> -P mutants.cmake
 # SPDX-License-Identifier: BSD-3-Clause
+include("${CMAKE_CURRENT_LIST_DIR}/../mutants/mutant.cmake")
+
 file(GLOB files "${MUTANTS}/*.mutant")
 if(NOT files)
   message(FATAL_ERROR "${MUTANTS} has no mutants")
 endif()
-set(faults "")
-foreach(file IN LISTS files)
-  execute_process(
-    COMMAND "${CMAKE_COMMAND}" "-DMUTANT=${file}" "-DINCLUDE=${INCLUDE}" "-DOUTPUT=${OUTPUT}" -P
-            "${CMAKE_CURRENT_LIST_DIR}/../mutants/mutant.cmake"
-    RESULT_VARIABLE result ERROR_VARIABLE error)
-  if(NOT result EQUAL 0)
-    string(APPEND faults "${error}")
-  endif()
+set(all_faults "")
+sort_mutants(headers ${files})
+foreach(header IN LISTS headers)
+  put_mutants_in("${INCLUDE}/bristle/${header}" text faults ${mutants_of_${header}})
+  string(APPEND all_faults "${faults}")
 endforeach()
-if(faults)
-  message(FATAL_ERROR "${faults}")
+if(all_faults)
+  message(FATAL_ERROR "${all_faults}")
 endif()
 list(LENGTH files count)
-message(STATUS "${count} bugs can be planted")
+message(STATUS "${count} mutants fit their headers")
