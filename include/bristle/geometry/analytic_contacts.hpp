@@ -9,6 +9,7 @@
 #pragma once
 
 #include <bristle/geometry/contact_clip.hpp>
+#include <bristle/geometry/convex_view.hpp>
 #include <bristle/geometry/mesh_tree.hpp>
 #include <bristle/geometry/shapes.hpp>
 #include <bristle/geometry/support.hpp>
@@ -183,7 +184,7 @@ void collide_shapes(const Capsule<S>& a, const Capsule<S>& b, const Transform<S>
   const bool is_lengthwise = sine <= edge_tolerance<S> && abs(normal.z()) <= edge_tolerance<S> &&
                              abs(normal.dot(axis)) <= edge_tolerance<S>;
   if (is_lengthwise && distance - a.radius - b.radius <= margin) {
-    const auto features = detail::feature_pair(a, b, X_AB, normal);
+    const auto features = detail::feature_pair(convex_view(a), convex_view(b), X_AB, normal);
     const auto manifold = detail::clip_features(features.a, features.b, normal, margin);
     if (manifold.size > 0) {
       out.push_back(manifold);

@@ -223,7 +223,7 @@ void collide_shapes(const Box<S>& a, const Box<S>& b, const Transform<S>& X_AB, 
       detail::collide_edges(boxes, edges, normal, normal_B, manifold);
     } else {
       // Faces or edges that nearly lie along each other touch in more than a point.
-      const auto features = detail::feature_pair(a, b, X_AB, normal);
+      const auto features = detail::feature_pair(convex_view(a), convex_view(b), X_AB, normal);
       manifold = detail::clip_features(features.a, features.b, normal, margin);
     }
   }
@@ -237,7 +237,7 @@ void collide_shapes(const Box<S>& a, const Box<S>& b, const Transform<S>& X_AB, 
   out.pop_back();
   // Boxes that overlap touch somewhere, whatever rounding says.
   if (gap <= S(0)) {
-    build_manifold(a, b, X_AB, normal, margin, out);
+    build_manifold(convex_view(a), convex_view(b), X_AB, normal, margin, out);
     return;
   }
   // What separates the boxes least is beside what faces: a corner passes a corner or an edge. No
@@ -248,7 +248,8 @@ void collide_shapes(const Box<S>& a, const Box<S>& b, const Transform<S>& X_AB, 
   const auto found = contact_normal(convex_view(precise_a), convex_view(precise_b),
                                     X_AB.template cast<P>(), P(margin));
   if (found.nearness != Nearness::near) return;
-  build_manifold(a, b, X_AB, Vec3<S>(found.normal.template cast<S>().normalized()), margin, out);
+  build_manifold(convex_view(a), convex_view(b), X_AB,
+                 Vec3<S>(found.normal.template cast<S>().normalized()), margin, out);
 }
 
 }  // namespace bristle

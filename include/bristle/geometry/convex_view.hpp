@@ -72,6 +72,15 @@ using ScalarOfShape = decltype(scalar_of(std::declval<const ConvexShape&>()));
 template <typename ConvexShape>
 [[nodiscard]] ConvexView<detail::ScalarOfShape<ConvexShape>> convex_view(const ConvexShape& shape);
 
+/// Farthest point, edge and face of the whole solid, as support.hpp has them for each shape: what
+/// is done with pairs of solids is compiled once, and not for every pair of shapes.
+template <Scalar S>
+[[nodiscard]] Vec3<S> support_point(const ConvexView<S>& convex, const Vec3<S>& direction);
+template <Scalar S>
+[[nodiscard]] SupportFeature<S> support_edge(const ConvexView<S>& convex, const Vec3<S>& direction);
+template <Scalar S>
+[[nodiscard]] SupportFeature<S> support_face(const ConvexView<S>& convex, const Vec3<S>& direction);
+
 /// [m] The box around a solid that stands at X.
 template <Scalar S>
 [[nodiscard]] Aabb<S> bounds_at(const ConvexView<S>& convex, const Transform<S>& X);
@@ -180,6 +189,21 @@ ConvexView<detail::ScalarOfShape<ConvexShape>> convex_view(const ConvexShape& sh
   ConvexView<detail::ScalarOfShape<ConvexShape>> convex{.shape = &shape};
   detail::measure(convex, shape);
   return convex;
+}
+
+template <Scalar S>
+Vec3<S> support_point(const ConvexView<S>& convex, const Vec3<S>& direction) {
+  return std::visit([&](const auto* s) { return support_point(*s, direction); }, convex.shape);
+}
+
+template <Scalar S>
+SupportFeature<S> support_edge(const ConvexView<S>& convex, const Vec3<S>& direction) {
+  return std::visit([&](const auto* s) { return support_edge(*s, direction); }, convex.shape);
+}
+
+template <Scalar S>
+SupportFeature<S> support_face(const ConvexView<S>& convex, const Vec3<S>& direction) {
+  return std::visit([&](const auto* s) { return support_face(*s, direction); }, convex.shape);
 }
 
 template <Scalar S>

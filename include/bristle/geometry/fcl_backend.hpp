@@ -166,13 +166,13 @@ struct SurfacePatch {
 
 /// Adds the contacts of a half-space with a convex solid, in the solid's frame, where `plane` is
 /// given. Normals point from the half-space to the solid.
-template <Scalar S, typename ConvexShape>
-void collide_plane(const HalfSpace<double>& plane, const ConvexShape& shape,
-                   const ConvexView<double>& convex, double margin, ContactSink<S>& sink) {
+template <Scalar S>
+void collide_plane(const HalfSpace<double>& plane, const ConvexView<double>& convex, double margin,
+                   ContactSink<S>& sink) {
   const double height = plane.normal.dot(convex.center) - plane.offset;
   if (height - convex.reach > margin) return;
   const SurfacePatch patch{convex.center - height * plane.normal, plane.normal, 2.0 * convex.reach};
-  sink.add(contact_manifold(patch, shape, Transform<double>{}, plane.normal, margin));
+  sink.add(contact_manifold(patch, convex, Transform<double>{}, plane.normal, margin));
 }
 
 /// The same for a mesh: its vertices within `margin`.
@@ -191,12 +191,12 @@ void collide_plane(const HalfSpace<double>& plane,
         return height((n.array() < 0.0).select(box.upper, box.lower)) <= margin;
       },
       [&](std::uint32_t i) {
-        const MeshTriangle<double> triangle = mesh.triangle(i);
+        const Triangle<double> triangle = mesh.triangle(i);
         for (std::size_t k = 0; k < 3; ++k) {
-          const Vec3<double>& corner = triangle.triangle.corners[k];
+          const Vec3<double>& corner = triangle.corners[k];
           const double gap = height(corner);
           if (!(gap <= margin)) continue;
-          one.points[0] = {corner - 0.5 * gap * n, gap, triangle.vertices[k]};
+          one.points[0] = {corner - 0.5 * gap * n, gap, triangle.names[k]};
           sink.add(one);
         }
         return true;
@@ -280,9 +280,7 @@ class FclContactQuery {
     if (other.solid.mesh) {
       collide_plane(plane_O, *other.solid.mesh, margin_, sink_);
     } else {
-      const ConvexView<double>& convex = *other.solid.convex;
-      std::visit([&](const auto* shape) { collide_plane(plane_O, *shape, convex, margin_, sink_); },
-                 convex.shape);
+      collide_plane(plane_O, *other.solid.convex, margin_, sink_);
     }
     return true;
   }

@@ -28,13 +28,12 @@
 namespace bristle {
 
 /// Adds the contacts of a mesh with a convex solid that stands at X_MC in the mesh's frame, with
-/// normals from the mesh to the solid. `shape` is what `convex` was made from.
+/// normals from the mesh to the solid.
 ///
 /// @tparam Distance  As in `contact_normal`.
-template <typename Distance, Scalar S, typename Tree, typename ConvexShape>
-void collide_mesh(const MeshSurface<Precise<S>, Tree>& mesh, const ConvexShape& shape,
-                  const ConvexView<Precise<S>>& convex, const Transform<Precise<S>>& X_MC,
-                  Precise<S> margin, ContactSink<S>& sink);
+template <typename Distance, Scalar S, typename Tree>
+void collide_mesh(const MeshSurface<Precise<S>, Tree>& mesh, const ConvexView<Precise<S>>& convex,
+                  const Transform<Precise<S>>& X_MC, Precise<S> margin, ContactSink<S>& sink);
 
 /// The same for two meshes, B standing at X_AB. O(triangles of B near A).
 template <typename Distance, Scalar S, typename Tree>
@@ -77,15 +76,15 @@ struct MeshOpposite {
 };
 
 /// The contacts of one convex solid with one mesh, triangle by triangle.
-template <typename Distance, Scalar S, typename Tree, typename ConvexShape>
+template <typename Distance, Scalar S, typename Tree>
 class MeshConvexContacts {
  public:
   using P = Precise<S>;
   using Surface = MeshSurface<P, Tree>;
 
-  MeshConvexContacts(const Surface& mesh, const ConvexShape& shape, const ConvexView<P>& convex,
-                     const Transform<P>& X_MC, P margin, ContactSink<S>& sink)
-      : mesh_(mesh), shape_(shape), convex_(convex), X_MC_(X_MC), margin_(margin), sink_(sink) {}
+  MeshConvexContacts(const Surface& mesh, const ConvexView<P>& convex, const Transform<P>& X_MC,
+                     P margin, ContactSink<S>& sink)
+      : mesh_(mesh), convex_(convex), X_MC_(X_MC), margin_(margin), sink_(sink) {}
 
   /// @param opposite  Of the other side: `judge(n) -> Verdict`, what a normal means to it, the
   /// `key()`
@@ -110,8 +109,8 @@ class MeshConvexContacts {
 
   template <typename Opposite>
   bool add(std::uint32_t i, const Opposite& opposite) {
-    const MeshTriangle<P> triangle = mesh_.triangle(i);
-    const ConvexView<P> plate = convex_view(triangle.triangle);
+    const Triangle<P> triangle = mesh_.triangle(i);
+    const ConvexView<P> plate = convex_view(triangle);
     ContactNormal<P> found =
         contact_normal<Distance>(plate, convex_, X_MC_, std::max(margin_, opposite.depth()));
     if (found.nearness != Nearness::near) return false;
@@ -132,7 +131,7 @@ class MeshConvexContacts {
       if (verdict == Verdict::inner_edge) return false;
     }
     if (verdict == Verdict::none) {
-      if (is_behind) note_way_out(i, triangle.triangle);
+      if (is_behind) note_way_out(i, triangle);
       return false;
     }
     if (found.gap > margin_) return false;
@@ -143,7 +142,7 @@ class MeshConvexContacts {
     if (verdict == Verdict::face) {
       manifold = face_manifold(i);
     } else {
-      manifold = contact_manifold(triangle, shape_, X_MC_, normal, margin_);
+      manifold = contact_manifold(plate, convex_, X_MC_, normal, margin_);
       manifold.key = other_verdict == Verdict::face
                          ? opposite.key()
                          : mix(edge_name(triangle, normal), opposite.key());
@@ -166,9 +165,10 @@ class MeshConvexContacts {
 
   /// What of the solid is over the triangle, along its normal. Empty where nothing is.
   [[nodiscard]] ContactManifold<P> face_manifold(std::uint32_t i) const {
-    const MeshTriangle<P> triangle = mesh_.triangle(i);
+    const Triangle<P> triangle = mesh_.triangle(i);
     const Vec3<P>& n = mesh_.normal(i);
-    const auto features = feature_pair(triangle, shape_, X_MC_, n);
+    const ConvexView<P> plate = convex_view(triangle);
+    const auto features = feature_pair(plate, convex_, X_MC_, n);
     const ContactManifold<P> clipped = clip_features(features.a, features.b, n, margin_);
     ContactManifold<P> manifold;
     manifold.normal = n;
@@ -176,14 +176,14 @@ class MeshConvexContacts {
     P gap = margin_;
     for (std::size_t k = 0; k < clipped.size; ++k) {
       const ContactPoint<P>& point = clipped.points[k];
-      if (!is_over(triangle.triangle, n, point.position)) continue;
+      if (!is_over(triangle, n, point.position)) continue;
       manifold.add(point);
       gap = std::min(gap, point.gap);
     }
     // Rims of round shapes are clipped as polygons; what is deepest may lie between their corners.
-    const ContactPoint<P> deepest = extreme_contact(triangle, shape_, X_MC_, n);
+    const ContactPoint<P> deepest = extreme_contact(plate, convex_, X_MC_, n);
     if (deepest.gap < gap - Tolerance<P>::equal() * convex_.reach &&
-        is_over(triangle.triangle, n, deepest_place(n))) {
+        is_over(triangle, n, deepest_place(n))) {
       if (manifold.size == manifold.capacity) --manifold.size;
       manifold.add({deepest_place(n) - P(0.5) * deepest.gap * n, deepest.gap, 0});
     }
@@ -192,7 +192,7 @@ class MeshConvexContacts {
 
   /// [m] The solid's farthest point against n.
   [[nodiscard]] Vec3<P> deepest_place(const Vec3<P>& n) const {
-    return X_MC_ * support_point(shape_, Vec3<P>(X_MC_.rotation.conjugate() * Vec3<P>(-n)));
+    return X_MC_ * support_point(convex_, Vec3<P>(X_MC_.rotation.conjugate() * Vec3<P>(-n)));
   }
 
   /// Whether a point is above or below a triangle of normal n, its edges and a hair beyond
@@ -227,33 +227,34 @@ class MeshConvexContacts {
     if (is_inside && !way_out_ && !plate_) {
       mesh_.find([](const Aabb<P>&) { return true; },
                  [&](std::uint32_t i) {
-                   note_way_out(i, mesh_.triangle(i).triangle);
+                   note_way_out(i, mesh_.triangle(i));
                    return true;
                  });
     }
     if (way_out_ && is_inside) {
       ContactManifold<P> manifold = face_manifold(*way_out_);
       if (manifold.size == 0) {
-        manifold.add(extreme_contact(mesh_.triangle(*way_out_), shape_, X_MC_, manifold.normal));
+        const Triangle<P> triangle = mesh_.triangle(*way_out_);
+        manifold.add(extreme_contact(convex_view(triangle), convex_, X_MC_, manifold.normal));
       }
       sink_.add(manifold);
     } else if (plate_) {
-      const MeshTriangle<P> triangle = mesh_.triangle(*plate_);
+      const Triangle<P> triangle = mesh_.triangle(*plate_);
       const Vec3<P>& n = plate_contact_.normal;
-      ContactManifold<P> manifold = contact_manifold(triangle, shape_, X_MC_, n, margin_);
+      ContactManifold<P> manifold =
+          contact_manifold(convex_view(triangle), convex_, X_MC_, n, margin_);
       manifold.key = mix(edge_name(triangle, n), 1);
       sink_.add(manifold);
     }
   }
 
   /// Name of the edge or corner of a triangle that is farthest along n.
-  [[nodiscard]] static std::uint32_t edge_name(const MeshTriangle<P>& triangle, const Vec3<P>& n) {
+  [[nodiscard]] static std::uint32_t edge_name(const Triangle<P>& triangle, const Vec3<P>& n) {
     const SupportFeature<P> edge = support_edge(triangle, n);
     return mix_unordered(edge.ids[0], edge.ids[edge.size - 1]);
   }
 
   const Surface& mesh_;
-  const ConvexShape& shape_;
   const ConvexView<P>& convex_;
   const Transform<P>& X_MC_;
   P margin_;
@@ -267,14 +268,12 @@ class MeshConvexContacts {
 
 }  // namespace detail
 
-template <typename Distance, Scalar S, typename Tree, typename ConvexShape>
-void collide_mesh(const MeshSurface<Precise<S>, Tree>& mesh, const ConvexShape& shape,
-                  const ConvexView<Precise<S>>& convex, const Transform<Precise<S>>& X_MC,
-                  Precise<S> margin, ContactSink<S>& sink) {
+template <typename Distance, Scalar S, typename Tree>
+void collide_mesh(const MeshSurface<Precise<S>, Tree>& mesh, const ConvexView<Precise<S>>& convex,
+                  const Transform<Precise<S>>& X_MC, Precise<S> margin, ContactSink<S>& sink) {
   using P = Precise<S>;
   sink.set_nearest(Tolerance<P>::equal() * convex.reach);
-  detail::MeshConvexContacts<Distance, S, Tree, ConvexShape> contacts(mesh, shape, convex, X_MC,
-                                                                      margin, sink);
+  detail::MeshConvexContacts<Distance, S, Tree> contacts(mesh, convex, X_MC, margin, sink);
   contacts.add_all(detail::ConvexOpposite<MeshSurface<P, Tree>, P>{});
 }
 
@@ -290,11 +289,10 @@ void collide_meshes(const MeshSurface<Precise<S>, Tree>& a, const MeshSurface<Pr
   const Aabb<P> near = transformed(a.bounds(), X_BA).inflated(std::max(margin, depth));
   b.find([&](const Aabb<P>& box) { return box.overlaps(near); },
          [&](std::uint32_t i) {
-           const MeshTriangle<P> triangle = b.triangle(i);
-           const ConvexView<P> plate = convex_view(triangle.triangle);
+           const Triangle<P> triangle = b.triangle(i);
+           const ConvexView<P> plate = convex_view(triangle);
            sink.set_nearest(Tolerance<P>::equal() * plate.reach);
-           detail::MeshConvexContacts<Distance, S, Tree, MeshTriangle<P>> contacts(
-               a, triangle, plate, X_AB, margin, sink);
+           detail::MeshConvexContacts<Distance, S, Tree> contacts(a, plate, X_AB, margin, sink);
            contacts.add_all(detail::MeshOpposite<Surface, P>{b, i, X_BA, depth});
            return true;
          });

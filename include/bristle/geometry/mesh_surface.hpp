@@ -23,14 +23,6 @@
 
 namespace bristle {
 
-/// A triangle of a mesh for the contact clip: corners carry the mesh's vertex numbers, so that
-/// neighbours name their common corners and edges alike.
-template <Scalar S>
-struct MeshTriangle {
-  Triangle<S> triangle;
-  std::array<std::uint32_t, 3> vertices{};
-};
-
 /// What contacts need to know of a closed mesh besides its triangles: who is whose neighbour.
 ///
 /// @tparam S     What contacts are computed in; may be more precise than the tree.
@@ -83,8 +75,10 @@ class MeshSurface {
   [[nodiscard]] const ConvexHull<S>& face(std::uint32_t triangle) const {
     return faces_[patches_[triangle]];
   }
-  [[nodiscard]] MeshTriangle<S> triangle(std::uint32_t triangle) const {
-    return {{corners(triangle)}, tree_->vertex_numbers(triangle)};
+  /// Named by the numbers of the mesh's vertices, so that neighbours name their common corners and
+  /// edges alike.
+  [[nodiscard]] Triangle<S> triangle(std::uint32_t triangle) const {
+    return {corners(triangle), tree_->vertex_numbers(triangle)};
   }
 
   /// Who answers for a contact of `triangle` along the unit direction n, out of the mesh.
@@ -118,29 +112,6 @@ class MeshSurface {
 };
 
 // Implementation -----------------------------------------------------------------------------------
-
-namespace detail {
-
-template <Scalar S>
-[[nodiscard]] SupportFeature<S> renamed(SupportFeature<S> feature, const MeshTriangle<S>& t) {
-  for (std::size_t i = 0; i < feature.size; ++i) feature.ids[i] = t.vertices[feature.ids[i]];
-  return feature;
-}
-
-}  // namespace detail
-
-template <Scalar S>
-[[nodiscard]] Vec3<S> support_point(const MeshTriangle<S>& t, const Vec3<S>& d) {
-  return support_point(t.triangle, d);
-}
-template <Scalar S>
-[[nodiscard]] SupportFeature<S> support_edge(const MeshTriangle<S>& t, const Vec3<S>& d) {
-  return detail::renamed(support_edge(t.triangle, d), t);
-}
-template <Scalar S>
-[[nodiscard]] SupportFeature<S> support_face(const MeshTriangle<S>& t, const Vec3<S>& d) {
-  return detail::renamed(support_face(t.triangle, d), t);
-}
 
 namespace detail {
 

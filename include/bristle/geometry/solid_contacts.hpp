@@ -15,7 +15,6 @@
 
 #include <cmath>
 #include <optional>
-#include <variant>
 
 namespace bristle {
 
@@ -44,19 +43,15 @@ bool collide_convex(const ConvexView<P>& a, const ConvexView<P>& b, const Transf
                     P margin, ContactSink<S>& sink) {
   const ContactNormal<P> found = contact_normal<Distance>(a, b, X_AB, margin);
   if (found.nearness != Nearness::near) return found.nearness == Nearness::apart;
-  std::visit(
-      [&](const auto* shape_a, const auto* shape_b) {
-        sink.add(contact_manifold(*shape_a, *shape_b, X_AB, found.normal, margin));
-        // Rims and sides of round shapes are clipped as polygons and lines; what is deepest may lie
-        // between those.
-        if (!sink.reaches(found.gap + Tolerance<P>::equal() * a.reach)) {
-          ContactManifold<P> deepest;
-          deepest.normal = found.normal;
-          deepest.add(extreme_contact(*shape_a, *shape_b, X_AB, found.normal));
-          sink.add(deepest);
-        }
-      },
-      a.shape, b.shape);
+  sink.add(contact_manifold(a, b, X_AB, found.normal, margin));
+  // Rims and sides of round shapes are clipped as polygons and lines; what is deepest may lie
+  // between those.
+  if (!sink.reaches(found.gap + Tolerance<P>::equal() * a.reach)) {
+    ContactManifold<P> deepest;
+    deepest.normal = found.normal;
+    deepest.add(extreme_contact(a, b, X_AB, found.normal));
+    sink.add(deepest);
+  }
   return true;
 }
 
@@ -84,11 +79,7 @@ bool collide_solids(const SolidView<Precise<S>, Tree>& a, const SolidView<Precis
   sink.set_frame(is_first ? Transform<P>{} : X_AB, !is_first);
   const Transform<P> X_MC = is_first ? X_AB : X_AB.inverse();
   const ConvexView<P>& convex = is_first ? *b.convex : *a.convex;
-  std::visit(
-      [&](const auto* shape) {
-        collide_mesh<Distance>(is_first ? *a.mesh : *b.mesh, *shape, convex, X_MC, margin, sink);
-      },
-      convex.shape);
+  collide_mesh<Distance>(is_first ? *a.mesh : *b.mesh, convex, X_MC, margin, sink);
   return true;
 }
 

@@ -58,6 +58,8 @@ template <Scalar S>
 struct Triangle {
   /// [m] Corners.
   std::array<Vec3<S>, 3> corners{Vec3<S>::Zero(), Vec3<S>::Zero(), Vec3<S>::Zero()};
+  /// [-] Names of the corners in a contact.
+  std::array<std::uint32_t, 3> names{0, 1, 2};
 };
 
 /// [1] Sine of the angle within which an edge counts as lying across a direction, and two edges as
@@ -462,8 +464,8 @@ SupportFeature<S> support_edge(const Triangle<S>& triangle, const Vec3<S>& direc
     }
   }
   SupportFeature<S> feature;
-  feature.add(triangle.corners[corner], corner);
-  if (other != corner) feature.add(triangle.corners[other], other);
+  feature.add(triangle.corners[corner], triangle.names[corner]);
+  if (other != corner) feature.add(triangle.corners[other], triangle.names[other]);
   return feature;
 }
 
@@ -478,7 +480,7 @@ SupportFeature<S> support_face(const Triangle<S>& triangle, const Vec3<S>& direc
   face.cosine = face.normal.dot(direction);
   for (std::uint32_t i = 0; i < 3; ++i) {
     const std::uint32_t k = is_front ? i : 2 - i;
-    face.add(triangle.corners[k], k);
+    face.add(triangle.corners[k], triangle.names[k]);
   }
   return face;
 }
