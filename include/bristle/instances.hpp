@@ -8,7 +8,7 @@
 #include <bristle/world/kernels_impl.hpp>
 #include <bristle/world/world.hpp>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// @param S  float or double.
 #define BRISTLE_MAKE_WORLD(S, Backend)                          \
@@ -32,4 +32,4 @@ const HostKernels<BRISTLE_INSTANTIATE>& host_kernels<BRISTLE_INSTANTIATE>() {
 }
 template class HostPatch<BRISTLE_INSTANTIATE>;
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

@@ -77,6 +77,37 @@
 #define BRISTLE_HAS_DEFINITIONS 1
 #endif
 
+/// [bytes] Of the vector registers that this file is compiled for; 0 where lanes are plain arrays.
+#if !defined(__GNUC__) || defined(BRISTLE_NO_SIMD)
+#define BRISTLE_REGISTER_BYTES 0
+#elif defined(__AVX512F__)
+#define BRISTLE_REGISTER_BYTES 64
+#elif defined(__AVX__)
+#define BRISTLE_REGISTER_BYTES 32
+#else
+#define BRISTLE_REGISTER_BYTES 16
+#endif
+
+/// BRISTLE_ABI: the inline namespace of all of the library. Files that must not be mixed,
+/// header-only ones for registers of two widths, or header-only ones and those of the compiled
+/// library, have different names for everything, so that they do not link. Definitions beside the
+/// compiled library must be for its baseline: their names must not be its own otherwise.
+#if defined(BRISTLE_COMPILED) && defined(BRISTLE_WITH_DEFINITIONS) && BRISTLE_REGISTER_BYTES == 64
+#define BRISTLE_ABI compiled_with_definitions_64
+#elif defined(BRISTLE_COMPILED) && defined(BRISTLE_WITH_DEFINITIONS) && BRISTLE_REGISTER_BYTES == 32
+#define BRISTLE_ABI compiled_with_definitions_32
+#elif defined(BRISTLE_COMPILED)
+#define BRISTLE_ABI compiled
+#elif BRISTLE_REGISTER_BYTES == 64
+#define BRISTLE_ABI header_only_64
+#elif BRISTLE_REGISTER_BYTES == 32
+#define BRISTLE_ABI header_only_32
+#elif BRISTLE_REGISTER_BYTES == 16
+#define BRISTLE_ABI header_only_16
+#else
+#define BRISTLE_ABI header_only_plain
+#endif
+
 /// BRISTLE_ASSERT(condition): checks for errors of the library itself, never for a caller's data
 /// (that is `InvalidArgument`, in every build type). Debug builds abort; release builds skip it.
 #if !defined(BRISTLE_ASSERT)
@@ -107,7 +138,7 @@
 #include <string_view>
 #include <utility>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// A caller's value breaks a rule. Reads "BodyDef::mass = -1: must be finite and > 0".
 class InvalidArgument : public std::invalid_argument {
@@ -251,7 +282,7 @@ void require_all_finite(std::string_view field, const Matrix& values) {
 }
 
 }  // namespace detail
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 // === bristle/core/instruction_set.hpp
 
@@ -267,7 +298,7 @@ void require_all_finite(std::string_view field, const Matrix& values) {
 #include <cstdint>
 #include <string_view>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Instruction sets by the levels of the x86-64 psABI; other processors have the baseline alone.
 enum class InstructionSet : std::uint8_t {
@@ -295,7 +326,7 @@ enum class InstructionSet : std::uint8_t {
 void set_instruction_set(InstructionSet set);
 #endif
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 // === bristle/core/kernel_scratch.hpp
 
@@ -305,7 +336,7 @@ void set_instruction_set(InstructionSet set);
 
 #include <utility>
 
-namespace bristle::detail {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// A table of kernels, chosen when this is made, and an object that its functions work in. It holds
 /// no state: a copy has an object of its own, made anew. What was moved from may only be destroyed
@@ -337,7 +368,7 @@ class KernelScratch {
   void* scratch_;
 };
 
-}  // namespace bristle::detail
+}  // namespace bristle::inline BRISTLE_ABI::detail
 
 // === bristle/core/parallel.hpp
 
@@ -353,7 +384,7 @@ class KernelScratch {
 #include <memory>
 #include <new>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Runs task(i) once for every i in [0, count), in any order and on any threads, and returns when
 /// all are done. Tasks never write to the same place, so results do not depend on the schedule.
@@ -469,7 +500,7 @@ Sum sum_in_slices(std::size_t count, std::size_t size, std::size_t fewest_shared
   return total;
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 // === bristle/core/version.hpp
 
@@ -530,7 +561,7 @@ Sum sum_in_slices(std::size_t count, std::size_t size, std::size_t fewest_shared
 #include <limits>
 #include <type_traits>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Opens the library to scalars other than the built-in ones (dual.hpp has one): specialise it to
 /// true for a type that has std::numeric_limits, arithmetic, `value_of`, and the functions of
@@ -596,9 +627,9 @@ template <typename Derived>
   return m;
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// M v.
 template <Scalar S>
@@ -635,7 +666,7 @@ template <Scalar S>
   return (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]) * S(0) == S(0);
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 // === bristle/math/transform.hpp
 
@@ -646,7 +677,7 @@ template <Scalar S>
 #include <cmath>
 #include <string>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Pose X_AB of a frame B in a frame A: maps coordinates in B to coordinates in A.
 ///
@@ -706,9 +737,9 @@ void require_pose(const std::string& field, const Transform<S>& X) {
 
 }  // namespace detail
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Axis-aligned box; default-constructed it is empty (lower > upper). Bounds may be infinite.
 template <Scalar S>
@@ -766,7 +797,7 @@ template <Scalar S>
   return {center - half, center + half};
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 #include <algorithm>
 #include <cstddef>
@@ -777,7 +808,7 @@ template <Scalar S>
 #include <utility>
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Convex solid. Make one with `convex_hull(points)`.
 template <Scalar S>
@@ -928,7 +959,7 @@ void ConvexHull<S>::validate_planes() const {
   }
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 // === bristle/geometry/mesh_validation.hpp
 
@@ -950,7 +981,7 @@ void ConvexHull<S>::validate_planes() const {
 #include <span>
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Vertices and the triangles over them, counter-clockwise seen from outside.
 ///
@@ -1111,7 +1142,7 @@ TriangleMesh<S> weld(const TriangleMesh<S>& mesh, S tolerance) {
   return welded;
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 #include <algorithm>
 #include <array>
@@ -1120,7 +1151,7 @@ TriangleMesh<S> weld(const TriangleMesh<S>& mesh, S tolerance) {
 #include <string>
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Volume [m^3] that a closed mesh encloses; negative where it is wound inside out.
 template <Scalar S>
@@ -1304,7 +1335,7 @@ void validate_solid(const TriangleMesh<S>& mesh) {
                   "must be > 0 (inverted mesh: triangles must be counter-clockwise from outside)");
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 #include <concepts>
 #include <cstddef>
@@ -1313,7 +1344,7 @@ void validate_solid(const TriangleMesh<S>& mesh) {
 #include <utility>
 #include <variant>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Ball around the origin.
 template <Scalar S>
@@ -1477,7 +1508,7 @@ void validate(const Shape<S>& shape) {
   std::visit(detail::ShapeValidator<S>{}, shape);
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 #include <array>
 #include <cmath>
@@ -1485,7 +1516,7 @@ void validate(const Shape<S>& shape) {
 #include <cstdint>
 #include <numbers>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Cuboid around the origin: 8 vertices, 12 triangles; two for each of the faces -x, +x, -y, +y,
 /// -z, +z in this order.
@@ -1629,7 +1660,7 @@ TriangleMesh<S> grid_mesh(const Vec2<S>& size, const std::array<std::uint32_t, 2
   return mesh;
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 // === bristle/geometry/quickhull.hpp
 
@@ -1651,7 +1682,7 @@ TriangleMesh<S> grid_mesh(const Vec2<S>& size, const std::array<std::uint32_t, 2
 #include <utility>
 #include <vector>
 
-namespace bristle::detail {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// A point on the integer grid that a hull is computed on, coordinates within +-2^29.
 using GridPoint = std::array<std::int64_t, 3>;
@@ -1853,7 +1884,7 @@ class TriangleHull {
   std::vector<HullTriangle> triangles_;
 };
 
-}  // namespace bristle::detail
+}  // namespace bristle::inline BRISTLE_ABI::detail
 
 // === bristle/geometry/hull_faces.hpp
 
@@ -1871,7 +1902,7 @@ class TriangleHull {
 #include <cstddef>
 #include <vector>
 
-namespace bristle::detail {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// Makes a vector `count` equal values. Unlike `assign` it grows to twice what it was, so that
 /// sizes which wander (contacts of a pile) settle below it.
@@ -1889,7 +1920,7 @@ void fill_numbers(std::vector<T>& vector) {
   for (T& element : vector) element = next++;
 }
 
-}  // namespace bristle::detail
+}  // namespace bristle::inline BRISTLE_ABI::detail
 
 #include <algorithm>
 #include <cmath>
@@ -1900,7 +1931,7 @@ void fill_numbers(std::vector<T>& vector) {
 #include <utility>
 #include <vector>
 
-namespace bristle::detail {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// A polygon of a hull.
 struct HullFace {
@@ -2141,7 +2172,7 @@ inline std::vector<HullFace> FaceJoin::faces() const {
   return faces;
 }
 
-}  // namespace bristle::detail
+}  // namespace bristle::inline BRISTLE_ABI::detail
 
 #include <algorithm>
 #include <array>
@@ -2152,7 +2183,7 @@ inline std::vector<HullFace> FaceJoin::faces() const {
 #include <string>
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Smallest convex solid around a set of points, with coplanar triangles joined to polygons.
 ///
@@ -2343,7 +2374,7 @@ ConvexHull<S> convex_hull(const TriangleMesh<S>& mesh) {
   return convex_hull<S>(std::span<const Vec3<S>>(points));
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 // === bristle/hosts/sensor_host.hpp
 
@@ -2429,7 +2460,7 @@ ConvexHull<S> convex_hull(const TriangleMesh<S>& mesh) {
 #include <cstddef>
 #include <cstdint>
 
-#if defined(__GNUC__) && !defined(BRISTLE_NO_SIMD)
+#if BRISTLE_REGISTER_BYTES > 0
 #define BRISTLE_HAS_SIMD 1
 // All of the instruction sets is 36,000 lines, a quarter of what a user's file would compile.
 #if defined(__AVX__)
@@ -2450,16 +2481,10 @@ ConvexHull<S> convex_hull(const TriangleMesh<S>& mesh) {
 #endif
 #endif
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// [bytes] Of a register.
-#if BRISTLE_HAS_SIMD && defined(__AVX512F__)
-inline constexpr std::size_t simd_bytes = 64;
-#elif BRISTLE_HAS_SIMD && defined(__AVX__)
-inline constexpr std::size_t simd_bytes = 32;
-#else
-inline constexpr std::size_t simd_bytes = 16;
-#endif
+inline constexpr std::size_t simd_bytes = BRISTLE_HAS_SIMD ? BRISTLE_REGISTER_BYTES : 16;
 
 namespace detail {
 
@@ -2642,7 +2667,7 @@ struct Compare<double> {
 #endif
 
 }  // namespace detail
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 #include <bit>
 #include <cmath>
@@ -2651,7 +2676,7 @@ struct Compare<double> {
 #include <cstdint>
 #include <utility>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// A truth value for each lane.
 template <Scalar S>
@@ -3001,11 +3026,11 @@ BRISTLE_LANES S max_of_lanes(const Pack<S>& a) {
       a, [](const Pack<S>& x, const Pack<S>& y) { return max(x, y); });
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 #include <cstddef>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// A vector for each lane. Like Pack, never stored.
 template <Scalar S>
@@ -3059,11 +3084,11 @@ template <Scalar S>
           m[2] * v.x + m[5] * v.y + m[8] * v.z};
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 #include <cmath>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 namespace detail {
 
@@ -3167,7 +3192,7 @@ template <Scalar S>
   return Pack<S>::load(rest);
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 // === bristle/math/spatial.hpp
 
@@ -3175,7 +3200,7 @@ template <Scalar S>
 /// Twists and wrenches: six-dimensional velocity and force about a point.
 // SPDX-License-Identifier: BSD-3-Clause
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Velocity of a rigid body about a reference point, both parts in the same frame.
 template <Scalar S>
@@ -3224,13 +3249,13 @@ struct Wrench {
   friend Wrench operator*(S k, const Wrench& a) { return {k * a.force, k * a.torque}; }
 };
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 #include <array>
 #include <cmath>
 #include <cstdint>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// [1] Share of a row's response below which nothing is left of it but round-off, once other rows
 /// hold: a thousand roundings, for what elimination adds up.
@@ -3381,7 +3406,7 @@ std::array<S, 3> solve_contact(ContactConstraint<S>& c, const ContactResponse<S>
   return {change, c.impulse[1] - before[1], c.impulse[2] - before[2]};
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 // === bristle/math/cholesky.hpp
 
@@ -3394,7 +3419,7 @@ std::array<S, 3> solve_contact(ContactConstraint<S>& c, const ContactResponse<S>
 
 #include <cstddef>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Replaces the lower triangle of the symmetric n x n matrix `a` by its factor L, a = L L^T.
 ///
@@ -3446,13 +3471,13 @@ void solve_upper(const S* l, std::size_t n, S* b) {
   }
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 #include <array>
 #include <cstddef>
 #include <cstdint>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// One scalar velocity constraint between bodies A and B. Its velocity is
 /// d . (v_B - v_A) + angular_b . w_B - angular_a . w_A, and an impulse x adds d x to B's momentum.
@@ -3592,7 +3617,7 @@ void solve_block(const ConstraintBlock<S>& block, const BlockResponse<S>& K, con
   }
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 // === bristle/dynamics/soft_block.hpp
 
@@ -3602,7 +3627,7 @@ void solve_block(const ConstraintBlock<S>& block, const BlockResponse<S>& K, con
 
 #include <cstdint>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Impulse that is affine in the relative motion at the end of the step.
 ///
@@ -3652,13 +3677,13 @@ template <Scalar S>
   return W;
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 #include <cstdint>
 #include <span>
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// How positions follow from velocities; docs/solver.md compares them.
 enum class Integrator {
@@ -3995,7 +4020,7 @@ void apply_impulses(const Island& island, const Constraints<S>& constraints,
   }
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 // === bristle/sensors/patch.hpp
 
@@ -4016,7 +4041,7 @@ void apply_impulses(const Island& island, const Constraints<S>& constraints,
 #include <utility>
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Handle of an element of a `SlotMap`. Default-constructed, it names nothing.
 ///
@@ -4134,7 +4159,7 @@ class SlotMap {
   std::uint32_t size_ = 0;
 };
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 // === bristle/dynamics/body.hpp
 
@@ -4150,7 +4175,7 @@ class SlotMap {
 
 #include <cstdint>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Categories and groups of a body. Two bodies meet when each one's mask has a bit of the other's
 /// category and they are not of the same negative group.
@@ -4169,7 +4194,7 @@ struct CollisionFilter {
   return (a.mask & b.category) != 0 && (b.mask & a.category) != 0;
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 // === bristle/dynamics/material.hpp
 
@@ -4177,7 +4202,7 @@ struct CollisionFilter {
 /// Surface constants of hard contact, and how two of them combine.
 // SPDX-License-Identifier: BSD-3-Clause
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Surface of a shape as hard contact sees it. Sensors have their own friction.
 template <Scalar S>
@@ -4203,7 +4228,7 @@ void validate(const Material<S>& m) {
   detail::require(m.restitution <= S(1), "Material::restitution", m.restitution, "must be <= 1");
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 // === bristle/math/mass_properties.hpp
 
@@ -4218,7 +4243,7 @@ void validate(const Material<S>& m) {
 #include <cstddef>
 #include <cstdint>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// What a rigid body weighs and how it resists turning, in one frame.
 template <Scalar S>
@@ -4306,14 +4331,14 @@ template <Scalar S>
               point_inertia<S>(b.mass, b.center - center)};
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 #include <array>
 #include <cstdint>
 #include <optional>
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 struct BodyTag;
 /// Names a body of a world.
@@ -4635,7 +4660,7 @@ Body<S> make_body(const BodyDef<S>& def, const MassProperties<S>& of_shape) {
   return body;
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 // === bristle/geometry/kept_candidates.hpp
 
@@ -4672,7 +4697,7 @@ Body<S> make_body(const BodyDef<S>& def, const MassProperties<S>& of_shape) {
 #include <new>
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Allocates at the beginnings of cache lines. `std::allocator` begins 16 bytes behind one, where
 /// every load of a whole register crosses lines.
@@ -4700,14 +4725,14 @@ struct LineAllocator {
 template <typename T>
 using LaneVector = std::vector<T, LineAllocator<T>>;
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 #include <cstddef>
 #include <cstdint>
 #include <span>
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// A ray of finite length.
 template <Scalar S>
@@ -4833,7 +4858,7 @@ struct RayHits {
   }
 };
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 // === bristle/geometry/ray_triangle.hpp
 
@@ -4854,7 +4879,7 @@ struct RayHits {
 #include <concepts>
 #include <utility>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Where a ray's line passes a triangle.
 template <Scalar S>
@@ -4941,7 +4966,7 @@ class TriangleTest {
   int kz_ = 0;
 };
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 #include <algorithm>
 #include <array>
@@ -4952,7 +4977,7 @@ class TriangleTest {
 #include <numbers>
 #include <optional>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// The boundary of a solid as triangles that a ray can be walked through: `corners(i)` run
 /// counter-clockwise seen from outside, and `walk_ray` is that of `AabbTree`, with the triangle's
@@ -5178,7 +5203,7 @@ RayHit<S> ray_cast_mesh_from_outside(const Mesh& mesh, const Ray<S>& ray) {
   return detail::nearest_hit(mesh, ray, detail::mesh_crossings(mesh, ray));
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 // === bristle/geometry/ray_mesh.hpp
 
@@ -5211,7 +5236,7 @@ RayHit<S> ray_cast_mesh_from_outside(const Mesh& mesh, const Ray<S>& ray) {
 #include <span>
 #include <utility>
 
-namespace bristle::detail {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// [m] So large that no scene reaches it, and so small that sums of areas of such boxes are finite.
 template <Scalar S>
@@ -5316,7 +5341,7 @@ template <Scalar S, typename BoxOf>
   return begin;
 }
 
-}  // namespace bristle::detail
+}  // namespace bristle::inline BRISTLE_ABI::detail
 
 #include <algorithm>
 #include <array>
@@ -5325,7 +5350,7 @@ template <Scalar S, typename BoxOf>
 #include <span>
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Some triangles that stand together, at most `WideTree::leaf_size` of them.
 struct TriangleRange {
@@ -5520,7 +5545,7 @@ std::array<Vec3<S>, 3> WideTree<S>::corners(std::uint32_t number) const {
           Vec3<S>(p[6 * n], p[7 * n], p[8 * n])};
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 #include <algorithm>
 #include <array>
@@ -5530,7 +5555,7 @@ std::array<Vec3<S>, 3> WideTree<S>::corners(std::uint32_t number) const {
 #include <limits>
 #include <utility>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// The triangles of a solid, as `SolidMesh` wants them. Immutable.
 template <Scalar S>
@@ -5707,7 +5732,7 @@ void RayMesh<S>::walk_ray(const Ray<S>& ray, Visit&& visit) const {
   }
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 #include <algorithm>
 #include <array>
@@ -5718,7 +5743,7 @@ void RayMesh<S>::walk_ray(const Ray<S>& ray, Visit&& visit) const {
 #include <optional>
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 namespace detail {
 
@@ -6007,7 +6032,7 @@ BRISTLE_OUTLINED std::optional<RayHit<S>> KeptCandidates<S>::cast(const RayMesh<
   return detail::hit_on<S>(near.corners(nearest), asked, collector.found.distance);
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 // === bristle/geometry/ray_bundles.hpp
 
@@ -6028,7 +6053,7 @@ BRISTLE_OUTLINED std::optional<RayHit<S>> KeptCandidates<S>::cast(const RayMesh<
 #include <span>
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Some neighbouring rays of a `RayBundles`. Its frame G has its origin in the middle of some rays
 /// and its z axis along their mean direction: its own, or those of a bundle that it is a part of
@@ -6344,7 +6369,7 @@ void RayBundles<S>::cut_slices() {
   });
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 // === bristle/math/rotation.hpp
 
@@ -6355,7 +6380,7 @@ void RayBundles<S>::cut_slices() {
 #include <cmath>
 #include <numbers>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Quaternion of the rotation vector phi [rad]: turn by |phi| about phi. Exact for every |phi|, 0
 /// included.
@@ -6456,7 +6481,7 @@ void tangent_basis(const Vec3<S>& n, Vec3<S>& t1, Vec3<S>& t2) {
   t2 = Vec3<S>(b, sign + n.y() * n.y() * a, -n.y());
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 // === bristle/sensors/kept_hits.hpp
 
@@ -6490,7 +6515,7 @@ void tangent_basis(const Vec3<S>& n, Vec3<S>& t1, Vec3<S>& t2) {
 /// Constants of resistive sensors and the readings of the law one can choose between.
 // SPDX-License-Identifier: BSD-3-Clause
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Constants of one resistive sensor, a ray that meets penetration with a spring and damper along
 /// itself and slip with a bristle across itself. `tuned_for` proposes them from physical wants.
@@ -6584,9 +6609,9 @@ void validate(const SensorParameters<S>& p) {
   detail::require_positive("SensorParameters::breakaway_distance", p.breakaway_distance);
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// [1] Depth e_N of a hit at `distance` [m] along a ray of length L, given as 1 / L [1/m]: 0 just
 /// touching, 1 fully pressed, negative for a surface beyond the ray's end (Eq. 4 with sign and end
@@ -6879,7 +6904,7 @@ template <Scalar S>
   return Wrench<S>::at(r_W, -A.pose.rotate(sensor_force(p, options, contact, stretch, dt).total()));
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 // === bristle/sensors/sensor_tiles.hpp
 
@@ -6899,7 +6924,7 @@ template <Scalar S>
 #include <cstddef>
 #include <cstdint>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// [-] Sensors of a tile.
 inline constexpr std::size_t tile_size = 16;
@@ -7085,7 +7110,7 @@ BRISTLE_LANES void store_pack(Row3<S>& row, std::size_t at, const Pack3<S>& valu
 
 }  // namespace detail
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 #include <algorithm>
 #include <cmath>
@@ -7093,7 +7118,7 @@ BRISTLE_LANES void store_pack(Row3<S>& row, std::size_t at, const Pack3<S>& valu
 #include <cstdint>
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// The planes that the sensors of a tile met.
 template <Scalar S>
@@ -7266,7 +7291,7 @@ void KeptHits<S>::advance(Patch& patch, ReachOf&& reach_of) const {
   }
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 // === bristle/sensors/reading.hpp
 
@@ -7280,7 +7305,7 @@ void KeptHits<S>::advance(Patch& patch, ReachOf&& reach_of) const {
 #include <span>
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// State of one sensor.
 enum class SensorState : std::uint8_t {
@@ -7379,7 +7404,7 @@ struct ReadingStore {
   }
 };
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 // === bristle/sensors/sensor_layout.hpp
 
@@ -7391,7 +7416,7 @@ struct ReadingStore {
 #include <string>
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Rays of many sensors in the frame A of the body that carries them. Each starts inside the body
 /// and ends outside, at its reach.
@@ -7482,7 +7507,7 @@ void SensorLayout<S>::validate() const {
   }
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 // === bristle/sensors/tile_boxes.hpp
 
@@ -7496,7 +7521,7 @@ void SensorLayout<S>::validate() const {
 #include <cstdint>
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// One box for each tile and one for each group of tiles, in A's axes from A's centre of mass.
 ///
@@ -7595,7 +7620,7 @@ class TileBoxes {
   std::vector<BoxRow> tile_boxes_, group_boxes_;
 };
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 #include <algorithm>
 #include <array>
@@ -7605,7 +7630,7 @@ class TileBoxes {
 #include <string>
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 struct PatchTag;
 /// Names a patch of a world.
@@ -7899,14 +7924,14 @@ template <Scalar S>
   return patch;
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 #include <concepts>
 #include <cstdint>
 #include <utility>
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// A body of the host, about its centre of mass, world axes.
 template <Scalar S>
@@ -8042,12 +8067,12 @@ class HostPatch {
   detail::KernelScratch<HostKernels<S>> solver_{host_kernels<S>()};
 };
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 // Implementation -----------------------------------------------------------------------------------
 
 #if defined(BRISTLE_COMPILED) && BRISTLE_HAS_DEFINITIONS
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 template <>
 const HostKernels<float>& host_kernels<float>();
@@ -8056,7 +8081,7 @@ const HostKernels<double>& host_kernels<double>();
 extern template class HostPatch<float>;
 extern template class HostPatch<double>;
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 #endif
 
 // === bristle/io/mesh_file.hpp
@@ -8067,7 +8092,7 @@ extern template class HostPatch<double>;
 
 #include <filesystem>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Mesh from an .stl or .obj file (in whatever case), as `read_stl` and `read_obj` describe. It may
 /// be open, inverted or degenerate; what it is used for checks that.
@@ -8076,17 +8101,17 @@ namespace bristle {
 template <Scalar S>
 [[nodiscard]] TriangleMesh<S> load_mesh(const std::filesystem::path& path);
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 // Implementation -----------------------------------------------------------------------------------
 
 #if defined(BRISTLE_COMPILED) && BRISTLE_HAS_DEFINITIONS
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 extern template TriangleMesh<float> load_mesh<float>(const std::filesystem::path& path);
 extern template TriangleMesh<double> load_mesh<double>(const std::filesystem::path& path);
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 #endif
 
 // === bristle/sensors/elastic_skin.hpp
@@ -8100,7 +8125,7 @@ extern template TriangleMesh<double> load_mesh<double>(const std::filesystem::pa
 /// sheared with G = E / (2 (1 + nu)), both over its thickness h.
 // SPDX-License-Identifier: BSD-3-Clause
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// A layer of soft material on a hard body. Silicone rubber is the default.
 template <Scalar S>
@@ -8169,7 +8194,7 @@ SensorParameters<S> ElasticSkin<S>::parameters() const {
   return p;
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 // === bristle/sensors/neighbour_order.hpp
 
@@ -8185,7 +8210,7 @@ SensorParameters<S> ElasticSkin<S>::parameters() const {
 #include <string>
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// The numbers of a layout's sensors, neighbours after neighbours: four rows of four, four such
 /// squares, and so on, as far as their number and places allow.
@@ -8240,7 +8265,7 @@ SensorLayout<S> in_order(const SensorLayout<S>& layout, std::span<const std::uin
   return result;
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 // === bristle/sensors/passivity_observer.hpp
 
@@ -8255,7 +8280,7 @@ SensorLayout<S> in_order(const SensorLayout<S>& layout, std::span<const std::uin
 #include <algorithm>
 #include <cmath>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Energy that a tool has brought into whatever resists it, less what it got back.
 ///
@@ -8355,7 +8380,7 @@ class PassivityObserver {
   S turnover_ = S(0);
 };
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 // === bristle/sensors/placement.hpp
 
@@ -8375,7 +8400,7 @@ class PassivityObserver {
 #include <span>
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Sum of unit normals with their weights, and whether they leave a direction.
 template <Scalar S>
@@ -8446,7 +8471,7 @@ std::vector<NormalSum<S>> vertex_normals(const TriangleMesh<S>& mesh,
   return sums;
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 #include <array>
 #include <cstddef>
@@ -8456,7 +8481,7 @@ std::vector<NormalSum<S>> vertex_normals(const TriangleMesh<S>& mesh,
 #include <utility>
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// How sensors sit on a mesh. The defaults put one 10 mm ray on every face, half of it below the
 /// surface.
@@ -8668,7 +8693,7 @@ SensorLayout<S> sensor_grid(const SensorGridDef<S>& def) {
   return layout;
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 // === bristle/sensors/ray_fan.hpp
 
@@ -8680,7 +8705,7 @@ SensorLayout<S> sensor_grid(const SensorGridDef<S>& def) {
 #include <cstddef>
 #include <numbers>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// A fan in the frame A of the body that carries it. Rays lie in the middles of equal cells of
 /// azimuth and elevation, so a fan of one row and a width of 2 pi goes round without a ray twice.
@@ -8753,7 +8778,7 @@ SensorLayout<S> ray_fan(const RayFanDef<S>& def) {
   return layout;
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 // === bristle/sensors/stability.hpp
 
@@ -8775,7 +8800,7 @@ SensorLayout<S> ray_fan(const RayFanDef<S>& def) {
 
 #include <cstddef>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// A sensor that meets a surface, in A's axes.
 template <Value T>
@@ -8837,9 +8862,9 @@ struct TouchPack : SensorTouch<Pack<S>> {
 
 }  // namespace detail
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// [s] Longest stable explicit step of one mode; infinite without stiffness and damping.
 template <Scalar S>
@@ -8956,7 +8981,7 @@ S largest_stable_step(const SensorPatch<S>& patch, MobilityOf&& mobility_of) {
   return smallest;
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 // === bristle/sensors/tactile_image.hpp
 
@@ -8970,7 +8995,7 @@ S largest_stable_step(const SensorPatch<S>& patch, MobilityOf&& mobility_of) {
 #include <span>
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// What a pixel of a tactile image can show.
 enum class TactileChannel : std::uint8_t {
@@ -9119,7 +9144,7 @@ void TactileHistory<S>::copy_to(std::span<S> out) const {
   }
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 // === bristle/sensors/taxel_flaws.hpp
 
@@ -9138,7 +9163,7 @@ void TactileHistory<S>::copy_to(std::span<S> out) const {
 #include <string>
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// How far the taxels of an array are from perfect. The defaults are perfect.
 template <Scalar S>
@@ -9264,7 +9289,7 @@ void TaxelFlaws<S>::apply(std::span<const S> in, std::span<S> out) {
   ++sample_;
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 // === bristle/sensors/tuning.hpp
 
@@ -9277,7 +9302,7 @@ void TaxelFlaws<S>::apply(std::span<const S> in, std::span<S> out) {
 
 #include <cstddef>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// What one wants of a patch that grips.
 template <Scalar S>
@@ -9463,7 +9488,7 @@ PatchMeaning<S> meaning_of(const SensorParameters<S>& p, const PatchUse<S>& use,
   return out;
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 // === bristle/sensors/wrapping.hpp
 
@@ -9491,7 +9516,7 @@ PatchMeaning<S> meaning_of(const SensorParameters<S>& p, const PatchUse<S>& use,
 #include <utility>
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// An open surface with a normal at each vertex: M in Algorithm 3. It looks outwards, as the
 /// sensors will that are placed on it.
@@ -9622,7 +9647,7 @@ PatchMesh<S> patch_from_mesh(const TriangleMesh<S>& mesh) {
   return patch;
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 #include <array>
 #include <cmath>
@@ -9632,7 +9657,7 @@ PatchMesh<S> patch_from_mesh(const TriangleMesh<S>& mesh) {
 #include <utility>
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Along what a wrapped vertex is set off from the surface.
 enum class WrapOffset {
@@ -9790,7 +9815,7 @@ TriangleMesh<S> wrap_patch(const PatchMesh<S>& patch, const TriangleMesh<S>& sha
   return moved;
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 // === bristle/world/world.hpp
 
@@ -9824,7 +9849,7 @@ TriangleMesh<S> wrap_patch(const PatchMesh<S>& patch, const TriangleMesh<S>& sha
 #include <cstdint>
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// One point of contact.
 template <Scalar S>
@@ -9868,12 +9893,12 @@ enum class ContactStatus {
   failed
 };
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 #include <concepts>
 #include <cstdint>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// What `World<S, B>` asks of a backend B.
 ///
@@ -9928,7 +9953,7 @@ template <Scalar S, typename B>
   return false;
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 /// Declares (`extern template`) or makes (`template`) the functions of a backend in a scalar.
 #define BRISTLE_BACKEND_FUNCTIONS(instantiate, Backend, S)                                         \
@@ -9947,7 +9972,7 @@ template <Scalar S, typename B>
 #include <cstdint>
 #include <memory>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 template <Scalar S>
 class AnalyticShape;
@@ -9993,17 +10018,17 @@ struct AnalyticBackend {
                                      const Transform<S>& X_RC, const RayBatch<S>& rays) noexcept;
 };
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 // Implementation -----------------------------------------------------------------------------------
 
 #if defined(BRISTLE_COMPILED) && BRISTLE_HAS_DEFINITIONS
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 BRISTLE_BACKEND_FUNCTIONS(extern template, AnalyticBackend, float)
 BRISTLE_BACKEND_FUNCTIONS(extern template, AnalyticBackend, double)
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 #endif
 
 // === bristle/world/contact_events.hpp
@@ -10040,7 +10065,7 @@ BRISTLE_BACKEND_FUNCTIONS(extern template, AnalyticBackend, double)
 /// Whether and where a ray enters a box: the inner loop of every walk through a tree.
 // SPDX-License-Identifier: BSD-3-Clause
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Entry of a ray into boxes, by the three pairs of planes. Kay and Kajiya 1986; that the exit is
 /// moved outwards so that rounding loses nothing follows Ize 2013, "Robust BVH Ray Traversal".
@@ -10072,7 +10097,7 @@ class SlabTest {
   Vec3<S> inverse_;
 };
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 #include <algorithm>
 #include <array>
@@ -10083,7 +10108,7 @@ class SlabTest {
 #include <utility>
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Boxes, each with a number that is its owner's (the payload), found by box or by ray.
 ///
@@ -10546,7 +10571,7 @@ auto AabbTree<S>::build_range(std::span<NodeId> leaves, int depth) -> NodeId {
   return id;
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 #include <algorithm>
 #include <compare>
@@ -10554,7 +10579,7 @@ auto AabbTree<S>::build_range(std::span<NodeId> leaves, int depth) -> NodeId {
 #include <cstdint>
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Two shapes that may touch, by their tags, a < b.
 struct ShapePair {
@@ -10847,7 +10872,7 @@ class BroadPhase {
   std::vector<ShapePair> found_;
 };
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 #include <algorithm>
 #include <array>
@@ -10855,7 +10880,7 @@ class BroadPhase {
 #include <span>
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// One point of contact between two bodies.
 template <Scalar S>
@@ -11083,14 +11108,14 @@ class ContactCache {
   bool is_repeated_ = false;
 };
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 #include <algorithm>
 #include <cstdint>
 #include <span>
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// What happened to a touch in the last step.
 enum class ContactPhase {
@@ -11277,7 +11302,7 @@ Wrench<S> ContactReading<S>::impulse_on_b() const {
   return sum([](const CachedManifold<S>&, const CachedPoint<S>& p) { return p.arm_b; });
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 // === bristle/world/haptic_loop.hpp
 
@@ -11321,7 +11346,7 @@ Wrench<S> ContactReading<S>::impulse_on_b() const {
 /// body"), fourth order in the step, in parts of at most a radian where the body spins faster.
 // SPDX-License-Identifier: BSD-3-Clause
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Velocities of a body after the forces known at the start of the step: gravity and what the
 /// caller applies. The gyroscopic torque is not among them; `step_pose` accounts for it exactly.
@@ -11450,7 +11475,7 @@ void step_pose(Body<S>& body, const Twist<S>& motion, S dt) {
   }
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 // === bristle/world/held_mobility.hpp
 
@@ -11489,7 +11514,7 @@ void step_pose(Body<S>& body, const Twist<S>& motion, S dt) {
 #include <cstdint>
 #include <string>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 struct JointTag;
 /// Names a joint of a world.
@@ -11741,12 +11766,12 @@ void validate(const JointDef<S>& def) {
                   "JointDef::bushing", def.bushing.stiffness.maxCoeff(), "needs a six_dof joint");
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 #include <array>
 #include <numbers>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Where a joint stands: its frame on A in the world and the offset of B's frame from it.
 template <Scalar S>
@@ -11883,7 +11908,7 @@ bool is_within_stops(const JointDef<S>& def, const JointPose<S>& pose, S positio
   return joint_swing(pose) <= def.swing_limit;
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 // === bristle/dynamics/joint_spring.hpp
 
@@ -11903,7 +11928,7 @@ bool is_within_stops(const JointDef<S>& def, const JointPose<S>& pose, S positio
 /// energy phi . K phi / 2 gives is -J^T K phi.
 // SPDX-License-Identifier: BSD-3-Clause
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Adds the spring on the free axis of a joint, if it has one.
 /// @param along  Row of the position.
@@ -11999,12 +12024,12 @@ void add_joint_bushing(Joint<S>& joint, const JointPose<S>& pose, S dt, Constrai
   soft.offset.template tail<3>() = -(rate.transpose() * k_angular.cwiseProduct(turn_J));
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 #include <algorithm>
 #include <cmath>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Adds what a joint is in this step: locked axes as one equality block, then the drive, the stops,
 /// and a soft block for springs.
@@ -12286,7 +12311,7 @@ JointReading<S> read_joint(const Joint<S>& joint, const Body<S>& a, const Body<S
   return reading;
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 // === bristle/world/world_state.hpp
 
@@ -12302,7 +12327,7 @@ JointReading<S> read_joint(const Joint<S>& joint, const Body<S>& a, const Body<S
 
 #include <cstdint>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Counters of one step. A stage with nothing to do leaves its counters at zero: what a scene does
 /// not need is not done, and this is where it shows.
@@ -12352,13 +12377,13 @@ struct StepReport {
   std::uint64_t frozen_bodies = 0;
 };
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 #include <algorithm>
 #include <optional>
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// When islands of bodies fall asleep. Asleep, they are not computed: nothing moves, contacts,
 /// joints and sensors keep their impulses and readings, velocities are zero.
@@ -12467,11 +12492,11 @@ struct WorldState {
   }
 };
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 #include <cstdint>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// A body as its surroundings let it move.
 template <Scalar S>
@@ -12619,9 +12644,9 @@ class HeldMobilityFinder {
   Constraints<S> rows_;
 };
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// A body as the ticks of a `HapticLoop` see it. Between steps of the world it moves by
 ///
@@ -12751,7 +12776,7 @@ class HapticBody {
   Vec6<S> end_ = Vec6<S>::Zero();
 };
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 // === bristle/world/kernels.hpp
 
@@ -12766,7 +12791,7 @@ class HapticBody {
 
 #include <span>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 struct RayFilter;
 template <Scalar S>
@@ -12797,7 +12822,7 @@ struct WorldKernels {
 template <Scalar S, typename Backend>
 [[nodiscard]] const WorldKernels<S, Backend>& world_kernels();
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 // === bristle/world/patch_rays.hpp
 
@@ -12809,7 +12834,7 @@ template <Scalar S, typename Backend>
 #include <cstdint>
 #include <span>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// A shape that the rays of a patch on A may meet within a step.
 template <Scalar S, typename Backend>
@@ -13032,7 +13057,7 @@ std::uint64_t find_hits(SensorPatch<S>& patch, std::span<const ShapeInReach<S, B
   return rays;
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 #include <cstdint>
 #include <optional>
@@ -13041,7 +13066,7 @@ std::uint64_t find_hits(SensorPatch<S>& patch, std::span<const ShapeInReach<S, B
 #include <utility>
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 namespace detail {
 template <Scalar S, typename Backend>
 class HapticTick;
@@ -13250,7 +13275,7 @@ class HapticLoop {
   std::uint64_t rays_cast_ = 0;
 };
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 // Implementation -----------------------------------------------------------------------------------
 
@@ -13267,7 +13292,7 @@ class HapticLoop {
 #include <utility>
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Whom sensors of distance see.
 struct ProximityFilter {
@@ -13346,7 +13371,7 @@ class ProximityArray {
   std::uint64_t rays_cast_ = 0;
 };
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 // Implementation -----------------------------------------------------------------------------------
 
@@ -13358,7 +13383,7 @@ class ProximityArray {
 
 #include <span>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Whom a ray query meets.
 struct RayFilter {
@@ -13445,14 +13470,14 @@ template <Scalar S, typename Backend>
 }
 
 }  // namespace detail
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 #include <cstddef>
 #include <cstdint>
 #include <span>
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// A minimal rigid-body world whose hands can hold things.
 ///
@@ -13663,7 +13688,7 @@ class World {
   detail::KernelScratch<WorldKernels<S, Backend>> stepper_{world_kernels<S, Backend>()};
 };
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 // === bristle/world/world_contacts_impl.hpp
 
@@ -13671,7 +13696,7 @@ class World {
 /// Definitions of `World`: what callers see of contacts. Included by world.hpp.
 // SPDX-License-Identifier: BSD-3-Clause
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S>
@@ -13730,7 +13755,7 @@ const {
   return sum;
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 #if defined(BRISTLE_WITH_FCL)
 // === bristle/geometry/fcl_backend.hpp
@@ -13753,7 +13778,7 @@ template <typename S>
 class CollisionGeometry;
 }  // namespace fcl
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// FCL geometry that nobody changes any more, shared by all who use it.
 using FclGeometry = std::shared_ptr<const fcl::CollisionGeometry<double>>;
@@ -13825,25 +13850,25 @@ class FclBackend::Collidable {
   std::shared_ptr<const Data> data_;
 };
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 // Implementation -----------------------------------------------------------------------------------
 
 #if defined(BRISTLE_COMPILED) && BRISTLE_HAS_DEFINITIONS
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 extern template class FclBackend::Collidable<float>;
 extern template class FclBackend::Collidable<double>;
 BRISTLE_BACKEND_FUNCTIONS(extern template, FclBackend, float)
 BRISTLE_BACKEND_FUNCTIONS(extern template, FclBackend, double)
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 #endif
 
 #endif
 
 #if defined(BRISTLE_COMPILED) && BRISTLE_HAS_DEFINITIONS
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 #define BRISTLE_COMPILED_WORLD(S, Backend)                     \
   template <>                                                  \
@@ -13858,7 +13883,7 @@ BRISTLE_COMPILED_WORLD(double, FclBackend)
 #endif
 #undef BRISTLE_COMPILED_WORLD
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 #endif
 
 #if defined(BRISTLE_WITH_FCL)
@@ -13875,7 +13900,7 @@ BRISTLE_COMPILED_WORLD(double, FclBackend)
 #include <cstdint>
 #include <thread>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Paces a loop of equal steps:
 ///
@@ -13977,7 +14002,7 @@ class RealTimePacer {
   double forgiven_ = 0;
 };
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 // === bristle/core/thread_pool.hpp
 
@@ -13997,7 +14022,7 @@ class RealTimePacer {
 #include <thread>
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// A fixed number of threads that share the tasks of one loop at a time.
 ///
@@ -14182,7 +14207,7 @@ class ThreadPool {
   std::atomic<bool> is_caller_asleep_{false};
 };
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 #endif
 
@@ -14232,7 +14257,7 @@ class ThreadPool {
 #include <cstddef>
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Watches the derivatives of the velocities that an iteration finds. For scalars without
 /// derivatives there is nothing to watch, and nothing is compiled of it.
@@ -14292,7 +14317,7 @@ class DerivativeWatch {
   bool is_first_ = true;
 };
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 // === bristle/dynamics/island_rows.hpp
 
@@ -14315,7 +14340,7 @@ class DerivativeWatch {
 #include <cstdint>
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Numbers the bodies of one island after the other. Keeps its memory.
 class IslandOrder {
@@ -14435,7 +14460,7 @@ class IslandOrder {
   std::vector<bool> is_queued_;
 };
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 // === bristle/dynamics/island_row.hpp
 
@@ -14450,7 +14475,7 @@ class IslandOrder {
 #include <cstdint>
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// What the multiplier of a row may be.
 enum class RowKind : std::uint8_t {
@@ -14553,7 +14578,7 @@ void project_on_cone(Real friction, Real& n, Real& x, Real& y) {
 
 }  // namespace detail
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 // === bristle/math/envelope_cholesky.hpp
 
@@ -14571,7 +14596,7 @@ void project_on_cone(Real friction, Real& n, Real& x, Real& y) {
 #include <span>
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Lower triangle of a symmetric positive definite matrix, and its factor in the same place.
 template <Scalar S>
@@ -14660,7 +14685,7 @@ class EnvelopeMatrix {
   std::vector<S> values_;
 };
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 #include <algorithm>
 #include <array>
@@ -14669,7 +14694,7 @@ class EnvelopeMatrix {
 #include <span>
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Rows of one island after the other. Keeps its memory.
 /// @tparam Real  Scalar of the arithmetic.
@@ -15123,13 +15148,13 @@ void IslandRows<S, Real>::add_square(EnvelopeMatrix<Real>& h, Real weight, const
   }
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 #include <algorithm>
 #include <type_traits>
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Scratch memory and the algorithm. One object serves many islands, one after the other. Islands
 /// of floats are solved in double: eps^-1 leaves float no digits.
@@ -15486,7 +15511,7 @@ auto ProximalSolver<S>::search_line(Real eps) -> Real {
   return s;
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 // === bristle/sensors/passes.hpp
 
@@ -15496,7 +15521,7 @@ auto ProximalSolver<S>::search_line(Real eps) -> Real {
 
 #include <algorithm>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// One of the solves of a step.
 struct SolvePass {
@@ -15521,7 +15546,7 @@ int solve_in_passes(int max_passes, Solve&& solve, Answer&& answer) {
   }
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 // === bristle/sensors/patch_contacts.hpp
 
@@ -15539,7 +15564,7 @@ int solve_in_passes(int max_passes, Solve&& solve, Answer&& answer) {
 #include <cstddef>
 #include <utility>
 
-namespace bristle::detail {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// One set of constants for all lanes of all tiles.
 template <Scalar S>
@@ -15590,9 +15615,9 @@ decltype(auto) with_parameters(const PatchDef<S>& def, Call&& call) {
   return call(OwnParameters<S>(def.per_sensor));
 }
 
-}  // namespace bristle::detail
+}  // namespace bristle::inline BRISTLE_ABI::detail
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// A body that a ray met.
 template <Scalar S>
@@ -16046,7 +16071,7 @@ void collect_contacts(SensorPatch<S>& patch, const Body<S>& A, FindBody&& find,
   patch.contacts.resize(contacts);
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 // === bristle/sensors/patch_explicit.hpp
 
@@ -16067,7 +16092,7 @@ void collect_contacts(SensorPatch<S>& patch, const Body<S>& A, FindBody&& find,
 /// absent from the paper), and the one-step lag of its ray origins.
 // SPDX-License-Identifier: BSD-3-Clause
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// [m] and [m/s] Below it AMBF multiplies by a vector that it has not normalised.
 template <Scalar S>
@@ -16113,7 +16138,7 @@ template <Scalar S>
   return f;
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 // === bristle/sensors/patch_block.hpp
 
@@ -16139,7 +16164,7 @@ template <Scalar S>
 
 #include <array>
 
-namespace bristle::detail {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// Velocity of A relative to B at the arm rho from c for the motion (linear, angular) at c.
 template <Value T>
@@ -16453,11 +16478,11 @@ BRISTLE_LANES void update_slip(PatchContact<T>& c, const Vector3<T>& v, T sigma,
   c.last_slip = v;
 }
 
-}  // namespace bristle::detail
+}  // namespace bristle::inline BRISTLE_ABI::detail
 
 #include <span>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Sets the weights of the implicit scheme from x = w (dt^2 sum k_t + dt sum mu_V): for soft
 /// bristles nearly conservative and fourth-order in phase, for stiff ones implicit Euler.
@@ -16882,9 +16907,9 @@ void clear_impulses(SensorPatch<S>& patch, const PatchPair<S>& pair) {
   }
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Measures a pair before the step: sets Lambda and the weights of the implicit scheme, from the
 /// sums over its contacts in `PatchPair::stiffness`.
@@ -17012,7 +17037,7 @@ Wrench<S> explicit_impulses(SensorPatch<S>& patch, const PatchPair<S>& pair, Bod
                                             : detail::paper_impulses(patch, pair, dt, parallel_for);
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 // === bristle/sensors/patch_readings.hpp
 
@@ -17020,7 +17045,7 @@ Wrench<S> explicit_impulses(SensorPatch<S>& patch, const PatchPair<S>& pair, Bod
 /// What a patch finally reads: impulses become forces in the frames of its sensors.
 // SPDX-License-Identifier: BSD-3-Clause
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Turns the impulses of all contacts into readings.
 /// @param origin   [m] A's centre of mass in the world.
@@ -17154,13 +17179,13 @@ void fill_readings(SensorPatch<S>& patch, const Vec3<S>& origin, S dt, FindId&& 
   }
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 #include <cstddef>
 #include <cstdint>
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 namespace detail {
 
 /// Finds the impulses of a `HostPatch` and its readings. It holds scratch memory only.
@@ -17339,9 +17364,9 @@ void HostSolver<S>::discard_what_is_not_finite(HostPatch<S>& host) {
 }
 
 }  // namespace detail
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 template <Scalar S>
 HostPatch<S>::HostPatch(std::uint32_t body, PatchDef<S> def)
@@ -17367,7 +17392,7 @@ void HostPatch<S>::add_body(std::uint32_t number, const HostBody<S>& state, S dt
   solver.twist = solver.free;
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 // === bristle/io/mesh_file.hpp: definitions
 // === bristle/io/file.hpp
@@ -17383,7 +17408,7 @@ void HostPatch<S>::add_body(std::uint32_t number, const HostBody<S>& state, S dt
 #include <string_view>
 #include <system_error>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// All bytes of a file.
 ///
@@ -17419,7 +17444,7 @@ inline void write_file(const std::filesystem::path& path, std::string_view bytes
   if (!stream) detail::raise(IoError(path.string(), 0, "cannot be written to its end"));
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 // === bristle/io/obj.hpp
 
@@ -17440,7 +17465,7 @@ inline void write_file(const std::filesystem::path& path, std::string_view bytes
 #include <string_view>
 #include <system_error>
 
-namespace bristle::detail {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// Letters A-Z as a-z, whatever the locale.
 [[nodiscard]] inline std::string to_lower(std::string_view text) {
@@ -17557,7 +17582,7 @@ class TextScanner {
   std::size_t word_line_ = 1;
 };
 
-}  // namespace bristle::detail
+}  // namespace bristle::inline BRISTLE_ABI::detail
 
 #include <charconv>
 #include <cstddef>
@@ -17569,7 +17594,7 @@ class TextScanner {
 #include <utility>
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Mesh from the text of an OBJ file.
 ///
@@ -17708,7 +17733,7 @@ std::string write_obj(const TriangleMesh<S>& mesh) {
   return text;
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 // === bristle/io/stl.hpp
 
@@ -17726,7 +17751,7 @@ std::string write_obj(const TriangleMesh<S>& mesh) {
 #include <string_view>
 #include <utility>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Mesh from the bytes of an STL file, binary or ASCII, with equal corners welded.
 ///
@@ -17912,11 +17937,11 @@ std::string write_stl(const TriangleMesh<S>& mesh) {
   return bytes;
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 #include <string>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 template <Scalar S>
 TriangleMesh<S> load_mesh(const std::filesystem::path& path) {
@@ -17926,7 +17951,7 @@ TriangleMesh<S> load_mesh(const std::filesystem::path& path) {
   detail::raise(IoError(path.string(), 0, "unknown kind of mesh file (known: .stl, .obj)"));
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 // === bristle/geometry/analytic_backend.hpp: definitions
 // === bristle/geometry/analytic_contacts.hpp
@@ -17968,7 +17993,7 @@ TriangleMesh<S> load_mesh(const std::filesystem::path& path) {
 #include <numbers>
 #include <span>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Piece of a convex surface: a point, an edge of two points or a convex polygon.
 template <Scalar S>
@@ -18009,6 +18034,8 @@ template <Scalar S>
 struct Triangle {
   /// [m] Corners.
   std::array<Vec3<S>, 3> corners{Vec3<S>::Zero(), Vec3<S>::Zero(), Vec3<S>::Zero()};
+  /// [-] Names of the corners in a contact.
+  std::array<std::uint32_t, 3> names{0, 1, 2};
 };
 
 /// [1] Sine of the angle within which an edge counts as lying across a direction, and two edges as
@@ -18413,8 +18440,8 @@ SupportFeature<S> support_edge(const Triangle<S>& triangle, const Vec3<S>& direc
     }
   }
   SupportFeature<S> feature;
-  feature.add(triangle.corners[corner], corner);
-  if (other != corner) feature.add(triangle.corners[other], other);
+  feature.add(triangle.corners[corner], triangle.names[corner]);
+  if (other != corner) feature.add(triangle.corners[other], triangle.names[other]);
   return feature;
 }
 
@@ -18429,12 +18456,12 @@ SupportFeature<S> support_face(const Triangle<S>& triangle, const Vec3<S>& direc
   face.cosine = face.normal.dot(direction);
   for (std::uint32_t i = 0; i < 3; ++i) {
     const std::uint32_t k = is_front ? i : 2 - i;
-    face.add(triangle.corners[k], k);
+    face.add(triangle.corners[k], triangle.names[k]);
   }
   return face;
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 #include <algorithm>
 #include <array>
@@ -18442,7 +18469,7 @@ SupportFeature<S> support_face(const Triangle<S>& triangle, const Vec3<S>& direc
 #include <cstdint>
 #include <span>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// The manifold of two convex shapes that meet along a given normal: all corners of the common
 /// patch with a gap of at most `margin` [m], thinned to the capacity of a manifold (to four where a
@@ -18856,7 +18883,225 @@ bool build_manifold(const ShapeA& a, const ShapeB& b, const Transform<S>& X_AB,
   return true;
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
+
+// === bristle/geometry/convex_view.hpp
+
+/// @file
+/// A convex solid as iterative methods see it: a core, and a radius by which the core is grown.
+///
+/// A sphere's core is its centre, a capsule's its segment; others are their own. Where cores are
+/// apart the radius only shifts the surface, so round parts are exact whatever the method is.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <algorithm>
+#include <cstddef>
+#include <span>
+#include <type_traits>
+#include <utility>
+#include <variant>
+
+namespace bristle::inline BRISTLE_ABI {
+
+/// View of a shape that support.hpp knows. Points to the shape it is made from.
+template <Scalar S>
+struct ConvexView {
+  std::variant<const Sphere<S>*, const Box<S>*, const Capsule<S>*, const Cylinder<S>*,
+               const Cone<S>*, const Ellipsoid<S>*, const ConvexHull<S>*, const Triangle<S>*>
+      shape;
+  /// [m] Radius around the core: that of a sphere or capsule, else 0.
+  S rounding = S(0);
+  /// [m] A point inside, and the distance from it to the farthest point of the solid.
+  Vec3<S> center = Vec3<S>::Zero();
+  S reach = S(0);
+
+  /// [m] The core's farthest point along a direction of any length > 0, in the solid's frame.
+  [[nodiscard]] Vec3<S> support(const Vec3<S>& direction) const;
+  /// Whether the core has curved parts.
+  [[nodiscard]] bool is_curved() const {
+    return std::holds_alternative<const Cylinder<S>*>(shape) ||
+           std::holds_alternative<const Cone<S>*>(shape) ||
+           std::holds_alternative<const Ellipsoid<S>*>(shape);
+  }
+};
+
+namespace detail {
+
+// The scalar of a shape that has a view. A parameter for templates of a Scalar would tell, too, but
+// clang 14 crashes where it writes one into a precompiled header.
+template <Scalar S>
+S scalar_of(const Sphere<S>&);
+template <Scalar S>
+S scalar_of(const Box<S>&);
+template <Scalar S>
+S scalar_of(const Capsule<S>&);
+template <Scalar S>
+S scalar_of(const Cylinder<S>&);
+template <Scalar S>
+S scalar_of(const Cone<S>&);
+template <Scalar S>
+S scalar_of(const Ellipsoid<S>&);
+template <Scalar S>
+S scalar_of(const ConvexHull<S>&);
+template <Scalar S>
+S scalar_of(const Triangle<S>&);
+
+template <typename ConvexShape>
+using ScalarOfShape = decltype(scalar_of(std::declval<const ConvexShape&>()));
+
+}  // namespace detail
+
+/// The view of a shape, which must outlive the answer.
+template <typename ConvexShape>
+[[nodiscard]] ConvexView<detail::ScalarOfShape<ConvexShape>> convex_view(const ConvexShape& shape);
+
+/// Farthest point, edge and face of the whole solid, as support.hpp has them for each shape: what
+/// is done with pairs of solids is compiled once, and not for every pair of shapes.
+template <Scalar S>
+[[nodiscard]] Vec3<S> support_point(const ConvexView<S>& convex, const Vec3<S>& direction);
+template <Scalar S>
+[[nodiscard]] SupportFeature<S> support_edge(const ConvexView<S>& convex, const Vec3<S>& direction);
+template <Scalar S>
+[[nodiscard]] SupportFeature<S> support_face(const ConvexView<S>& convex, const Vec3<S>& direction);
+
+/// [m] The box around a solid that stands at X.
+template <Scalar S>
+[[nodiscard]] Aabb<S> bounds_at(const ConvexView<S>& convex, const Transform<S>& X);
+
+// Implementation -----------------------------------------------------------------------------------
+
+namespace detail {
+
+template <Scalar S>
+[[nodiscard]] Vec3<S> support_core(const Sphere<S>&, const Vec3<S>&) {
+  return Vec3<S>::Zero();
+}
+template <Scalar S>
+[[nodiscard]] Vec3<S> support_core(const Capsule<S>& s, const Vec3<S>& d) {
+  return {S(0), S(0), d.z() < S(0) ? -s.half_length : s.half_length};
+}
+template <typename ConvexShape, Scalar S>
+[[nodiscard]] Vec3<S> support_core(const ConvexShape& s, const Vec3<S>& d) {
+  return support_point(s, d);
+}
+
+/// Centre and reach of a set of corners.
+template <Scalar S>
+void measure_corners(ConvexView<S>& convex, std::span<const Vec3<S>> corners) {
+  for (const Vec3<S>& p : corners) convex.center += p / S(corners.size());
+  for (const Vec3<S>& p : corners) {
+    convex.reach = std::max(convex.reach, (p - convex.center).norm());
+  }
+}
+
+template <Scalar S>
+void measure(ConvexView<S>& convex, const Sphere<S>& s) {
+  convex.rounding = s.radius;
+  convex.reach = s.radius;
+}
+template <Scalar S>
+void measure(ConvexView<S>& convex, const Box<S>& s) {
+  convex.reach = s.half_extents.norm();
+}
+template <Scalar S>
+void measure(ConvexView<S>& convex, const Capsule<S>& s) {
+  convex.rounding = s.radius;
+  convex.reach = s.half_length + s.radius;
+}
+template <Scalar S>
+void measure(ConvexView<S>& convex, const Cylinder<S>& s) {
+  convex.reach = Vec2<S>(s.radius, s.half_length).norm();
+}
+template <Scalar S>
+void measure(ConvexView<S>& convex, const Cone<S>& s) {
+  convex.reach = Vec2<S>(s.radius, s.half_length).norm();
+}
+template <Scalar S>
+void measure(ConvexView<S>& convex, const Ellipsoid<S>& s) {
+  convex.reach = s.radii.maxCoeff();
+}
+template <Scalar S>
+void measure(ConvexView<S>& convex, const ConvexHull<S>& s) {
+  measure_corners<S>(convex, s.vertices);
+}
+template <Scalar S>
+void measure(ConvexView<S>& convex, const Triangle<S>& s) {
+  measure_corners<S>(convex, s.corners);
+}
+
+/// Calls `try_axis` with directions in which the way out of the shape may be shortest: those its
+/// faces look in.
+template <typename Self, typename Try>
+void for_face_normals(const Self& shape, const Try& try_axis) {
+  using S = ScalarOfShape<Self>;
+  if constexpr (std::is_same_v<Self, Box<S>>) {
+    for (int axis = 0; axis < 3; ++axis) {
+      try_axis(Vec3<S>(Vec3<S>::Unit(axis)));
+      try_axis(Vec3<S>(-Vec3<S>::Unit(axis)));
+    }
+  } else if constexpr (std::is_same_v<Self, Cylinder<S>>) {
+    try_axis(Vec3<S>(Vec3<S>::UnitZ()));
+    try_axis(Vec3<S>(-Vec3<S>::UnitZ()));
+  } else if constexpr (std::is_same_v<Self, Cone<S>>) {
+    try_axis(Vec3<S>(-Vec3<S>::UnitZ()));
+  } else if constexpr (std::is_same_v<Self, ConvexHull<S>>) {
+    for (const Vec3<S>& n : shape.face_normals) try_axis(n);
+  } else if constexpr (std::is_same_v<Self, Triangle<S>>) {
+    const Vec3<S> n = support_face(shape, Vec3<S>(Vec3<S>::UnitZ())).normal;
+    try_axis(n);
+    try_axis(Vec3<S>(-n));
+    // Past its edges, within its plane: often the shortest way off a plate.
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Vec3<S> edge = shape.corners[(k + 1) % 3] - shape.corners[k];
+      const Vec3<S> across = edge.cross(n).normalized();
+      const bool is_outwards = across.dot(shape.corners[(k + 2) % 3] - shape.corners[k]) <= S(0);
+      try_axis(is_outwards ? across : Vec3<S>(-across));
+    }
+  }
+}
+
+}  // namespace detail
+
+template <Scalar S>
+Vec3<S> ConvexView<S>::support(const Vec3<S>& direction) const {
+  return std::visit([&](const auto* s) { return detail::support_core(*s, direction); }, shape);
+}
+
+template <typename ConvexShape>
+ConvexView<detail::ScalarOfShape<ConvexShape>> convex_view(const ConvexShape& shape) {
+  ConvexView<detail::ScalarOfShape<ConvexShape>> convex{.shape = &shape};
+  detail::measure(convex, shape);
+  return convex;
+}
+
+template <Scalar S>
+Vec3<S> support_point(const ConvexView<S>& convex, const Vec3<S>& direction) {
+  return std::visit([&](const auto* s) { return support_point(*s, direction); }, convex.shape);
+}
+
+template <Scalar S>
+SupportFeature<S> support_edge(const ConvexView<S>& convex, const Vec3<S>& direction) {
+  return std::visit([&](const auto* s) { return support_edge(*s, direction); }, convex.shape);
+}
+
+template <Scalar S>
+SupportFeature<S> support_face(const ConvexView<S>& convex, const Vec3<S>& direction) {
+  return std::visit([&](const auto* s) { return support_face(*s, direction); }, convex.shape);
+}
+
+template <Scalar S>
+Aabb<S> bounds_at(const ConvexView<S>& convex, const Transform<S>& X) {
+  const Mat3<S> R = X.rotation_matrix();
+  Aabb<S> box;
+  for (int i = 0; i < 3; ++i) {
+    const Vec3<S> d = R.row(i).transpose();
+    box.upper[i] = d.dot(convex.support(d)) + convex.rounding + X.translation[i];
+    box.lower[i] = d.dot(convex.support(-d)) - convex.rounding + X.translation[i];
+  }
+  return box;
+}
+
+}  // namespace bristle::inline BRISTLE_ABI
 
 // === bristle/geometry/mesh_tree.hpp
 
@@ -18871,7 +19116,7 @@ bool build_manifold(const ShapeA& a, const ShapeB& b, const Transform<S>& X_AB,
 #include <utility>
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Immutable solid: the surface of a closed mesh and all that is inside.
 template <Scalar S>
@@ -18942,7 +19187,7 @@ RayHit<S> ray_cast(const MeshTree<S>& mesh, const Ray<S>& ray) {
   return ray_cast_mesh(mesh, ray);
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 #include <algorithm>
 #include <array>
@@ -18950,7 +19195,7 @@ RayHit<S> ray_cast(const MeshTree<S>& mesh, const Ray<S>& ray) {
 #include <cstddef>
 #include <cstdint>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Normal +z for concentric balls.
 template <Scalar S>
@@ -19112,7 +19357,7 @@ void collide_shapes(const Capsule<S>& a, const Capsule<S>& b, const Transform<S>
   const bool is_lengthwise = sine <= edge_tolerance<S> && abs(normal.z()) <= edge_tolerance<S> &&
                              abs(normal.dot(axis)) <= edge_tolerance<S>;
   if (is_lengthwise && distance - a.radius - b.radius <= margin) {
-    const auto features = detail::feature_pair(a, b, X_AB, normal);
+    const auto features = detail::feature_pair(convex_view(a), convex_view(b), X_AB, normal);
     const auto manifold = detail::clip_features(features.a, features.b, normal, margin);
     if (manifold.size > 0) {
       out.push_back(manifold);
@@ -19233,7 +19478,7 @@ void collide_shapes(const HalfSpace<S>& a, const MeshTree<S>& b, const Transform
   contacts.append_to(out, ContactManifold<S>::capacity);
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 // === bristle/geometry/box_box.hpp
 
@@ -19257,7 +19502,7 @@ void collide_shapes(const HalfSpace<S>& a, const MeshTree<S>& b, const Transform
 #include <cstddef>
 #include <cstdint>
 
-namespace bristle::detail {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// Names of the contacts of two boxes. Corners of a box are numbered by the signs of their
 /// coordinates, as in support.hpp; an edge is what its ends have in common, and in what they
@@ -19451,7 +19696,7 @@ class BoxFacePatch {
   std::size_t size_ = 0;
 };
 
-}  // namespace bristle::detail
+}  // namespace bristle::inline BRISTLE_ABI::detail
 
 // === bristle/geometry/contact_normal.hpp
 
@@ -19477,200 +19722,6 @@ class BoxFacePatch {
 /// two solids has the size 1 throughout.
 // SPDX-License-Identifier: BSD-3-Clause
 
-// === bristle/geometry/convex_view.hpp
-
-/// @file
-/// A convex solid as iterative methods see it: a core, and a radius by which the core is grown.
-///
-/// A sphere's core is its centre, a capsule's its segment; others are their own. Where cores are
-/// apart the radius only shifts the surface, so round parts are exact whatever the method is.
-// SPDX-License-Identifier: BSD-3-Clause
-
-#include <algorithm>
-#include <cstddef>
-#include <span>
-#include <type_traits>
-#include <utility>
-#include <variant>
-
-namespace bristle {
-
-/// View of a shape that support.hpp knows. Points to the shape it is made from.
-template <Scalar S>
-struct ConvexView {
-  std::variant<const Sphere<S>*, const Box<S>*, const Capsule<S>*, const Cylinder<S>*,
-               const Cone<S>*, const Ellipsoid<S>*, const ConvexHull<S>*, const Triangle<S>*>
-      shape;
-  /// [m] Radius around the core: that of a sphere or capsule, else 0.
-  S rounding = S(0);
-  /// [m] A point inside, and the distance from it to the farthest point of the solid.
-  Vec3<S> center = Vec3<S>::Zero();
-  S reach = S(0);
-
-  /// [m] The core's farthest point along a direction of any length > 0, in the solid's frame.
-  [[nodiscard]] Vec3<S> support(const Vec3<S>& direction) const;
-  /// Whether the core has curved parts.
-  [[nodiscard]] bool is_curved() const {
-    return std::holds_alternative<const Cylinder<S>*>(shape) ||
-           std::holds_alternative<const Cone<S>*>(shape) ||
-           std::holds_alternative<const Ellipsoid<S>*>(shape);
-  }
-};
-
-namespace detail {
-
-// The scalar of a shape that has a view. A parameter for templates of a Scalar would tell, too, but
-// clang 14 crashes where it writes one into a precompiled header.
-template <Scalar S>
-S scalar_of(const Sphere<S>&);
-template <Scalar S>
-S scalar_of(const Box<S>&);
-template <Scalar S>
-S scalar_of(const Capsule<S>&);
-template <Scalar S>
-S scalar_of(const Cylinder<S>&);
-template <Scalar S>
-S scalar_of(const Cone<S>&);
-template <Scalar S>
-S scalar_of(const Ellipsoid<S>&);
-template <Scalar S>
-S scalar_of(const ConvexHull<S>&);
-template <Scalar S>
-S scalar_of(const Triangle<S>&);
-
-template <typename ConvexShape>
-using ScalarOfShape = decltype(scalar_of(std::declval<const ConvexShape&>()));
-
-}  // namespace detail
-
-/// The view of a shape, which must outlive the answer.
-template <typename ConvexShape>
-[[nodiscard]] ConvexView<detail::ScalarOfShape<ConvexShape>> convex_view(const ConvexShape& shape);
-
-/// [m] The box around a solid that stands at X.
-template <Scalar S>
-[[nodiscard]] Aabb<S> bounds_at(const ConvexView<S>& convex, const Transform<S>& X);
-
-// Implementation -----------------------------------------------------------------------------------
-
-namespace detail {
-
-template <Scalar S>
-[[nodiscard]] Vec3<S> support_core(const Sphere<S>&, const Vec3<S>&) {
-  return Vec3<S>::Zero();
-}
-template <Scalar S>
-[[nodiscard]] Vec3<S> support_core(const Capsule<S>& s, const Vec3<S>& d) {
-  return {S(0), S(0), d.z() < S(0) ? -s.half_length : s.half_length};
-}
-template <typename ConvexShape, Scalar S>
-[[nodiscard]] Vec3<S> support_core(const ConvexShape& s, const Vec3<S>& d) {
-  return support_point(s, d);
-}
-
-/// Centre and reach of a set of corners.
-template <Scalar S>
-void measure_corners(ConvexView<S>& convex, std::span<const Vec3<S>> corners) {
-  for (const Vec3<S>& p : corners) convex.center += p / S(corners.size());
-  for (const Vec3<S>& p : corners) {
-    convex.reach = std::max(convex.reach, (p - convex.center).norm());
-  }
-}
-
-template <Scalar S>
-void measure(ConvexView<S>& convex, const Sphere<S>& s) {
-  convex.rounding = s.radius;
-  convex.reach = s.radius;
-}
-template <Scalar S>
-void measure(ConvexView<S>& convex, const Box<S>& s) {
-  convex.reach = s.half_extents.norm();
-}
-template <Scalar S>
-void measure(ConvexView<S>& convex, const Capsule<S>& s) {
-  convex.rounding = s.radius;
-  convex.reach = s.half_length + s.radius;
-}
-template <Scalar S>
-void measure(ConvexView<S>& convex, const Cylinder<S>& s) {
-  convex.reach = Vec2<S>(s.radius, s.half_length).norm();
-}
-template <Scalar S>
-void measure(ConvexView<S>& convex, const Cone<S>& s) {
-  convex.reach = Vec2<S>(s.radius, s.half_length).norm();
-}
-template <Scalar S>
-void measure(ConvexView<S>& convex, const Ellipsoid<S>& s) {
-  convex.reach = s.radii.maxCoeff();
-}
-template <Scalar S>
-void measure(ConvexView<S>& convex, const ConvexHull<S>& s) {
-  measure_corners<S>(convex, s.vertices);
-}
-template <Scalar S>
-void measure(ConvexView<S>& convex, const Triangle<S>& s) {
-  measure_corners<S>(convex, s.corners);
-}
-
-/// Calls `try_axis` with directions in which the way out of the shape may be shortest: those its
-/// faces look in.
-template <typename Self, typename Try>
-void for_face_normals(const Self& shape, const Try& try_axis) {
-  using S = ScalarOfShape<Self>;
-  if constexpr (std::is_same_v<Self, Box<S>>) {
-    for (int axis = 0; axis < 3; ++axis) {
-      try_axis(Vec3<S>(Vec3<S>::Unit(axis)));
-      try_axis(Vec3<S>(-Vec3<S>::Unit(axis)));
-    }
-  } else if constexpr (std::is_same_v<Self, Cylinder<S>>) {
-    try_axis(Vec3<S>(Vec3<S>::UnitZ()));
-    try_axis(Vec3<S>(-Vec3<S>::UnitZ()));
-  } else if constexpr (std::is_same_v<Self, Cone<S>>) {
-    try_axis(Vec3<S>(-Vec3<S>::UnitZ()));
-  } else if constexpr (std::is_same_v<Self, ConvexHull<S>>) {
-    for (const Vec3<S>& n : shape.face_normals) try_axis(n);
-  } else if constexpr (std::is_same_v<Self, Triangle<S>>) {
-    const Vec3<S> n = support_face(shape, Vec3<S>(Vec3<S>::UnitZ())).normal;
-    try_axis(n);
-    try_axis(Vec3<S>(-n));
-    // Past its edges, within its plane: often the shortest way off a plate.
-    for (std::size_t k = 0; k < 3; ++k) {
-      const Vec3<S> edge = shape.corners[(k + 1) % 3] - shape.corners[k];
-      const Vec3<S> across = edge.cross(n).normalized();
-      const bool is_outwards = across.dot(shape.corners[(k + 2) % 3] - shape.corners[k]) <= S(0);
-      try_axis(is_outwards ? across : Vec3<S>(-across));
-    }
-  }
-}
-
-}  // namespace detail
-
-template <Scalar S>
-Vec3<S> ConvexView<S>::support(const Vec3<S>& direction) const {
-  return std::visit([&](const auto* s) { return detail::support_core(*s, direction); }, shape);
-}
-
-template <typename ConvexShape>
-ConvexView<detail::ScalarOfShape<ConvexShape>> convex_view(const ConvexShape& shape) {
-  ConvexView<detail::ScalarOfShape<ConvexShape>> convex{.shape = &shape};
-  detail::measure(convex, shape);
-  return convex;
-}
-
-template <Scalar S>
-Aabb<S> bounds_at(const ConvexView<S>& convex, const Transform<S>& X) {
-  const Mat3<S> R = X.rotation_matrix();
-  Aabb<S> box;
-  for (int i = 0; i < 3; ++i) {
-    const Vec3<S> d = R.row(i).transpose();
-    box.upper[i] = d.dot(convex.support(d)) + convex.rounding + X.translation[i];
-    box.lower[i] = d.dot(convex.support(-d)) - convex.rounding + X.translation[i];
-  }
-  return box;
-}
-
-}  // namespace bristle
-
 // === bristle/geometry/expanding_polytope.hpp
 
 /// @file
@@ -19687,7 +19738,7 @@ Aabb<S> bounds_at(const ConvexView<S>& convex, const Transform<S>& X) {
 #include <cstddef>
 #include <cstdint>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Convex polytope of a fixed capacity. Distances of faces are signed, so the origin need not be
 /// inside.
@@ -19815,7 +19866,7 @@ void ExpandingPolytope<S>::find_nearest() {
   }
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 // === bristle/geometry/gjk.hpp
 
@@ -19837,7 +19888,7 @@ void ExpandingPolytope<S>::find_nearest() {
 #include <cstddef>
 #include <utility>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// What a distance query found.
 template <Scalar S>
@@ -19994,7 +20045,7 @@ GjkAnswer<S> gjk_distance(const Support& support, const Vec3<S>& start, S far, S
   return {true, simplex.nearest() / -distance, distance};
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 #include <algorithm>
 #include <array>
@@ -20003,7 +20054,7 @@ GjkAnswer<S> gjk_distance(const Support& support, const Vec3<S>& start, S far, S
 #include <type_traits>
 #include <variant>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// What is known about a pair of convex solids.
 enum class Nearness {
@@ -20059,7 +20110,8 @@ struct GjkDistance {
 /// where a solid is curved up to a fiftieth of it: of two valleys that are closer than that, either
 /// may be found. (Hulls with so many corners that the polytope is full before: a local least.)
 ///
-/// Never hangs and allocates nothing; throws only what `Distance` does.
+/// Bounded: at most 64 faces of a polytope, 25 distances of at most 64 supports each, and the 9024
+/// directions of a compass search. Allocates nothing; throws only what `Distance` does.
 ///
 /// @tparam Distance  (a, b, towards, far) -> GjkAnswer: distance of two placed cores, where
 ///                   `towards` is a guess at the direction from A to B. May stop once they are
@@ -20181,21 +20233,31 @@ class OverlapSearch {
     return false;
   }
 
-  /// Compass search over directions: slow and sure, for what the distance method cannot do.
+  /// Compass search over directions: slow and sure, for what the distance method cannot do. After a
+  /// round that gained it leaps on the way it went, twice as far each time, so that a long valley
+  /// takes few rounds (Hooke and Jeeves 1961, "Direct search").
   ///
-  /// At most `max_moves` moves of each step, 24 steps in double, 8 directions a move: the first step
-  /// of a quarter goes half around the sphere in 13, and where no neighbour at twice a step is
-  /// better, the bottom of a valley is not more than three moves of it away.
+  /// It ends. Steps halve from a quarter of a radian, 24 times in double and 10 times in float. The
+  /// first goes half around the sphere in pi / atan(1/4) = 13 rounds, so no step gets more than 16.
+  /// Leaps that double from a step s are longer than any way on the sphere after log2(4 / s) of
+  /// them. With 8 directions in a round these are 9024 directions in double at most, 2640 in float;
+  /// mostly it is one round for each step.
   void search_by_compass() {
-    for (S step = S(0.25); step > Tolerance<S>::equal(); step /= S(2)) {
+    int max_leaps = 4;
+    for (S step = S(0.25); step > Tolerance<S>::equal(); step /= S(2), ++max_leaps) {
       bool is_better = true;
-      for (int move = 0; move < max_moves && is_better; ++move) {
+      for (int round = 0; round < max_rounds && is_better; ++round) {
         is_better = false;
+        const Vec3<S> from = normal_;
         Vec3<S> t1, t2;
         tangent_basis(normal_, t1, t2);
         for (const auto& [x, y] : compass) {
           const Vec3<S> beside = normal_ + step * (S(x) * t1 + S(y) * t2);
           is_better = offer(beside.normalized()) || is_better;
+        }
+        bool leaps = is_better;
+        for (int leap = 0; leap < max_leaps && leaps; ++leap) {
+          leaps = offer((normal_ + S(2) * (normal_ - from)).normalized());
         }
       }
     }
@@ -20235,7 +20297,7 @@ class OverlapSearch {
  private:
   static constexpr int max_pushes = 24;
   static constexpr int max_polishes = 3;
-  static constexpr int max_moves = 16;
+  static constexpr int max_rounds = 16;
   static constexpr double diagonal = 0.7071067811865476;
   static constexpr double compass[8][2] = {
       {1, 0},  {diagonal, diagonal},   {0, 1},  {-diagonal, diagonal},
@@ -20345,12 +20407,12 @@ ContactNormal<S> contact_normal(const ConvexView<S>& a, const ConvexView<S>& b,
   return {gap <= margin ? Nearness::near : Nearness::apart, search.normal(), gap};
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 #include <algorithm>
 #include <span>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Appends the manifold of two boxes, B standing at X_AB in A, if they overlap or come within
 /// `margin` [m].
@@ -20560,7 +20622,7 @@ void collide_shapes(const Box<S>& a, const Box<S>& b, const Transform<S>& X_AB, 
       detail::collide_edges(boxes, edges, normal, normal_B, manifold);
     } else {
       // Faces or edges that nearly lie along each other touch in more than a point.
-      const auto features = detail::feature_pair(a, b, X_AB, normal);
+      const auto features = detail::feature_pair(convex_view(a), convex_view(b), X_AB, normal);
       manifold = detail::clip_features(features.a, features.b, normal, margin);
     }
   }
@@ -20574,7 +20636,7 @@ void collide_shapes(const Box<S>& a, const Box<S>& b, const Transform<S>& X_AB, 
   out.pop_back();
   // Boxes that overlap touch somewhere, whatever rounding says.
   if (gap <= S(0)) {
-    build_manifold(a, b, X_AB, normal, margin, out);
+    build_manifold(convex_view(a), convex_view(b), X_AB, normal, margin, out);
     return;
   }
   // What separates the boxes least is beside what faces: a corner passes a corner or an edge. No
@@ -20585,10 +20647,11 @@ void collide_shapes(const Box<S>& a, const Box<S>& b, const Transform<S>& X_AB, 
   const auto found = contact_normal(convex_view(precise_a), convex_view(precise_b),
                                     X_AB.template cast<P>(), P(margin));
   if (found.nearness != Nearness::near) return;
-  build_manifold(a, b, X_AB, Vec3<S>(found.normal.template cast<S>().normalized()), margin, out);
+  build_manifold(convex_view(a), convex_view(b), X_AB,
+                 Vec3<S>(found.normal.template cast<S>().normalized()), margin, out);
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 // === bristle/geometry/bundle_mesh_rays.hpp
 
@@ -20612,7 +20675,7 @@ void collide_shapes(const Box<S>& a, const Box<S>& b, const Transform<S>& X_AB, 
 #include <cstddef>
 #include <cstdint>
 
-namespace bristle::detail {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// A box in a frame G that stands in the frame C of a tree, against boxes of the tree. Six of the
 /// fifteen axes along which two boxes may be apart are looked at: of what is left, triangles are
@@ -20709,8 +20772,8 @@ class alignas(64) LeafList {
   }
 
  private:
-  /// Gives the last pack numbers behind the last leaf, too: what memory holds may be denormal, which
-  /// costs a hundred cycles an operation.
+  /// Gives the last pack numbers behind the last leaf, too: what memory holds may be denormal,
+  /// which costs a hundred cycles an operation.
   void finish() {
     for (std::size_t axis = 0; axis < 3; ++axis) {
       Pack<S>(S(0)).store(&lower_[axis][size_]);
@@ -20757,7 +20820,7 @@ bool LeafList<S>::search(const WideTree<S>& tree, const BoxInTree<S>& box) {
   return true;
 }
 
-}  // namespace bristle::detail
+}  // namespace bristle::inline BRISTLE_ABI::detail
 
 // === bristle/geometry/bundle_trail.hpp
 
@@ -20768,7 +20831,7 @@ bool LeafList<S>::search(const WideTree<S>& tree, const BoxInTree<S>& box) {
 #include <array>
 #include <cstddef>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 namespace detail {
 
@@ -20877,7 +20940,7 @@ void with_lists(const RayMesh<S>& mesh, const Transform<S>& X_RC, const RayBatch
 
 }  // namespace detail
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 // === bristle/geometry/bundle_triangles.hpp
 
@@ -20896,7 +20959,7 @@ void with_lists(const RayMesh<S>& mesh, const Transform<S>& X_RC, const RayBatch
 #include <cstddef>
 #include <cstdint>
 
-namespace bristle::detail {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// What rays in lanes have met so far. The rules are those of `MeshCrossings`, but for the reach:
 /// crossings beyond a ray's end are not looked at, and one bound of errors goes for all of a ray's.
@@ -21137,7 +21200,7 @@ BRISTLE_LANES void BundleTriangles<S>::test(std::size_t i, const LaneRays<S>& ra
   found.normal = select(is_nearer, normal, found.normal);
 }
 
-}  // namespace bristle::detail
+}  // namespace bristle::inline BRISTLE_ABI::detail
 
 #include <algorithm>
 #include <array>
@@ -21145,7 +21208,7 @@ BRISTLE_LANES void BundleTriangles<S>::test(std::size_t i, const LaneRays<S>& ra
 #include <cstddef>
 #include <cstdint>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Offers to `hits` the nearest hit of each ray with a solid at X_RC, as `ShapeBackend::cast_rays`
 /// does; in bundles where the rays have them. Allocates nothing.
@@ -21618,7 +21681,7 @@ bool is_clear_of_mesh(const RayMesh<S>& mesh, const Transform<S>& X_RC, const Ra
   return detail::BundleMeshQuery<S>(mesh, X_RC, rays, 0, nullptr, lists).is_clear();
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 // === bristle/geometry/ray_lanes.hpp
 
@@ -21632,7 +21695,7 @@ bool is_clear_of_mesh(const RayMesh<S>& mesh, const Transform<S>& X_RC, const Ra
 #include <cstdint>
 #include <type_traits>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// A ray for each lane, in the shape's frame.
 template <Scalar S>
@@ -22059,7 +22122,7 @@ void cast_rays_in_lanes(const ConvexShape& shape, const Transform<S>& X_RC, cons
   }
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 // === bristle/geometry/ray_shapes.hpp
 
@@ -22081,7 +22144,7 @@ void cast_rays_in_lanes(const ConvexShape& shape, const Transform<S>& X_RC, cons
 #include <cstddef>
 #include <utility>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 template <Scalar S>
 [[nodiscard]] RayHit<S> ray_cast(const Sphere<S>& sphere, const Ray<S>& ray);
@@ -22410,7 +22473,7 @@ RayHit<S> ray_cast(const ConvexHull<S>& hull, const Ray<S>& ray) {
   return detail::hit_within<S>(ray, chord.enter, hull.face_normals[entered]);
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 // === bristle/geometry/shape_cast.hpp
 
@@ -22418,7 +22481,7 @@ RayHit<S> ray_cast(const ConvexHull<S>& hull, const Ray<S>& ray) {
 /// Shapes in another scalar than they were given in.
 // SPDX-License-Identifier: BSD-3-Clause
 
-namespace bristle::detail {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// A convex shape or half-space in another scalar; hulls keep their numbers.
 template <Scalar P, Scalar S>
@@ -22453,7 +22516,7 @@ struct ShapeCast {
   Shape<P> operator()(const TriangleMesh<S>&) const { return Sphere<P>{}; }
 };
 
-}  // namespace bristle::detail
+}  // namespace bristle::inline BRISTLE_ABI::detail
 
 // === bristle/geometry/shape_properties.hpp
 
@@ -22467,7 +22530,7 @@ struct ShapeCast {
 #include <span>
 #include <variant>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Smallest axis-aligned box [m] around a shape, in the shape's own frame.
 ///
@@ -22640,7 +22703,7 @@ MassProperties<S> unit_mass_properties(const Shape<S>& shape) {
   return std::visit(detail::UnitMassProperties<S>{}, shape);
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 // === bristle/geometry/solid_contacts.hpp
 
@@ -22661,7 +22724,7 @@ MassProperties<S> unit_mass_properties(const Shape<S>& shape) {
 #include <cstddef>
 #include <cstdint>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Appends the manifolds of one pair to a list. Manifolds with the same key become one, and points
 /// of it that coincide too.
@@ -22794,7 +22857,7 @@ class ContactSink {
   S nearest_ = S(0);
 };
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 // === bristle/geometry/mesh_contacts.hpp
 
@@ -22830,15 +22893,7 @@ class ContactSink {
 #include <utility>
 #include <vector>
 
-namespace bristle {
-
-/// A triangle of a mesh for the contact clip: corners carry the mesh's vertex numbers, so that
-/// neighbours name their common corners and edges alike.
-template <Scalar S>
-struct MeshTriangle {
-  Triangle<S> triangle;
-  std::array<std::uint32_t, 3> vertices{};
-};
+namespace bristle::inline BRISTLE_ABI {
 
 /// What contacts need to know of a closed mesh besides its triangles: who is whose neighbour.
 ///
@@ -22892,8 +22947,10 @@ class MeshSurface {
   [[nodiscard]] const ConvexHull<S>& face(std::uint32_t triangle) const {
     return faces_[patches_[triangle]];
   }
-  [[nodiscard]] MeshTriangle<S> triangle(std::uint32_t triangle) const {
-    return {{corners(triangle)}, tree_->vertex_numbers(triangle)};
+  /// Named by the numbers of the mesh's vertices, so that neighbours name their common corners and
+  /// edges alike.
+  [[nodiscard]] Triangle<S> triangle(std::uint32_t triangle) const {
+    return {corners(triangle), tree_->vertex_numbers(triangle)};
   }
 
   /// Who answers for a contact of `triangle` along the unit direction n, out of the mesh.
@@ -22927,29 +22984,6 @@ class MeshSurface {
 };
 
 // Implementation -----------------------------------------------------------------------------------
-
-namespace detail {
-
-template <Scalar S>
-[[nodiscard]] SupportFeature<S> renamed(SupportFeature<S> feature, const MeshTriangle<S>& t) {
-  for (std::size_t i = 0; i < feature.size; ++i) feature.ids[i] = t.vertices[feature.ids[i]];
-  return feature;
-}
-
-}  // namespace detail
-
-template <Scalar S>
-[[nodiscard]] Vec3<S> support_point(const MeshTriangle<S>& t, const Vec3<S>& d) {
-  return support_point(t.triangle, d);
-}
-template <Scalar S>
-[[nodiscard]] SupportFeature<S> support_edge(const MeshTriangle<S>& t, const Vec3<S>& d) {
-  return detail::renamed(support_edge(t.triangle, d), t);
-}
-template <Scalar S>
-[[nodiscard]] SupportFeature<S> support_face(const MeshTriangle<S>& t, const Vec3<S>& d) {
-  return detail::renamed(support_face(t.triangle, d), t);
-}
 
 namespace detail {
 
@@ -23152,23 +23186,22 @@ auto MeshSurface<S, Tree>::judge(std::uint32_t triangle, const Vec3<S>& n) const
   return Verdict::edge;
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Adds the contacts of a mesh with a convex solid that stands at X_MC in the mesh's frame, with
-/// normals from the mesh to the solid. `shape` is what `convex` was made from.
+/// normals from the mesh to the solid.
 ///
 /// @tparam Distance  As in `contact_normal`.
-template <typename Distance, Scalar S, typename Tree, typename ConvexShape>
-void collide_mesh(const MeshSurface<Precise<S>, Tree>& mesh, const ConvexShape& shape,
-                  const ConvexView<Precise<S>>& convex, const Transform<Precise<S>>& X_MC,
-                  Precise<S> margin, ContactSink<S>& sink);
+template <typename Distance, Scalar S, typename Tree>
+void collide_mesh(const MeshSurface<Precise<S>, Tree>& mesh, const ConvexView<Precise<S>>& convex,
+                  const Transform<Precise<S>>& X_MC, Precise<S> margin, ContactSink<S>& sink);
 
 /// The same for two meshes, B standing at X_AB. O(triangles of B near A).
 template <typename Distance, Scalar S, typename Tree>
@@ -23211,15 +23244,15 @@ struct MeshOpposite {
 };
 
 /// The contacts of one convex solid with one mesh, triangle by triangle.
-template <typename Distance, Scalar S, typename Tree, typename ConvexShape>
+template <typename Distance, Scalar S, typename Tree>
 class MeshConvexContacts {
  public:
   using P = Precise<S>;
   using Surface = MeshSurface<P, Tree>;
 
-  MeshConvexContacts(const Surface& mesh, const ConvexShape& shape, const ConvexView<P>& convex,
-                     const Transform<P>& X_MC, P margin, ContactSink<S>& sink)
-      : mesh_(mesh), shape_(shape), convex_(convex), X_MC_(X_MC), margin_(margin), sink_(sink) {}
+  MeshConvexContacts(const Surface& mesh, const ConvexView<P>& convex, const Transform<P>& X_MC,
+                     P margin, ContactSink<S>& sink)
+      : mesh_(mesh), convex_(convex), X_MC_(X_MC), margin_(margin), sink_(sink) {}
 
   /// @param opposite  Of the other side: `judge(n) -> Verdict`, what a normal means to it, the
   /// `key()`
@@ -23244,8 +23277,8 @@ class MeshConvexContacts {
 
   template <typename Opposite>
   bool add(std::uint32_t i, const Opposite& opposite) {
-    const MeshTriangle<P> triangle = mesh_.triangle(i);
-    const ConvexView<P> plate = convex_view(triangle.triangle);
+    const Triangle<P> triangle = mesh_.triangle(i);
+    const ConvexView<P> plate = convex_view(triangle);
     ContactNormal<P> found =
         contact_normal<Distance>(plate, convex_, X_MC_, std::max(margin_, opposite.depth()));
     if (found.nearness != Nearness::near) return false;
@@ -23266,7 +23299,7 @@ class MeshConvexContacts {
       if (verdict == Verdict::inner_edge) return false;
     }
     if (verdict == Verdict::none) {
-      if (is_behind) note_way_out(i, triangle.triangle);
+      if (is_behind) note_way_out(i, triangle);
       return false;
     }
     if (found.gap > margin_) return false;
@@ -23277,7 +23310,7 @@ class MeshConvexContacts {
     if (verdict == Verdict::face) {
       manifold = face_manifold(i);
     } else {
-      manifold = contact_manifold(triangle, shape_, X_MC_, normal, margin_);
+      manifold = contact_manifold(plate, convex_, X_MC_, normal, margin_);
       manifold.key = other_verdict == Verdict::face
                          ? opposite.key()
                          : mix(edge_name(triangle, normal), opposite.key());
@@ -23300,9 +23333,10 @@ class MeshConvexContacts {
 
   /// What of the solid is over the triangle, along its normal. Empty where nothing is.
   [[nodiscard]] ContactManifold<P> face_manifold(std::uint32_t i) const {
-    const MeshTriangle<P> triangle = mesh_.triangle(i);
+    const Triangle<P> triangle = mesh_.triangle(i);
     const Vec3<P>& n = mesh_.normal(i);
-    const auto features = feature_pair(triangle, shape_, X_MC_, n);
+    const ConvexView<P> plate = convex_view(triangle);
+    const auto features = feature_pair(plate, convex_, X_MC_, n);
     const ContactManifold<P> clipped = clip_features(features.a, features.b, n, margin_);
     ContactManifold<P> manifold;
     manifold.normal = n;
@@ -23310,14 +23344,14 @@ class MeshConvexContacts {
     P gap = margin_;
     for (std::size_t k = 0; k < clipped.size; ++k) {
       const ContactPoint<P>& point = clipped.points[k];
-      if (!is_over(triangle.triangle, n, point.position)) continue;
+      if (!is_over(triangle, n, point.position)) continue;
       manifold.add(point);
       gap = std::min(gap, point.gap);
     }
     // Rims of round shapes are clipped as polygons; what is deepest may lie between their corners.
-    const ContactPoint<P> deepest = extreme_contact(triangle, shape_, X_MC_, n);
+    const ContactPoint<P> deepest = extreme_contact(plate, convex_, X_MC_, n);
     if (deepest.gap < gap - Tolerance<P>::equal() * convex_.reach &&
-        is_over(triangle.triangle, n, deepest_place(n))) {
+        is_over(triangle, n, deepest_place(n))) {
       if (manifold.size == manifold.capacity) --manifold.size;
       manifold.add({deepest_place(n) - P(0.5) * deepest.gap * n, deepest.gap, 0});
     }
@@ -23326,7 +23360,7 @@ class MeshConvexContacts {
 
   /// [m] The solid's farthest point against n.
   [[nodiscard]] Vec3<P> deepest_place(const Vec3<P>& n) const {
-    return X_MC_ * support_point(shape_, Vec3<P>(X_MC_.rotation.conjugate() * Vec3<P>(-n)));
+    return X_MC_ * support_point(convex_, Vec3<P>(X_MC_.rotation.conjugate() * Vec3<P>(-n)));
   }
 
   /// Whether a point is above or below a triangle of normal n, its edges and a hair beyond
@@ -23361,33 +23395,34 @@ class MeshConvexContacts {
     if (is_inside && !way_out_ && !plate_) {
       mesh_.find([](const Aabb<P>&) { return true; },
                  [&](std::uint32_t i) {
-                   note_way_out(i, mesh_.triangle(i).triangle);
+                   note_way_out(i, mesh_.triangle(i));
                    return true;
                  });
     }
     if (way_out_ && is_inside) {
       ContactManifold<P> manifold = face_manifold(*way_out_);
       if (manifold.size == 0) {
-        manifold.add(extreme_contact(mesh_.triangle(*way_out_), shape_, X_MC_, manifold.normal));
+        const Triangle<P> triangle = mesh_.triangle(*way_out_);
+        manifold.add(extreme_contact(convex_view(triangle), convex_, X_MC_, manifold.normal));
       }
       sink_.add(manifold);
     } else if (plate_) {
-      const MeshTriangle<P> triangle = mesh_.triangle(*plate_);
+      const Triangle<P> triangle = mesh_.triangle(*plate_);
       const Vec3<P>& n = plate_contact_.normal;
-      ContactManifold<P> manifold = contact_manifold(triangle, shape_, X_MC_, n, margin_);
+      ContactManifold<P> manifold =
+          contact_manifold(convex_view(triangle), convex_, X_MC_, n, margin_);
       manifold.key = mix(edge_name(triangle, n), 1);
       sink_.add(manifold);
     }
   }
 
   /// Name of the edge or corner of a triangle that is farthest along n.
-  [[nodiscard]] static std::uint32_t edge_name(const MeshTriangle<P>& triangle, const Vec3<P>& n) {
+  [[nodiscard]] static std::uint32_t edge_name(const Triangle<P>& triangle, const Vec3<P>& n) {
     const SupportFeature<P> edge = support_edge(triangle, n);
     return mix_unordered(edge.ids[0], edge.ids[edge.size - 1]);
   }
 
   const Surface& mesh_;
-  const ConvexShape& shape_;
   const ConvexView<P>& convex_;
   const Transform<P>& X_MC_;
   P margin_;
@@ -23401,14 +23436,12 @@ class MeshConvexContacts {
 
 }  // namespace detail
 
-template <typename Distance, Scalar S, typename Tree, typename ConvexShape>
-void collide_mesh(const MeshSurface<Precise<S>, Tree>& mesh, const ConvexShape& shape,
-                  const ConvexView<Precise<S>>& convex, const Transform<Precise<S>>& X_MC,
-                  Precise<S> margin, ContactSink<S>& sink) {
+template <typename Distance, Scalar S, typename Tree>
+void collide_mesh(const MeshSurface<Precise<S>, Tree>& mesh, const ConvexView<Precise<S>>& convex,
+                  const Transform<Precise<S>>& X_MC, Precise<S> margin, ContactSink<S>& sink) {
   using P = Precise<S>;
   sink.set_nearest(Tolerance<P>::equal() * convex.reach);
-  detail::MeshConvexContacts<Distance, S, Tree, ConvexShape> contacts(mesh, shape, convex, X_MC,
-                                                                      margin, sink);
+  detail::MeshConvexContacts<Distance, S, Tree> contacts(mesh, convex, X_MC, margin, sink);
   contacts.add_all(detail::ConvexOpposite<MeshSurface<P, Tree>, P>{});
 }
 
@@ -23424,23 +23457,21 @@ void collide_meshes(const MeshSurface<Precise<S>, Tree>& a, const MeshSurface<Pr
   const Aabb<P> near = transformed(a.bounds(), X_BA).inflated(std::max(margin, depth));
   b.find([&](const Aabb<P>& box) { return box.overlaps(near); },
          [&](std::uint32_t i) {
-           const MeshTriangle<P> triangle = b.triangle(i);
-           const ConvexView<P> plate = convex_view(triangle.triangle);
+           const Triangle<P> triangle = b.triangle(i);
+           const ConvexView<P> plate = convex_view(triangle);
            sink.set_nearest(Tolerance<P>::equal() * plate.reach);
-           detail::MeshConvexContacts<Distance, S, Tree, MeshTriangle<P>> contacts(
-               a, triangle, plate, X_AB, margin, sink);
+           detail::MeshConvexContacts<Distance, S, Tree> contacts(a, plate, X_AB, margin, sink);
            contacts.add_all(detail::MeshOpposite<Surface, P>{b, i, X_BA, depth});
            return true;
          });
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 #include <cmath>
 #include <optional>
-#include <variant>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// A solid prepared for contacts: one of the two is there, and points to what it was made from.
 template <Scalar S, typename Tree>
@@ -23467,19 +23498,15 @@ bool collide_convex(const ConvexView<P>& a, const ConvexView<P>& b, const Transf
                     P margin, ContactSink<S>& sink) {
   const ContactNormal<P> found = contact_normal<Distance>(a, b, X_AB, margin);
   if (found.nearness != Nearness::near) return found.nearness == Nearness::apart;
-  std::visit(
-      [&](const auto* shape_a, const auto* shape_b) {
-        sink.add(contact_manifold(*shape_a, *shape_b, X_AB, found.normal, margin));
-        // Rims and sides of round shapes are clipped as polygons and lines; what is deepest may lie
-        // between those.
-        if (!sink.reaches(found.gap + Tolerance<P>::equal() * a.reach)) {
-          ContactManifold<P> deepest;
-          deepest.normal = found.normal;
-          deepest.add(extreme_contact(*shape_a, *shape_b, X_AB, found.normal));
-          sink.add(deepest);
-        }
-      },
-      a.shape, b.shape);
+  sink.add(contact_manifold(a, b, X_AB, found.normal, margin));
+  // Rims and sides of round shapes are clipped as polygons and lines; what is deepest may lie
+  // between those.
+  if (!sink.reaches(found.gap + Tolerance<P>::equal() * a.reach)) {
+    ContactManifold<P> deepest;
+    deepest.normal = found.normal;
+    deepest.add(extreme_contact(a, b, X_AB, found.normal));
+    sink.add(deepest);
+  }
   return true;
 }
 
@@ -23507,15 +23534,11 @@ bool collide_solids(const SolidView<Precise<S>, Tree>& a, const SolidView<Precis
   sink.set_frame(is_first ? Transform<P>{} : X_AB, !is_first);
   const Transform<P> X_MC = is_first ? X_AB : X_AB.inverse();
   const ConvexView<P>& convex = is_first ? *b.convex : *a.convex;
-  std::visit(
-      [&](const auto* shape) {
-        collide_mesh<Distance>(is_first ? *a.mesh : *b.mesh, *shape, convex, X_MC, margin, sink);
-      },
-      convex.shape);
+  collide_mesh<Distance>(is_first ? *a.mesh : *b.mesh, convex, X_MC, margin, sink);
   return true;
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 #include <algorithm>
 #include <array>
@@ -23528,7 +23551,7 @@ bool collide_solids(const SolidView<Precise<S>, Tree>& a, const SolidView<Precis
 #include <utility>
 #include <variant>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// A shape as `AnalyticBackend` keeps it: checked, measured, with a tree and a surface if it is a
 /// mesh, and seen as a solid.
@@ -23564,12 +23587,36 @@ class AnalyticShape {
 
 namespace detail {
 
-/// Whether there is a formula for A and B in this order.
+/// There is a formula for A and B in this order.
 template <typename A, typename B, typename S>
 concept AnalyticPair = requires(const A& a, const B& b, const Transform<S>& X, S margin,
                                 ContactManifolds<S>& out) {
   collide_shapes(a, b, X, margin, out);
 };
+
+/// Adds the manifolds of A and B if there is a formula for them in this order. One shape after the
+/// other: a table of all pairs would have nine times as many entries, most of them empty.
+/// @return Whether there is.
+template <typename Prepared, Scalar S>
+bool collide_in_closed_form(const Prepared& a, const Prepared& b, const Transform<S>& X_AB,
+                            S margin, ContactManifolds<S>& out) {
+  const auto collide_with = [&](const auto& shape_a) {
+    return std::visit(
+        [&](const auto& shape_b) {
+          using A = std::remove_cvref_t<decltype(shape_a)>;
+          using B = std::remove_cvref_t<decltype(shape_b)>;
+          constexpr bool is_known = AnalyticPair<A, B, S>;
+          if constexpr (is_known) collide_shapes(shape_a, shape_b, X_AB, margin, out);
+          return is_known;
+        },
+        b);
+  };
+  if (const auto* plane = std::get_if<HalfSpace<S>>(&a)) return collide_with(*plane);
+  if (const auto* box = std::get_if<Box<S>>(&a)) return collide_with(*box);
+  if (const auto* capsule = std::get_if<Capsule<S>>(&a)) return collide_with(*capsule);
+  if (const auto* ball = std::get_if<Sphere<S>>(&a)) return collide_with(*ball);
+  return false;
+}
 
 /// Manifolds of (B, A) in B turned into those of (A, B) in A.
 template <Scalar S>
@@ -23646,23 +23693,13 @@ ContactStatus AnalyticBackend::collide(const std::shared_ptr<const AnalyticShape
                                        ContactManifolds<S>& out) noexcept {
   if (!can_collide(kind(a), kind(b))) return ContactStatus::failed;
   const std::size_t before = out.size();
-  const bool is_known = std::visit(
-      [&](const auto& shape_a, const auto& shape_b) {
-        using A = std::remove_cvref_t<decltype(shape_a)>;
-        using B = std::remove_cvref_t<decltype(shape_b)>;
-        if constexpr (detail::AnalyticPair<A, B, S>) {
-          collide_shapes(shape_a, shape_b, X_AB, margin, out);
-          return true;
-        } else if constexpr (detail::AnalyticPair<B, A, S>) {
-          collide_shapes(shape_b, shape_a, X_AB.inverse(), margin, out);
-          detail::swap_sides<S>(std::span(out).subspan(before), X_AB);
-          return true;
-        } else {
-          return false;
-        }
-      },
-      a->shape(), b->shape());
-  if (is_known) return ContactStatus::ok;
+  if (detail::collide_in_closed_form(a->shape(), b->shape(), X_AB, margin, out)) {
+    return ContactStatus::ok;
+  }
+  if (detail::collide_in_closed_form(b->shape(), a->shape(), X_AB.inverse(), margin, out)) {
+    detail::swap_sides<S>(std::span(out).subspan(before), X_AB);
+    return ContactStatus::ok;
+  }
   using P = Precise<S>;
   ContactSink<S> sink(out);
   const Transform<P> X = X_AB.template cast<P>();
@@ -23689,7 +23726,7 @@ void AnalyticBackend::cast_rays(const std::shared_ptr<const AnalyticShape<S>>& c
       c->shape());
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 // === bristle/world/haptic_loop.hpp: definitions
 // === bristle/world/near_shapes.hpp
@@ -23700,7 +23737,7 @@ void AnalyticBackend::cast_rays(const std::shared_ptr<const AnalyticShape<S>>& c
 
 #include <algorithm>
 
-namespace bristle::detail {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// [m] How far any point of a shape that can meet another one can get within the step.
 template <Scalar S, typename Backend>
@@ -23789,11 +23826,11 @@ ContactStatus collide_pair(const WorldState<S, Backend>& state, const ShapePair&
                           out);
 }
 
-}  // namespace bristle::detail
+}  // namespace bristle::inline BRISTLE_ABI::detail
 
 #include <algorithm>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Leaves the loop as if it had never ticked; tools stay where they are.
 template <Scalar S, typename Backend>
@@ -23895,10 +23932,10 @@ void HapticLoop<S, Backend>::tick() {
   kernels_->tick(*this);
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 // === bristle/world/proximity.hpp: definitions
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 template <Scalar S>
 template <typename Backend>
@@ -23929,7 +23966,7 @@ void ProximityArray<S>::sense(const WorldState<S, Backend>& state, BodyId carrie
   }
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 #if defined(BRISTLE_WITH_FCL)
 
@@ -23954,7 +23991,7 @@ void ProximityArray<S>::sense(const WorldState<S, Backend>& state, BodyId carrie
 
 #include <fcl/narrowphase/detail/convexity_based_algorithm/gjk_libccd.h>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// `contact_normal<FclDistance>` may throw where FCL does.
 struct FclDistance {
@@ -23993,7 +24030,7 @@ inline GjkAnswer<double> FclDistance::operator()(PlacedConvex<double> a, PlacedC
   return {normal.squaredNorm() > 0.5, normal, distance};
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 // === bristle/geometry/fcl_rays.hpp
 
@@ -24030,7 +24067,7 @@ inline GjkAnswer<double> FclDistance::operator()(PlacedConvex<double> a, PlacedC
 #include <limits>
 #include <utility>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// The mesh type a `TriangleMesh` becomes: a tree of axis-aligned boxes with one triangle a leaf.
 /// FCL's oriented boxes take four times the memory and building time, and rays gain nothing by
@@ -24132,7 +24169,7 @@ class FclMeshTree {
   const FclMesh<S>* mesh_;
 };
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 #include <fcl/geometry/shape/box.h>
 #include <fcl/geometry/shape/capsule.h>
@@ -24151,7 +24188,7 @@ class FclMeshTree {
 #include <variant>
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// A shape as FCL geometry, its local box computed. Axes, origin and sizes mean the same in both.
 ///
@@ -24323,7 +24360,7 @@ FclView<S> from_fcl(const fcl::CollisionGeometry<S>& geometry) {
   }
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 #include <array>
 #include <concepts>
@@ -24332,7 +24369,7 @@ FclView<S> from_fcl(const fcl::CollisionGeometry<S>& geometry) {
 #include <utility>
 #include <variant>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Nearest hit of a ray with an FCL mesh, as `ray_cast_mesh` finds it.
 template <Scalar S>
@@ -24419,13 +24456,13 @@ void FclRayTarget<S>::cast_rays(const Transform<S>& X_RC, const RayBatch<S>& ray
       shape_);
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 #include <optional>
 #include <type_traits>
 #include <variant>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 template <Scalar S>
 struct FclBackend::Collidable<S>::Data {
@@ -24483,13 +24520,13 @@ struct SurfacePatch {
 
 /// Adds the contacts of a half-space with a convex solid, in the solid's frame, where `plane` is
 /// given. Normals point from the half-space to the solid.
-template <Scalar S, typename ConvexShape>
-void collide_plane(const HalfSpace<double>& plane, const ConvexShape& shape,
-                   const ConvexView<double>& convex, double margin, ContactSink<S>& sink) {
+template <Scalar S>
+void collide_plane(const HalfSpace<double>& plane, const ConvexView<double>& convex, double margin,
+                   ContactSink<S>& sink) {
   const double height = plane.normal.dot(convex.center) - plane.offset;
   if (height - convex.reach > margin) return;
   const SurfacePatch patch{convex.center - height * plane.normal, plane.normal, 2.0 * convex.reach};
-  sink.add(contact_manifold(patch, shape, Transform<double>{}, plane.normal, margin));
+  sink.add(contact_manifold(patch, convex, Transform<double>{}, plane.normal, margin));
 }
 
 /// The same for a mesh: its vertices within `margin`.
@@ -24508,12 +24545,12 @@ void collide_plane(const HalfSpace<double>& plane,
         return height((n.array() < 0.0).select(box.upper, box.lower)) <= margin;
       },
       [&](std::uint32_t i) {
-        const MeshTriangle<double> triangle = mesh.triangle(i);
+        const Triangle<double> triangle = mesh.triangle(i);
         for (std::size_t k = 0; k < 3; ++k) {
-          const Vec3<double>& corner = triangle.triangle.corners[k];
+          const Vec3<double>& corner = triangle.corners[k];
           const double gap = height(corner);
           if (!(gap <= margin)) continue;
-          one.points[0] = {corner - 0.5 * gap * n, gap, triangle.vertices[k]};
+          one.points[0] = {corner - 0.5 * gap * n, gap, triangle.names[k]};
           sink.add(one);
         }
         return true;
@@ -24597,9 +24634,7 @@ class FclContactQuery {
     if (other.solid.mesh) {
       collide_plane(plane_O, *other.solid.mesh, margin_, sink_);
     } else {
-      const ConvexView<double>& convex = *other.solid.convex;
-      std::visit([&](const auto* shape) { collide_plane(plane_O, *shape, convex, margin_, sink_); },
-                 convex.shape);
+      collide_plane(plane_O, *other.solid.convex, margin_, sink_);
     }
     return true;
   }
@@ -24647,7 +24682,7 @@ bool FclBackend::is_clear(const Collidable<S>& c, const Transform<S>& X_RC,
   return c.data_->rays.is_clear(X_RC, rays);
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 #endif
 
@@ -24668,7 +24703,7 @@ bool FclBackend::is_clear(const Collidable<S>& c, const Transform<S>& X_RC,
 #include <cstddef>
 #include <cstdint>
 
-namespace bristle::detail {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// Does what `HapticLoop::tick` says; the loop is open and has a tick left.
 template <Scalar S, typename Backend>
@@ -24849,7 +24884,7 @@ void HapticTick<S, Backend>::deliver(Skin& skin) {
                    [&](std::uint32_t slot) { return loop_.bodies_[number_of(slot)].id(); });
 }
 
-}  // namespace bristle::detail
+}  // namespace bristle::inline BRISTLE_ABI::detail
 
 // === bristle/world/stepper.hpp
 
@@ -24879,7 +24914,7 @@ void HapticTick<S, Backend>::deliver(Skin& skin) {
 #include <cstdint>
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Adds one constraint for every point of a manifold, warm with the impulses it has.
 template <Scalar S>
@@ -25070,14 +25105,14 @@ BRISTLE_LANES ContactPlace<T> place_of(const T& impulse, const T& restitution,
   return place;
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 #include <algorithm>
 #include <functional>
 #include <span>
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Moves the boxes of all shapes, finds the pairs that may touch, asks the backend where they do,
 /// and turns contacts between steps into rows.
@@ -25273,7 +25308,7 @@ class ContactStage {
   std::size_t most_manifolds_ = chunk_size;
 };
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 // === bristle/world/sensor_stage.hpp
 
@@ -25286,7 +25321,7 @@ class ContactStage {
 #include <utility>
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Senses with every patch, then decides for each touched body between explicit and implicit.
 template <Scalar S, typename Backend>
@@ -25702,7 +25737,7 @@ void SensorStage<S, Backend>::find_near(const State& state, const SensorPatch<S>
   std::sort(out.begin(), out.end());
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 // === bristle/world/sleep_stage.hpp
 
@@ -25724,7 +25759,7 @@ void SensorStage<S, Backend>::find_near(const State& state, const SensorPatch<S>
 #include <cstdint>
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Union-find over [0, count). Each set is known by its lowest member, whatever the order in which
 /// members were joined. Allocates only when it grows.
@@ -25759,7 +25794,7 @@ class DisjointSets {
   std::vector<std::uint32_t> parent_;
 };
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 // === bristle/world/solve_stage.hpp
 
@@ -25783,7 +25818,7 @@ class DisjointSets {
 #include <cstddef>
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Sets all impulses of an island to zero.
 template <Scalar S>
@@ -25844,12 +25879,12 @@ class SavedImpulses {
   std::vector<Soft> soft_;
 };
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 #include <array>
 #include <cstdint>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Sweeps over the contacts and joints of an island, from no impulses, each taken back where it
 /// would give a body a velocity whose square is not finite. A body whose masses overflow then
@@ -25932,7 +25967,7 @@ class GuardedSweeps {
   }
 };
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 // === bristle/dynamics/island_solver.hpp
 
@@ -25950,7 +25985,7 @@ class GuardedSweeps {
 /// Kinetic energy of an island, as found and as what it may be judged by.
 // SPDX-License-Identifier: BSD-3-Clause
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// [J] Twice the kinetic energy of an island's bodies.
 template <Scalar S>
@@ -25981,7 +26016,7 @@ template <Scalar S>
   return sum;
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 // === bristle/dynamics/sequential_solver.hpp
 
@@ -26030,7 +26065,7 @@ template <Scalar S>
 #include <cstdint>
 #include <utility>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// [-] Scalars of a row, with those at its end that nobody asks for. They are read and written too.
 inline constexpr std::size_t row_stride = 8;
@@ -26160,7 +26195,7 @@ BRISTLE_LANES void store_rows(S* rows, const std::uint32_t* at, const Pack<S> (&
   for (std::size_t c = 0; c < count; ++c) columns[c].scatter(rows + c, at);
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 #include <algorithm>
 #include <array>
@@ -26168,7 +26203,7 @@ BRISTLE_LANES void store_rows(S* rows, const std::uint32_t* at, const Pack<S> (&
 #include <cstdint>
 #include <span>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Velocities of bodies, close to each other, to be read and written in lanes.
 template <Scalar S>
@@ -26391,7 +26426,7 @@ class ManifoldMotion {
   std::span<Points> points_;
 };
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 // === bristle/dynamics/manifold_kernel.hpp
 
@@ -26404,7 +26439,7 @@ class ManifoldMotion {
 #include <type_traits>
 #include <utility>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// The turns of one block.
 template <Scalar S>
@@ -26567,7 +26602,7 @@ BRISTLE_LANES Pack<S> ManifoldKernel<S>::place(VelocityTable<S>& displacements) 
   return largest;
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 // === bristle/dynamics/manifold_mobility.hpp
 
@@ -26576,7 +26611,7 @@ BRISTLE_LANES Pack<S> ManifoldKernel<S>::place(VelocityTable<S>& displacements) 
 /// contact: once for a manifold, from which the response of each of its points follows.
 // SPDX-License-Identifier: BSD-3-Clause
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Velocity of b relative to a at a point between them, and their relative turn, along the axes of
 /// a contact, for units of force along these axes and of torque about them.
@@ -26613,7 +26648,7 @@ struct ManifoldMobility {
   Mat3<S> angular = Mat3<S>::Zero();
 };
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 // === bristle/dynamics/manifold_order.hpp
 
@@ -26627,7 +26662,7 @@ struct ManifoldMobility {
 #include <span>
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// The contacts of one manifold, and the bodies between which they are.
 struct ManifoldSpan {
@@ -26696,7 +26731,7 @@ class ManifoldOrder {
   std::vector<std::uint32_t> next_round_;  // By slot; 0 between two calls.
 };
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 // === bristle/dynamics/manifold_part.hpp
 
@@ -26713,7 +26748,7 @@ class ManifoldOrder {
 #include <cstdint>
 #include <span>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// The contacts of one block.
 template <Scalar S>
@@ -26890,7 +26925,7 @@ void ManifoldPart<S>::move_on(const VelocityTable<S>& displacements, S dt) {
   }
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 #include <algorithm>
 #include <cmath>
@@ -26898,7 +26933,7 @@ void ManifoldPart<S>::move_on(const VelocityTable<S>& displacements, S dt) {
 #include <span>
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Scratch memory and the sweeps. One object serves many islands, one after the other.
 template <Scalar S>
@@ -27240,13 +27275,13 @@ void ManifoldSweeps<S>::write_back(const Island& island, Constraints<S>& constra
       });
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 #include <algorithm>
 #include <array>
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Scratch memory and the algorithm. One object serves many islands, one after the other.
 template <Scalar S>
@@ -27521,13 +27556,13 @@ class SequentialSolver {
   std::vector<Mat6<S>> gains_;
 };
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 #include <algorithm>
 #include <cmath>
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Scratch memory and the choice. One object serves many islands, one after the other.
 template <Scalar S>
@@ -27992,7 +28027,7 @@ class IslandSolver {
   std::vector<S> row_totals_;  // Impulses of all parts.
 };
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 // === bristle/dynamics/islands.hpp
 
@@ -28004,7 +28039,7 @@ class IslandSolver {
 #include <cstdint>
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Splits bodies and constraints into islands. Bodies that forces do not move belong to none, and
 /// do not connect what touches them.
@@ -28109,7 +28144,7 @@ class IslandBuilder {
   std::vector<Island> islands_;
 };
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 // === bristle/dynamics/passive_bounces.hpp
 
@@ -28128,7 +28163,7 @@ class IslandBuilder {
 #include <cmath>
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Scratch memory and the algorithm. One object serves many islands, one after the other.
 template <Scalar S>
@@ -28211,7 +28246,7 @@ class PassiveBounces {
   std::vector<Twist<S>> bouncing_;
 };
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 // === bristle/world/mechanism_stage.hpp
 
@@ -28299,7 +28334,7 @@ class PassiveBounces {
 
 #include <cstdint>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// A joint of a mechanism, between two of its bodies.
 template <Scalar S>
@@ -28481,14 +28516,14 @@ S axis_rate(const JointInstant<S>& at, const Twist<S>& a, const Twist<S>& b) {
   return at.slide.dot(b.at(at.arm_b) - a.at(at.arm_a)) + at.hinge.dot(b.angular - a.angular);
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 #include <algorithm>
 #include <cstdint>
 #include <span>
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Two joints that share a body which forces move: an impulse in one changes the velocity in the
 /// other. Each joint is also coupled to itself, once for each of its bodies that move.
@@ -28639,7 +28674,7 @@ void JointOrder::build(std::span<const JointFlowJoint<S>> joints, const std::vec
   }
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 // === bristle/math/block_envelope.hpp
 
@@ -28656,7 +28691,7 @@ void JointOrder::build(std::span<const JointFlowJoint<S>> joints, const std::vec
 #include <span>
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Lower triangle of a symmetric positive definite matrix of 3x3 blocks, and its factors in the
 /// same place. Rows and columns count blocks.
@@ -28769,11 +28804,11 @@ void BlockEnvelope<S>::solve(std::span<Vec3<S>> x) const {
   }
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// A body of a mechanism, at the start of a step.
 template <Scalar S>
@@ -29137,11 +29172,11 @@ void JointSystem<S>::solve(std::span<const Twist<S>> b) {
   add_solution(rest_);
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Closes what velocities and positions have left across joints. Scratch memory and the algorithm;
 /// the system's matrix must have been factored at a place nearby.
@@ -29326,7 +29361,7 @@ void set_momentum(const Vec3<S>& point, const Wrench<S>& wanted, JointSystem<S>&
   }
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 // === bristle/math/dormand_prince.hpp
 
@@ -29346,7 +29381,7 @@ void set_momentum(const Vec3<S>& point, const Wrench<S>& wanted, JointSystem<S>&
 #include <utility>
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Scratch memory and the algorithm.
 template <Scalar S>
@@ -29472,11 +29507,11 @@ bool DormandPrince<S>::advance(std::span<S> y, std::size_t state, S duration, Sy
   return true;
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Settings of `JointFlow`.
 template <Scalar S>
@@ -29910,12 +29945,12 @@ bool JointFlow<S>::write(std::span<Transform<S>> end_poses, std::span<Twist<S>> 
   return true;
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 #include <algorithm>
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Moves the mechanisms of one island after the other.
 template <Scalar S, typename Backend>
@@ -30195,12 +30230,12 @@ class MechanismStage {
   std::vector<Wrench<S>> impulses_;
 };
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 #include <algorithm>
 #include <array>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Solves every island with the solver that suits it, and integrates.
 template <Scalar S, typename Backend>
@@ -30529,7 +30564,7 @@ class SolveStage {
   PassiveBounces<S> bounces_;
 };
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 // === bristle/world/waking.hpp
 
@@ -30537,7 +30572,7 @@ class SolveStage {
 /// What wakes islands between steps.
 // SPDX-License-Identifier: BSD-3-Clause
 
-namespace bristle::detail {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// Wakes the island of a body; nothing happens to one that is awake or has no forces to obey.
 template <Scalar S, typename Backend>
@@ -30599,12 +30634,12 @@ void disturb(WorldState<S, Backend>& state, BodyId id) {
   state.is_idle = false;
 }
 
-}  // namespace bristle::detail
+}  // namespace bristle::inline BRISTLE_ABI::detail
 
 #include <algorithm>
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Wakes islands before the stages of a step and puts them to sleep after.
 template <Scalar S, typename Backend>
@@ -30813,11 +30848,11 @@ class SleepStage {
   ContactManifolds<S> found_;
 };
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 #include <cstdint>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Steps a world. It owns the scratch memory of the stages and no state: any stepper takes a world
 /// from the same state to the same bits.
@@ -30920,9 +30955,9 @@ void Stepper<S, Backend>::follow_joint_angles(State& state) {
   }
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// The table of this file's instruction set.
 template <Scalar S, typename Backend>
@@ -30952,7 +30987,7 @@ const WorldKernels<S, Backend>& world_kernels() {
   return own_world_kernels<S, Backend>();
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 // === bristle/world/world_bodies_impl.hpp
 
@@ -30960,7 +30995,7 @@ const WorldKernels<S, Backend>& world_kernels() {
 /// Definitions of `World`: bodies and shapes. Included by world.hpp.
 // SPDX-License-Identifier: BSD-3-Clause
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S>
@@ -31237,7 +31272,7 @@ void World<S, Backend>::wake(BodyId id) {
   detail::disturb(state_, id);
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 // === bristle/world/world_impl.hpp
 
@@ -31269,7 +31304,7 @@ void World<S, Backend>::wake(BodyId id) {
 #include <span>
 #include <type_traits>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Whether values of a type are their bytes: without padding or addresses. Specialise it for
 /// numbers that are not built in.
@@ -31348,7 +31383,7 @@ class BitHash {
   return hash.value();
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 // === bristle/world/state_visitor.hpp
 
@@ -31368,7 +31403,7 @@ class BitHash {
 #include <type_traits>
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Shows the whole state to a visitor, always in the same order. The visitor has
 ///
@@ -31792,7 +31827,7 @@ void for_each_state(State& state, Visitor& visit) {
   detail::visit_contacts(state, state.contacts, visit);
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 #include <algorithm>
 #include <cstddef>
@@ -31803,7 +31838,7 @@ void for_each_state(State& state, Visitor& visit) {
 #include <utility>
 #include <vector>
 
-namespace bristle::detail {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// Opens a snapshot. The version changes with `for_each_state`.
 struct SnapshotHead {
@@ -32063,9 +32098,9 @@ void restore_snapshot(std::span<const std::byte> bytes, WorldState<S, Backend>& 
   for_each_state(state, reader);
 }
 
-}  // namespace bristle::detail
+}  // namespace bristle::inline BRISTLE_ABI::detail
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S> World<S, Backend>::World(const WorldDef<S>& def) {
@@ -32432,7 +32467,7 @@ void World<S, Backend>::push(const HapticBody<S>& pushed) {
   set_twist(id, carried.twist);
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 // === bristle/bristle.hpp: definitions
 // === bristle/io/plot_axis.hpp
@@ -32450,7 +32485,7 @@ void World<S, Backend>::push(const HapticBody<S>& pushed) {
 #include <string_view>
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 namespace detail {
 
@@ -32635,7 +32670,7 @@ inline void PlotAxis::set_logarithmic_ticks(double room) {
   }
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 // === bristle/io/svg_heat_map.hpp
 
@@ -32659,7 +32694,7 @@ inline void PlotAxis::set_logarithmic_ticks(double room) {
 #include <utility>
 #include <vector>
 
-namespace bristle::detail {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// Appends text with the five characters escaped that mean something in XML; control characters,
 /// which XML cannot hold, become spaces.
@@ -32889,7 +32924,7 @@ text { font: 12px Helvetica, Arial, "Liberation Sans", "DejaVu Sans", sans-serif
   return std::exchange(body_, {}) + content + "</svg>\n";
 }
 
-}  // namespace bristle::detail
+}  // namespace bristle::inline BRISTLE_ABI::detail
 
 #include <algorithm>
 #include <array>
@@ -32901,7 +32936,7 @@ text { font: 12px Helvetica, Arial, "Liberation Sans", "DejaVu Sans", sans-serif
 #include <string>
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// One map with a colour scale of its own.
 struct HeatMap {
@@ -33052,7 +33087,7 @@ inline std::string SvgHeatMaps::svg() const {
   return svg.document(12 + column * columns, top, title);
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 // === bristle/io/svg_plot.hpp
 
@@ -33069,7 +33104,7 @@ inline std::string SvgHeatMaps::svg() const {
 #include <utility>
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// One curve. A point with a coordinate that is not finite, or not positive on a logarithmic axis,
 /// is a gap in it.
@@ -33347,7 +33382,7 @@ inline std::string SvgPlot::svg() const {
   return detail::PlotPainter(*this).paint();
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 // === bristle/io/trace.hpp
 
@@ -33366,7 +33401,7 @@ inline std::string SvgPlot::svg() const {
 #include <utility>
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// One column of a trace.
 struct TraceChannel {
@@ -33515,7 +33550,7 @@ inline std::string Trace::csv(int digits) const {
   return text;
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 // === bristle/math/dual.hpp
 
@@ -33551,7 +33586,7 @@ inline std::string Trace::csv(int digits) const {
 #include <limits>
 #include <type_traits>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// A value and its derivatives by n variables. A plain value itself, of n + 1 numbers.
 template <std::floating_point S, std::size_t n>
@@ -33735,7 +33770,7 @@ template <std::floating_point S, std::size_t n>
 template <std::floating_point S, std::size_t n>
 inline constexpr bool is_plain_value<Dual<S, n>> = sizeof(Dual<S, n>) == (n + 1) * sizeof(S);
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 /// Those of S, as constants.
 template <std::floating_point S, std::size_t n>
@@ -33797,7 +33832,7 @@ struct Eigen::NumTraits<bristle::Dual<S, n>> : Eigen::GenericNumTraits<bristle::
 #include <type_traits>
 #include <utility>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Nearest hit of a ray in an FCL scene.
 template <Scalar S>
@@ -33921,7 +33956,7 @@ FclSceneHit<S> cast_ray(const fcl::DynamicAABBTreeCollisionManager<S>& scene, co
   return best;
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 #endif
 #if defined(BRISTLE_INSTANTIATE)
@@ -33932,7 +33967,7 @@ FclSceneHit<S> cast_ray(const fcl::DynamicAABBTreeCollisionManager<S>& scene, co
 /// is compiled for: the library in one file of a program that is built without CMake.
 // SPDX-License-Identifier: BSD-3-Clause
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// @param S  float or double.
 #define BRISTLE_MAKE_WORLD(S, Backend)                          \
@@ -33956,7 +33991,7 @@ const HostKernels<BRISTLE_INSTANTIATE>& host_kernels<BRISTLE_INSTANTIATE>() {
 }
 template class HostPatch<BRISTLE_INSTANTIATE>;
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 #endif
 

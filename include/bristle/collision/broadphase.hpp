@@ -15,7 +15,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Two shapes that may touch, by their tags, a < b.
 struct ShapePair {
@@ -308,4 +308,4 @@ class BroadPhase {
   std::vector<ShapePair> found_;
 };
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

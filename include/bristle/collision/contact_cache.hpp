@@ -15,7 +15,7 @@
 #include <span>
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// One point of contact between two bodies.
 template <Scalar S>
@@ -243,4 +243,4 @@ class ContactCache {
   bool is_repeated_ = false;
 };
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

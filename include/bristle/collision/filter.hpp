@@ -3,9 +3,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <bristle/core/config.hpp>
+
 #include <cstdint>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Categories and groups of a body. Two bodies meet when each one's mask has a bit of the other's
 /// category and they are not of the same negative group.
@@ -24,4 +26,4 @@ struct CollisionFilter {
   return (a.mask & b.category) != 0 && (b.mask & a.category) != 0;
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

@@ -3,6 +3,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <bristle/core/config.hpp>
+
 #include <array>
 #include <bit>
 #include <cstddef>
@@ -11,7 +13,7 @@
 #include <span>
 #include <type_traits>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Whether values of a type are their bytes: without padding or addresses. Specialise it for
 /// numbers that are not built in.
@@ -90,4 +92,4 @@ class BitHash {
   return hash.value();
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

@@ -23,6 +23,37 @@
 #define BRISTLE_HAS_DEFINITIONS 1
 #endif
 
+/// [bytes] Of the vector registers that this file is compiled for; 0 where lanes are plain arrays.
+#if !defined(__GNUC__) || defined(BRISTLE_NO_SIMD)
+#define BRISTLE_REGISTER_BYTES 0
+#elif defined(__AVX512F__)
+#define BRISTLE_REGISTER_BYTES 64
+#elif defined(__AVX__)
+#define BRISTLE_REGISTER_BYTES 32
+#else
+#define BRISTLE_REGISTER_BYTES 16
+#endif
+
+/// BRISTLE_ABI: the inline namespace of all of the library. Files that must not be mixed,
+/// header-only ones for registers of two widths, or header-only ones and those of the compiled
+/// library, have different names for everything, so that they do not link. Definitions beside the
+/// compiled library must be for its baseline: their names must not be its own otherwise.
+#if defined(BRISTLE_COMPILED) && defined(BRISTLE_WITH_DEFINITIONS) && BRISTLE_REGISTER_BYTES == 64
+#define BRISTLE_ABI compiled_with_definitions_64
+#elif defined(BRISTLE_COMPILED) && defined(BRISTLE_WITH_DEFINITIONS) && BRISTLE_REGISTER_BYTES == 32
+#define BRISTLE_ABI compiled_with_definitions_32
+#elif defined(BRISTLE_COMPILED)
+#define BRISTLE_ABI compiled
+#elif BRISTLE_REGISTER_BYTES == 64
+#define BRISTLE_ABI header_only_64
+#elif BRISTLE_REGISTER_BYTES == 32
+#define BRISTLE_ABI header_only_32
+#elif BRISTLE_REGISTER_BYTES == 16
+#define BRISTLE_ABI header_only_16
+#else
+#define BRISTLE_ABI header_only_plain
+#endif
+
 /// BRISTLE_ASSERT(condition): checks for errors of the library itself, never for a caller's data
 /// (that is `InvalidArgument`, in every build type). Debug builds abort; release builds skip it.
 #if !defined(BRISTLE_ASSERT)

@@ -3,11 +3,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <bristle/core/config.hpp>
+
 #include <cstddef>
 #include <cstdint>
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Union-find over [0, count). Each set is known by its lowest member, whatever the order in which
 /// members were joined. Allocates only when it grows.
@@ -42,4 +44,4 @@ class DisjointSets {
   std::vector<std::uint32_t> parent_;
 };
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

@@ -17,7 +17,7 @@
 #include <string_view>
 #include <utility>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// A caller's value breaks a rule. Reads "BodyDef::mass = -1: must be finite and > 0".
 class InvalidArgument : public std::invalid_argument {
@@ -161,4 +161,4 @@ void require_all_finite(std::string_view field, const Matrix& values) {
 }
 
 }  // namespace detail
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

@@ -8,7 +8,7 @@
 #include <cstdlib>
 #include <string>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 namespace {
 
 bool has(InstructionSet set) noexcept {
@@ -82,4 +82,4 @@ KernelTables chosen_kernels_double() {
   return of[static_cast<std::size_t>(instruction_set())]();
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

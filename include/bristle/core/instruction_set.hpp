@@ -13,7 +13,7 @@
 #include <cstdint>
 #include <string_view>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Instruction sets by the levels of the x86-64 psABI; other processors have the baseline alone.
 enum class InstructionSet : std::uint8_t {
@@ -41,4 +41,4 @@ enum class InstructionSet : std::uint8_t {
 void set_instruction_set(InstructionSet set);
 #endif
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

@@ -3,9 +3,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <bristle/core/config.hpp>
+
 #include <utility>
 
-namespace bristle::detail {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// A table of kernels, chosen when this is made, and an object that its functions work in. It holds
 /// no state: a copy has an object of its own, made anew. What was moved from may only be destroyed
@@ -37,4 +39,4 @@ class KernelScratch {
   void* scratch_;
 };
 
-}  // namespace bristle::detail
+}  // namespace bristle::inline BRISTLE_ABI::detail

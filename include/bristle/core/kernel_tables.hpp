@@ -5,6 +5,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <bristle/core/config.hpp>
+
 /// Name of the function that gives the kernels of a set (`baseline`, `v3`, `v4`) in a scalar, and
 /// of the one that gives those of `instruction_set()`.
 #define BRISTLE_KERNELS_OF(S, set) BRISTLE_KERNELS_OF_(S, set)
@@ -12,7 +14,7 @@
 #define BRISTLE_CHOSEN_KERNELS(S) BRISTLE_CHOSEN_KERNELS_(S)
 #define BRISTLE_CHOSEN_KERNELS_(S) chosen_kernels_##S
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Addresses of a `HostKernels`, and of a `WorldKernels` for each backend, in the scalar that the
 /// function is named for; null for a backend that the library was built without.
@@ -34,4 +36,4 @@ KernelTables bristle_kernels_double_v4();
 [[nodiscard]] KernelTables chosen_kernels_float();
 [[nodiscard]] KernelTables chosen_kernels_double();
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

@@ -3,6 +3,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <bristle/core/config.hpp>
+
 #include <algorithm>
 #include <array>
 #include <atomic>
@@ -11,7 +13,7 @@
 #include <memory>
 #include <new>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Runs task(i) once for every i in [0, count), in any order and on any threads, and returns when
 /// all are done. Tasks never write to the same place, so results do not depend on the schedule.
@@ -127,4 +129,4 @@ Sum sum_in_slices(std::size_t count, std::size_t size, std::size_t fewest_shared
   return total;
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

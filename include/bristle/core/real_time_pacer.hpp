@@ -10,7 +10,7 @@
 #include <cstdint>
 #include <thread>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Paces a loop of equal steps:
 ///
@@ -112,4 +112,4 @@ class RealTimePacer {
   double forgiven_ = 0;
 };
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

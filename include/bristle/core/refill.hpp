@@ -3,11 +3,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <bristle/core/config.hpp>
+
 #include <algorithm>
 #include <cstddef>
 #include <vector>
 
-namespace bristle::detail {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// Makes a vector `count` equal values. Unlike `assign` it grows to twice what it was, so that
 /// sizes which wander (contacts of a pile) settle below it.
@@ -25,4 +27,4 @@ void fill_numbers(std::vector<T>& vector) {
   for (T& element : vector) element = next++;
 }
 
-}  // namespace bristle::detail
+}  // namespace bristle::inline BRISTLE_ABI::detail

@@ -12,7 +12,7 @@
 #include <utility>
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Handle of an element of a `SlotMap`. Default-constructed, it names nothing.
 ///
@@ -130,4 +130,4 @@ class SlotMap {
   std::uint32_t size_ = 0;
 };
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

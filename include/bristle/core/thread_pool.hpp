@@ -17,7 +17,7 @@
 #include <thread>
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// A fixed number of threads that share the tasks of one loop at a time.
 ///
@@ -202,4 +202,4 @@ class ThreadPool {
   std::atomic<bool> is_caller_asleep_{false};
 };
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

@@ -17,7 +17,7 @@
 #include <optional>
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 struct BodyTag;
 /// Names a body of a world.
@@ -339,4 +339,4 @@ Body<S> make_body(const BodyDef<S>& def, const MassProperties<S>& of_shape) {
   return body;
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

@@ -15,7 +15,7 @@
 #include <cstddef>
 #include <cstdint>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// One scalar velocity constraint between bodies A and B. Its velocity is
 /// d . (v_B - v_A) + angular_b . w_B - angular_a . w_A, and an impulse x adds d x to B's momentum.
@@ -155,4 +155,4 @@ void solve_block(const ConstraintBlock<S>& block, const BlockResponse<S>& K, con
   }
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

@@ -19,7 +19,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Adds one constraint for every point of a manifold, warm with the impulses it has.
 template <Scalar S>
@@ -210,4 +210,4 @@ BRISTLE_LANES ContactPlace<T> place_of(const T& impulse, const T& restitution,
   return place;
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

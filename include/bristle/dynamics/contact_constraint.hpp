@@ -16,7 +16,7 @@
 #include <cmath>
 #include <cstdint>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// [1] Share of a row's response below which nothing is left of it but round-off, once other rows
 /// hold: a thousand roundings, for what elimination adds up.
@@ -167,4 +167,4 @@ std::array<S, 3> solve_contact(ContactConstraint<S>& c, const ContactResponse<S>
   return {change, c.impulse[1] - before[1], c.impulse[2] - before[2]};
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

@@ -15,7 +15,7 @@
 #include <cstddef>
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Watches the derivatives of the velocities that an iteration finds. For scalars without
 /// derivatives there is nothing to watch, and nothing is compiled of it.
@@ -75,4 +75,4 @@ class DerivativeWatch {
   bool is_first_ = true;
 };
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

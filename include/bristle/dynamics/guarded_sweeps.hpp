@@ -10,7 +10,7 @@
 #include <array>
 #include <cstdint>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Sweeps over the contacts and joints of an island, from no impulses, each taken back where it
 /// would give a body a velocity whose square is not finite. A body whose masses overflow then
@@ -93,4 +93,4 @@ class GuardedSweeps {
   }
 };
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

@@ -11,7 +11,7 @@
 #include <bristle/dynamics/body.hpp>
 #include <bristle/math/rotation.hpp>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Velocities of a body after the forces known at the start of the step: gravity and what the
 /// caller applies. The gyroscopic torque is not among them; `step_pose` accounts for it exactly.
@@ -140,4 +140,4 @@ void step_pose(Body<S>& body, const Twist<S>& motion, S dt) {
   }
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

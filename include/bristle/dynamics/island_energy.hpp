@@ -5,7 +5,7 @@
 
 #include <bristle/dynamics/solver_types.hpp>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// [J] Twice the kinetic energy of an island's bodies.
 template <Scalar S>
@@ -36,4 +36,4 @@ template <Scalar S>
   return sum;
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

@@ -10,7 +10,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Numbers the bodies of one island after the other. Keeps its memory.
 class IslandOrder {
@@ -130,4 +130,4 @@ class IslandOrder {
   std::vector<bool> is_queued_;
 };
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

@@ -3,6 +3,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <bristle/core/config.hpp>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -10,7 +12,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// What the multiplier of a row may be.
 enum class RowKind : std::uint8_t {
@@ -113,4 +115,4 @@ void project_on_cone(Real friction, Real& n, Real& x, Real& y) {
 
 }  // namespace detail
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

@@ -19,7 +19,7 @@
 #include <span>
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Rows of one island after the other. Keeps its memory.
 /// @tparam Real  Scalar of the arithmetic.
@@ -473,4 +473,4 @@ void IslandRows<S, Real>::add_square(EnvelopeMatrix<Real>& h, Real weight, const
   }
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

@@ -18,7 +18,7 @@
 #include <cmath>
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Scratch memory and the choice. One object serves many islands, one after the other.
 template <Scalar S>
@@ -483,4 +483,4 @@ class IslandSolver {
   std::vector<S> row_totals_;  // Impulses of all parts.
 };
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

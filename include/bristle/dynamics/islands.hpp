@@ -10,7 +10,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Splits bodies and constraints into islands. Bodies that forces do not move belong to none, and
 /// do not connect what touches them.
@@ -115,4 +115,4 @@ class IslandBuilder {
   std::vector<Island> islands_;
 };
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

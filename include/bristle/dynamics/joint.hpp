@@ -11,7 +11,7 @@
 #include <cstdint>
 #include <string>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 struct JointTag;
 /// Names a joint of a world.
@@ -263,4 +263,4 @@ void validate(const JointDef<S>& def) {
                   "JointDef::bushing", def.bushing.stiffness.maxCoeff(), "needs a six_dof joint");
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

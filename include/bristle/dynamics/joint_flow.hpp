@@ -19,7 +19,7 @@
 
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Settings of `JointFlow`.
 template <Scalar S>
@@ -453,4 +453,4 @@ bool JointFlow<S>::write(std::span<Transform<S>> end_poses, std::span<Twist<S>> 
   return true;
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

@@ -37,7 +37,7 @@
 
 #include <cstdint>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// A joint of a mechanism, between two of its bodies.
 template <Scalar S>
@@ -219,4 +219,4 @@ S axis_rate(const JointInstant<S>& at, const Twist<S>& a, const Twist<S>& b) {
   return at.slide.dot(b.at(at.arm_b) - a.at(at.arm_a)) + at.hinge.dot(b.angular - a.angular);
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

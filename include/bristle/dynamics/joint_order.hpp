@@ -10,7 +10,7 @@
 #include <span>
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Two joints that share a body which forces move: an impulse in one changes the velocity in the
 /// other. Each joint is also coupled to itself, once for each of its bodies that move.
@@ -161,4 +161,4 @@ void JointOrder::build(std::span<const JointFlowJoint<S>> joints, const std::vec
   }
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

@@ -15,7 +15,7 @@
 #include <array>
 #include <numbers>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Where a joint stands: its frame on A in the world and the offset of B's frame from it.
 template <Scalar S>
@@ -152,4 +152,4 @@ bool is_within_stops(const JointDef<S>& def, const JointPose<S>& pose, S positio
   return joint_swing(pose) <= def.swing_limit;
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

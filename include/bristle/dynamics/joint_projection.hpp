@@ -7,7 +7,7 @@
 
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Closes what velocities and positions have left across joints. Scratch memory and the algorithm;
 /// the system's matrix must have been factored at a place nearby.
@@ -192,4 +192,4 @@ void set_momentum(const Vec3<S>& point, const Wrench<S>& wanted, JointSystem<S>&
   }
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

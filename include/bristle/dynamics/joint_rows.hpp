@@ -10,7 +10,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Adds what a joint is in this step: locked axes as one equality block, then the drive, the stops,
 /// and a soft block for springs.
@@ -292,4 +292,4 @@ JointReading<S> read_joint(const Joint<S>& joint, const Body<S>& a, const Body<S
   return reading;
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

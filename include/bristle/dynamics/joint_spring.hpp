@@ -18,7 +18,7 @@
 #include <bristle/dynamics/joint_pose.hpp>
 #include <bristle/dynamics/solver_types.hpp>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Adds the spring on the free axis of a joint, if it has one.
 /// @param along  Row of the position.
@@ -114,4 +114,4 @@ void add_joint_bushing(Joint<S>& joint, const JointPose<S>& pose, S dt, Constrai
   soft.offset.template tail<3>() = -(rate.transpose() * k_angular.cwiseProduct(turn_J));
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

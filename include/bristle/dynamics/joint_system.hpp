@@ -12,7 +12,7 @@
 
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// A body of a mechanism, at the start of a step.
 template <Scalar S>
@@ -376,4 +376,4 @@ void JointSystem<S>::solve(std::span<const Twist<S>> b) {
   add_solution(rest_);
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

@@ -21,7 +21,7 @@
 #include <cstdint>
 #include <span>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Velocities of bodies, close to each other, to be read and written in lanes.
 template <Scalar S>
@@ -244,4 +244,4 @@ class ManifoldMotion {
   std::span<Points> points_;
 };
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

@@ -11,7 +11,7 @@
 #include <type_traits>
 #include <utility>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// The turns of one block.
 template <Scalar S>
@@ -174,4 +174,4 @@ BRISTLE_LANES Pack<S> ManifoldKernel<S>::place(VelocityTable<S>& displacements) 
   return largest;
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

@@ -6,7 +6,7 @@
 
 #include <bristle/dynamics/solver_types.hpp>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Velocity of b relative to a at a point between them, and their relative turn, along the axes of
 /// a contact, for units of force along these axes and of torque about them.
@@ -43,4 +43,4 @@ struct ManifoldMobility {
   Mat3<S> angular = Mat3<S>::Zero();
 };
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

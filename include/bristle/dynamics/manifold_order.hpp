@@ -3,13 +3,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <bristle/core/config.hpp>
+
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <span>
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// The contacts of one manifold, and the bodies between which they are.
 struct ManifoldSpan {
@@ -78,4 +80,4 @@ class ManifoldOrder {
   std::vector<std::uint32_t> next_round_;  // By slot; 0 between two calls.
 };
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

@@ -15,7 +15,7 @@
 #include <cstdint>
 #include <span>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// The contacts of one block.
 template <Scalar S>
@@ -192,4 +192,4 @@ void ManifoldPart<S>::move_on(const VelocityTable<S>& displacements, S dt) {
   }
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

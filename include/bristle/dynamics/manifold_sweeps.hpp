@@ -22,7 +22,7 @@
 #include <span>
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Scratch memory and the sweeps. One object serves many islands, one after the other.
 template <Scalar S>
@@ -364,4 +364,4 @@ void ManifoldSweeps<S>::write_back(const Island& island, Constraints<S>& constra
       });
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

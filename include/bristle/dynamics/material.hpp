@@ -6,7 +6,7 @@
 #include <bristle/core/error.hpp>
 #include <bristle/math/types.hpp>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Surface of a shape as hard contact sees it. Sensors have their own friction.
 template <Scalar S>
@@ -32,4 +32,4 @@ void validate(const Material<S>& m) {
   detail::require(m.restitution <= S(1), "Material::restitution", m.restitution, "must be <= 1");
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

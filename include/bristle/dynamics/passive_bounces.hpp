@@ -18,7 +18,7 @@
 #include <cmath>
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Scratch memory and the algorithm. One object serves many islands, one after the other.
 template <Scalar S>
@@ -101,4 +101,4 @@ class PassiveBounces {
   std::vector<Twist<S>> bouncing_;
 };
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

@@ -26,7 +26,7 @@
 #include <type_traits>
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Scratch memory and the algorithm. One object serves many islands, one after the other. Islands
 /// of floats are solved in double: eps^-1 leaves float no digits.
@@ -383,4 +383,4 @@ auto ProximalSolver<S>::search_line(Real eps) -> Real {
   return s;
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

@@ -9,7 +9,7 @@
 #include <cstddef>
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Sets all impulses of an island to zero.
 template <Scalar S>
@@ -70,4 +70,4 @@ class SavedImpulses {
   std::vector<Soft> soft_;
 };
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

@@ -13,7 +13,7 @@
 #include <array>
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Scratch memory and the algorithm. One object serves many islands, one after the other.
 template <Scalar S>
@@ -288,4 +288,4 @@ class SequentialSolver {
   std::vector<Mat6<S>> gains_;
 };
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

@@ -9,7 +9,7 @@
 
 #include <cstdint>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Impulse that is affine in the relative motion at the end of the step.
 ///
@@ -59,4 +59,4 @@ template <Scalar S>
   return W;
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

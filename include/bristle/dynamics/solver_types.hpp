@@ -13,7 +13,7 @@
 #include <span>
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// How positions follow from velocities; docs/solver.md compares them.
 enum class Integrator {
@@ -350,4 +350,4 @@ void apply_impulses(const Island& island, const Constraints<S>& constraints,
   }
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

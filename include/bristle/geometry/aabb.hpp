@@ -6,7 +6,7 @@
 #include <bristle/math/small_products.hpp>
 #include <bristle/math/transform.hpp>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Axis-aligned box; default-constructed it is empty (lower > upper). Bounds may be infinite.
 template <Scalar S>
@@ -64,4 +64,4 @@ template <Scalar S>
   return {center - half, center + half};
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

@@ -13,7 +13,7 @@
 #include <span>
 #include <utility>
 
-namespace bristle::detail {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// [m] So large that no scene reaches it, and so small that sums of areas of such boxes are finite.
 template <Scalar S>
@@ -118,4 +118,4 @@ template <Scalar S, typename BoxOf>
   return begin;
 }
 
-}  // namespace bristle::detail
+}  // namespace bristle::inline BRISTLE_ABI::detail

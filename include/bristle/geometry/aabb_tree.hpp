@@ -18,7 +18,7 @@
 #include <utility>
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Boxes, each with a number that is its owner's (the payload), found by box or by ray.
 ///
@@ -481,4 +481,4 @@ auto AabbTree<S>::build_range(std::span<NodeId> leaves, int depth) -> NodeId {
   return id;
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

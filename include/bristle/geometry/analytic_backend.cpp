@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <bristle/geometry/analytic_backend.hpp>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 BRISTLE_BACKEND_FUNCTIONS(template, AnalyticBackend, BRISTLE_INSTANTIATE)
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

@@ -8,7 +8,7 @@
 #include <cstdint>
 #include <memory>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 template <Scalar S>
 class AnalyticShape;
@@ -54,7 +54,7 @@ struct AnalyticBackend {
                                      const Transform<S>& X_RC, const RayBatch<S>& rays) noexcept;
 };
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 // Implementation -----------------------------------------------------------------------------------
 
@@ -80,7 +80,7 @@ struct AnalyticBackend {
 #include <utility>
 #include <variant>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// A shape as `AnalyticBackend` keeps it: checked, measured, with a tree and a surface if it is a
 /// mesh, and seen as a solid.
@@ -255,14 +255,14 @@ void AnalyticBackend::cast_rays(const std::shared_ptr<const AnalyticShape<S>>& c
       c->shape());
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 #endif
 
 #if defined(BRISTLE_COMPILED) && BRISTLE_HAS_DEFINITIONS
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 BRISTLE_BACKEND_FUNCTIONS(extern template, AnalyticBackend, float)
 BRISTLE_BACKEND_FUNCTIONS(extern template, AnalyticBackend, double)
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 #endif

@@ -22,7 +22,7 @@
 #include <cstddef>
 #include <cstdint>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Normal +z for concentric balls.
 template <Scalar S>
@@ -305,4 +305,4 @@ void collide_shapes(const HalfSpace<S>& a, const MeshTree<S>& b, const Transform
   contacts.append_to(out, ContactManifold<S>::capacity);
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

@@ -13,7 +13,7 @@
 #include <algorithm>
 #include <span>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Appends the manifold of two boxes, B standing at X_AB in A, if they overlap or come within
 /// `margin` [m].
@@ -252,4 +252,4 @@ void collide_shapes(const Box<S>& a, const Box<S>& b, const Transform<S>& X_AB, 
                  Vec3<S>(found.normal.template cast<S>().normalized()), margin, out);
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

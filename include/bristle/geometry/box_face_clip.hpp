@@ -16,7 +16,7 @@
 #include <cstddef>
 #include <cstdint>
 
-namespace bristle::detail {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// Names of the contacts of two boxes. Corners of a box are numbered by the signs of their
 /// coordinates, as in support.hpp; an edge is what its ends have in common, and in what they
@@ -210,4 +210,4 @@ class BoxFacePatch {
   std::size_t size_ = 0;
 };
 
-}  // namespace bristle::detail
+}  // namespace bristle::inline BRISTLE_ABI::detail

@@ -13,7 +13,7 @@
 #include <cstddef>
 #include <cstdint>
 
-namespace bristle::detail {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// A box in a frame G that stands in the frame C of a tree, against boxes of the tree. Six of the
 /// fifteen axes along which two boxes may be apart are looked at: of what is left, triangles are
@@ -110,8 +110,8 @@ class alignas(64) LeafList {
   }
 
  private:
-  /// Gives the last pack numbers behind the last leaf, too: what memory holds may be denormal, which
-  /// costs a hundred cycles an operation.
+  /// Gives the last pack numbers behind the last leaf, too: what memory holds may be denormal,
+  /// which costs a hundred cycles an operation.
   void finish() {
     for (std::size_t axis = 0; axis < 3; ++axis) {
       Pack<S>(S(0)).store(&lower_[axis][size_]);
@@ -158,4 +158,4 @@ bool LeafList<S>::search(const WideTree<S>& tree, const BoxInTree<S>& box) {
   return true;
 }
 
-}  // namespace bristle::detail
+}  // namespace bristle::inline BRISTLE_ABI::detail

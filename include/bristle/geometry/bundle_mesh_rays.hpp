@@ -23,7 +23,7 @@
 #include <cstddef>
 #include <cstdint>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Offers to `hits` the nearest hit of each ray with a solid at X_RC, as `ShapeBackend::cast_rays`
 /// does; in bundles where the rays have them. Allocates nothing.
@@ -496,4 +496,4 @@ bool is_clear_of_mesh(const RayMesh<S>& mesh, const Transform<S>& X_RC, const Ra
   return detail::BundleMeshQuery<S>(mesh, X_RC, rays, 0, nullptr, lists).is_clear();
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

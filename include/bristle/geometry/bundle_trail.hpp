@@ -12,7 +12,7 @@
 #include <array>
 #include <cstddef>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 namespace detail {
 
@@ -121,4 +121,4 @@ void with_lists(const RayMesh<S>& mesh, const Transform<S>& X_RC, const RayBatch
 
 }  // namespace detail
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

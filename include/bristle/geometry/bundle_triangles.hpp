@@ -19,7 +19,7 @@
 #include <cstddef>
 #include <cstdint>
 
-namespace bristle::detail {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// What rays in lanes have met so far. The rules are those of `MeshCrossings`, but for the reach:
 /// crossings beyond a ray's end are not looked at, and one bound of errors goes for all of a ray's.
@@ -260,4 +260,4 @@ BRISTLE_LANES void BundleTriangles<S>::test(std::size_t i, const LaneRays<S>& ra
   found.normal = select(is_nearer, normal, found.normal);
 }
 
-}  // namespace bristle::detail
+}  // namespace bristle::inline BRISTLE_ABI::detail

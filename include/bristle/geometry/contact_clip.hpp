@@ -20,7 +20,7 @@
 #include <cstdint>
 #include <span>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// The manifold of two convex shapes that meet along a given normal: all corners of the common
 /// patch with a gap of at most `margin` [m], thinned to the capacity of a manifold (to four where a
@@ -434,4 +434,4 @@ bool build_manifold(const ShapeA& a, const ShapeB& b, const Transform<S>& X_AB,
   return true;
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

@@ -10,7 +10,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// One point of contact.
 template <Scalar S>
@@ -54,4 +54,4 @@ enum class ContactStatus {
   failed
 };
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

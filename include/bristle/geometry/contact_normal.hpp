@@ -35,7 +35,7 @@
 #include <type_traits>
 #include <variant>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// What is known about a pair of convex solids.
 enum class Nearness {
@@ -388,4 +388,4 @@ ContactNormal<S> contact_normal(const ConvexView<S>& a, const ConvexView<S>& b,
   return {gap <= margin ? Nearness::near : Nearness::apart, search.normal(), gap};
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

@@ -12,7 +12,7 @@
 #include <cstddef>
 #include <cstdint>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Appends the manifolds of one pair to a list. Manifolds with the same key become one, and points
 /// of it that coincide too.
@@ -145,4 +145,4 @@ class ContactSink {
   S nearest_ = S(0);
 };
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

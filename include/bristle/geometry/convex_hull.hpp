@@ -16,7 +16,7 @@
 #include <utility>
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Convex solid. Make one with `convex_hull(points)`.
 template <Scalar S>
@@ -167,4 +167,4 @@ void ConvexHull<S>::validate_planes() const {
   }
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

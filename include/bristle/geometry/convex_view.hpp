@@ -18,7 +18,7 @@
 #include <utility>
 #include <variant>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// View of a shape that support.hpp knows. Points to the shape it is made from.
 template <Scalar S>
@@ -218,4 +218,4 @@ Aabb<S> bounds_at(const ConvexView<S>& convex, const Transform<S>& X) {
   return box;
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

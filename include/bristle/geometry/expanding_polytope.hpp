@@ -15,7 +15,7 @@
 #include <cstddef>
 #include <cstdint>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Convex polytope of a fixed capacity. Distances of faces are signed, so the origin need not be
 /// inside.
@@ -143,4 +143,4 @@ void ExpandingPolytope<S>::find_nearest() {
   }
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

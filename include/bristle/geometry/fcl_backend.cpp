@@ -2,9 +2,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <bristle/geometry/fcl_backend.hpp>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 template class FclBackend::Collidable<BRISTLE_INSTANTIATE>;
 BRISTLE_BACKEND_FUNCTIONS(template, FclBackend, BRISTLE_INSTANTIATE)
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

@@ -19,7 +19,7 @@ template <typename S>
 class CollisionGeometry;
 }  // namespace fcl
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// FCL geometry that nobody changes any more, shared by all who use it.
 using FclGeometry = std::shared_ptr<const fcl::CollisionGeometry<double>>;
@@ -91,7 +91,7 @@ class FclBackend::Collidable {
   std::shared_ptr<const Data> data_;
 };
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 // Implementation -----------------------------------------------------------------------------------
 
@@ -108,7 +108,7 @@ class FclBackend::Collidable {
 #include <type_traits>
 #include <variant>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 template <Scalar S>
 struct FclBackend::Collidable<S>::Data {
@@ -328,16 +328,16 @@ bool FclBackend::is_clear(const Collidable<S>& c, const Transform<S>& X_RC,
   return c.data_->rays.is_clear(X_RC, rays);
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 #endif
 
 #if defined(BRISTLE_COMPILED) && BRISTLE_HAS_DEFINITIONS
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 extern template class FclBackend::Collidable<float>;
 extern template class FclBackend::Collidable<double>;
 BRISTLE_BACKEND_FUNCTIONS(extern template, FclBackend, float)
 BRISTLE_BACKEND_FUNCTIONS(extern template, FclBackend, double)
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 #endif

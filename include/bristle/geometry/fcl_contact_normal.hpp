@@ -19,7 +19,7 @@
 
 #include <fcl/narrowphase/detail/convexity_based_algorithm/gjk_libccd.h>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// `contact_normal<FclDistance>` may throw where FCL does.
 struct FclDistance {
@@ -58,4 +58,4 @@ inline GjkAnswer<double> FclDistance::operator()(PlacedConvex<double> a, PlacedC
   return {normal.squaredNorm() > 0.5, normal, distance};
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

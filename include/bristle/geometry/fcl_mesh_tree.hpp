@@ -16,7 +16,7 @@
 #include <limits>
 #include <utility>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// The mesh type a `TriangleMesh` becomes: a tree of axis-aligned boxes with one triangle a leaf.
 /// FCL's oriented boxes take four times the memory and building time, and rays gain nothing by
@@ -118,4 +118,4 @@ class FclMeshTree {
   const FclMesh<S>* mesh_;
 };
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

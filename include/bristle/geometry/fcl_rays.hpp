@@ -22,7 +22,7 @@
 #include <utility>
 #include <variant>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Nearest hit of a ray with an FCL mesh, as `ray_cast_mesh` finds it.
 template <Scalar S>
@@ -109,4 +109,4 @@ void FclRayTarget<S>::cast_rays(const Transform<S>& X_RC, const RayBatch<S>& ray
       shape_);
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

@@ -18,7 +18,7 @@
 #include <type_traits>
 #include <utility>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Nearest hit of a ray in an FCL scene.
 template <Scalar S>
@@ -142,4 +142,4 @@ FclSceneHit<S> cast_ray(const fcl::DynamicAABBTreeCollisionManager<S>& scene, co
   return best;
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

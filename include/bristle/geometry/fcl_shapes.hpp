@@ -28,7 +28,7 @@
 #include <variant>
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// A shape as FCL geometry, its local box computed. Axes, origin and sizes mean the same in both.
 ///
@@ -200,4 +200,4 @@ FclView<S> from_fcl(const fcl::CollisionGeometry<S>& geometry) {
   }
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

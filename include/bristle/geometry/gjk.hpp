@@ -19,7 +19,7 @@
 #include <cstddef>
 #include <utility>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// What a distance query found.
 template <Scalar S>
@@ -176,4 +176,4 @@ GjkAnswer<S> gjk_distance(const Support& support, const Vec3<S>& start, S far, S
   return {true, simplex.nearest() / -distance, distance};
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

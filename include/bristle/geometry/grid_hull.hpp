@@ -14,7 +14,7 @@
 #include <utility>
 #include <vector>
 
-namespace bristle::detail {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// A point on the integer grid that a hull is computed on, coordinates within +-2^29.
 using GridPoint = std::array<std::int64_t, 3>;
@@ -216,4 +216,4 @@ class TriangleHull {
   std::vector<HullTriangle> triangles_;
 };
 
-}  // namespace bristle::detail
+}  // namespace bristle::inline BRISTLE_ABI::detail

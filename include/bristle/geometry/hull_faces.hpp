@@ -16,7 +16,7 @@
 #include <utility>
 #include <vector>
 
-namespace bristle::detail {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// A polygon of a hull.
 struct HullFace {
@@ -257,4 +257,4 @@ inline std::vector<HullFace> FaceJoin::faces() const {
   return faces;
 }
 
-}  // namespace bristle::detail
+}  // namespace bristle::inline BRISTLE_ABI::detail

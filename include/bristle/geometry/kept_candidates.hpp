@@ -19,7 +19,7 @@
 #include <optional>
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 namespace detail {
 
@@ -308,4 +308,4 @@ BRISTLE_OUTLINED std::optional<RayHit<S>> KeptCandidates<S>::cast(const RayMesh<
   return detail::hit_on<S>(near.corners(nearest), asked, collector.found.distance);
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

@@ -25,7 +25,7 @@
 #include <cstdint>
 #include <optional>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Adds the contacts of a mesh with a convex solid that stands at X_MC in the mesh's frame, with
 /// normals from the mesh to the solid.
@@ -298,4 +298,4 @@ void collide_meshes(const MeshSurface<Precise<S>, Tree>& a, const MeshSurface<Pr
          });
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

@@ -12,7 +12,7 @@
 #include <span>
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Sum of unit normals with their weights, and whether they leave a direction.
 template <Scalar S>
@@ -83,4 +83,4 @@ std::vector<NormalSum<S>> vertex_normals(const TriangleMesh<S>& mesh,
   return sums;
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

@@ -17,7 +17,7 @@
 #include <numbers>
 #include <optional>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// The boundary of a solid as triangles that a ray can be walked through: `corners(i)` run
 /// counter-clockwise seen from outside, and `walk_ray` is that of `AabbTree`, with the triangle's
@@ -243,4 +243,4 @@ RayHit<S> ray_cast_mesh_from_outside(const Mesh& mesh, const Ray<S>& ray) {
   return detail::nearest_hit(mesh, ray, detail::mesh_crossings(mesh, ray));
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

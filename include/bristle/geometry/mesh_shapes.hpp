@@ -14,7 +14,7 @@
 #include <cstdint>
 #include <numbers>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Cuboid around the origin: 8 vertices, 12 triangles; two for each of the faces -x, +x, -y, +y,
 /// -z, +z in this order.
@@ -158,4 +158,4 @@ TriangleMesh<S> grid_mesh(const Vec2<S>& size, const std::array<std::uint32_t, 2
   return mesh;
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

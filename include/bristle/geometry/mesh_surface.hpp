@@ -21,7 +21,7 @@
 #include <utility>
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// What contacts need to know of a closed mesh besides its triangles: who is whose neighbour.
 ///
@@ -314,4 +314,4 @@ auto MeshSurface<S, Tree>::judge(std::uint32_t triangle, const Vec3<S>& n) const
   return Verdict::edge;
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

@@ -16,7 +16,7 @@
 #include <utility>
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Immutable solid: the surface of a closed mesh and all that is inside.
 template <Scalar S>
@@ -87,4 +87,4 @@ RayHit<S> ray_cast(const MeshTree<S>& mesh, const Ray<S>& ray) {
   return ray_cast_mesh(mesh, ray);
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

@@ -15,7 +15,7 @@
 #include <string>
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Volume [m^3] that a closed mesh encloses; negative where it is wound inside out.
 template <Scalar S>
@@ -199,4 +199,4 @@ void validate_solid(const TriangleMesh<S>& mesh) {
                   "must be > 0 (inverted mesh: triangles must be counter-clockwise from outside)");
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

@@ -20,7 +20,7 @@
 #include <string>
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Smallest convex solid around a set of points, with coplanar triangles joined to polygons.
 ///
@@ -211,4 +211,4 @@ ConvexHull<S> convex_hull(const TriangleMesh<S>& mesh) {
   return convex_hull<S>(std::span<const Vec3<S>>(points));
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

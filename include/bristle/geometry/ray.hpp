@@ -14,7 +14,7 @@
 #include <span>
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// A ray of finite length.
 template <Scalar S>
@@ -140,4 +140,4 @@ struct RayHits {
   }
 };
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

@@ -6,7 +6,7 @@
 #include <bristle/geometry/aabb.hpp>
 #include <bristle/geometry/ray.hpp>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Entry of a ray into boxes, by the three pairs of planes. Kay and Kajiya 1986; that the exit is
 /// moved outwards so that rounding loses nothing follows Ize 2013, "Robust BVH Ray Traversal".
@@ -38,4 +38,4 @@ class SlabTest {
   Vec3<S> inverse_;
 };
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

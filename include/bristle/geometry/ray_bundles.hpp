@@ -20,7 +20,7 @@
 #include <span>
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Some neighbouring rays of a `RayBundles`. Its frame G has its origin in the middle of some rays
 /// and its z axis along their mean direction: its own, or those of a bundle that it is a part of
@@ -336,4 +336,4 @@ void RayBundles<S>::cut_slices() {
   });
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

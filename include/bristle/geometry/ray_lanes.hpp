@@ -14,7 +14,7 @@
 #include <cstdint>
 #include <type_traits>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// A ray for each lane, in the shape's frame.
 template <Scalar S>
@@ -441,4 +441,4 @@ void cast_rays_in_lanes(const ConvexShape& shape, const Transform<S>& X_RC, cons
   }
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

@@ -15,7 +15,7 @@
 #include <limits>
 #include <utility>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// The triangles of a solid, as `SolidMesh` wants them. Immutable.
 template <Scalar S>
@@ -192,4 +192,4 @@ void RayMesh<S>::walk_ray(const Ray<S>& ray, Visit&& visit) const {
   }
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

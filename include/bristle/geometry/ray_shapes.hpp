@@ -20,7 +20,7 @@
 #include <cstddef>
 #include <utility>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 template <Scalar S>
 [[nodiscard]] RayHit<S> ray_cast(const Sphere<S>& sphere, const Ray<S>& ray);
@@ -349,4 +349,4 @@ RayHit<S> ray_cast(const ConvexHull<S>& hull, const Ray<S>& ray) {
   return detail::hit_within<S>(ray, chord.enter, hull.face_normals[entered]);
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

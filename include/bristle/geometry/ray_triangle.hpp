@@ -18,7 +18,7 @@
 #include <concepts>
 #include <utility>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Where a ray's line passes a triangle.
 template <Scalar S>
@@ -105,4 +105,4 @@ class TriangleTest {
   int kz_ = 0;
 };
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

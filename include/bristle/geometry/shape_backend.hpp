@@ -16,7 +16,7 @@
 #include <concepts>
 #include <cstdint>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// What `World<S, B>` asks of a backend B.
 ///
@@ -71,7 +71,7 @@ template <Scalar S, typename B>
   return false;
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 /// Declares (`extern template`) or makes (`template`) the functions of a backend in a scalar.
 #define BRISTLE_BACKEND_FUNCTIONS(instantiate, Backend, S)                                         \

@@ -5,7 +5,7 @@
 
 #include <bristle/geometry/shapes.hpp>
 
-namespace bristle::detail {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// A convex shape or half-space in another scalar; hulls keep their numbers.
 template <Scalar P, Scalar S>
@@ -40,4 +40,4 @@ struct ShapeCast {
   Shape<P> operator()(const TriangleMesh<S>&) const { return Sphere<P>{}; }
 };
 
-}  // namespace bristle::detail
+}  // namespace bristle::inline BRISTLE_ABI::detail

@@ -14,7 +14,7 @@
 #include <span>
 #include <variant>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Smallest axis-aligned box [m] around a shape, in the shape's own frame.
 ///
@@ -187,4 +187,4 @@ MassProperties<S> unit_mass_properties(const Shape<S>& shape) {
   return std::visit(detail::UnitMassProperties<S>{}, shape);
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

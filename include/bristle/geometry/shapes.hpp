@@ -19,7 +19,7 @@
 #include <utility>
 #include <variant>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Ball around the origin.
 template <Scalar S>
@@ -183,4 +183,4 @@ void validate(const Shape<S>& shape) {
   std::visit(detail::ShapeValidator<S>{}, shape);
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

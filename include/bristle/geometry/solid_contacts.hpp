@@ -16,7 +16,7 @@
 #include <cmath>
 #include <optional>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// A solid prepared for contacts: one of the two is there, and points to what it was made from.
 template <Scalar S, typename Tree>
@@ -83,4 +83,4 @@ bool collide_solids(const SolidView<Precise<S>, Tree>& a, const SolidView<Precis
   return true;
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

@@ -17,7 +17,7 @@
 #include <numbers>
 #include <span>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Piece of a convex surface: a point, an edge of two points or a convex polygon.
 template <Scalar S>
@@ -485,4 +485,4 @@ SupportFeature<S> support_face(const Triangle<S>& triangle, const Vec3<S>& direc
   return face;
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

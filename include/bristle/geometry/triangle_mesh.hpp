@@ -15,7 +15,7 @@
 #include <span>
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Vertices and the triangles over them, counter-clockwise seen from outside.
 ///
@@ -176,4 +176,4 @@ TriangleMesh<S> weld(const TriangleMesh<S>& mesh, S tolerance) {
   return welded;
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

@@ -20,7 +20,7 @@
 #include <span>
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Some triangles that stand together, at most `WideTree::leaf_size` of them.
 struct TriangleRange {
@@ -215,4 +215,4 @@ std::array<Vec3<S>, 3> WideTree<S>::corners(std::uint32_t number) const {
           Vec3<S>(p[6 * n], p[7 * n], p[8 * n])};
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

@@ -14,7 +14,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 namespace detail {
 
 /// Finds the impulses of a `HostPatch` and its readings. It holds scratch memory only.
@@ -193,4 +193,4 @@ void HostSolver<S>::discard_what_is_not_finite(HostPatch<S>& host) {
 }
 
 }  // namespace detail
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

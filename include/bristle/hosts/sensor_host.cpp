@@ -3,7 +3,7 @@
 #include <bristle/core/kernel_tables.hpp>
 #include <bristle/hosts/sensor_host.hpp>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 template <>
 const HostKernels<BRISTLE_INSTANTIATE>& host_kernels<BRISTLE_INSTANTIATE>() {
@@ -12,4 +12,4 @@ const HostKernels<BRISTLE_INSTANTIATE>& host_kernels<BRISTLE_INSTANTIATE>() {
 }
 template class HostPatch<BRISTLE_INSTANTIATE>;
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

@@ -17,7 +17,7 @@
 #include <utility>
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// A body of the host, about its centre of mass, world axes.
 template <Scalar S>
@@ -153,14 +153,14 @@ class HostPatch {
   detail::KernelScratch<HostKernels<S>> solver_{host_kernels<S>()};
 };
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 // Implementation -----------------------------------------------------------------------------------
 
 #if BRISTLE_HAS_DEFINITIONS
 #include <bristle/hosts/host_solver.hpp>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 template <Scalar S>
 HostPatch<S>::HostPatch(std::uint32_t body, PatchDef<S> def)
@@ -186,11 +186,11 @@ void HostPatch<S>::add_body(std::uint32_t number, const HostBody<S>& state, S dt
   solver.twist = solver.free;
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 #endif
 
 #if defined(BRISTLE_COMPILED) && BRISTLE_HAS_DEFINITIONS
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 template <>
 const HostKernels<float>& host_kernels<float>();
@@ -199,5 +199,5 @@ const HostKernels<double>& host_kernels<double>();
 extern template class HostPatch<float>;
 extern template class HostPatch<double>;
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 #endif

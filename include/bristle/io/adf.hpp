@@ -10,7 +10,7 @@
 
 #include <filesystem>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Adds the bodies, joints and sensors of a description to a world (docs/adf.md says what becomes
 /// of each key).
@@ -30,7 +30,7 @@ template <Scalar S, typename Backend>
 AdfScene<S> add_adf(World<S, Backend>& world, const std::filesystem::path& path,
                     const AdfBuildDef<S>& def = {});
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 // Implementation -----------------------------------------------------------------------------------
 
@@ -52,7 +52,7 @@ AdfScene<S> add_adf(World<S, Backend>& world, const std::filesystem::path& path,
 #include <utility>
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 namespace detail {
 
 /// Adds the parts of a model one after the other.
@@ -211,7 +211,7 @@ AdfScene<S> add_adf(World<S, Backend>& world, const std::filesystem::path& path,
   return add_adf(world, load_adf(path, def.limits), def);
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 #endif
 
 /// Declares (`extern template`) or makes (`template`) the loaders of scenes for one kind of world.
@@ -222,7 +222,7 @@ AdfScene<S> add_adf(World<S, Backend>& world, const std::filesystem::path& path,
                                               const AdfBuildDef<S>&);
 
 #if defined(BRISTLE_COMPILED) && BRISTLE_HAS_DEFINITIONS
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 BRISTLE_ADF_FUNCTIONS(extern template, float, AnalyticBackend)
 BRISTLE_ADF_FUNCTIONS(extern template, double, AnalyticBackend)
@@ -231,5 +231,5 @@ BRISTLE_ADF_FUNCTIONS(extern template, float, FclBackend)
 BRISTLE_ADF_FUNCTIONS(extern template, double, FclBackend)
 #endif
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 #endif

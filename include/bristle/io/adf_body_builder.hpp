@@ -18,7 +18,7 @@
 #include <variant>
 #include <vector>
 
-namespace bristle::detail {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// A primitive in the scalar of a world, scaled.
 template <Scalar S>
@@ -181,4 +181,4 @@ class AdfBodyBuilder {
   AdfGroups groups_;
 };
 
-}  // namespace bristle::detail
+}  // namespace bristle::inline BRISTLE_ABI::detail

@@ -14,7 +14,7 @@
 #include <string>
 #include <utility>
 
-namespace bristle::detail {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// Largest number of a collision group.
 inline constexpr std::size_t adf_max_group = 999;
@@ -166,4 +166,4 @@ inline std::optional<AdfSensor> read_adf_body(AdfMap& map, AdfBody& body) {
   return sensor;
 }
 
-}  // namespace bristle::detail
+}  // namespace bristle::inline BRISTLE_ABI::detail

@@ -3,10 +3,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <bristle/core/config.hpp>
+
 #include <string_view>
 #include <utility>
 
-namespace bristle::detail {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// The key that gives a field which the world refuses ("JointDef::swing_limit": "joint limits");
 /// empty for what no single key gives. Fields may go on with an index.
@@ -55,4 +57,4 @@ namespace bristle::detail {
   return {};
 }
 
-}  // namespace bristle::detail
+}  // namespace bristle::inline BRISTLE_ABI::detail

@@ -14,7 +14,7 @@
 #include <numbers>
 #include <string>
 
-namespace bristle::detail {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// The turn that brings one unit vector to another by the shortest way. Of the many half turns
 /// between opposite vectors the format takes the one about from x X, or from x Y where X is along
@@ -186,4 +186,4 @@ class AdfJointBuilder {
   AdfReport& report_;
 };
 
-}  // namespace bristle::detail
+}  // namespace bristle::inline BRISTLE_ABI::detail

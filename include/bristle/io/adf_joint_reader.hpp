@@ -11,7 +11,7 @@
 #include <string>
 #include <utility>
 
-namespace bristle::detail {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 [[nodiscard]] inline AdfJointType read_adf_joint_type(AdfMap& map) {
   constexpr std::pair<const char*, AdfJointType> names[] = {
@@ -148,4 +148,4 @@ inline void read_adf_joint(AdfMap& map, AdfJoint& joint) {
   map.skip({"detached", "origin", "axis"}, "not used by the format's own reader");
 }
 
-}  // namespace bristle::detail
+}  // namespace bristle::inline BRISTLE_ABI::detail

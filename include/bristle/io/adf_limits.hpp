@@ -3,9 +3,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <bristle/core/config.hpp>
+
 #include <cstddef>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// What a description may ask for at most. The defaults are far above any real scene and far below
 /// what a machine has; whoever reads files of strangers on a small one lowers them.
@@ -30,4 +32,4 @@ struct AdfLimits {
   std::size_t max_searched_bytes = std::size_t{1} << 28;
 };
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

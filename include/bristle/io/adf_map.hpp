@@ -21,7 +21,7 @@
 #include <utility>
 #include <vector>
 
-namespace bristle::detail {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// What a number must be.
 struct AdfRule {
@@ -302,4 +302,4 @@ class AdfMap {
   std::set<std::string, std::less<>> read_;
 };
 
-}  // namespace bristle::detail
+}  // namespace bristle::inline BRISTLE_ABI::detail

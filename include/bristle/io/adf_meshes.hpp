@@ -19,7 +19,7 @@
 #include <system_error>
 #include <utility>
 
-namespace bristle::detail {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// Which folder of meshes is looked at first.
 enum class AdfResolution { low, high };
@@ -92,4 +92,4 @@ class AdfMeshes {
   std::map<std::string, TriangleMesh<S>> meshes_;
 };
 
-}  // namespace bristle::detail
+}  // namespace bristle::inline BRISTLE_ABI::detail

@@ -14,7 +14,7 @@
 #include <string>
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// What bodies, joints, sensors and actuators have in common.
 struct AdfItem {
@@ -207,4 +207,4 @@ struct AdfModel {
   AdfReport report{};
 };
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

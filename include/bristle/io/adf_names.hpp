@@ -14,7 +14,7 @@
 #include <utility>
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 namespace detail {
 
 /// One text that is looked for in many, each read once whatever the two repeat (Knuth, Morris and
@@ -133,4 +133,4 @@ class AdfNames {
   std::map<std::string, Named, std::less<>> by_name_;
 };
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

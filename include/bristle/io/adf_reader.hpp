@@ -22,7 +22,7 @@
 #include <utility>
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// A description from the text of an ADF file. Meshes are not looked at.
 ///
@@ -181,4 +181,4 @@ inline AdfModel load_adf(const std::filesystem::path& path, const AdfLimits& lim
   return read_adf(read_file(path), path, limits);
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

@@ -15,7 +15,7 @@
 #include <utility>
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Something in a description breaks a rule. Reads
 /// "gripper.yaml:12: BODY Tip/mass = -1: must be finite and >= 0".
@@ -135,4 +135,4 @@ namespace detail {
 }
 
 }  // namespace detail
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

@@ -10,7 +10,7 @@
 #include <bristle/sensors/patch.hpp>
 #include <bristle/world/proximity.hpp>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// A proximity sensor and the body that carries it: `world.sense(p.carrier, p.rays)` reads it.
 template <Scalar S>
@@ -49,4 +49,4 @@ struct AdfBuildDef {
   AdfLimits limits{};
 };
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

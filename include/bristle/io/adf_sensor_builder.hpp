@@ -17,7 +17,7 @@
 #include <string>
 #include <utility>
 
-namespace bristle::detail {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// Rays of a fan: azimuth within elevation, both from the first to the last angle.
 template <Scalar S>
@@ -129,4 +129,4 @@ class AdfSensorBuilder {
   std::size_t rays_ = 0;
 };
 
-}  // namespace bristle::detail
+}  // namespace bristle::inline BRISTLE_ABI::detail

@@ -11,7 +11,7 @@
 #include <string>
 #include <utility>
 
-namespace bristle::detail {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// Rows of a fan at most; its rays are that many squared.
 inline constexpr std::size_t adf_max_resolution = 10'000;
@@ -117,4 +117,4 @@ inline void read_adf_sensor(AdfMap& map, AdfSensor& sensor) {
   return sensor;
 }
 
-}  // namespace bristle::detail
+}  // namespace bristle::inline BRISTLE_ABI::detail

@@ -22,7 +22,7 @@
 #include <utility>
 #include <vector>
 
-namespace bristle::detail {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// A mesh as a solid: without triangles that have no area, and turned right side out. None where
 /// it does not close.
@@ -122,4 +122,4 @@ class AdfSolids {
   std::size_t triangles_ = 0;
 };
 
-}  // namespace bristle::detail
+}  // namespace bristle::inline BRISTLE_ABI::detail

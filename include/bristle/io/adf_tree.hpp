@@ -24,7 +24,7 @@
 #include <yaml-cpp/mark.h>
 #include <yaml-cpp/parser.h>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 namespace detail {
 
@@ -235,4 +235,4 @@ class AdfTreeBuilder final : public YAML::EventHandler {
 }
 
 }  // namespace detail
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

@@ -12,7 +12,7 @@
 #include <string_view>
 #include <system_error>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// All bytes of a file.
 ///
@@ -48,4 +48,4 @@ inline void write_file(const std::filesystem::path& path, std::string_view bytes
   if (!stream) detail::raise(IoError(path.string(), 0, "cannot be written to its end"));
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

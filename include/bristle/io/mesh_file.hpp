@@ -8,7 +8,7 @@
 
 #include <filesystem>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Mesh from an .stl or .obj file (in whatever case), as `read_stl` and `read_obj` describe. It may
 /// be open, inverted or degenerate; what it is used for checks that.
@@ -17,7 +17,7 @@ namespace bristle {
 template <Scalar S>
 [[nodiscard]] TriangleMesh<S> load_mesh(const std::filesystem::path& path);
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 // Implementation -----------------------------------------------------------------------------------
 
@@ -30,7 +30,7 @@ template <Scalar S>
 
 #include <string>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 template <Scalar S>
 TriangleMesh<S> load_mesh(const std::filesystem::path& path) {
@@ -40,14 +40,14 @@ TriangleMesh<S> load_mesh(const std::filesystem::path& path) {
   detail::raise(IoError(path.string(), 0, "unknown kind of mesh file (known: .stl, .obj)"));
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 #endif
 
 #if defined(BRISTLE_COMPILED) && BRISTLE_HAS_DEFINITIONS
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 extern template TriangleMesh<float> load_mesh<float>(const std::filesystem::path& path);
 extern template TriangleMesh<double> load_mesh<double>(const std::filesystem::path& path);
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 #endif

@@ -20,7 +20,7 @@
 #include <utility>
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Mesh from the text of an OBJ file.
 ///
@@ -159,4 +159,4 @@ std::string write_obj(const TriangleMesh<S>& mesh) {
   return text;
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

@@ -14,7 +14,7 @@
 #include <string_view>
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 namespace detail {
 
@@ -199,4 +199,4 @@ inline void PlotAxis::set_logarithmic_ticks(double room) {
   }
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

@@ -20,7 +20,7 @@
 #include <string_view>
 #include <utility>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Mesh from the bytes of an STL file, binary or ASCII, with equal corners welded.
 ///
@@ -206,4 +206,4 @@ std::string write_stl(const TriangleMesh<S>& mesh) {
   return bytes;
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

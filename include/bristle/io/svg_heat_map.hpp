@@ -18,7 +18,7 @@
 #include <string>
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// One map with a colour scale of its own.
 struct HeatMap {
@@ -169,4 +169,4 @@ inline std::string SvgHeatMaps::svg() const {
   return svg.document(12 + column * columns, top, title);
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

@@ -17,7 +17,7 @@
 #include <utility>
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// One curve. A point with a coordinate that is not finite, or not positive on a logarithmic axis,
 /// is a gap in it.
@@ -295,4 +295,4 @@ inline std::string SvgPlot::svg() const {
   return detail::PlotPainter(*this).paint();
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

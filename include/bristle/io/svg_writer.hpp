@@ -3,6 +3,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <bristle/core/config.hpp>
+
 #include <algorithm>
 #include <charconv>
 #include <cmath>
@@ -13,7 +15,7 @@
 #include <utility>
 #include <vector>
 
-namespace bristle::detail {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// Appends text with the five characters escaped that mean something in XML; control characters,
 /// which XML cannot hold, become spaces.
@@ -243,4 +245,4 @@ text { font: 12px Helvetica, Arial, "Liberation Sans", "DejaVu Sans", sans-serif
   return std::exchange(body_, {}) + content + "</svg>\n";
 }
 
-}  // namespace bristle::detail
+}  // namespace bristle::inline BRISTLE_ABI::detail

@@ -13,7 +13,7 @@
 #include <string_view>
 #include <system_error>
 
-namespace bristle::detail {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// Letters A-Z as a-z, whatever the locale.
 [[nodiscard]] inline std::string to_lower(std::string_view text) {
@@ -130,4 +130,4 @@ class TextScanner {
   std::size_t word_line_ = 1;
 };
 
-}  // namespace bristle::detail
+}  // namespace bristle::inline BRISTLE_ABI::detail

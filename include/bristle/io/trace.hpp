@@ -17,7 +17,7 @@
 #include <utility>
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// One column of a trace.
 struct TraceChannel {
@@ -166,4 +166,4 @@ inline std::string Trace::csv(int digits) const {
   return text;
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

@@ -14,7 +14,7 @@
 #include <span>
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Lower triangle of a symmetric positive definite matrix of 3x3 blocks, and its factors in the
 /// same place. Rows and columns count blocks.
@@ -127,4 +127,4 @@ void BlockEnvelope<S>::solve(std::span<Vec3<S>> x) const {
   }
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

@@ -10,7 +10,7 @@
 
 #include <cstddef>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Replaces the lower triangle of the symmetric n x n matrix `a` by its factor L, a = L L^T.
 ///
@@ -62,4 +62,4 @@ void solve_upper(const S* l, std::size_t n, S* b) {
   }
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

@@ -17,7 +17,7 @@
 #include <utility>
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Scratch memory and the algorithm.
 template <Scalar S>
@@ -143,4 +143,4 @@ bool DormandPrince<S>::advance(std::span<S> y, std::size_t state, S duration, Sy
   return true;
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

@@ -34,7 +34,7 @@
 #include <limits>
 #include <type_traits>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// A value and its derivatives by n variables. A plain value itself, of n + 1 numbers.
 template <std::floating_point S, std::size_t n>
@@ -218,7 +218,7 @@ template <std::floating_point S, std::size_t n>
 template <std::floating_point S, std::size_t n>
 inline constexpr bool is_plain_value<Dual<S, n>> = sizeof(Dual<S, n>) == (n + 1) * sizeof(S);
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 /// Those of S, as constants.
 template <std::floating_point S, std::size_t n>

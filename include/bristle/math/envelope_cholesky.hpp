@@ -16,7 +16,7 @@
 #include <span>
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Lower triangle of a symmetric positive definite matrix, and its factor in the same place.
 template <Scalar S>
@@ -105,4 +105,4 @@ class EnvelopeMatrix {
   std::vector<S> values_;
 };
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

@@ -11,7 +11,7 @@
 #include <cstddef>
 #include <cstdint>
 
-#if defined(__GNUC__) && !defined(BRISTLE_NO_SIMD)
+#if BRISTLE_REGISTER_BYTES > 0
 #define BRISTLE_HAS_SIMD 1
 // All of the instruction sets is 36,000 lines, a quarter of what a user's file would compile.
 #if defined(__AVX__)
@@ -32,16 +32,10 @@
 #endif
 #endif
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// [bytes] Of a register.
-#if BRISTLE_HAS_SIMD && defined(__AVX512F__)
-inline constexpr std::size_t simd_bytes = 64;
-#elif BRISTLE_HAS_SIMD && defined(__AVX__)
-inline constexpr std::size_t simd_bytes = 32;
-#else
-inline constexpr std::size_t simd_bytes = 16;
-#endif
+inline constexpr std::size_t simd_bytes = BRISTLE_HAS_SIMD ? BRISTLE_REGISTER_BYTES : 16;
 
 namespace detail {
 
@@ -224,4 +218,4 @@ struct Compare<double> {
 #endif
 
 }  // namespace detail
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

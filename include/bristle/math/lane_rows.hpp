@@ -12,7 +12,7 @@
 #include <cstdint>
 #include <utility>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// [-] Scalars of a row, with those at its end that nobody asks for. They are read and written too.
 inline constexpr std::size_t row_stride = 8;
@@ -142,4 +142,4 @@ BRISTLE_LANES void store_rows(S* rows, const std::uint32_t* at, const Pack<S> (&
   for (std::size_t c = 0; c < count; ++c) columns[c].scatter(rows + c, at);
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

@@ -14,7 +14,7 @@
 
 #include <cmath>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 namespace detail {
 
@@ -118,4 +118,4 @@ template <Scalar S>
   return Pack<S>::load(rest);
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

@@ -3,11 +3,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <bristle/core/config.hpp>
+
 #include <cstddef>
 #include <new>
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Allocates at the beginnings of cache lines. `std::allocator` begins 16 bytes behind one, where
 /// every load of a whole register crosses lines.
@@ -35,4 +37,4 @@ struct LineAllocator {
 template <typename T>
 using LaneVector = std::vector<T, LineAllocator<T>>;
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

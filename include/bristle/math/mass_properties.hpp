@@ -12,7 +12,7 @@
 #include <cstddef>
 #include <cstdint>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// What a rigid body weighs and how it resists turning, in one frame.
 template <Scalar S>
@@ -100,4 +100,4 @@ template <Scalar S>
               point_inertia<S>(b.mass, b.center - center)};
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

@@ -8,7 +8,7 @@
 
 #include <cstddef>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// A vector for each lane. Like Pack, never stored.
 template <Scalar S>
@@ -62,4 +62,4 @@ template <Scalar S>
           m[2] * v.x + m[5] * v.y + m[8] * v.z};
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

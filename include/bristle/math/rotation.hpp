@@ -8,7 +8,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Quaternion of the rotation vector phi [rad]: turn by |phi| about phi. Exact for every |phi|, 0
 /// included.
@@ -109,4 +109,4 @@ void tangent_basis(const Vec3<S>& n, Vec3<S>& t1, Vec3<S>& t2) {
   t2 = Vec3<S>(b, sign + n.y() * n.y() * a, -n.y());
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

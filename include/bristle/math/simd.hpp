@@ -24,7 +24,7 @@
 #include <cstdint>
 #include <utility>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// A truth value for each lane.
 template <Scalar S>
@@ -374,4 +374,4 @@ BRISTLE_LANES S max_of_lanes(const Pack<S>& a) {
       a, [](const Pack<S>& x, const Pack<S>& y) { return max(x, y); });
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

@@ -6,7 +6,7 @@
 
 #include <bristle/math/types.hpp>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// M v.
 template <Scalar S>
@@ -43,4 +43,4 @@ template <Scalar S>
   return (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]) * S(0) == S(0);
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

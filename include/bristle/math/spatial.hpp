@@ -5,7 +5,7 @@
 
 #include <bristle/math/types.hpp>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Velocity of a rigid body about a reference point, both parts in the same frame.
 template <Scalar S>
@@ -54,4 +54,4 @@ struct Wrench {
   friend Wrench operator*(S k, const Wrench& a) { return {k * a.force, k * a.torque}; }
 };
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

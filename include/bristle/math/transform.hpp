@@ -9,7 +9,7 @@
 #include <cmath>
 #include <string>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Pose X_AB of a frame B in a frame A: maps coordinates in B to coordinates in A.
 ///
@@ -69,4 +69,4 @@ void require_pose(const std::string& field, const Transform<S>& X) {
 
 }  // namespace detail
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

@@ -14,7 +14,7 @@
 #include <limits>
 #include <type_traits>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Opens the library to scalars other than the built-in ones (dual.hpp has one): specialise it to
 /// true for a type that has std::numeric_limits, arithmetic, `value_of`, and the functions of
@@ -80,4 +80,4 @@ template <typename Derived>
   return m;
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

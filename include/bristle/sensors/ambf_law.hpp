@@ -12,7 +12,7 @@
 
 #include <bristle/sensors/law.hpp>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// [m] and [m/s] Below it AMBF multiplies by a vector that it has not normalised.
 template <Scalar S>
@@ -58,4 +58,4 @@ template <Scalar S>
   return f;
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

@@ -11,7 +11,7 @@
 #include <bristle/core/error.hpp>
 #include <bristle/sensors/sensor_parameters.hpp>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// A layer of soft material on a hard body. Silicone rubber is the default.
 template <Scalar S>
@@ -80,4 +80,4 @@ SensorParameters<S> ElasticSkin<S>::parameters() const {
   return p;
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

@@ -18,7 +18,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// The planes that the sensors of a tile met.
 template <Scalar S>
@@ -191,4 +191,4 @@ void KeptHits<S>::advance(Patch& patch, ReachOf&& reach_of) const {
   }
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

@@ -9,7 +9,7 @@
 #include <cstddef>
 #include <utility>
 
-namespace bristle::detail {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// One set of constants for all lanes of all tiles.
 template <Scalar S>
@@ -60,4 +60,4 @@ decltype(auto) with_parameters(const PatchDef<S>& def, Call&& call) {
   return call(OwnParameters<S>(def.per_sensor));
 }
 
-}  // namespace bristle::detail
+}  // namespace bristle::inline BRISTLE_ABI::detail

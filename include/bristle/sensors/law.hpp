@@ -19,7 +19,7 @@
 #include <bristle/math/types.hpp>
 #include <bristle/sensors/sensor_parameters.hpp>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// [1] Depth e_N of a hit at `distance` [m] along a ray of length L, given as 1 / L [1/m]: 0 just
 /// touching, 1 fully pressed, negative for a surface beyond the ray's end (Eq. 4 with sign and end
@@ -312,4 +312,4 @@ template <Scalar S>
   return Wrench<S>::at(r_W, -A.pose.rotate(sensor_force(p, options, contact, stretch, dt).total()));
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

@@ -10,7 +10,7 @@
 
 #include <array>
 
-namespace bristle::detail {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// Velocity of A relative to B at the arm rho from c for the motion (linear, angular) at c.
 template <Value T>
@@ -324,4 +324,4 @@ BRISTLE_LANES void update_slip(PatchContact<T>& c, const Vector3<T>& v, T sigma,
   c.last_slip = v;
 }
 
-}  // namespace bristle::detail
+}  // namespace bristle::inline BRISTLE_ABI::detail

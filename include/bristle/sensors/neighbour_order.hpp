@@ -16,7 +16,7 @@
 #include <string>
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// The numbers of a layout's sensors, neighbours after neighbours: four rows of four, four such
 /// squares, and so on, as far as their number and places allow.
@@ -71,4 +71,4 @@ SensorLayout<S> in_order(const SensorLayout<S>& layout, std::span<const std::uin
   return result;
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

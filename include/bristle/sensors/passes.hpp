@@ -3,9 +3,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <bristle/core/config.hpp>
+
 #include <algorithm>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// One of the solves of a step.
 struct SolvePass {
@@ -30,4 +32,4 @@ int solve_in_passes(int max_passes, Solve&& solve, Answer&& answer) {
   }
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

@@ -13,7 +13,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Energy that a tool has brought into whatever resists it, less what it got back.
 ///
@@ -113,4 +113,4 @@ class PassivityObserver {
   S turnover_ = S(0);
 };
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

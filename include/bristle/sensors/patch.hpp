@@ -28,7 +28,7 @@
 #include <string>
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 struct PatchTag;
 /// Names a patch of a world.
@@ -322,4 +322,4 @@ template <Scalar S>
   return patch;
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

@@ -20,7 +20,7 @@
 
 #include <span>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Sets the weights of the implicit scheme from x = w (dt^2 sum k_t + dt sum mu_V): for soft
 /// bristles nearly conservative and fourth-order in phase, for stiff ones implicit Euler.
@@ -445,4 +445,4 @@ void clear_impulses(SensorPatch<S>& patch, const PatchPair<S>& pair) {
   }
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

@@ -8,7 +8,7 @@
 #include <bristle/sensors/patch.hpp>
 #include <bristle/sensors/patch_touch.hpp>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// A body that a ray met.
 template <Scalar S>
@@ -462,4 +462,4 @@ void collect_contacts(SensorPatch<S>& patch, const Body<S>& A, FindBody&& find,
   patch.contacts.resize(contacts);
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

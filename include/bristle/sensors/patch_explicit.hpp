@@ -10,7 +10,7 @@
 #include <bristle/sensors/patch_contacts.hpp>
 #include <bristle/sensors/patch_touch.hpp>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Measures a pair before the step: sets Lambda and the weights of the implicit scheme, from the
 /// sums over its contacts in `PatchPair::stiffness`.
@@ -138,4 +138,4 @@ Wrench<S> explicit_impulses(SensorPatch<S>& patch, const PatchPair<S>& pair, Bod
                                             : detail::paper_impulses(patch, pair, dt, parallel_for);
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

@@ -19,7 +19,7 @@
 #include <utility>
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// An open surface with a normal at each vertex: M in Algorithm 3. It looks outwards, as the
 /// sensors will that are placed on it.
@@ -150,4 +150,4 @@ PatchMesh<S> patch_from_mesh(const TriangleMesh<S>& mesh) {
   return patch;
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

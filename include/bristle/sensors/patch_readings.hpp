@@ -6,7 +6,7 @@
 #include <bristle/sensors/patch.hpp>
 #include <bristle/sensors/patch_block.hpp>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Turns the impulses of all contacts into readings.
 /// @param origin   [m] A's centre of mass in the world.
@@ -140,4 +140,4 @@ void fill_readings(SensorPatch<S>& patch, const Vec3<S>& origin, S dt, FindId&& 
   }
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

@@ -9,7 +9,7 @@
 
 #include <cstddef>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// A sensor that meets a surface, in A's axes.
 template <Value T>
@@ -71,4 +71,4 @@ struct TouchPack : SensorTouch<Pack<S>> {
 
 }  // namespace detail
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

@@ -18,7 +18,7 @@
 #include <utility>
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// How sensors sit on a mesh. The defaults put one 10 mm ray on every face, half of it below the
 /// surface.
@@ -230,4 +230,4 @@ SensorLayout<S> sensor_grid(const SensorGridDef<S>& def) {
   return layout;
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

@@ -10,7 +10,7 @@
 #include <cstddef>
 #include <numbers>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// A fan in the frame A of the body that carries it. Rays lie in the middles of equal cells of
 /// azimuth and elevation, so a fan of one row and a width of 2 pi goes round without a ray twice.
@@ -83,4 +83,4 @@ SensorLayout<S> ray_fan(const RayFanDef<S>& def) {
   return layout;
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

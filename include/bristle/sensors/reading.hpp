@@ -15,7 +15,7 @@
 #include <span>
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// State of one sensor.
 enum class SensorState : std::uint8_t {
@@ -114,4 +114,4 @@ struct ReadingStore {
   }
 };
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Rays of many sensors in the frame A of the body that carries them. Each starts inside the body
 /// and ends outside, at its reach.
@@ -103,4 +103,4 @@ void SensorLayout<S>::validate() const {
   }
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

@@ -6,7 +6,7 @@
 #include <bristle/core/error.hpp>
 #include <bristle/math/lane_value.hpp>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Constants of one resistive sensor, a ray that meets penetration with a spring and damper along
 /// itself and slip with a bristle across itself. `tuned_for` proposes them from physical wants.
@@ -100,4 +100,4 @@ void validate(const SensorParameters<S>& p) {
   detail::require_positive("SensorParameters::breakaway_distance", p.breakaway_distance);
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

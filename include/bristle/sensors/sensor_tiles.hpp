@@ -19,7 +19,7 @@
 #include <cstddef>
 #include <cstdint>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// [-] Sensors of a tile.
 inline constexpr std::size_t tile_size = 16;
@@ -205,4 +205,4 @@ BRISTLE_LANES void store_pack(Row3<S>& row, std::size_t at, const Pack3<S>& valu
 
 }  // namespace detail
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

@@ -11,7 +11,7 @@
 #include <bristle/sensors/patch.hpp>
 #include <bristle/sensors/patch_touch.hpp>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// [s] Longest stable explicit step of one mode; infinite without stiffness and damping.
 template <Scalar S>
@@ -128,4 +128,4 @@ S largest_stable_step(const SensorPatch<S>& patch, MobilityOf&& mobility_of) {
   return smallest;
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

@@ -12,7 +12,7 @@
 #include <span>
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// What a pixel of a tactile image can show.
 enum class TactileChannel : std::uint8_t {
@@ -161,4 +161,4 @@ void TactileHistory<S>::copy_to(std::span<S> out) const {
   }
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

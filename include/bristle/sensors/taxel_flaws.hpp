@@ -17,7 +17,7 @@
 #include <string>
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// How far the taxels of an array are from perfect. The defaults are perfect.
 template <Scalar S>
@@ -143,4 +143,4 @@ void TaxelFlaws<S>::apply(std::span<const S> in, std::span<S> out) {
   ++sample_;
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

@@ -13,7 +13,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// One box for each tile and one for each group of tiles, in A's axes from A's centre of mass.
 ///
@@ -112,4 +112,4 @@ class TileBoxes {
   std::vector<BoxRow> tile_boxes_, group_boxes_;
 };
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

@@ -12,7 +12,7 @@
 
 #include <cstddef>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// What one wants of a patch that grips.
 template <Scalar S>
@@ -198,4 +198,4 @@ PatchMeaning<S> meaning_of(const SensorParameters<S>& p, const PatchUse<S>& use,
   return out;
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

@@ -24,7 +24,7 @@
 #include <utility>
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Along what a wrapped vertex is set off from the surface.
 enum class WrapOffset {
@@ -182,4 +182,4 @@ TriangleMesh<S> wrap_patch(const PatchMesh<S>& patch, const TriangleMesh<S>& sha
   return moved;
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

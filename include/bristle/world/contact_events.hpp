@@ -13,7 +13,7 @@
 #include <span>
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// What happened to a touch in the last step.
 enum class ContactPhase {
@@ -200,4 +200,4 @@ Wrench<S> ContactReading<S>::impulse_on_b() const {
   return sum([](const CachedManifold<S>&, const CachedPoint<S>& p) { return p.arm_b; });
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

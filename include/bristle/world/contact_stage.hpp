@@ -12,7 +12,7 @@
 #include <span>
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Moves the boxes of all shapes, finds the pairs that may touch, asks the backend where they do,
 /// and turns contacts between steps into rows.
@@ -208,4 +208,4 @@ class ContactStage {
   std::size_t most_manifolds_ = chunk_size;
 };
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

@@ -7,7 +7,7 @@
 #include <bristle/dynamics/soft_block.hpp>
 #include <bristle/world/held_mobility.hpp>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// A body as the ticks of a `HapticLoop` see it. Between steps of the world it moves by
 ///
@@ -137,4 +137,4 @@ class HapticBody {
   Vec6<S> end_ = Vec6<S>::Zero();
 };
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

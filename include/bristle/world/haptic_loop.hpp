@@ -35,7 +35,7 @@
 #include <utility>
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 namespace detail {
 template <Scalar S, typename Backend>
 class HapticTick;
@@ -244,7 +244,7 @@ class HapticLoop {
   std::uint64_t rays_cast_ = 0;
 };
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 // Implementation -----------------------------------------------------------------------------------
 
@@ -253,7 +253,7 @@ class HapticLoop {
 
 #include <algorithm>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Leaves the loop as if it had never ticked; tools stay where they are.
 template <Scalar S, typename Backend>
@@ -355,5 +355,5 @@ void HapticLoop<S, Backend>::tick() {
   kernels_->tick(*this);
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 #endif

@@ -13,7 +13,7 @@
 #include <cstddef>
 #include <cstdint>
 
-namespace bristle::detail {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// Does what `HapticLoop::tick` says; the loop is open and has a tick left.
 template <Scalar S, typename Backend>
@@ -194,4 +194,4 @@ void HapticTick<S, Backend>::deliver(Skin& skin) {
                    [&](std::uint32_t slot) { return loop_.bodies_[number_of(slot)].id(); });
 }
 
-}  // namespace bristle::detail
+}  // namespace bristle::inline BRISTLE_ABI::detail

@@ -14,7 +14,7 @@
 
 #include <cstdint>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// A body as its surroundings let it move.
 template <Scalar S>
@@ -162,4 +162,4 @@ class HeldMobilityFinder {
   Constraints<S> rows_;
 };
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

@@ -14,7 +14,7 @@
 
 #include <span>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 struct RayFilter;
 template <Scalar S>
@@ -45,4 +45,4 @@ struct WorldKernels {
 template <Scalar S, typename Backend>
 [[nodiscard]] const WorldKernels<S, Backend>& world_kernels();
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

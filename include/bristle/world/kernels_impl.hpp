@@ -9,7 +9,7 @@
 #include <bristle/world/ray_query.hpp>
 #include <bristle/world/stepper.hpp>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// The table of this file's instruction set.
 template <Scalar S, typename Backend>
@@ -39,4 +39,4 @@ const WorldKernels<S, Backend>& world_kernels() {
   return own_world_kernels<S, Backend>();
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

@@ -17,7 +17,7 @@
 #include <algorithm>
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Moves the mechanisms of one island after the other.
 template <Scalar S, typename Backend>
@@ -297,4 +297,4 @@ class MechanismStage {
   std::vector<Wrench<S>> impulses_;
 };
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

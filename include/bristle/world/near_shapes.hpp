@@ -7,7 +7,7 @@
 
 #include <algorithm>
 
-namespace bristle::detail {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// [m] How far any point of a shape that can meet another one can get within the step.
 template <Scalar S, typename Backend>
@@ -96,4 +96,4 @@ ContactStatus collide_pair(const WorldState<S, Backend>& state, const ShapePair&
                           out);
 }
 
-}  // namespace bristle::detail
+}  // namespace bristle::inline BRISTLE_ABI::detail

@@ -10,7 +10,7 @@
 #include <cstdint>
 #include <span>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// A shape that the rays of a patch on A may meet within a step.
 template <Scalar S, typename Backend>
@@ -233,4 +233,4 @@ std::uint64_t find_hits(SensorPatch<S>& patch, std::span<const ShapeInReach<S, B
   return rays;
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

@@ -14,7 +14,7 @@
 #include <utility>
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Whom sensors of distance see.
 struct ProximityFilter {
@@ -93,12 +93,12 @@ class ProximityArray {
   std::uint64_t rays_cast_ = 0;
 };
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 // Implementation -----------------------------------------------------------------------------------
 
 #if BRISTLE_HAS_DEFINITIONS
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 template <Scalar S>
 template <typename Backend>
@@ -129,5 +129,5 @@ void ProximityArray<S>::sense(const WorldState<S, Backend>& state, BodyId carrie
   }
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 #endif

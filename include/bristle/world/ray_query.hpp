@@ -7,7 +7,7 @@
 
 #include <span>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Whom a ray query meets.
 struct RayFilter {
@@ -94,4 +94,4 @@ template <Scalar S, typename Backend>
 }
 
 }  // namespace detail
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

@@ -7,7 +7,7 @@
 
 #include <cstdint>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Counters of one step. A stage with nothing to do leaves its counters at zero: what a scene does
 /// not need is not done, and this is where it shows.
@@ -57,4 +57,4 @@ struct StepReport {
   std::uint64_t frozen_bodies = 0;
 };
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

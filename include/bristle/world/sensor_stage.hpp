@@ -15,7 +15,7 @@
 #include <utility>
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Senses with every patch, then decides for each touched body between explicit and implicit.
 template <Scalar S, typename Backend>
@@ -431,4 +431,4 @@ void SensorStage<S, Backend>::find_near(const State& state, const SensorPatch<S>
   std::sort(out.begin(), out.end());
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

@@ -16,7 +16,7 @@
 #include <algorithm>
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Wakes islands before the stages of a step and puts them to sleep after.
 template <Scalar S, typename Backend>
@@ -225,4 +225,4 @@ class SleepStage {
   ContactManifolds<S> found_;
 };
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

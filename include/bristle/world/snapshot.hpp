@@ -19,7 +19,7 @@
 #include <utility>
 #include <vector>
 
-namespace bristle::detail {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// Opens a snapshot. The version changes with `for_each_state`.
 struct SnapshotHead {
@@ -279,4 +279,4 @@ void restore_snapshot(std::span<const std::byte> bytes, WorldState<S, Backend>& 
   for_each_state(state, reader);
 }
 
-}  // namespace bristle::detail
+}  // namespace bristle::inline BRISTLE_ABI::detail

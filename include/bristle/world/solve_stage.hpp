@@ -17,7 +17,7 @@
 #include <algorithm>
 #include <array>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Solves every island with the solver that suits it, and integrates.
 template <Scalar S, typename Backend>
@@ -346,4 +346,4 @@ class SolveStage {
   PassiveBounces<S> bounces_;
 };
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

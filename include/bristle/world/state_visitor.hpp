@@ -17,7 +17,7 @@
 #include <type_traits>
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Shows the whole state to a visitor, always in the same order. The visitor has
 ///
@@ -441,4 +441,4 @@ void for_each_state(State& state, Visitor& visit) {
   detail::visit_contacts(state, state.contacts, visit);
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

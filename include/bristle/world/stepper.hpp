@@ -13,7 +13,7 @@
 
 #include <cstdint>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Steps a world. It owns the scratch memory of the stages and no state: any stepper takes a world
 /// from the same state to the same bits.
@@ -116,4 +116,4 @@ void Stepper<S, Backend>::follow_joint_angles(State& state) {
   }
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

@@ -5,7 +5,7 @@
 
 #include <bristle/world/world_state.hpp>
 
-namespace bristle::detail {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// Wakes the island of a body; nothing happens to one that is awake or has no forces to obey.
 template <Scalar S, typename Backend>
@@ -67,4 +67,4 @@ void disturb(WorldState<S, Backend>& state, BodyId id) {
   state.is_idle = false;
 }
 
-}  // namespace bristle::detail
+}  // namespace bristle::inline BRISTLE_ABI::detail

@@ -3,7 +3,7 @@
 #include <bristle/core/kernel_tables.hpp>
 #include <bristle/world/world.hpp>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 namespace {
 
 template <typename Backend>
@@ -29,4 +29,4 @@ template class World<BRISTLE_INSTANTIATE, FclBackend>;
 template class HapticLoop<BRISTLE_INSTANTIATE, FclBackend>;
 #endif
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

@@ -18,7 +18,7 @@
 #include <span>
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// A minimal rigid-body world whose hands can hold things.
 ///
@@ -229,7 +229,7 @@ class World {
   detail::KernelScratch<WorldKernels<S, Backend>> stepper_{world_kernels<S, Backend>()};
 };
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 
 #include <bristle/world/world_contacts_impl.hpp>
 #if defined(BRISTLE_WITH_FCL)
@@ -243,7 +243,7 @@ class World {
 #endif
 
 #if defined(BRISTLE_COMPILED) && BRISTLE_HAS_DEFINITIONS
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 #define BRISTLE_COMPILED_WORLD(S, Backend)                     \
   template <>                                                  \
@@ -258,5 +258,5 @@ BRISTLE_COMPILED_WORLD(double, FclBackend)
 #endif
 #undef BRISTLE_COMPILED_WORLD
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
 #endif

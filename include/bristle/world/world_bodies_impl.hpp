@@ -6,7 +6,7 @@
 #include <bristle/world/waking.hpp>
 #include <bristle/world/world.hpp>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S>
@@ -283,4 +283,4 @@ void World<S, Backend>::wake(BodyId id) {
   detail::disturb(state_, id);
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

@@ -5,7 +5,7 @@
 
 #include <bristle/world/world.hpp>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S>
@@ -64,4 +64,4 @@ const {
   return sum;
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

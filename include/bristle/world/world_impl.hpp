@@ -10,7 +10,7 @@
 #include <bristle/world/waking.hpp>
 #include <bristle/world/world.hpp>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S> World<S, Backend>::World(const WorldDef<S>& def) {
@@ -377,4 +377,4 @@ void World<S, Backend>::push(const HapticBody<S>& pushed) {
   set_twist(id, carried.twist);
 }
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI

@@ -19,7 +19,7 @@
 #include <optional>
 #include <vector>
 
-namespace bristle {
+namespace bristle::inline BRISTLE_ABI {
 
 /// When islands of bodies fall asleep. Asleep, they are not computed: nothing moves, contacts,
 /// joints and sensors keep their impulses and readings, velocities are zero.
@@ -128,4 +128,4 @@ struct WorldState {
   }
 };
 
-}  // namespace bristle
+}  // namespace bristle::inline BRISTLE_ABI
