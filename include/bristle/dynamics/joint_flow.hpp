@@ -180,6 +180,7 @@ bool JointFlow<S>::find_held() {
     const bool is_locked = !body.moves_by_forces || (locked[0] && locked[1] && locked[2]);
     cannot_turn_[i] = is_locked && body.twist.angular == Vec3<S>::Zero();
   }
+  // Each round but the last finds one more body that cannot turn.
   for (bool has_changed = true; has_changed;) {
     has_changed = false;
     for (const JointFlowJoint<S>& joint : system_.joints()) {

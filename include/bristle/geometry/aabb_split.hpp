@@ -35,26 +35,34 @@ template <Scalar S>
   return finite_part(box).center();
 }
 
-/// Box around the middles of some boxes; the axis of its longest edge is the one to split along.
-template <Scalar S, typename BoxOf>
-[[nodiscard]] Aabb<S> box_of_centers(std::span<const std::uint32_t> leaves, const BoxOf& box_of) {
-  Aabb<S> centers;
-  for (const std::uint32_t leaf : leaves) centers.include(finite_center<S>(box_of(leaf)));
-  return centers;
-}
+/// A leaf that is being sorted into a tree. What it is sorted by is computed once and kept:
+/// computed anew for each comparison it may be rounded in another way, and there would be no order.
+template <Scalar S>
+struct SplitLeaf {
+  std::uint32_t number = 0;
+  S key = S(0);
+};
 
-/// Orders `leaves` along their longest extent, by the boxes that `box_of(leaf)` returns.
-/// @return How many go to the first child: half of them.
+/// Gives each leaf the middle of its box, along the axis on which these are spread out most, as its
+/// key.
+/// @param box_of  Callable: the box of the leaf of a number.
 template <Scalar S, typename BoxOf>
-[[nodiscard]] std::size_t split_in_halves(std::span<std::uint32_t> leaves, const BoxOf& box_of) {
-  const Aabb<S> centers = box_of_centers<S>(leaves, box_of);
+void key_by_center(std::span<SplitLeaf<S>> leaves, const BoxOf& box_of) {
+  Aabb<S> centers;
+  for (const SplitLeaf<S>& leaf : leaves) centers.include(finite_center<S>(box_of(leaf.number)));
   int axis = 0;
   (centers.upper - centers.lower).maxCoeff(&axis);
+  for (SplitLeaf<S>& leaf : leaves) leaf.key = finite_center<S>(box_of(leaf.number))[axis];
+}
+
+/// Orders `leaves` along their longest extent, by the boxes that `box_of(number)` returns.
+/// @return How many go to the first child: half of them.
+template <Scalar S, typename BoxOf>
+[[nodiscard]] std::size_t split_in_halves(std::span<SplitLeaf<S>> leaves, const BoxOf& box_of) {
+  key_by_center(leaves, box_of);
   // A total order, so that the result does not depend on the standard library.
-  std::sort(leaves.begin(), leaves.end(), [&](std::uint32_t a, std::uint32_t b) {
-    const S center_a = finite_center<S>(box_of(a))[axis];
-    const S center_b = finite_center<S>(box_of(b))[axis];
-    return center_a < center_b || (center_a == center_b && a < b);
+  std::sort(leaves.begin(), leaves.end(), [](const SplitLeaf<S>& a, const SplitLeaf<S>& b) {
+    return a.key < b.key || (a.key == b.key && a.number < b.number);
   });
   return leaves.size() / 2;
 }
@@ -63,10 +71,15 @@ template <Scalar S, typename BoxOf>
 /// longest extent (Wald 2007, "On fast Construction of SAH-based Bounding Volume Hierarchies").
 /// @return How many go to the first child, at least 1 and less than all of two or more.
 template <Scalar S, typename BoxOf>
-[[nodiscard]] std::size_t split_by_surface(std::span<std::uint32_t> leaves, const BoxOf& box_of) {
-  const Aabb<S> centers = box_of_centers<S>(leaves, box_of);
-  int axis = 0;
-  const S extent = (centers.upper - centers.lower).maxCoeff(&axis);
+[[nodiscard]] std::size_t split_by_surface(std::span<SplitLeaf<S>> leaves, const BoxOf& box_of) {
+  key_by_center(leaves, box_of);
+  S lowest = infinity<S>;
+  S highest = -infinity<S>;
+  for (const SplitLeaf<S>& leaf : leaves) {
+    lowest = std::min(lowest, leaf.key);
+    highest = std::max(highest, leaf.key);
+  }
+  const S extent = highest - lowest;
   if (!(extent > S(0))) return leaves.size() / 2;
 
   constexpr int bin_count = 16;
@@ -80,14 +93,14 @@ template <Scalar S, typename BoxOf>
     }
     [[nodiscard]] S cost() const { return count > 0 ? S(count) * box.half_area() : S(0); }
   };
-  const auto bin_of = [&](std::uint32_t leaf) {
-    const S place = (finite_center<S>(box_of(leaf))[axis] - centers.lower[axis]) / extent;
-    return static_cast<std::size_t>(
-        std::min(bin_count - 1, static_cast<int>(place * S(bin_count))));
-  };
+  // From here on the key of a leaf is the number of its bin.
   std::array<Bin, bin_count> bins;
-  for (const std::uint32_t leaf : leaves)
-    bins[bin_of(leaf)].include({finite_part(box_of(leaf)), 1});
+  for (SplitLeaf<S>& leaf : leaves) {
+    const S place = (leaf.key - lowest) / extent;
+    const int bin = std::min(bin_count - 1, static_cast<int>(place * S(bin_count)));
+    leaf.key = S(bin);
+    bins[static_cast<std::size_t>(bin)].include({finite_part(box_of(leaf.number)), 1});
+  }
 
   std::array<S, bin_count> cost_of_rest{};
   Bin rest;
@@ -109,7 +122,7 @@ template <Scalar S, typename BoxOf>
   std::size_t begin = 0;
   std::size_t end = leaves.size();
   while (begin < end) {
-    if (bin_of(leaves[begin]) < cut) {
+    if (leaves[begin].key < S(cut)) {
       ++begin;
     } else {
       std::swap(leaves[begin], leaves[--end]);

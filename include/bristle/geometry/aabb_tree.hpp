@@ -123,10 +123,10 @@ class AabbTree {
   void swap_subtrees(NodeId a, NodeId b);
 
   void rebuild();
-  NodeId build_range(std::span<NodeId> leaves, int depth);
+  NodeId build_range(std::span<detail::SplitLeaf<S>> leaves, int depth);
 
   std::vector<Node> nodes_;
-  std::vector<NodeId> order_;  // Scratch of rebuild(), kept as large as the pool.
+  std::vector<detail::SplitLeaf<S>> order_;  // Scratch of rebuild(), kept as large as the pool.
   NodeId root_ = null;
   NodeId free_ = null;
   std::size_t size_ = 0;
@@ -458,15 +458,15 @@ void AabbTree<S>::rebuild() {
   order_.clear();
   for (NodeId id = 0; id < nodes_.size(); ++id) {
     if (nodes_[id].height > 0) release(id);
-    if (nodes_[id].height == 0) order_.push_back(id);
+    if (nodes_[id].height == 0) order_.push_back({id});
   }
   root_ = order_.empty() ? null : build_range(order_, 0);
   if (root_ != null) nodes_[root_].parent = null;
 }
 
 template <Scalar S>
-auto AabbTree<S>::build_range(std::span<NodeId> leaves, int depth) -> NodeId {
-  if (leaves.size() == 1) return leaves.front();
+auto AabbTree<S>::build_range(std::span<detail::SplitLeaf<S>> leaves, int depth) -> NodeId {
+  if (leaves.size() == 1) return leaves.front().number;
   const NodeId id = allocate();
   const auto box_of = [this](NodeId leaf) -> const Aabb<S>& { return nodes_[leaf].box; };
   // From half the height on, halves: 2^32 leaves then end at the full height.

@@ -45,6 +45,7 @@ class FaceJoin {
       : points_(points), triangles_(triangles), tolerance_(tolerance) {
     measure();
     grow_regions();
+    // Each call that returns true leaves one region less.
     while (dissolve_small_regions()) {
     }
   }

@@ -87,8 +87,8 @@ class WideTree {
     std::uint8_t stride;
   };
 
-  std::uint32_t build(std::span<std::uint32_t> triangles, const std::vector<Aabb<S>>& boxes,
-                      std::size_t depth);
+  std::uint32_t build(std::span<detail::SplitLeaf<S>> triangles, std::size_t first,
+                      const std::vector<Aabb<S>>& boxes, std::size_t depth);
   template <typename CornersOf>
   void store(const CornersOf& corners_of);
 
@@ -106,6 +106,7 @@ template <Scalar S>
 template <typename CornersOf>
 WideTree<S>::WideTree(std::size_t count, const CornersOf& corners_of) {
   std::vector<Aabb<S>> boxes(count);
+  std::vector<detail::SplitLeaf<S>> order(count);
   // Packs may be loaded up to their width beyond the last one.
   numbers_.assign(count + leaf_size, 0);
   places_.resize(count);
@@ -116,26 +117,28 @@ WideTree<S>::WideTree(std::size_t count, const CornersOf& corners_of) {
     boxes[i].include(c);
     box_.include(boxes[i]);
     mean_area_ += (b - a).cross(c - a).norm() / (S(2) * S(count));
-    numbers_[i] = i;
+    order[i].number = i;
   }
   if (count == 0) return;
-  build(std::span(numbers_).first(count), boxes, 0);
+  build(order, 0, boxes, 0);
+  for (std::size_t i = 0; i < count; ++i) numbers_[i] = order[i].number;
   store(corners_of);
 }
 
 /// Divides triangles among the children of a new node: the one with the largest surface first, as
 /// it is the one met most often.
+/// @param first  [-] Place of the first of these triangles among all.
 template <Scalar S>
-std::uint32_t WideTree<S>::build(std::span<std::uint32_t> triangles,
+std::uint32_t WideTree<S>::build(std::span<detail::SplitLeaf<S>> triangles, std::size_t first,
                                  const std::vector<Aabb<S>>& boxes, std::size_t depth) {
   const auto box_of = [&](std::uint32_t i) -> const Aabb<S>& { return boxes[i]; };
   struct Piece {
-    std::span<std::uint32_t> triangles;
+    std::span<detail::SplitLeaf<S>> triangles;
     Aabb<S> box;
   };
-  const auto piece_of = [&](std::span<std::uint32_t> some) {
+  const auto piece_of = [&](std::span<detail::SplitLeaf<S>> some) {
     Piece piece{some, {}};
-    for (const std::uint32_t i : some) piece.box.include(boxes[i]);
+    for (const auto& leaf : some) piece.box.include(boxes[leaf.number]);
     return piece;
   };
   std::array<Piece, width> pieces;
@@ -167,20 +170,20 @@ std::uint32_t WideTree<S>::build(std::span<std::uint32_t> triangles,
   nodes_[id].children = static_cast<std::uint32_t>(count);
   for (std::size_t k = 0; k < width; ++k) {
     const Aabb<S> box = k < count ? pieces[k].box : Aabb<S>{};
-    std::uint32_t first = 0;
+    std::uint32_t child = 0;
     std::size_t leaf = 0;
     if (k < count) {
-      const std::span<std::uint32_t> some = pieces[k].triangles;
+      const std::span<detail::SplitLeaf<S>> some = pieces[k].triangles;
+      const std::size_t place = first + static_cast<std::size_t>(some.data() - triangles.data());
       leaf = some.size() <= leaf_size ? some.size() : 0;
-      first = leaf > 0 ? static_cast<std::uint32_t>(some.data() - numbers_.data())
-                       : build(some, boxes, depth + 1);
+      child = leaf > 0 ? static_cast<std::uint32_t>(place) : build(some, place, boxes, depth + 1);
     }
     Node& node = nodes_[id];
     for (std::size_t axis = 0; axis < 3; ++axis) {
       node.lower[axis][k] = box.lower[static_cast<int>(axis)];
       node.upper[axis][k] = box.upper[static_cast<int>(axis)];
     }
-    node.first[k] = first;
+    node.first[k] = child;
     node.triangles[k] = static_cast<std::uint8_t>(leaf);
   }
   return id;

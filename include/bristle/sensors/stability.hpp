@@ -119,6 +119,8 @@ S largest_stable_step(const SensorPatch<S>& patch, MobilityOf&& mobility_of) {
       low = high;
       high *= S(2);
     }
+    // Halves once for each bit of a number where a step is stable; where none is, until `high` is
+    // 0, which takes as many more as the scalar has powers of two below it.
     while (high - low > Tolerance<S>::round_off() * high) {
       const S middle = S(0.5) * (low + high);
       (detail::is_stable_step(K, D, middle) ? low : high) = middle;
