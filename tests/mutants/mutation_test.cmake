@@ -4,11 +4,11 @@
 # SPDX-License-Identifier: BSD-3-Clause
 cmake_minimum_required(VERSION 3.24)
 
-# Runs the tests in an environment that ARGN changes.
+# Runs the tests until one is red, in an environment that ARGN changes.
 function(run result_out output_out)
   execute_process(
     COMMAND "${CMAKE_COMMAND}" -E env ${ARGN} "${PROGRAM}" "--source-file=${FILES}"
-            "--test-case=${FILTER}"
+            "--test-case=${FILTER}" --abort-after=1
     TIMEOUT 300  # a mutant that hangs is killed too
     RESULT_VARIABLE result OUTPUT_VARIABLE output ERROR_VARIABLE output)
   set(${result_out} "${result}" PARENT_SCOPE)
