@@ -1960,6 +1960,7 @@ class FaceJoin {
       : points_(points), triangles_(triangles), tolerance_(tolerance) {
     measure();
     grow_regions();
+    // Each call that returns true leaves one region less.
     while (dissolve_small_regions()) {
     }
   }
@@ -5258,26 +5259,34 @@ template <Scalar S>
   return finite_part(box).center();
 }
 
-/// Box around the middles of some boxes; the axis of its longest edge is the one to split along.
-template <Scalar S, typename BoxOf>
-[[nodiscard]] Aabb<S> box_of_centers(std::span<const std::uint32_t> leaves, const BoxOf& box_of) {
-  Aabb<S> centers;
-  for (const std::uint32_t leaf : leaves) centers.include(finite_center<S>(box_of(leaf)));
-  return centers;
-}
+/// A leaf that is being sorted into a tree. What it is sorted by is computed once and kept:
+/// computed anew for each comparison it may be rounded in another way, and there would be no order.
+template <Scalar S>
+struct SplitLeaf {
+  std::uint32_t number = 0;
+  S key = S(0);
+};
 
-/// Orders `leaves` along their longest extent, by the boxes that `box_of(leaf)` returns.
-/// @return How many go to the first child: half of them.
+/// Gives each leaf the middle of its box, along the axis on which these are spread out most, as its
+/// key.
+/// @param box_of  Callable: the box of the leaf of a number.
 template <Scalar S, typename BoxOf>
-[[nodiscard]] std::size_t split_in_halves(std::span<std::uint32_t> leaves, const BoxOf& box_of) {
-  const Aabb<S> centers = box_of_centers<S>(leaves, box_of);
+void key_by_center(std::span<SplitLeaf<S>> leaves, const BoxOf& box_of) {
+  Aabb<S> centers;
+  for (const SplitLeaf<S>& leaf : leaves) centers.include(finite_center<S>(box_of(leaf.number)));
   int axis = 0;
   (centers.upper - centers.lower).maxCoeff(&axis);
+  for (SplitLeaf<S>& leaf : leaves) leaf.key = finite_center<S>(box_of(leaf.number))[axis];
+}
+
+/// Orders `leaves` along their longest extent, by the boxes that `box_of(number)` returns.
+/// @return How many go to the first child: half of them.
+template <Scalar S, typename BoxOf>
+[[nodiscard]] std::size_t split_in_halves(std::span<SplitLeaf<S>> leaves, const BoxOf& box_of) {
+  key_by_center(leaves, box_of);
   // A total order, so that the result does not depend on the standard library.
-  std::sort(leaves.begin(), leaves.end(), [&](std::uint32_t a, std::uint32_t b) {
-    const S center_a = finite_center<S>(box_of(a))[axis];
-    const S center_b = finite_center<S>(box_of(b))[axis];
-    return center_a < center_b || (center_a == center_b && a < b);
+  std::sort(leaves.begin(), leaves.end(), [](const SplitLeaf<S>& a, const SplitLeaf<S>& b) {
+    return a.key < b.key || (a.key == b.key && a.number < b.number);
   });
   return leaves.size() / 2;
 }
@@ -5286,10 +5295,15 @@ template <Scalar S, typename BoxOf>
 /// longest extent (Wald 2007, "On fast Construction of SAH-based Bounding Volume Hierarchies").
 /// @return How many go to the first child, at least 1 and less than all of two or more.
 template <Scalar S, typename BoxOf>
-[[nodiscard]] std::size_t split_by_surface(std::span<std::uint32_t> leaves, const BoxOf& box_of) {
-  const Aabb<S> centers = box_of_centers<S>(leaves, box_of);
-  int axis = 0;
-  const S extent = (centers.upper - centers.lower).maxCoeff(&axis);
+[[nodiscard]] std::size_t split_by_surface(std::span<SplitLeaf<S>> leaves, const BoxOf& box_of) {
+  key_by_center(leaves, box_of);
+  S lowest = infinity<S>;
+  S highest = -infinity<S>;
+  for (const SplitLeaf<S>& leaf : leaves) {
+    lowest = std::min(lowest, leaf.key);
+    highest = std::max(highest, leaf.key);
+  }
+  const S extent = highest - lowest;
   if (!(extent > S(0))) return leaves.size() / 2;
 
   constexpr int bin_count = 16;
@@ -5303,14 +5317,14 @@ template <Scalar S, typename BoxOf>
     }
     [[nodiscard]] S cost() const { return count > 0 ? S(count) * box.half_area() : S(0); }
   };
-  const auto bin_of = [&](std::uint32_t leaf) {
-    const S place = (finite_center<S>(box_of(leaf))[axis] - centers.lower[axis]) / extent;
-    return static_cast<std::size_t>(
-        std::min(bin_count - 1, static_cast<int>(place * S(bin_count))));
-  };
+  // From here on the key of a leaf is the number of its bin.
   std::array<Bin, bin_count> bins;
-  for (const std::uint32_t leaf : leaves)
-    bins[bin_of(leaf)].include({finite_part(box_of(leaf)), 1});
+  for (SplitLeaf<S>& leaf : leaves) {
+    const S place = (leaf.key - lowest) / extent;
+    const int bin = std::min(bin_count - 1, static_cast<int>(place * S(bin_count)));
+    leaf.key = S(bin);
+    bins[static_cast<std::size_t>(bin)].include({finite_part(box_of(leaf.number)), 1});
+  }
 
   std::array<S, bin_count> cost_of_rest{};
   Bin rest;
@@ -5332,7 +5346,7 @@ template <Scalar S, typename BoxOf>
   std::size_t begin = 0;
   std::size_t end = leaves.size();
   while (begin < end) {
-    if (bin_of(leaves[begin]) < cut) {
+    if (leaves[begin].key < S(cut)) {
       ++begin;
     } else {
       std::swap(leaves[begin], leaves[--end]);
@@ -5417,8 +5431,8 @@ class WideTree {
     std::uint8_t stride;
   };
 
-  std::uint32_t build(std::span<std::uint32_t> triangles, const std::vector<Aabb<S>>& boxes,
-                      std::size_t depth);
+  std::uint32_t build(std::span<detail::SplitLeaf<S>> triangles, std::size_t first,
+                      const std::vector<Aabb<S>>& boxes, std::size_t depth);
   template <typename CornersOf>
   void store(const CornersOf& corners_of);
 
@@ -5436,6 +5450,7 @@ template <Scalar S>
 template <typename CornersOf>
 WideTree<S>::WideTree(std::size_t count, const CornersOf& corners_of) {
   std::vector<Aabb<S>> boxes(count);
+  std::vector<detail::SplitLeaf<S>> order(count);
   // Packs may be loaded up to their width beyond the last one.
   numbers_.assign(count + leaf_size, 0);
   places_.resize(count);
@@ -5446,26 +5461,28 @@ WideTree<S>::WideTree(std::size_t count, const CornersOf& corners_of) {
     boxes[i].include(c);
     box_.include(boxes[i]);
     mean_area_ += (b - a).cross(c - a).norm() / (S(2) * S(count));
-    numbers_[i] = i;
+    order[i].number = i;
   }
   if (count == 0) return;
-  build(std::span(numbers_).first(count), boxes, 0);
+  build(order, 0, boxes, 0);
+  for (std::size_t i = 0; i < count; ++i) numbers_[i] = order[i].number;
   store(corners_of);
 }
 
 /// Divides triangles among the children of a new node: the one with the largest surface first, as
 /// it is the one met most often.
+/// @param first  [-] Place of the first of these triangles among all.
 template <Scalar S>
-std::uint32_t WideTree<S>::build(std::span<std::uint32_t> triangles,
+std::uint32_t WideTree<S>::build(std::span<detail::SplitLeaf<S>> triangles, std::size_t first,
                                  const std::vector<Aabb<S>>& boxes, std::size_t depth) {
   const auto box_of = [&](std::uint32_t i) -> const Aabb<S>& { return boxes[i]; };
   struct Piece {
-    std::span<std::uint32_t> triangles;
+    std::span<detail::SplitLeaf<S>> triangles;
     Aabb<S> box;
   };
-  const auto piece_of = [&](std::span<std::uint32_t> some) {
+  const auto piece_of = [&](std::span<detail::SplitLeaf<S>> some) {
     Piece piece{some, {}};
-    for (const std::uint32_t i : some) piece.box.include(boxes[i]);
+    for (const auto& leaf : some) piece.box.include(boxes[leaf.number]);
     return piece;
   };
   std::array<Piece, width> pieces;
@@ -5497,20 +5514,20 @@ std::uint32_t WideTree<S>::build(std::span<std::uint32_t> triangles,
   nodes_[id].children = static_cast<std::uint32_t>(count);
   for (std::size_t k = 0; k < width; ++k) {
     const Aabb<S> box = k < count ? pieces[k].box : Aabb<S>{};
-    std::uint32_t first = 0;
+    std::uint32_t child = 0;
     std::size_t leaf = 0;
     if (k < count) {
-      const std::span<std::uint32_t> some = pieces[k].triangles;
+      const std::span<detail::SplitLeaf<S>> some = pieces[k].triangles;
+      const std::size_t place = first + static_cast<std::size_t>(some.data() - triangles.data());
       leaf = some.size() <= leaf_size ? some.size() : 0;
-      first = leaf > 0 ? static_cast<std::uint32_t>(some.data() - numbers_.data())
-                       : build(some, boxes, depth + 1);
+      child = leaf > 0 ? static_cast<std::uint32_t>(place) : build(some, place, boxes, depth + 1);
     }
     Node& node = nodes_[id];
     for (std::size_t axis = 0; axis < 3; ++axis) {
       node.lower[axis][k] = box.lower[static_cast<int>(axis)];
       node.upper[axis][k] = box.upper[static_cast<int>(axis)];
     }
-    node.first[k] = first;
+    node.first[k] = child;
     node.triangles[k] = static_cast<std::uint8_t>(leaf);
   }
   return id;
@@ -8972,6 +8989,8 @@ S largest_stable_step(const SensorPatch<S>& patch, MobilityOf&& mobility_of) {
       low = high;
       high *= S(2);
     }
+    // Halves once for each bit of a number where a step is stable; where none is, until `high` is
+    // 0, which takes as many more as the scalar has powers of two below it.
     while (high - low > Tolerance<S>::round_off() * high) {
       const S middle = S(0.5) * (low + high);
       (detail::is_stable_step(K, D, middle) ? low : high) = middle;
@@ -10213,10 +10232,10 @@ class AabbTree {
   void swap_subtrees(NodeId a, NodeId b);
 
   void rebuild();
-  NodeId build_range(std::span<NodeId> leaves, int depth);
+  NodeId build_range(std::span<detail::SplitLeaf<S>> leaves, int depth);
 
   std::vector<Node> nodes_;
-  std::vector<NodeId> order_;  // Scratch of rebuild(), kept as large as the pool.
+  std::vector<detail::SplitLeaf<S>> order_;  // Scratch of rebuild(), kept as large as the pool.
   NodeId root_ = null;
   NodeId free_ = null;
   std::size_t size_ = 0;
@@ -10548,15 +10567,15 @@ void AabbTree<S>::rebuild() {
   order_.clear();
   for (NodeId id = 0; id < nodes_.size(); ++id) {
     if (nodes_[id].height > 0) release(id);
-    if (nodes_[id].height == 0) order_.push_back(id);
+    if (nodes_[id].height == 0) order_.push_back({id});
   }
   root_ = order_.empty() ? null : build_range(order_, 0);
   if (root_ != null) nodes_[root_].parent = null;
 }
 
 template <Scalar S>
-auto AabbTree<S>::build_range(std::span<NodeId> leaves, int depth) -> NodeId {
-  if (leaves.size() == 1) return leaves.front();
+auto AabbTree<S>::build_range(std::span<detail::SplitLeaf<S>> leaves, int depth) -> NodeId {
+  if (leaves.size() == 1) return leaves.front().number;
   const NodeId id = allocate();
   const auto box_of = [this](NodeId leaf) -> const Aabb<S>& { return nodes_[leaf].box; };
   // From half the height on, halves: 2^32 leaves then end at the full height.
@@ -29672,6 +29691,7 @@ bool JointFlow<S>::find_held() {
     const bool is_locked = !body.moves_by_forces || (locked[0] && locked[1] && locked[2]);
     cannot_turn_[i] = is_locked && body.twist.angular == Vec3<S>::Zero();
   }
+  // Each round but the last finds one more body that cannot turn.
   for (bool has_changed = true; has_changed;) {
     has_changed = false;
     for (const JointFlowJoint<S>& joint : system_.joints()) {
