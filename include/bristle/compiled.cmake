@@ -91,6 +91,7 @@ foreach(set IN LISTS BRISTLE_KERNELS)
     COMMAND_EXPAND_LISTS VERBATIM)
   set_source_files_properties("${object}" PROPERTIES EXTERNAL_OBJECT ON GENERATED ON)
   target_sources(bristle_compiled PRIVATE "${object}")
+  set_property(TARGET bristle_compiled APPEND PROPERTY BRISTLE_CLOSED_OBJECTS "${object}")
   add_dependencies(bristle_compiled bristle_float_${set} bristle_double_${set})
 endforeach()
 

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# What including a header costs: lines after the preprocessor, and processor seconds to check the
+# Cost of including a header: lines after the preprocessor, and processor seconds to check the
 # syntax of a file that holds nothing else (best of 3), for each compiler that is there.
 # Usage: tests/benchmarks/include_cost.sh [compiler...]
 # SPDX-License-Identifier: BSD-3-Clause
@@ -28,5 +28,23 @@ for compiler in "$@"; do
       { time "$compiler" "${flags[@]}" -fsyntax-only "$file"; } 2>&1
     done | sort -n | head -1)"
     printf '  %-34s  %8d  %8s\n' "$header" "$lines" "$best"
+  done
+done
+
+# Cost of a file with a world and a patch, header-only and declared: processor seconds, memory of
+# the compiler, size of the object.
+object="$(mktemp --suffix=.o)"
+trap 'rm -f "$file" "$object"' EXIT
+for compiler in "$@"; do
+  command -v "$compiler" >/dev/null || continue
+  printf '%s -O2 examples/01_falling_box.cpp\n' "$compiler"
+  printf '  %-34s  %8s  %8s  %8s\n' "" seconds MB kB
+  for way in header-only compiled; do
+    define=-DBRISTLE_WAY
+    [ $way = header-only ] || define=-DBRISTLE_COMPILED
+    cost="$(/usr/bin/time -f '%U %S %M' "$compiler" "${flags[@]}" -O2 "$define" -c \
+      "$root/examples/01_falling_box.cpp" -o "$object" 2>&1 | tail -1)"
+    echo "$cost" | awk -v way=$way -v size="$(stat -c %s "$object")" \
+      '{ printf "  %-34s  %8.1f  %8.0f  %8.0f\n", way, $1 + $2, $3 / 1024, size / 1000 }'
   done
 done

@@ -1,0 +1,132 @@
+/// @file
+/// What the registers are worth: time of a step, and hash of the state it leads to, for each
+/// instruction set of the compiled library (preset `release`), or for the one that headers are
+/// compiled for (preset `native`). Beside each other they tell what a program that is built for
+/// every processor loses.
+// SPDX-License-Identifier: BSD-3-Clause
+#include "benchmarks/thread_clock.hpp"
+
+#include <bristle/bristle.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <cstdio>
+#include <limits>
+#include <string>
+
+using namespace bristle;
+
+namespace {
+
+/// A ball of 1 kg on a pad of n sensors, as a sphere or as a mesh of 9680 triangles.
+template <typename S>
+World<S> ball_on_pad(std::size_t n, bool is_mesh, Integration integration) {
+  World<S> world({.gravity = {0, 0, S(-9.81)}, .time_step = S(1e-3)});
+  const BodyId pad =
+      world.add_body({.motion = Motion::fixed, .shape = Box<S>{{S(0.1), S(0.1), S(0.01)}}});
+  BodyDef<S> ball;
+  ball.mass = S(1);
+  ball.position = {S(0.003), S(0.002), S(0.0595)};
+  if (is_mesh) {
+    ball.shape = sphere_mesh<S>(S(0.05), 22);
+  } else {
+    ball.shape = Sphere<S>{S(0.05)};
+  }
+  world.add_body(ball);
+  const auto side = static_cast<std::size_t>(std::lround(std::sqrt(static_cast<double>(n))));
+  PatchDef<S> def;
+  def.sensors = sensor_grid<S>({.center = {0, 0, S(0.01)},
+                                .side_u = {S(0.1), 0, 0},
+                                .side_v = {0, S(0.1), 0},
+                                .count_u = side,
+                                .count_v = side,
+                                .depth = S(0.002),
+                                .range = S(0.004)});
+  def.parameters =
+      tuned_for<S>({.friction = S(0.8), .creep = S(1e-3), .load = S(9.81)}).parameters(def.sensors);
+  def.integration = integration;
+  world.add_patch(pad, def);
+  return world;
+}
+
+template <typename S>
+World<S> pyramid(int rows) {
+  World<S> world({.time_step = S(1) / S(240)});
+  world.add_body({.motion = Motion::fixed, .shape = HalfSpace<S>{}});
+  for (int i = 0; i < rows; ++i) {
+    for (int k = 0; k < rows - i; ++k) {
+      world.add_body({.mass = S(1),
+                      .shape = Box<S>{{S(0.1), S(0.1), S(0.1)}},
+                      .position = {S(0.201 * k - 0.1 * (rows - i)), 0, S(0.1 + 0.2 * i)}});
+    }
+  }
+  return world;
+}
+
+template <typename S>
+World<S> sliding_boxes() {
+  World<S> world({.time_step = S(1) / S(240)});
+  world.add_body({.motion = Motion::fixed, .shape = HalfSpace<S>{}});
+  for (int i = 0; i < 16; ++i) {
+    const BodyId box = world.add_body({.mass = S(1),
+                                       .shape = Box<S>{{S(0.1), S(0.1), S(0.1)}},
+                                       .position = {S(0.5 * i), 0, S(0.1)}});
+    world.set_velocity(box, {{0, S(8), 0}, {0, 0, 0}});
+  }
+  return world;
+}
+
+/// Prints the least time of five runs.
+template <typename Make>
+void measure(const char* set, const char* scalar, const std::string& scene, int steps,
+             const Make& make) {
+  double least = std::numeric_limits<double>::infinity();
+  std::uint64_t hash = 0;
+  for (int run = 0; run < 5; ++run) {
+    auto world = make();
+    for (int i = 0; i < steps / 4; ++i) world.step();
+    const double start = benchmarks::thread_seconds();
+    for (int i = 0; i < steps; ++i) world.step();
+    least = std::min(least, (benchmarks::thread_seconds() - start) / steps);
+    hash = world.state_hash();
+  }
+  std::printf("| %s | %s | %s | %.2f | %016llx |\n", scene.c_str(), scalar, set, 1e6 * least,
+              static_cast<unsigned long long>(hash));
+}
+
+template <typename S>
+void measure_all(const char* set, const char* scalar) {
+  for (const std::size_t n : {std::size_t{1024}, std::size_t{10000}}) {
+    const std::string of = " of " + std::to_string(n);
+    const int steps = n > 2000 ? 100 : 500;
+    const auto pad = [&](bool is_mesh, Integration integration) {
+      return [=] { return ball_on_pad<S>(n, is_mesh, integration); };
+    };
+    measure(set, scalar, "ball on a pad" + of, steps, pad(false, Integration::implicit));
+    measure(set, scalar, "mesh on a pad" + of, steps, pad(true, Integration::implicit));
+    measure(set, scalar, "mesh on an explicit pad" + of, steps, pad(true, Integration::explicit_));
+  }
+  measure(set, scalar, "pyramid of 210", 60, [] { return pyramid<S>(20); });
+  measure(set, scalar, "pyramid of 15", 200, [] { return pyramid<S>(5); });
+  measure(set, scalar, "16 boxes that slide", 150, [] { return sliding_boxes<S>(); });
+}
+
+}  // namespace
+
+int main() {
+  std::puts("| scene | scalar | registers | us a step | state |\n|---|---|---|---|---|");
+#if defined(BRISTLE_COMPILED)
+  for (const InstructionSet set :
+       {InstructionSet::baseline, InstructionSet::v3, InstructionSet::v4}) {
+    if (set > widest_instruction_set()) break;
+    set_instruction_set(set);
+    const std::string name(name_of(set));
+    measure_all<float>(name.c_str(), "float");
+    measure_all<double>(name.c_str(), "double");
+  }
+#else
+  measure_all<float>("headers", "float");
+  measure_all<double>("headers", "double");
+#endif
+}
