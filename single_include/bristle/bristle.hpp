@@ -8101,6 +8101,57 @@ extern template class HostPatch<double>;
 }  // namespace bristle::inline BRISTLE_ABI
 #endif
 
+// === bristle/io/file.hpp
+
+/// @file
+/// Whole files in and out, with errors that say what went wrong.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <filesystem>
+#include <fstream>
+#include <ios>
+#include <string>
+#include <string_view>
+#include <system_error>
+
+namespace bristle::inline BRISTLE_ABI {
+
+/// All bytes of a file.
+///
+/// @throws IoError when there is no such file, it is a directory, or it cannot be read.
+[[nodiscard]] inline std::string read_file(const std::filesystem::path& path) {
+  std::error_code error;
+  const std::filesystem::file_status status = std::filesystem::status(path, error);
+  if (!std::filesystem::exists(status)) {
+    detail::raise(IoError(path.string(), 0, "no such file"));
+  }
+  if (!std::filesystem::is_regular_file(status)) {
+    detail::raise(IoError(path.string(), 0, "not a regular file"));
+  }
+  const std::uintmax_t size = std::filesystem::file_size(path, error);
+  std::ifstream stream(path, std::ios::binary);
+  if (error || !stream) detail::raise(IoError(path.string(), 0, "cannot be opened for reading"));
+  std::string bytes(static_cast<std::size_t>(size), '\0');
+  stream.read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+  if (stream.gcount() != static_cast<std::streamsize>(bytes.size())) {
+    detail::raise(IoError(path.string(), 0, "cannot be read to its end"));
+  }
+  return bytes;
+}
+
+/// Writes a file, replacing one that exists.
+///
+/// @throws IoError when it cannot be written in full.
+inline void write_file(const std::filesystem::path& path, std::string_view bytes) {
+  std::ofstream stream(path, std::ios::binary | std::ios::trunc);
+  if (!stream) detail::raise(IoError(path.string(), 0, "cannot be opened for writing"));
+  stream.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+  stream.close();
+  if (!stream) detail::raise(IoError(path.string(), 0, "cannot be written to its end"));
+}
+
+}  // namespace bristle::inline BRISTLE_ABI
+
 // === bristle/io/mesh_file.hpp
 
 /// @file
@@ -8130,6 +8181,1580 @@ extern template TriangleMesh<double> load_mesh<double>(const std::filesystem::pa
 
 }  // namespace bristle::inline BRISTLE_ABI
 #endif
+
+// === bristle/io/obj.hpp
+
+/// @file
+/// Wavefront OBJ files: their vertices and faces.
+// SPDX-License-Identifier: BSD-3-Clause
+
+// === bristle/io/text_scanner.hpp
+
+/// @file
+/// Words and numbers of a line-oriented text file, with the line they stand on.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <charconv>
+#include <cmath>
+#include <cstddef>
+#include <string>
+#include <string_view>
+#include <system_error>
+
+namespace bristle::inline BRISTLE_ABI::detail {
+
+/// Letters A-Z as a-z, whatever the locale.
+[[nodiscard]] inline std::string to_lower(std::string_view text) {
+  std::string lower(text);
+  for (char& c : lower) {
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+  }
+  return lower;
+}
+
+/// Goes through a text word by word. A backslash at the end of a line joins it with the next.
+/// Numbers are read the same way under every locale.
+class TextScanner {
+ public:
+  /// @param file  Name for error messages.
+  TextScanner(std::string_view text, std::string_view file) : text_(text), file_(file) {}
+
+  /// 1-based line of the word read last.
+  [[nodiscard]] std::size_t line() const { return word_line_; }
+
+  /// The next word on whatever line; empty at the end of the text.
+  [[nodiscard]] std::string_view word() {
+    while (skip_space() || skip_line_break()) {
+    }
+    return take_word();
+  }
+
+  /// The next word on the current line; empty at its end.
+  [[nodiscard]] std::string_view word_on_line() {
+    while (skip_space()) {
+    }
+    return take_word();
+  }
+
+  /// Goes to the end of the current line, whatever joins it to the next.
+  void skip_line() {
+    while (position_ < text_.size() && text_[position_] != '\n') ++position_;
+  }
+
+  /// A word as a finite number of the scalar asked for.
+  template <Scalar S>
+  [[nodiscard]] S number(std::string_view word) const {
+    double value = 0.0;
+    // from_chars knows no leading plus; "+-1" stays an error.
+    const std::string_view digits =
+        word.size() > 1 && word[0] == '+' && word[1] != '-' ? word.substr(1) : word;
+    const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
+    const bool is_read = error == std::errc{} && end == digits.data() + digits.size();
+    if (!is_read || !has_finite_square(S(value))) {
+      fail(word.empty() ? "number missing" : quoted(word) + " is not a finite number");
+    }
+    return S(value);
+  }
+
+  [[noreturn]] void fail(const std::string& what) const {
+    raise(IoError(std::string(file_), word_line_, what));
+  }
+
+  /// A word as it may stand in a message: in quotes, short, and without control characters.
+  [[nodiscard]] static std::string quoted(std::string_view word) {
+    std::string text("'");
+    for (const char c : word.substr(0, 40)) text += c < ' ' || c > '~' ? '?' : c;
+    return text += "'";
+  }
+
+ private:
+  [[nodiscard]] bool is_at(char c) const {
+    return position_ < text_.size() && text_[position_] == c;
+  }
+  [[nodiscard]] bool is_at_space() const {
+    return is_at(' ') || is_at('\t') || is_at('\r') || is_at('\v') || is_at('\f');
+  }
+  /// Length of a backslash and the line break behind it, which join two lines; 0 if there is none.
+  [[nodiscard]] std::size_t joint_size() const {
+    if (!is_at('\\')) return 0;
+    const std::string_view rest = text_.substr(position_ + 1, 2);
+    if (rest.starts_with('\n')) return 2;
+    return rest == "\r\n" ? 3 : 0;
+  }
+
+  /// Whether there was something to skip.
+  bool skip_space() {
+    const std::size_t joint = joint_size();
+    if (joint > 0) {
+      position_ += joint;
+      ++line_;
+      return true;
+    }
+    if (!is_at_space()) return false;
+    ++position_;
+    return true;
+  }
+  bool skip_line_break() {
+    if (!is_at('\n')) return false;
+    ++position_;
+    ++line_;
+    return true;
+  }
+
+  [[nodiscard]] std::string_view take_word() {
+    const std::size_t start = position_;
+    while (position_ < text_.size() && !is_at_space() && !is_at('\n') && joint_size() == 0) {
+      ++position_;
+    }
+    word_line_ = line_;
+    return text_.substr(start, position_ - start);
+  }
+
+  std::string_view text_;
+  std::string_view file_;
+  std::size_t position_ = 0;
+  std::size_t line_ = 1;
+  std::size_t word_line_ = 1;
+};
+
+}  // namespace bristle::inline BRISTLE_ABI::detail
+
+#include <charconv>
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <system_error>
+#include <utility>
+#include <vector>
+
+namespace bristle::inline BRISTLE_ABI {
+
+/// Mesh from the text of an OBJ file.
+///
+/// Reads `v` and `f`, the latter with numbers of texture coordinates and normals or without,
+/// counted from the start or (negative) from the end; everything else is ignored. Faces with more
+/// than three corners become a fan around their first, which suits convex ones. Vertices keep their
+/// numbers; files that repeat them along seams need `weld`. Coordinates are taken as metres.
+///
+/// @param name  Of the file, for error messages.
+/// @throws IoError that names the line with a coordinate that is not a finite number, or a face
+/// with
+///         fewer than three corners or a vertex that is not defined above it; or when there is no
+///         face at all.
+template <Scalar S>
+[[nodiscard]] TriangleMesh<S> read_obj(std::string_view text, std::string_view name = "OBJ");
+
+/// Text of an OBJ file; its numbers read back as the same bits.
+///
+/// @throws InvalidArgument when the mesh is no valid surface.
+template <Scalar S>
+[[nodiscard]] std::string write_obj(const TriangleMesh<S>& mesh);
+
+/// `write_obj` to a file.
+/// @throws IoError when it cannot be written.
+template <Scalar S>
+void save_obj(const std::filesystem::path& path, const TriangleMesh<S>& mesh) {
+  write_file(path, write_obj(mesh));
+}
+
+// Implementation -----------------------------------------------------------------------------------
+
+namespace detail {
+
+template <Scalar S>
+class ObjReader {
+ public:
+  ObjReader(std::string_view text, std::string_view name) : scanner_(text, name) {}
+
+  [[nodiscard]] TriangleMesh<S> read() {
+    for (std::string_view word = scanner_.word(); !word.empty(); word = scanner_.word()) {
+      if (word == "v") read_vertex();
+      if (word == "f") read_face();
+      scanner_.skip_line();
+    }
+    if (mesh_.triangles.empty()) scanner_.fail("no faces");
+    return std::move(mesh_);
+  }
+
+ private:
+  /// The next word of the statement; empty at its end, be it the line's or a comment.
+  [[nodiscard]] std::string_view word() {
+    const std::string_view word = scanner_.word_on_line();
+    return word.starts_with('#') ? std::string_view() : word;
+  }
+
+  void read_vertex() {
+    Vec3<S> p;
+    for (int k = 0; k < 3; ++k) p[k] = scanner_.template number<S>(word());
+    mesh_.vertices.push_back(p);
+  }
+
+  void read_face() {
+    corners_.clear();
+    for (std::string_view w = word(); !w.empty(); w = word()) corners_.push_back(vertex_number(w));
+    if (corners_.size() < 3) {
+      scanner_.fail("face with " + std::to_string(corners_.size()) + " corners");
+    }
+    for (std::size_t i = 2; i < corners_.size(); ++i) {
+      mesh_.triangles.push_back({corners_[0], corners_[i - 1], corners_[i]});
+    }
+  }
+
+  /// v, v/vt, v//vn or v/vt/vn, of which only v matters.
+  [[nodiscard]] std::uint32_t vertex_number(std::string_view word) const {
+    std::string_view rest = word;
+    const long long number = take_integer(rest, word);
+    for (int part = 0; part < 2 && rest.starts_with('/'); ++part) {
+      rest.remove_prefix(1);
+      if (!rest.empty() && !rest.starts_with('/')) (void)take_integer(rest, word);
+    }
+    if (!rest.empty()) fail_reference(word, "is not of the form v/vt/vn");
+
+    const auto count = static_cast<long long>(mesh_.vertices.size());
+    if (number == 0) fail_reference(word, "names vertex 0, but they count from 1");
+    if (number > count || number < -count) {
+      fail_reference(word, "names a vertex that is not among the " + std::to_string(count) +
+                               " defined so far");
+    }
+    return static_cast<std::uint32_t>(number > 0 ? number - 1 : count + number);
+  }
+
+  [[nodiscard]] long long take_integer(std::string_view& rest, std::string_view word) const {
+    long long value = 0;
+    const auto [end, error] = std::from_chars(rest.data(), rest.data() + rest.size(), value);
+    if (error != std::errc{}) fail_reference(word, "is not of the form v/vt/vn");
+    rest.remove_prefix(static_cast<std::size_t>(end - rest.data()));
+    return value;
+  }
+
+  [[noreturn]] void fail_reference(std::string_view word, const std::string& what) const {
+    scanner_.fail("corner " + TextScanner::quoted(word) + " " + what);
+  }
+
+  TextScanner scanner_;
+  TriangleMesh<S> mesh_;
+  std::vector<std::uint32_t> corners_;
+};
+
+}  // namespace detail
+
+template <Scalar S>
+TriangleMesh<S> read_obj(std::string_view text, std::string_view name) {
+  if (text.empty()) detail::raise(IoError(std::string(name), 0, "file is empty"));
+  return detail::ObjReader<S>(text, name).read();
+}
+
+template <Scalar S>
+std::string write_obj(const TriangleMesh<S>& mesh) {
+  validate_surface(mesh);
+  std::string text = "# OBJ of bristle\n";
+  for (const Vec3<S>& v : mesh.vertices) {
+    text += 'v';
+    for (int k = 0; k < 3; ++k) {
+      char digits[64];
+      const auto result = std::to_chars(digits, digits + sizeof digits, v[k]);
+      text += ' ';
+      text.append(digits, result.ptr);
+    }
+    text += '\n';
+  }
+  for (const auto& t : mesh.triangles) {
+    text += 'f';
+    for (const std::uint32_t v : t) text += ' ' + std::to_string(std::uint64_t{v} + 1);
+    text += '\n';
+  }
+  return text;
+}
+
+}  // namespace bristle::inline BRISTLE_ABI
+
+// === bristle/io/stl.hpp
+
+/// @file
+/// STL files, binary and ASCII.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <utility>
+
+namespace bristle::inline BRISTLE_ABI {
+
+/// Mesh from the bytes of an STL file, binary or ASCII, with equal corners welded.
+///
+/// The normals in the file are ignored; the order of the corners says what is outside. Triangles
+/// keep their order, degenerate ones too. Coordinates are taken as metres.
+///
+/// @param name  Of the file, for error messages.
+/// @throws IoError that names the line (ASCII) or byte (binary) where the file is cut short, holds
+///         something else than it should or a coordinate that is not finite, or when it has no
+///         triangle.
+template <Scalar S>
+[[nodiscard]] TriangleMesh<S> read_stl(std::string_view bytes, std::string_view name = "STL");
+
+/// Bytes of a binary STL file. Its coordinates are single precision.
+///
+/// @throws InvalidArgument when the mesh is no valid surface or does not fit single precision.
+template <Scalar S>
+[[nodiscard]] std::string write_stl(const TriangleMesh<S>& mesh);
+
+/// `write_stl` to a file.
+/// @throws IoError when it cannot be written.
+template <Scalar S>
+void save_stl(const std::filesystem::path& path, const TriangleMesh<S>& mesh) {
+  write_file(path, write_stl(mesh));
+}
+
+// Implementation -----------------------------------------------------------------------------------
+
+namespace detail {
+
+/// Layout of binary STL: an 80-byte comment, a count, and for each triangle 12 floats (normal and
+/// corners) and 2 unused bytes; all numbers little-endian.
+inline constexpr std::size_t stl_header_size = 84;
+inline constexpr std::size_t stl_triangle_size = 50;
+
+[[nodiscard]] inline std::uint32_t get_u32(std::string_view bytes, std::size_t at) {
+  std::uint32_t value = 0;
+  for (std::size_t i = 0; i < 4; ++i) {
+    value |= std::uint32_t{static_cast<unsigned char>(bytes[at + i])} << (8 * i);
+  }
+  return value;
+}
+
+inline void put_u32(std::string& bytes, std::uint32_t value) {
+  for (unsigned i = 0; i < 4; ++i) bytes.push_back(static_cast<char>(value >> (8 * i) & 0xffu));
+}
+
+template <Scalar S>
+void append_corner(TriangleMesh<S>& mesh, const Vec3<S>& corner) {
+  const auto number = static_cast<std::uint32_t>(mesh.vertices.size());
+  if (number % 3 == 0) mesh.triangles.emplace_back();
+  mesh.triangles.back()[number % 3] = number;
+  mesh.vertices.push_back(corner);
+}
+
+/// The caller has checked that the size of the file fits its count.
+template <Scalar S>
+[[nodiscard]] TriangleMesh<S> read_binary_stl(std::string_view bytes, std::string_view name) {
+  TriangleMesh<S> mesh;
+  const std::uint32_t count = get_u32(bytes, 80);
+  mesh.vertices.reserve(3 * std::size_t{count});
+  mesh.triangles.reserve(count);
+  for (std::size_t t = 0; t < count; ++t) {
+    for (std::size_t corner = 0; corner < 3; ++corner) {
+      Vec3<S> p;
+      for (std::size_t k = 0; k < 3; ++k) {
+        const std::size_t at = stl_header_size + stl_triangle_size * t + 12 * (corner + 1) + 4 * k;
+        const float value = std::bit_cast<float>(get_u32(bytes, at));
+        if (!has_finite_square(S(value))) {
+          raise(IoError(std::string(name), 0,
+                        "byte " + std::to_string(at) + ": coordinate of triangle " +
+                            std::to_string(t) + " is not finite"));
+        }
+        p[static_cast<int>(k)] = S(value);
+      }
+      append_corner(mesh, p);
+    }
+  }
+  return mesh;
+}
+
+/// solid name { facet normal x y z outer loop { vertex x y z } endloop endfacet } endsolid name,
+/// once or several times; keywords in any case, line breaks anywhere but before a name's end.
+template <Scalar S>
+class AsciiStlReader {
+ public:
+  AsciiStlReader(std::string_view text, std::string_view name) : scanner_(text, name) {}
+
+  [[nodiscard]] TriangleMesh<S> read() {
+    for (std::string_view word = scanner_.word(); !word.empty(); word = scanner_.word()) {
+      require_word(word, "solid");
+      scanner_.skip_line();
+      read_solid();
+      scanner_.skip_line();
+    }
+    return std::move(mesh_);
+  }
+
+ private:
+  void read_solid() {
+    for (;;) {
+      const std::string_view word = scanner_.word();
+      if (is_word(word, "endsolid")) return;
+      require_word(word, "facet");
+      require_word(scanner_.word(), "normal");
+      for (int k = 0; k < 3; ++k) {
+        if (scanner_.word().empty()) scanner_.fail("file ends within a normal");
+      }
+      require_word(scanner_.word(), "outer");
+      require_word(scanner_.word(), "loop");
+      for (int corner = 0; corner < 3; ++corner) {
+        require_word(scanner_.word(), "vertex");
+        Vec3<S> p;
+        for (int k = 0; k < 3; ++k) p[k] = scanner_.template number<S>(scanner_.word());
+        append_corner(mesh_, p);
+      }
+      require_word(scanner_.word(), "endloop");
+      require_word(scanner_.word(), "endfacet");
+    }
+  }
+
+  [[nodiscard]] static bool is_word(std::string_view word, std::string_view keyword) {
+    return to_lower(word) == keyword;
+  }
+  void require_word(std::string_view word, std::string_view keyword) const {
+    if (is_word(word, keyword)) return;
+    scanner_.fail(TextScanner::quoted(keyword) + " expected, " +
+                  (word.empty() ? "but the file ends" : "not " + TextScanner::quoted(word)));
+  }
+
+  TextScanner scanner_;
+  TriangleMesh<S> mesh_;
+};
+
+}  // namespace detail
+
+template <Scalar S>
+TriangleMesh<S> read_stl(std::string_view bytes, std::string_view name) {
+  const auto fail = [&](const std::string& what) {
+    detail::raise(IoError(std::string(name), 0, what));
+  };
+  if (bytes.empty()) fail("file is empty");
+  // Binary files may begin with "solid" as well, so the size decides: for the count that four
+  // letters make, a text would have to be longer than 25 GB.
+  const bool has_header = bytes.size() >= detail::stl_header_size;
+  const std::uint64_t count = has_header ? detail::get_u32(bytes, 80) : 0;
+  const std::uint64_t size = detail::stl_header_size + detail::stl_triangle_size * count;
+
+  TriangleMesh<S> mesh;
+  if (has_header && bytes.size() == size) {
+    mesh = detail::read_binary_stl<S>(bytes, name);
+  } else if (detail::to_lower(detail::TextScanner(bytes, name).word()) == "solid") {
+    mesh = detail::AsciiStlReader<S>(bytes, name).read();
+  } else if (!has_header) {
+    fail("byte " + std::to_string(bytes.size()) + ": file ends within the header of 84 bytes");
+  } else {
+    fail("byte 80: the header announces " + std::to_string(count) + " triangles, which take " +
+         std::to_string(size) + " bytes, but the file has " + std::to_string(bytes.size()));
+  }
+  if (mesh.triangles.empty()) fail("no triangles");
+  return weld(mesh);
+}
+
+template <Scalar S>
+std::string write_stl(const TriangleMesh<S>& mesh) {
+  validate_surface(mesh);
+  std::string bytes = "STL of bristle";
+  bytes.resize(80, ' ');
+  detail::put_u32(bytes, static_cast<std::uint32_t>(mesh.triangles.size()));
+  const auto put_vector = [&bytes](const Vec3<S>& v) {
+    for (int k = 0; k < 3; ++k) {
+      const float value = static_cast<float>(v[k]);
+      detail::require(std::isfinite(value), "write_stl: coordinate", v[k],
+                      "must fit single precision");
+      detail::put_u32(bytes, std::bit_cast<std::uint32_t>(value));
+    }
+  };
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    put_vector(triangle_normal(mesh, t));
+    for (const std::uint32_t v : mesh.triangles[t]) put_vector(mesh.vertices[v]);
+    bytes.append(2, '\0');
+  }
+  return bytes;
+}
+
+}  // namespace bristle::inline BRISTLE_ABI
+
+// === bristle/io/svg_heat_map.hpp
+
+/// @file
+/// Numbers in rows and columns as coloured cells, such as the readings of a patch: SVG.
+// SPDX-License-Identifier: BSD-3-Clause
+
+// === bristle/io/plot_axis.hpp
+
+/// @file
+/// One axis of a plot: its range, where its ticks sit and what stands beside them.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace bristle::inline BRISTLE_ABI {
+
+namespace detail {
+
+inline constexpr double smallest_plotted = 1e-150;
+inline constexpr double largest_plotted = 1e150;
+
+}  // namespace detail
+
+/// A mark on an axis; the minor ones of a logarithmic axis have no label.
+struct PlotTick {
+  double value = 0;
+  std::string label;
+};
+
+/// Range and ticks of one axis.
+///
+/// Grow it over the data with `include`, then `finish` it. On a logarithmic axis only positive
+/// values count.
+class PlotAxis {
+ public:
+  explicit PlotAxis(bool is_logarithmic = false) : is_logarithmic_(is_logarithmic) {}
+
+  /// Whether a value has a place on the axis: finite, and > 0 on a logarithmic one; not so near the
+  /// ends of what a double holds that steps between ticks would leave its range.
+  [[nodiscard]] bool shows(double value) const {
+    return std::abs(value) < detail::largest_plotted &&
+           (!is_logarithmic_ || value > detail::smallest_plotted);
+  }
+
+  /// Widens the range to a value; those without a place are ignored.
+  void include(double value) {
+    if (!shows(value)) return;
+    low_ = std::min(low_, value);
+    high_ = std::max(high_, value);
+  }
+
+  /// How a range becomes an axis.
+  struct Fit {
+    /// [1] Part of the range that is added at both ends.
+    double margin = 0;
+    /// [-] Number of labels that fit; about as many or fewer are set.
+    double room = 6;
+    /// [-] Ends of the range; unset: those of the data with the margin.
+    std::optional<double> low{};
+    std::optional<double> high{};
+  };
+
+  /// Settles the range and the ticks. A range of no extent gets one.
+  void finish(const Fit& fit);
+
+  [[nodiscard]] double low() const { return low_; }
+  [[nodiscard]] double high() const { return high_; }
+  [[nodiscard]] const std::vector<PlotTick>& ticks() const { return ticks_; }
+  /// Name of the axis, followed by the power of ten that the tick labels leave out if they do.
+  [[nodiscard]] std::string caption(const std::string& name) const;
+
+  /// [1] Place of a value along the axis: 0 at its low end, 1 at its high end.
+  [[nodiscard]] double place(double value) const {
+    return (scaled(value) - scaled(low_)) / (scaled(high_) - scaled(low_));
+  }
+
+ private:
+  [[nodiscard]] double scaled(double value) const {
+    return is_logarithmic_ ? std::log10(value) : value;
+  }
+  void set_range(const Fit& fit);
+  void set_linear_ticks(double room);
+  void set_logarithmic_ticks(double room);
+
+  bool is_logarithmic_;
+  double low_ = std::numeric_limits<double>::infinity();
+  double high_ = -std::numeric_limits<double>::infinity();
+  int exponent_ = 0;  // of ten, a multiple of three; 0 for most data
+  std::vector<PlotTick> ticks_;
+};
+
+// Implementation -----------------------------------------------------------------------------------
+
+namespace detail {
+
+/// 10^exponent in Unicode superscripts.
+[[nodiscard]] inline std::string power_of_ten(int exponent) {
+  static constexpr const char* digits[] = {"\u2070", "\u00b9", "\u00b2", "\u00b3", "\u2074",
+                                           "\u2075", "\u2076", "\u2077", "\u2078", "\u2079"};
+  std::string text = "10";
+  for (const char c : std::to_string(exponent)) text += c == '-' ? "\u207b" : digits[c - '0'];
+  return text;
+}
+
+/// A number with a fixed count of decimals and a real minus sign.
+[[nodiscard]] inline std::string fixed_text(double value, int decimals) {
+  char buffer[64];
+  const auto result =
+      std::to_chars(buffer, buffer + sizeof buffer, value, std::chars_format::fixed, decimals);
+  const std::string_view text(buffer, static_cast<std::size_t>(result.ptr - buffer));
+  return text.starts_with('-') ? "\u2212" + std::string(text.substr(1)) : std::string(text);
+}
+
+}  // namespace detail
+
+inline std::string PlotAxis::caption(const std::string& name) const {
+  return exponent_ == 0 ? name : name + " \u00d7 " + detail::power_of_ten(exponent_);
+}
+
+inline void PlotAxis::finish(const Fit& fit) {
+  set_range(fit);
+  ticks_.clear();
+  const double room = std::max(fit.room, 1.0);
+  if (is_logarithmic_) {
+    set_logarithmic_ticks(room);
+  } else {
+    set_linear_ticks(room);
+  }
+}
+
+inline void PlotAxis::set_range(const Fit& fit) {
+  if (low_ > high_) {  // no data
+    low_ = is_logarithmic_ ? 1 : 0;
+    high_ = is_logarithmic_ ? 10 : 1;
+  }
+  if (is_logarithmic_) {
+    // At least one decade, so that there are labels to read values from.
+    const double spread = std::log10(high_ / low_);
+    const double factor = std::pow(10, std::max(fit.margin * spread, 0.5 * (1 - spread)));
+    low_ = fit.low.value_or(low_ / factor);
+    high_ = fit.high.value_or(high_ * factor);
+    if (!(low_ < high_)) (fit.low ? high_ : low_) = fit.low ? 10 * low_ : high_ / 10;
+  } else {
+    const double extra = fit.margin * (high_ - low_);
+    low_ = fit.low.value_or(low_ - extra);
+    high_ = fit.high.value_or(high_ + extra);
+    // A constant shows as a line in the middle, whatever round-off is on it.
+    const double size = std::max(std::abs(low_), std::abs(high_));
+    if (!(high_ - low_ > std::max(1e-12 * size, detail::smallest_plotted))) {
+      const double half = size > detail::smallest_plotted ? 0.5 * size : 0.5;
+      if (!fit.low) low_ = high_ - half;
+      if (!fit.high || fit.low) high_ = low_ + 2 * half;
+    }
+  }
+}
+
+inline void PlotAxis::set_linear_ticks(double room) {
+  // The smallest of 1, 2, 2.5 and 5 times a power of ten that leaves room for the labels.
+  const double least = (high_ - low_) / room;
+  const double decade = std::pow(10, std::floor(std::log10(least)));
+  double step = 10 * decade;
+  for (const double multiple : {5.0, 2.5, 2.0, 1.0}) {
+    if (multiple * decade >= least) step = multiple * decade;
+  }
+  const double size = std::max(std::abs(low_), std::abs(high_));
+  const int magnitude = static_cast<int>(std::floor(std::log10(size)));
+  exponent_ =
+      magnitude >= 5 || magnitude < -3 ? 3 * static_cast<int>(std::floor(magnitude / 3.0)) : 0;
+  const double unit = std::pow(10, exponent_);
+  int decimals = 0;
+  for (double rest = step / unit; decimals < 9; ++decimals, rest *= 10) {
+    if (std::abs(rest - std::round(rest)) < 1e-6 * rest) break;
+  }
+  const double slack = 1e-9 * (high_ - low_);
+  const double first = std::ceil((low_ - slack) / step);
+  for (double k = first; k * step <= high_ + slack; k += 1) {
+    const double value = k == 0 ? 0.0 : k * step;  // no minus zero
+    ticks_.push_back({value, detail::fixed_text(value / unit, decimals)});
+  }
+}
+
+inline void PlotAxis::set_logarithmic_ticks(double room) {
+  const double spread = std::log10(high_ / low_);
+  const int stride = std::max(1, static_cast<int>(std::ceil(spread / room)));
+  const int last = static_cast<int>(std::floor(std::log10(high_)));
+  for (int decade = static_cast<int>(std::floor(std::log10(low_))); decade <= last; ++decade) {
+    for (int digit = 1; digit <= 9; ++digit) {
+      const double value = digit * std::pow(10, decade);
+      if (value < low_ || value > high_) continue;
+      // Less than two decades hold too few powers of ten to read a value from.
+      const bool has_label =
+          digit == 1 ? decade % stride == 0 : spread < 2 && (digit == 2 || digit == 5);
+      const std::string factor = digit == 1 ? "" : std::to_string(digit) + "\u00b7";
+      if (digit > 1 && stride > 1) continue;
+      ticks_.push_back({value, has_label ? factor + detail::power_of_ten(decade) : ""});
+    }
+  }
+}
+
+}  // namespace bristle::inline BRISTLE_ABI
+
+// === bristle/io/svg_writer.hpp
+
+/// @file
+/// The few elements of SVG that a plot is drawn with.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <cstddef>
+#include <initializer_list>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+namespace bristle::inline BRISTLE_ABI::detail {
+
+/// Appends text with the five characters escaped that mean something in XML; control characters,
+/// which XML cannot hold, become spaces.
+inline void append_escaped(std::string& xml, std::string_view text) {
+  for (const char c : text) {
+    switch (c) {
+      case '&':
+        xml += "&amp;";
+        break;
+      case '<':
+        xml += "&lt;";
+        break;
+      case '>':
+        xml += "&gt;";
+        break;
+      case '"':
+        xml += "&quot;";
+        break;
+      case '\'':
+        xml += "&apos;";
+        break;
+      default:
+        xml += static_cast<unsigned char>(c) < 0x20 ? ' ' : c;
+    }
+  }
+}
+
+/// Width of 12 px sans-serif text, estimated: fonts are the viewer's.
+[[nodiscard]] inline double text_width(std::string_view text) {
+  const auto count = std::count_if(text.begin(), text.end(), [](char c) {
+    return (static_cast<unsigned char>(c) & 0xc0) != 0x80;  // bytes that begin a character of UTF-8
+  });
+  return 6.4 * static_cast<double>(count);
+}
+
+/// How a curve is told from others.
+struct CurveLook {
+  /// Okabe and Ito (2008): told apart with all common kinds of colour vision.
+  std::string_view colour;
+  /// Lengths of strokes and gaps [px], which tell curves apart without any colour.
+  std::string_view dashes;
+};
+
+/// Look of the i-th curve of a frame; repeats after nine.
+[[nodiscard]] inline CurveLook look_of_curve(std::size_t i) {
+  static constexpr CurveLook looks[] = {
+      {"#0072b2", ""},        {"#d55e00", "7 3"},     {"#009e73", "2 2.5"},
+      {"#cc79a7", "9 3 2 3"}, {"#e69f00", "12 4"},    {"#56b4e9", "4 2 1 2 1 2"},
+      {"#333333", "1 3"},     {"#999933", "5 2 1 2"}, {"#882255", "14 3 2 3"}};
+  return looks[i % std::size(looks)];
+}
+
+/// Collects SVG elements. Lengths are CSS pixels, y points down.
+class SvgWriter {
+ public:
+  /// Everything until `close_frame` is clipped to a rectangle and relative to its upper left
+  /// corner.
+  void open_frame(double x, double y, double width, double height) {
+    tag("svg");
+    attributes({{"x", x}, {"y", y}, {"width", width}, {"height", height}});
+    body_ += ">\n";
+    frame_ = {x, y, width, height};
+  }
+  /// Draws the border too.
+  void close_frame() {
+    body_ += "</svg>\n";
+    tag("rect");
+    attributes(
+        {{"x", frame_.x}, {"y", frame_.y}, {"width", frame_.width}, {"height", frame_.height}});
+    end("class=\"axis\"");
+  }
+
+  void line(double x1, double y1, double x2, double y2, std::string_view style) {
+    tag("line");
+    attributes({{"x1", x1}, {"y1", y1}, {"x2", x2}, {"y2", y2}});
+    end(style);
+  }
+
+  void rectangle(double x, double y, double width, double height, std::string_view fill) {
+    tag("rect");
+    attributes({{"x", x}, {"y", y}, {"width", width}, {"height", height}});
+    attribute("fill", fill);
+    end("");
+  }
+
+  void dot(double x, double y, std::string_view fill) {
+    tag("circle");
+    attributes({{"cx", x}, {"cy", y}, {"r", 2.6}});
+    attribute("fill", fill);
+    end("");
+  }
+
+  /// Nothing where there is no text.
+  void text(double x, double y, std::string_view content, std::string_view style) {
+    if (content.empty()) return;
+    tag("text");
+    attributes({{"x", x}, {"y", y}});
+    write_content(content, style);
+  }
+
+  /// Text that reads upwards, centred on a point.
+  void upright_text(double x, double y, std::string_view content) {
+    if (content.empty()) return;
+    tag("text");
+    body_ += " transform=\"translate(";
+    number(x);
+    body_ += ' ';
+    number(y);
+    body_ += ") rotate(-90)\"";
+    write_content(content, "text-anchor=\"middle\"");
+  }
+
+  /// A curve through points from left to right; of many points in one half pixel's column only the
+  /// first, the lowest, the highest and the last are kept, which looks the same.
+  void polyline(const std::vector<std::pair<double, double>>& points, const CurveLook& look);
+
+  /// The whole file.
+  [[nodiscard]] std::string document(double width, double height, std::string_view title);
+
+ private:
+  struct Frame {
+    double x, y, width, height;
+  };
+  struct Attribute {
+    std::string_view name;
+    double value;
+  };
+
+  void tag(std::string_view name) { (body_ += '<') += name; }
+  void attribute(std::string_view name, std::string_view value) {
+    ((((body_ += ' ') += name) += "=\"") += value) += '"';
+  }
+  void attributes(std::initializer_list<Attribute> list) {
+    for (const Attribute& a : list) {
+      ((body_ += ' ') += a.name) += "=\"";
+      number(a.value);
+      body_ += '"';
+    }
+  }
+  void end(std::string_view style) {
+    if (!style.empty()) (body_ += ' ') += style;
+    body_ += "/>\n";
+  }
+  void write_content(std::string_view content, std::string_view style) {
+    if (!style.empty()) (body_ += ' ') += style;
+    body_ += '>';
+    append_escaped(body_, content);
+    body_ += "</text>\n";
+  }
+  /// Two decimals, without trailing zeros.
+  void number(double value);
+
+  std::string body_;
+  Frame frame_{};
+};
+
+// Implementation -----------------------------------------------------------------------------------
+
+inline void SvgWriter::number(double value) {
+  // Far outside every frame one place is as good as another.
+  const double near = std::clamp(value, -1e6, 1e6);
+  char buffer[32];
+  const auto result =
+      std::to_chars(buffer, buffer + sizeof buffer, near, std::chars_format::fixed, 2);
+  std::string_view text(buffer, static_cast<std::size_t>(result.ptr - buffer));
+  while (text.ends_with('0')) text.remove_suffix(1);
+  if (text.ends_with('.')) text.remove_suffix(1);
+  body_ += text == "-0" ? "0" : text;
+}
+
+inline void SvgWriter::polyline(const std::vector<std::pair<double, double>>& points,
+                                const CurveLook& look) {
+  if (points.size() < 2) return;
+  tag("polyline");
+  attribute("stroke", look.colour);
+  if (!look.dashes.empty()) attribute("stroke-dasharray", look.dashes);
+  body_ += " class=\"curve\" points=\"";
+  const auto put = [&](std::size_t i) {
+    number(points[i].first);
+    body_ += ',';
+    number(points[i].second);
+    body_ += ' ';
+  };
+  for (std::size_t begin = 0; begin < points.size();) {
+    const auto column = [&](std::size_t i) { return std::floor(2 * points[i].first); };
+    std::size_t low = begin, high = begin, last = begin;
+    for (; last + 1 < points.size() && column(last + 1) == column(begin); ++last) {
+      if (points[last + 1].second < points[low].second) low = last + 1;
+      if (points[last + 1].second > points[high].second) high = last + 1;
+    }
+    std::size_t keep[] = {begin, std::min(low, high), std::max(low, high), last};
+    for (std::size_t k = 0; k < 4; ++k) {
+      if (k == 0 || keep[k] != keep[k - 1]) put(keep[k]);
+    }
+    begin = last + 1;
+  }
+  body_.pop_back();
+  body_ += "\"/>\n";
+}
+
+inline std::string SvgWriter::document(double width, double height, std::string_view title) {
+  const std::string content = std::exchange(body_, {});
+  body_ = R"(<svg xmlns="http://www.w3.org/2000/svg" role="img")";
+  attributes({{"width", width}, {"height", height}});
+  body_ += " viewBox=\"0 0 ";
+  number(width);
+  body_ += ' ';
+  number(height);
+  body_ += "\">\n";
+  if (!title.empty()) {
+    body_ += "<title>";
+    append_escaped(body_, title);
+    body_ += "</title>\n";
+  }
+  body_ += R"(<style>
+text { font: 12px Helvetica, Arial, "Liberation Sans", "DejaVu Sans", sans-serif; fill: #222 }
+.title { font-size: 14px; font-weight: bold }
+.note { font-size: 11px; fill: #444 }
+.halo { stroke: #fff; stroke-width: 3px; stroke-linejoin: round; paint-order: stroke }
+.axis { fill: none; stroke: #444; stroke-width: 1 }
+.grid { stroke: #ddd; stroke-width: 0.8 }
+.reference { stroke: #555; stroke-width: 1; stroke-dasharray: 5 3 }
+.curve { fill: none; stroke-width: 1.6; stroke-linejoin: round }
+</style>
+<rect width="100%" height="100%" fill="#fff"/>
+)";
+  return std::exchange(body_, {}) + content + "</svg>\n";
+}
+
+}  // namespace bristle::inline BRISTLE_ABI::detail
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdio>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace bristle::inline BRISTLE_ABI {
+
+/// One map with a colour scale of its own.
+struct HeatMap {
+  /// [-] What stands above it.
+  std::string title{};
+  /// [-] What it shows, with its unit: "depth [1]".
+  std::string label{};
+  /// [-] Cells in a row, > 0.
+  std::size_t columns = 0;
+  /// [-] Values row by row, whole rows; the first row is drawn at the bottom, as y points up. One
+  /// that is not finite is a grey cell.
+  std::vector<double> values{};
+  /// [-] Ends of the colour scale, finite; unset: those of the values.
+  std::optional<double> low{};
+  std::optional<double> high{};
+};
+
+/// A figure of maps beside and below each other. Colours go from dark blue over green to yellow,
+/// after viridis (van der Walt and Smith 2015): evenly lighter to the eye, with any colour vision,
+/// and in print.
+struct SvgHeatMaps {
+  /// [-] What stands above the figure; empty for nothing.
+  std::string title{};
+  /// [-] The maps, row by row, at least one.
+  std::vector<HeatMap> maps{};
+  /// [-] Maps in a row, > 0.
+  std::size_t maps_in_row = 2;
+  /// [-] Width of each map without its scale, in CSS pixels (96 an inch), > 0. Cells are squares.
+  double map_width = 280;
+
+  /// Text of the SVG file. The same data give the same bytes, in every locale.
+  /// @throws InvalidArgument naming the field that breaks a rule.
+  [[nodiscard]] std::string svg() const;
+
+  /// `svg` to a file, replacing one that exists.
+  /// @throws IoError when it cannot be written in full.
+  void write_svg(const std::filesystem::path& path) const { write_file(path, svg()); }
+};
+
+// Implementation -----------------------------------------------------------------------------------
+
+namespace detail {
+
+/// Colour of a place on the scale, 0 to 1; places outside take the colour of the nearer end.
+[[nodiscard]] inline std::string heat_colour(double place) {
+  if (!std::isfinite(place)) return "#bbbbbb";
+  static constexpr std::array<std::array<int, 3>, 9> stops{{{68, 1, 84},
+                                                            {71, 44, 122},
+                                                            {59, 81, 139},
+                                                            {44, 113, 142},
+                                                            {33, 144, 141},
+                                                            {39, 173, 129},
+                                                            {92, 200, 99},
+                                                            {170, 220, 50},
+                                                            {253, 231, 37}}};
+  const double at = std::clamp(place, 0.0, 1.0) * (stops.size() - 1);
+  const std::size_t below = std::min(static_cast<std::size_t>(at), stops.size() - 2);
+  const double part = at - static_cast<double>(below);
+  char text[8];
+  std::array<unsigned, 3> mixed{};
+  for (std::size_t c = 0; c < 3; ++c) {
+    const double value = stops[below][c] + part * (stops[below + 1][c] - stops[below][c]);
+    mixed[c] = static_cast<unsigned>(std::lround(value)) & 0xffu;
+  }
+  std::snprintf(text, sizeof text, "#%02x%02x%02x", mixed[0], mixed[1], mixed[2]);
+  return text;
+}
+
+inline void validate_heat_maps(const SvgHeatMaps& figure) {
+  require_positive("SvgHeatMaps::map_width", figure.map_width);
+  require(figure.maps_in_row > 0, "SvgHeatMaps::maps_in_row", figure.maps_in_row, "must be > 0");
+  require(!figure.maps.empty(), "SvgHeatMaps::maps: size", 0, "must be > 0");
+  for (const HeatMap& map : figure.maps) {
+    require(map.columns > 0, "HeatMap::columns", map.columns, "must be > 0");
+    require(!map.values.empty() && map.values.size() % map.columns == 0, "HeatMap::values: size",
+            map.values.size(), "must be whole rows, at least one");
+    for (const std::optional<double>& end : {map.low, map.high}) {
+      require(!end || PlotAxis().shows(*end), "HeatMap: end of the scale", end.value_or(0),
+              "must be finite");
+    }
+    if (map.low && map.high) {
+      require(*map.low < *map.high, "HeatMap::high", *map.high, "must be > low");
+    }
+  }
+}
+
+/// Draws a map with its upper left corner at a place, and its scale beside it.
+inline void paint_heat_map(SvgWriter& svg, const HeatMap& map, double left, double top,
+                           double width) {
+  const std::size_t rows = map.values.size() / map.columns;
+  const double cell = width / static_cast<double>(map.columns);
+  const double height = cell * static_cast<double>(rows);
+  PlotAxis scale;
+  for (const double value : map.values) scale.include(value);
+  scale.finish({0, height / 32, map.low, map.high});
+
+  svg.text(left, top - 8, map.title, "");
+  svg.open_frame(left, top, width, height);
+  for (std::size_t i = 0; i < map.values.size(); ++i) {
+    const double x = cell * static_cast<double>(i % map.columns);
+    const double y = height - cell * static_cast<double>(i / map.columns + 1);
+    // A little more than the cell, so that no seams shine through.
+    svg.rectangle(x, y, cell + 0.7, cell + 0.7, heat_colour(scale.place(map.values[i])));
+  }
+  svg.close_frame();
+
+  const double bar = left + width + 10;
+  constexpr int shades = 48;
+  svg.open_frame(bar, top, 12, height);
+  for (int i = 0; i < shades; ++i) {
+    svg.rectangle(0, height * (shades - 1 - i) / shades, 12, height / shades + 0.7,
+                  heat_colour((i + 0.5) / shades));
+  }
+  svg.close_frame();
+  double widest = 0;
+  for (const PlotTick& tick : scale.ticks()) {
+    widest = std::max(widest, text_width(tick.label));
+    const double y = top + height * (1 - scale.place(tick.value));
+    svg.line(bar + 12, y, bar + 16, y, "class=\"axis\"");
+    svg.text(bar + 19, y + 4, tick.label, "");
+  }
+  svg.upright_text(bar + 36 + widest, top + 0.5 * height, scale.caption(map.label));
+}
+
+}  // namespace detail
+
+inline std::string SvgHeatMaps::svg() const {
+  detail::validate_heat_maps(*this);
+  detail::SvgWriter svg;
+  const double column = map_width + 110;
+  double top = 8;
+  if (!title.empty()) {
+    svg.text(12, 24, title, "class=\"title\"");
+    top = 34;
+  }
+  for (std::size_t first = 0; first < maps.size(); first += maps_in_row) {
+    double tallest = 0;
+    for (std::size_t i = first; i < std::min(first + maps_in_row, maps.size()); ++i) {
+      const HeatMap& map = maps[i];
+      const double left = 12 + column * static_cast<double>(i - first);
+      detail::paint_heat_map(svg, map, left, top + 22, map_width);
+      const auto rows = static_cast<double>(map.values.size() / map.columns);
+      tallest = std::max(tallest, map_width * rows / static_cast<double>(map.columns));
+    }
+    top += tallest + 36;
+  }
+  const double columns = static_cast<double>(std::min(maps_in_row, maps.size()));
+  return svg.document(12 + column * columns, top, title);
+}
+
+}  // namespace bristle::inline BRISTLE_ABI
+
+// === bristle/io/svg_plot.hpp
+
+/// @file
+/// Line plots as SVG: stacked panels over one x axis, good enough for a paper.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace bristle::inline BRISTLE_ABI {
+
+/// One curve. A point with a coordinate that is not finite, or not positive on a logarithmic axis,
+/// is a gap in it.
+struct PlotSeries {
+  /// [-] What the legend calls it; empty for no entry.
+  std::string name;
+  /// [-] Coordinates of its points, as many of one as of the other.
+  std::vector<double> x;
+  std::vector<double> y;
+  /// [-] A dot on every point; for few points.
+  bool has_dots = false;
+};
+
+/// A horizontal line to compare with: a predicted value, a limit.
+struct PlotReference {
+  /// [-] Where it is. Finite, and > 0 on a logarithmic axis.
+  double y = 0;
+  /// [-] What stands on it.
+  std::string caption;
+};
+
+/// A stretch of the x axis that is shaded in all panels and named on top: "lift", "hold", "slip".
+struct PlotPhase {
+  /// [-] Where it begins and ends. Finite, begin <= end.
+  double begin = 0;
+  double end = 0;
+  /// [-] What it is called.
+  std::string caption;
+};
+
+/// One frame of curves with a y axis of its own.
+struct PlotPanel {
+  /// [-] What the y axis shows, with its unit: "creep [m]".
+  std::string y_label;
+  /// [-] Its curves; colours and strokes follow their order.
+  std::vector<PlotSeries> series;
+  /// [-] Lines to compare with.
+  std::vector<PlotReference> references{};
+  /// [-] Whether y is logarithmic.
+  bool is_logarithmic = false;
+  /// [-] Range of y; unset: that of the curves and references, with a margin.
+  std::optional<double> y_low{};
+  std::optional<double> y_high{};
+};
+
+/// A figure.
+///
+///     SvgPlot plot{.title = "Free fall", .x_label = "time [s]"};
+///     plot.panels.push_back({.y_label = "height [m]", .series = {{"centre", t, z}}});
+///     plot.write_svg("fall.svg");
+struct SvgPlot {
+  /// [-] What stands above the figure; empty for nothing.
+  std::string title{};
+  /// [-] What the x axis shows, with its unit.
+  std::string x_label{};
+  /// [-] Panels from top to bottom, at least one.
+  std::vector<PlotPanel> panels{};
+  /// [-] Shaded stretches of the x axis.
+  std::vector<PlotPhase> phases{};
+  /// [-] Whether x is logarithmic.
+  bool is_logarithmic = false;
+  /// [-] Width of the figure and height of each panel's frame, in CSS pixels (96 an inch), > 0.
+  double width = 680;
+  double panel_height = 180;
+
+  /// Text of the SVG file. The same data give the same bytes, in every locale.
+  /// @throws InvalidArgument naming the panel or the field that breaks a rule.
+  [[nodiscard]] std::string svg() const;
+
+  /// `svg` to a file, replacing one that exists.
+  /// @throws IoError when it cannot be written in full.
+  void write_svg(const std::filesystem::path& path) const { write_file(path, svg()); }
+};
+
+// Implementation -----------------------------------------------------------------------------------
+
+namespace detail {
+
+/// @throws InvalidArgument naming what no figure can be drawn of.
+inline void validate_plot(const SvgPlot& plot) {
+  require_positive("SvgPlot::width", plot.width);
+  require_positive("SvgPlot::panel_height", plot.panel_height);
+  require(!plot.panels.empty(), "SvgPlot::panels: size", 0, "must be > 0");
+  for (const PlotPhase& phase : plot.phases) {
+    require(PlotAxis(plot.is_logarithmic).shows(phase.begin), "PlotPhase::begin", phase.begin,
+            "must have a place on the x axis");
+    require(std::isfinite(phase.end) && phase.end >= phase.begin, "PlotPhase::end", phase.end,
+            "must be finite and >= begin");
+  }
+  for (const PlotPanel& panel : plot.panels) {
+    const PlotAxis y(panel.is_logarithmic);
+    for (const PlotSeries& series : panel.series) {
+      require(series.x.size() == series.y.size(), "PlotSeries \"" + series.name + "\": size of y",
+              series.y.size(), "must be the size of x, " + std::to_string(series.x.size()));
+    }
+    for (const PlotReference& reference : panel.references) {
+      require(y.shows(reference.y), "PlotReference::y", reference.y,
+              "must have a place on the y axis");
+    }
+    for (const std::optional<double>& end : {panel.y_low, panel.y_high}) {
+      require(!end || y.shows(*end), "PlotPanel: end of the y range", end.value_or(0),
+              "must have a place on the y axis");
+    }
+    if (panel.y_low && panel.y_high) {
+      require(*panel.y_low < *panel.y_high, "PlotPanel::y_high", *panel.y_high, "must be > y_low");
+    }
+  }
+}
+
+/// Draws one figure, top to bottom.
+class PlotPainter {
+ public:
+  explicit PlotPainter(const SvgPlot& plot) : plot_(plot), x_axis_(plot.is_logarithmic) {}
+
+  [[nodiscard]] std::string paint() {
+    settle_axes();
+    if (!plot_.title.empty()) {
+      svg_.text(left_, 24, plot_.title, "class=\"title\"");
+      top_ = 34;
+    }
+    for (std::size_t i = 0; i < plot_.panels.size(); ++i) paint_panel(i);
+    svg_.text(left_ + 0.5 * width_, top_ + 36, x_axis_.caption(plot_.x_label),
+              "text-anchor=\"middle\"");
+    return svg_.document(plot_.width, top_ + 46, plot_.title);
+  }
+
+ private:
+  [[nodiscard]] double x_of(double value) const { return width_ * x_axis_.place(value); }
+
+  void settle_axes() {
+    for (const PlotPanel& panel : plot_.panels) {
+      PlotAxis y(panel.is_logarithmic);
+      for (const PlotSeries& series : panel.series) {
+        for (std::size_t i = 0; i < series.x.size(); ++i) {
+          if (!x_axis_.shows(series.x[i]) || !y.shows(series.y[i])) continue;
+          x_axis_.include(series.x[i]);
+          y.include(series.y[i]);
+        }
+      }
+      for (const PlotReference& reference : panel.references) y.include(reference.y);
+      y.finish({0.06, plot_.panel_height / 32, panel.y_low, panel.y_high});
+      y_axes_.push_back(y);
+    }
+    for (const PlotPhase& phase : plot_.phases) {
+      x_axis_.include(phase.begin);
+      x_axis_.include(phase.end);
+    }
+    double widest = 0;
+    for (const PlotAxis& y : y_axes_) {
+      for (const PlotTick& tick : y.ticks()) widest = std::max(widest, text_width(tick.label));
+    }
+    left_ = std::ceil(widest) + 40;
+    width_ = std::max(plot_.width - left_ - 18, 1.0);
+    x_axis_.finish({plot_.is_logarithmic ? 0.03 : 0.0, width_ / 64});
+  }
+
+  void paint_panel(std::size_t index) {
+    const PlotPanel& panel = plot_.panels[index];
+    const PlotAxis& y = y_axes_[index];
+    paint_legend(panel);
+    if (index == 0) paint_captions();
+    top_ += 6;
+    svg_.open_frame(left_, top_, width_, plot_.panel_height);
+    for (std::size_t i = 0; i < plot_.phases.size(); ++i) {
+      const double begin = x_of(plot_.phases[i].begin);
+      // Neighbours differ in shade, so that their border shows.
+      svg_.rectangle(begin, 0, x_of(plot_.phases[i].end) - begin, plot_.panel_height,
+                     i % 2 == 0 ? "#f5f5f5" : "#eaeaea");
+    }
+    const auto y_of = [&](double value) { return plot_.panel_height * (1 - y.place(value)); };
+    for (const PlotTick& tick : y.ticks()) {
+      if (!tick.label.empty())
+        svg_.line(0, y_of(tick.value), width_, y_of(tick.value), "class=\"grid\"");
+    }
+    for (const PlotReference& r : panel.references) {
+      svg_.line(0, y_of(r.y), width_, y_of(r.y), "class=\"reference\"");
+    }
+    for (std::size_t i = 0; i < panel.series.size(); ++i) paint_series(panel.series[i], i, y, y_of);
+    for (const PlotReference& r : panel.references) {
+      // On the line where there is room above it, else under it.
+      const double at = y_of(r.y);
+      svg_.text(width_ - 5, at > 16 ? at - 4 : at + 13, r.caption,
+                "class=\"note halo\" text-anchor=\"end\"");
+    }
+    svg_.close_frame();
+    paint_axes(panel, y, index + 1 == plot_.panels.size());
+    top_ += plot_.panel_height;
+  }
+
+  template <typename YOf>
+  void paint_series(const PlotSeries& series, std::size_t number, const PlotAxis& y,
+                    const YOf& y_of) {
+    const CurveLook look = look_of_curve(number);
+    std::vector<std::pair<double, double>> run;
+    for (std::size_t i = 0; i <= series.x.size(); ++i) {
+      if (i < series.x.size() && x_axis_.shows(series.x[i]) && y.shows(series.y[i])) {
+        run.emplace_back(x_of(series.x[i]), y_of(series.y[i]));
+        if (series.has_dots) svg_.dot(run.back().first, run.back().second, look.colour);
+      } else {
+        svg_.polyline(run, look);
+        run.clear();
+      }
+    }
+  }
+
+  void paint_legend(const PlotPanel& panel) {
+    double x = left_;
+    bool is_open = false;
+    for (std::size_t i = 0; i < panel.series.size(); ++i) {
+      const std::string& name = panel.series[i].name;
+      if (name.empty()) continue;
+      const double length = 30 + text_width(name) + 18;
+      if (!is_open || x + length > plot_.width) {
+        x = left_;
+        top_ += 18;
+        is_open = true;
+      }
+      const CurveLook look = look_of_curve(i);
+      svg_.polyline({{x, top_ - 4}, {x + 24, top_ - 4}}, look);
+      if (panel.series[i].has_dots) svg_.dot(x + 12, top_ - 4, look.colour);
+      svg_.text(x + 30, top_, name, "");
+      x += length;
+    }
+    if (!is_open) top_ += 6;
+  }
+
+  /// Names of the phases above the first panel; in further rows where one would hide another.
+  void paint_captions() {
+    std::vector<double> row_ends;
+    for (const PlotPhase& phase : plot_.phases) {
+      const double half = 0.5 * text_width(phase.caption) * 11 / 12;
+      double middle = left_ + 0.5 * (x_of(phase.begin) + x_of(phase.end));
+      middle = std::clamp(middle, std::min(left_ + half, plot_.width - 4 - half),
+                          plot_.width - 4 - half);
+      std::size_t row = 0;
+      while (row < row_ends.size() && row_ends[row] + 6 > middle - half) ++row;
+      if (row == row_ends.size()) row_ends.push_back(0);
+      row_ends[row] = middle + half;
+      svg_.text(middle, top_ + 15 + 13 * static_cast<double>(row), phase.caption,
+                "class=\"note\" text-anchor=\"middle\"");
+    }
+    top_ += row_ends.empty() ? 0 : 5 + 13 * static_cast<double>(row_ends.size());
+  }
+
+  void paint_axes(const PlotPanel& panel, const PlotAxis& y, bool is_last) {
+    const double bottom = top_ + plot_.panel_height;
+    for (const PlotTick& tick : y.ticks()) {
+      const double at = bottom - plot_.panel_height * y.place(tick.value);
+      const double length = tick.label.empty() ? 3 : 5;
+      svg_.line(left_ - length, at, left_, at, "class=\"axis\"");
+      svg_.text(left_ - 8, at + 4, tick.label, "text-anchor=\"end\"");
+    }
+    for (const PlotTick& tick : x_axis_.ticks()) {
+      const double at = left_ + x_of(tick.value);
+      svg_.line(at, bottom, at, bottom + (tick.label.empty() ? 3 : 5), "class=\"axis\"");
+      if (is_last) svg_.text(at, bottom + 18, tick.label, "text-anchor=\"middle\"");
+    }
+    svg_.upright_text(14, top_ + 0.5 * plot_.panel_height, y.caption(panel.y_label));
+  }
+
+  const SvgPlot& plot_;
+  PlotAxis x_axis_;
+  std::vector<PlotAxis> y_axes_;
+  SvgWriter svg_;
+  /// [-] Left edge and width of all frames; how far down the figure is painted.
+  double left_ = 0;
+  double width_ = 0;
+  double top_ = 6;
+};
+
+}  // namespace detail
+
+inline std::string SvgPlot::svg() const {
+  detail::validate_plot(*this);
+  return detail::PlotPainter(*this).paint();
+}
+
+}  // namespace bristle::inline BRISTLE_ABI
+
+// === bristle/io/trace.hpp
+
+/// @file
+/// Numbers recorded over time: named channels with units, written as CSV.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <charconv>
+#include <cmath>
+#include <cstddef>
+#include <filesystem>
+#include <initializer_list>
+#include <span>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+namespace bristle::inline BRISTLE_ABI {
+
+/// One column of a trace.
+struct TraceChannel {
+  /// [-] What it is; unique in the trace.
+  std::string name;
+  /// [-] Its unit; empty for none.
+  std::string unit;
+
+  /// How plots and tables call it: "height [m]", or the name alone where there is no unit.
+  [[nodiscard]] std::string label() const { return unit.empty() ? name : name + " [" + unit + "]"; }
+};
+
+/// A table that grows by rows and is read by columns.
+///
+///     Trace trace{{"time", "s"}, {"height", "m"}};
+///     trace.add_row({t, z});
+///     trace.write_csv("fall.csv");
+///     const auto heights = trace.column("height");
+///
+/// Values are kept as double, whatever the simulation computes in. A value that is not finite is
+/// kept too, and written as `nan`, `inf` or `-inf`: a gap in a record is part of the record.
+class Trace {
+ public:
+  /// @throws InvalidArgument when there is no channel, or one has no name or that of another.
+  Trace(std::initializer_list<TraceChannel> channels)
+      : Trace(std::vector<TraceChannel>(channels)) {}
+  explicit Trace(std::vector<TraceChannel> channels);
+
+  /// Appends one value per channel, in the order of the channels.
+  /// @throws InvalidArgument when there are more or fewer values than channels.
+  void add_row(std::span<const double> values);
+  void add_row(std::initializer_list<double> values) {
+    add_row(std::span<const double>(values.begin(), values.size()));
+  }
+
+  /// Makes room for rows, so that adding them does not allocate.
+  void reserve(std::size_t rows) {
+    for (std::vector<double>& column : columns_) column.reserve(rows);
+  }
+
+  [[nodiscard]] const std::vector<TraceChannel>& channels() const noexcept { return channels_; }
+  /// [-] Number of rows.
+  [[nodiscard]] std::size_t size() const noexcept { return columns_.front().size(); }
+
+  /// All values of a channel, oldest first; valid until the next row is added.
+  /// @throws InvalidArgument when no channel has the name.
+  [[nodiscard]] const std::vector<double>& column(std::string_view name) const;
+
+  /// The table as comma-separated values (RFC 4180, lines ending in \n): first the labels of the
+  /// channels, then the rows.
+  ///
+  /// @param digits  [-] Significant digits, 1 to 17. 9 tell any two floats apart, 17 any two
+  /// doubles.
+  /// @note A dot is the decimal point in every locale.
+  /// @throws InvalidArgument when the digits are out of range.
+  [[nodiscard]] std::string csv(int digits = 9) const;
+
+  /// `csv` to a file, replacing one that exists.
+  /// @throws IoError when it cannot be written in full.
+  void write_csv(const std::filesystem::path& path, int digits = 9) const {
+    write_file(path, csv(digits));
+  }
+
+ private:
+  std::vector<TraceChannel> channels_;
+  std::vector<std::vector<double>> columns_;
+};
+
+// Implementation -----------------------------------------------------------------------------------
+
+namespace detail {
+
+/// Appends a number as "%.*g" would in the C locale; a NaN without its sign.
+inline void append_general(std::string& text, double value, int digits) {
+  if (std::isnan(value)) {
+    text += "nan";
+    return;
+  }
+  char buffer[32];
+  const auto result =
+      std::to_chars(buffer, buffer + sizeof buffer, value, std::chars_format::general, digits);
+  text.append(buffer, result.ptr);
+}
+
+/// Appends a field of a CSV file, in quotes where it needs them.
+inline void append_csv_field(std::string& text, std::string_view field) {
+  if (field.find_first_of(",\"\r\n") == std::string_view::npos) {
+    text += field;
+    return;
+  }
+  text += '"';
+  for (const char c : field) {
+    if (c == '"') text += '"';
+    text += c;
+  }
+  text += '"';
+}
+
+}  // namespace detail
+
+inline Trace::Trace(std::vector<TraceChannel> channels)
+    : channels_(std::move(channels)), columns_(channels_.size()) {
+  detail::require(!channels_.empty(), "Trace: number of channels", 0, "must be > 0");
+  for (std::size_t i = 0; i < channels_.size(); ++i) {
+    const auto fail = [&](const char* rule) {
+      detail::raise(InvalidArgument("TraceChannel[" + std::to_string(i) + "]::name",
+                                    '"' + channels_[i].name + '"', rule));
+    };
+    if (channels_[i].name.empty()) fail("must not be empty");
+    for (std::size_t k = 0; k < i; ++k) {
+      if (channels_[k].name == channels_[i].name) fail("must be unique in the trace");
+    }
+  }
+}
+
+inline void Trace::add_row(std::span<const double> values) {
+  detail::require(values.size() == columns_.size(), "Trace::add_row: number of values",
+                  values.size(),
+                  "must be the number of channels, " + std::to_string(columns_.size()));
+  for (std::size_t i = 0; i < values.size(); ++i) columns_[i].push_back(values[i]);
+}
+
+inline const std::vector<double>& Trace::column(std::string_view name) const {
+  for (std::size_t i = 0; i < channels_.size(); ++i) {
+    if (channels_[i].name == name) return columns_[i];
+  }
+  detail::raise(InvalidArgument("Trace::column: name", '"' + std::string(name) + '"',
+                                "must be that of a channel"));
+}
+
+inline std::string Trace::csv(int digits) const {
+  detail::require(digits >= 1 && digits <= 17, "Trace::csv: digits", digits, "must be in [1, 17]");
+  std::string text;
+  for (std::size_t i = 0; i < channels_.size(); ++i) {
+    if (i > 0) text += ',';
+    detail::append_csv_field(text, channels_[i].label());
+  }
+  text += '\n';
+  for (std::size_t row = 0; row < size(); ++row) {
+    for (std::size_t i = 0; i < columns_.size(); ++i) {
+      if (i > 0) text += ',';
+      detail::append_general(text, columns_[i][row], digits);
+    }
+    text += '\n';
+  }
+  return text;
+}
+
+}  // namespace bristle::inline BRISTLE_ABI
 
 // === bristle/sensors/elastic_skin.hpp
 
@@ -17414,549 +19039,6 @@ void HostPatch<S>::add_body(std::uint32_t number, const HostBody<S>& state, S dt
 }  // namespace bristle::inline BRISTLE_ABI
 
 // === bristle/io/mesh_file.hpp: definitions
-// === bristle/io/file.hpp
-
-/// @file
-/// Whole files in and out, with errors that say what went wrong.
-// SPDX-License-Identifier: BSD-3-Clause
-
-#include <filesystem>
-#include <fstream>
-#include <ios>
-#include <string>
-#include <string_view>
-#include <system_error>
-
-namespace bristle::inline BRISTLE_ABI {
-
-/// All bytes of a file.
-///
-/// @throws IoError when there is no such file, it is a directory, or it cannot be read.
-[[nodiscard]] inline std::string read_file(const std::filesystem::path& path) {
-  std::error_code error;
-  const std::filesystem::file_status status = std::filesystem::status(path, error);
-  if (!std::filesystem::exists(status)) {
-    detail::raise(IoError(path.string(), 0, "no such file"));
-  }
-  if (!std::filesystem::is_regular_file(status)) {
-    detail::raise(IoError(path.string(), 0, "not a regular file"));
-  }
-  const std::uintmax_t size = std::filesystem::file_size(path, error);
-  std::ifstream stream(path, std::ios::binary);
-  if (error || !stream) detail::raise(IoError(path.string(), 0, "cannot be opened for reading"));
-  std::string bytes(static_cast<std::size_t>(size), '\0');
-  stream.read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-  if (stream.gcount() != static_cast<std::streamsize>(bytes.size())) {
-    detail::raise(IoError(path.string(), 0, "cannot be read to its end"));
-  }
-  return bytes;
-}
-
-/// Writes a file, replacing one that exists.
-///
-/// @throws IoError when it cannot be written in full.
-inline void write_file(const std::filesystem::path& path, std::string_view bytes) {
-  std::ofstream stream(path, std::ios::binary | std::ios::trunc);
-  if (!stream) detail::raise(IoError(path.string(), 0, "cannot be opened for writing"));
-  stream.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-  stream.close();
-  if (!stream) detail::raise(IoError(path.string(), 0, "cannot be written to its end"));
-}
-
-}  // namespace bristle::inline BRISTLE_ABI
-
-// === bristle/io/obj.hpp
-
-/// @file
-/// Wavefront OBJ files: their vertices and faces.
-// SPDX-License-Identifier: BSD-3-Clause
-
-// === bristle/io/text_scanner.hpp
-
-/// @file
-/// Words and numbers of a line-oriented text file, with the line they stand on.
-// SPDX-License-Identifier: BSD-3-Clause
-
-#include <charconv>
-#include <cmath>
-#include <cstddef>
-#include <string>
-#include <string_view>
-#include <system_error>
-
-namespace bristle::inline BRISTLE_ABI::detail {
-
-/// Letters A-Z as a-z, whatever the locale.
-[[nodiscard]] inline std::string to_lower(std::string_view text) {
-  std::string lower(text);
-  for (char& c : lower) {
-    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
-  }
-  return lower;
-}
-
-/// Goes through a text word by word. A backslash at the end of a line joins it with the next.
-/// Numbers are read the same way under every locale.
-class TextScanner {
- public:
-  /// @param file  Name for error messages.
-  TextScanner(std::string_view text, std::string_view file) : text_(text), file_(file) {}
-
-  /// 1-based line of the word read last.
-  [[nodiscard]] std::size_t line() const { return word_line_; }
-
-  /// The next word on whatever line; empty at the end of the text.
-  [[nodiscard]] std::string_view word() {
-    while (skip_space() || skip_line_break()) {
-    }
-    return take_word();
-  }
-
-  /// The next word on the current line; empty at its end.
-  [[nodiscard]] std::string_view word_on_line() {
-    while (skip_space()) {
-    }
-    return take_word();
-  }
-
-  /// Goes to the end of the current line, whatever joins it to the next.
-  void skip_line() {
-    while (position_ < text_.size() && text_[position_] != '\n') ++position_;
-  }
-
-  /// A word as a finite number of the scalar asked for.
-  template <Scalar S>
-  [[nodiscard]] S number(std::string_view word) const {
-    using std::isfinite;
-    double value = 0.0;
-    // from_chars knows no leading plus; "+-1" stays an error.
-    const std::string_view digits =
-        word.size() > 1 && word[0] == '+' && word[1] != '-' ? word.substr(1) : word;
-    const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
-    const bool is_read = error == std::errc{} && end == digits.data() + digits.size();
-    if (!is_read || !isfinite(S(value))) {
-      fail(word.empty() ? "number missing" : quoted(word) + " is not a finite number");
-    }
-    return S(value);
-  }
-
-  [[noreturn]] void fail(const std::string& what) const {
-    raise(IoError(std::string(file_), word_line_, what));
-  }
-
-  /// A word as it may stand in a message: in quotes, short, and without control characters.
-  [[nodiscard]] static std::string quoted(std::string_view word) {
-    std::string text("'");
-    for (const char c : word.substr(0, 40)) text += c < ' ' || c > '~' ? '?' : c;
-    return text += "'";
-  }
-
- private:
-  [[nodiscard]] bool is_at(char c) const {
-    return position_ < text_.size() && text_[position_] == c;
-  }
-  [[nodiscard]] bool is_at_space() const {
-    return is_at(' ') || is_at('\t') || is_at('\r') || is_at('\v') || is_at('\f');
-  }
-  /// Length of a backslash and the line break behind it, which join two lines; 0 if there is none.
-  [[nodiscard]] std::size_t joint_size() const {
-    if (!is_at('\\')) return 0;
-    const std::string_view rest = text_.substr(position_ + 1, 2);
-    if (rest.starts_with('\n')) return 2;
-    return rest == "\r\n" ? 3 : 0;
-  }
-
-  /// Whether there was something to skip.
-  bool skip_space() {
-    const std::size_t joint = joint_size();
-    if (joint > 0) {
-      position_ += joint;
-      ++line_;
-      return true;
-    }
-    if (!is_at_space()) return false;
-    ++position_;
-    return true;
-  }
-  bool skip_line_break() {
-    if (!is_at('\n')) return false;
-    ++position_;
-    ++line_;
-    return true;
-  }
-
-  [[nodiscard]] std::string_view take_word() {
-    const std::size_t start = position_;
-    while (position_ < text_.size() && !is_at_space() && !is_at('\n') && joint_size() == 0) {
-      ++position_;
-    }
-    word_line_ = line_;
-    return text_.substr(start, position_ - start);
-  }
-
-  std::string_view text_;
-  std::string_view file_;
-  std::size_t position_ = 0;
-  std::size_t line_ = 1;
-  std::size_t word_line_ = 1;
-};
-
-}  // namespace bristle::inline BRISTLE_ABI::detail
-
-#include <charconv>
-#include <cstddef>
-#include <cstdint>
-#include <filesystem>
-#include <string>
-#include <string_view>
-#include <system_error>
-#include <utility>
-#include <vector>
-
-namespace bristle::inline BRISTLE_ABI {
-
-/// Mesh from the text of an OBJ file.
-///
-/// Reads `v` and `f`, the latter with numbers of texture coordinates and normals or without,
-/// counted from the start or (negative) from the end; everything else is ignored. Faces with more
-/// than three corners become a fan around their first, which suits convex ones. Vertices keep their
-/// numbers; files that repeat them along seams need `weld`. Coordinates are taken as metres.
-///
-/// @param name  Of the file, for error messages.
-/// @throws IoError that names the line with a coordinate that is not a finite number, or a face
-/// with
-///         fewer than three corners or a vertex that is not defined above it; or when there is no
-///         face at all.
-template <Scalar S>
-[[nodiscard]] TriangleMesh<S> read_obj(std::string_view text, std::string_view name = "OBJ");
-
-/// Text of an OBJ file; its numbers read back as the same bits.
-///
-/// @throws InvalidArgument when the mesh is no valid surface.
-template <Scalar S>
-[[nodiscard]] std::string write_obj(const TriangleMesh<S>& mesh);
-
-/// `write_obj` to a file.
-/// @throws IoError when it cannot be written.
-template <Scalar S>
-void save_obj(const std::filesystem::path& path, const TriangleMesh<S>& mesh) {
-  write_file(path, write_obj(mesh));
-}
-
-// Implementation -----------------------------------------------------------------------------------
-
-namespace detail {
-
-template <Scalar S>
-class ObjReader {
- public:
-  ObjReader(std::string_view text, std::string_view name) : scanner_(text, name) {}
-
-  [[nodiscard]] TriangleMesh<S> read() {
-    for (std::string_view word = scanner_.word(); !word.empty(); word = scanner_.word()) {
-      if (word == "v") read_vertex();
-      if (word == "f") read_face();
-      scanner_.skip_line();
-    }
-    if (mesh_.triangles.empty()) scanner_.fail("no faces");
-    return std::move(mesh_);
-  }
-
- private:
-  /// The next word of the statement; empty at its end, be it the line's or a comment.
-  [[nodiscard]] std::string_view word() {
-    const std::string_view word = scanner_.word_on_line();
-    return word.starts_with('#') ? std::string_view() : word;
-  }
-
-  void read_vertex() {
-    Vec3<S> p;
-    for (int k = 0; k < 3; ++k) p[k] = scanner_.template number<S>(word());
-    mesh_.vertices.push_back(p);
-  }
-
-  void read_face() {
-    corners_.clear();
-    for (std::string_view w = word(); !w.empty(); w = word()) corners_.push_back(vertex_number(w));
-    if (corners_.size() < 3) {
-      scanner_.fail("face with " + std::to_string(corners_.size()) + " corners");
-    }
-    for (std::size_t i = 2; i < corners_.size(); ++i) {
-      mesh_.triangles.push_back({corners_[0], corners_[i - 1], corners_[i]});
-    }
-  }
-
-  /// v, v/vt, v//vn or v/vt/vn, of which only v matters.
-  [[nodiscard]] std::uint32_t vertex_number(std::string_view word) const {
-    std::string_view rest = word;
-    const long long number = take_integer(rest, word);
-    for (int part = 0; part < 2 && rest.starts_with('/'); ++part) {
-      rest.remove_prefix(1);
-      if (!rest.empty() && !rest.starts_with('/')) (void)take_integer(rest, word);
-    }
-    if (!rest.empty()) fail_reference(word, "is not of the form v/vt/vn");
-
-    const auto count = static_cast<long long>(mesh_.vertices.size());
-    if (number == 0) fail_reference(word, "names vertex 0, but they count from 1");
-    if (number > count || number < -count) {
-      fail_reference(word, "names a vertex that is not among the " + std::to_string(count) +
-                               " defined so far");
-    }
-    return static_cast<std::uint32_t>(number > 0 ? number - 1 : count + number);
-  }
-
-  [[nodiscard]] long long take_integer(std::string_view& rest, std::string_view word) const {
-    long long value = 0;
-    const auto [end, error] = std::from_chars(rest.data(), rest.data() + rest.size(), value);
-    if (error != std::errc{}) fail_reference(word, "is not of the form v/vt/vn");
-    rest.remove_prefix(static_cast<std::size_t>(end - rest.data()));
-    return value;
-  }
-
-  [[noreturn]] void fail_reference(std::string_view word, const std::string& what) const {
-    scanner_.fail("corner " + TextScanner::quoted(word) + " " + what);
-  }
-
-  TextScanner scanner_;
-  TriangleMesh<S> mesh_;
-  std::vector<std::uint32_t> corners_;
-};
-
-}  // namespace detail
-
-template <Scalar S>
-TriangleMesh<S> read_obj(std::string_view text, std::string_view name) {
-  if (text.empty()) detail::raise(IoError(std::string(name), 0, "file is empty"));
-  return detail::ObjReader<S>(text, name).read();
-}
-
-template <Scalar S>
-std::string write_obj(const TriangleMesh<S>& mesh) {
-  validate_surface(mesh);
-  std::string text = "# OBJ of bristle\n";
-  for (const Vec3<S>& v : mesh.vertices) {
-    text += 'v';
-    for (int k = 0; k < 3; ++k) {
-      char digits[64];
-      const auto result = std::to_chars(digits, digits + sizeof digits, v[k]);
-      text += ' ';
-      text.append(digits, result.ptr);
-    }
-    text += '\n';
-  }
-  for (const auto& t : mesh.triangles) {
-    text += 'f';
-    for (const std::uint32_t v : t) text += ' ' + std::to_string(std::uint64_t{v} + 1);
-    text += '\n';
-  }
-  return text;
-}
-
-}  // namespace bristle::inline BRISTLE_ABI
-
-// === bristle/io/stl.hpp
-
-/// @file
-/// STL files, binary and ASCII.
-// SPDX-License-Identifier: BSD-3-Clause
-
-#include <array>
-#include <bit>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
-#include <filesystem>
-#include <string>
-#include <string_view>
-#include <utility>
-
-namespace bristle::inline BRISTLE_ABI {
-
-/// Mesh from the bytes of an STL file, binary or ASCII, with equal corners welded.
-///
-/// The normals in the file are ignored; the order of the corners says what is outside. Triangles
-/// keep their order, degenerate ones too. Coordinates are taken as metres.
-///
-/// @param name  Of the file, for error messages.
-/// @throws IoError that names the line (ASCII) or byte (binary) where the file is cut short, holds
-///         something else than it should or a coordinate that is not finite, or when it has no
-///         triangle.
-template <Scalar S>
-[[nodiscard]] TriangleMesh<S> read_stl(std::string_view bytes, std::string_view name = "STL");
-
-/// Bytes of a binary STL file. Its coordinates are single precision.
-///
-/// @throws InvalidArgument when the mesh is no valid surface or does not fit single precision.
-template <Scalar S>
-[[nodiscard]] std::string write_stl(const TriangleMesh<S>& mesh);
-
-/// `write_stl` to a file.
-/// @throws IoError when it cannot be written.
-template <Scalar S>
-void save_stl(const std::filesystem::path& path, const TriangleMesh<S>& mesh) {
-  write_file(path, write_stl(mesh));
-}
-
-// Implementation -----------------------------------------------------------------------------------
-
-namespace detail {
-
-/// Layout of binary STL: an 80-byte comment, a count, and for each triangle 12 floats (normal and
-/// corners) and 2 unused bytes; all numbers little-endian.
-inline constexpr std::size_t stl_header_size = 84;
-inline constexpr std::size_t stl_triangle_size = 50;
-
-[[nodiscard]] inline std::uint32_t get_u32(std::string_view bytes, std::size_t at) {
-  std::uint32_t value = 0;
-  for (std::size_t i = 0; i < 4; ++i) {
-    value |= std::uint32_t{static_cast<unsigned char>(bytes[at + i])} << (8 * i);
-  }
-  return value;
-}
-
-inline void put_u32(std::string& bytes, std::uint32_t value) {
-  for (unsigned i = 0; i < 4; ++i) bytes.push_back(static_cast<char>(value >> (8 * i) & 0xffu));
-}
-
-template <Scalar S>
-void append_corner(TriangleMesh<S>& mesh, const Vec3<S>& corner) {
-  const auto number = static_cast<std::uint32_t>(mesh.vertices.size());
-  if (number % 3 == 0) mesh.triangles.emplace_back();
-  mesh.triangles.back()[number % 3] = number;
-  mesh.vertices.push_back(corner);
-}
-
-/// The caller has checked that the size of the file fits its count.
-template <Scalar S>
-[[nodiscard]] TriangleMesh<S> read_binary_stl(std::string_view bytes, std::string_view name) {
-  TriangleMesh<S> mesh;
-  const std::uint32_t count = get_u32(bytes, 80);
-  mesh.vertices.reserve(3 * std::size_t{count});
-  mesh.triangles.reserve(count);
-  for (std::size_t t = 0; t < count; ++t) {
-    for (std::size_t corner = 0; corner < 3; ++corner) {
-      Vec3<S> p;
-      for (std::size_t k = 0; k < 3; ++k) {
-        const std::size_t at = stl_header_size + stl_triangle_size * t + 12 * (corner + 1) + 4 * k;
-        const float value = std::bit_cast<float>(get_u32(bytes, at));
-        if (!std::isfinite(value)) {
-          raise(IoError(std::string(name), 0,
-                        "byte " + std::to_string(at) + ": coordinate of triangle " +
-                            std::to_string(t) + " is not finite"));
-        }
-        p[static_cast<int>(k)] = S(value);
-      }
-      append_corner(mesh, p);
-    }
-  }
-  return mesh;
-}
-
-/// solid name { facet normal x y z outer loop { vertex x y z } endloop endfacet } endsolid name,
-/// once or several times; keywords in any case, line breaks anywhere but before a name's end.
-template <Scalar S>
-class AsciiStlReader {
- public:
-  AsciiStlReader(std::string_view text, std::string_view name) : scanner_(text, name) {}
-
-  [[nodiscard]] TriangleMesh<S> read() {
-    for (std::string_view word = scanner_.word(); !word.empty(); word = scanner_.word()) {
-      require_word(word, "solid");
-      scanner_.skip_line();
-      read_solid();
-      scanner_.skip_line();
-    }
-    return std::move(mesh_);
-  }
-
- private:
-  void read_solid() {
-    for (;;) {
-      const std::string_view word = scanner_.word();
-      if (is_word(word, "endsolid")) return;
-      require_word(word, "facet");
-      require_word(scanner_.word(), "normal");
-      for (int k = 0; k < 3; ++k) {
-        if (scanner_.word().empty()) scanner_.fail("file ends within a normal");
-      }
-      require_word(scanner_.word(), "outer");
-      require_word(scanner_.word(), "loop");
-      for (int corner = 0; corner < 3; ++corner) {
-        require_word(scanner_.word(), "vertex");
-        Vec3<S> p;
-        for (int k = 0; k < 3; ++k) p[k] = scanner_.template number<S>(scanner_.word());
-        append_corner(mesh_, p);
-      }
-      require_word(scanner_.word(), "endloop");
-      require_word(scanner_.word(), "endfacet");
-    }
-  }
-
-  [[nodiscard]] static bool is_word(std::string_view word, std::string_view keyword) {
-    return to_lower(word) == keyword;
-  }
-  void require_word(std::string_view word, std::string_view keyword) const {
-    if (is_word(word, keyword)) return;
-    scanner_.fail(TextScanner::quoted(keyword) + " expected, " +
-                  (word.empty() ? "but the file ends" : "not " + TextScanner::quoted(word)));
-  }
-
-  TextScanner scanner_;
-  TriangleMesh<S> mesh_;
-};
-
-}  // namespace detail
-
-template <Scalar S>
-TriangleMesh<S> read_stl(std::string_view bytes, std::string_view name) {
-  const auto fail = [&](const std::string& what) {
-    detail::raise(IoError(std::string(name), 0, what));
-  };
-  if (bytes.empty()) fail("file is empty");
-  // Binary files may begin with "solid" as well, so the size decides: for the count that four
-  // letters make, a text would have to be longer than 25 GB.
-  const bool has_header = bytes.size() >= detail::stl_header_size;
-  const std::uint64_t count = has_header ? detail::get_u32(bytes, 80) : 0;
-  const std::uint64_t size = detail::stl_header_size + detail::stl_triangle_size * count;
-
-  TriangleMesh<S> mesh;
-  if (has_header && bytes.size() == size) {
-    mesh = detail::read_binary_stl<S>(bytes, name);
-  } else if (detail::to_lower(detail::TextScanner(bytes, name).word()) == "solid") {
-    mesh = detail::AsciiStlReader<S>(bytes, name).read();
-  } else if (!has_header) {
-    fail("byte " + std::to_string(bytes.size()) + ": file ends within the header of 84 bytes");
-  } else {
-    fail("byte 80: the header announces " + std::to_string(count) + " triangles, which take " +
-         std::to_string(size) + " bytes, but the file has " + std::to_string(bytes.size()));
-  }
-  if (mesh.triangles.empty()) fail("no triangles");
-  return weld(mesh);
-}
-
-template <Scalar S>
-std::string write_stl(const TriangleMesh<S>& mesh) {
-  validate_surface(mesh);
-  std::string bytes = "STL of bristle";
-  bytes.resize(80, ' ');
-  detail::put_u32(bytes, static_cast<std::uint32_t>(mesh.triangles.size()));
-  const auto put_vector = [&bytes](const Vec3<S>& v) {
-    for (int k = 0; k < 3; ++k) {
-      const float value = static_cast<float>(v[k]);
-      detail::require(std::isfinite(value), "write_stl: coordinate", v[k],
-                      "must fit single precision");
-      detail::put_u32(bytes, std::bit_cast<std::uint32_t>(value));
-    }
-  };
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-    put_vector(triangle_normal(mesh, t));
-    for (const std::uint32_t v : mesh.triangles[t]) put_vector(mesh.vertices[v]);
-    bytes.append(2, '\0');
-  }
-  return bytes;
-}
-
-}  // namespace bristle::inline BRISTLE_ABI
 
 #include <string>
 
@@ -32490,1088 +33572,6 @@ void World<S, Backend>::push(const HapticBody<S>& pushed) {
 }  // namespace bristle::inline BRISTLE_ABI
 
 // === bristle/bristle.hpp: definitions
-// === bristle/io/plot_axis.hpp
-
-/// @file
-/// One axis of a plot: its range, where its ticks sit and what stands beside them.
-// SPDX-License-Identifier: BSD-3-Clause
-
-#include <algorithm>
-#include <charconv>
-#include <cmath>
-#include <limits>
-#include <optional>
-#include <string>
-#include <string_view>
-#include <vector>
-
-namespace bristle::inline BRISTLE_ABI {
-
-namespace detail {
-
-inline constexpr double smallest_plotted = 1e-150;
-inline constexpr double largest_plotted = 1e150;
-
-}  // namespace detail
-
-/// A mark on an axis; the minor ones of a logarithmic axis have no label.
-struct PlotTick {
-  double value = 0;
-  std::string label;
-};
-
-/// Range and ticks of one axis.
-///
-/// Grow it over the data with `include`, then `finish` it. On a logarithmic axis only positive
-/// values count.
-class PlotAxis {
- public:
-  explicit PlotAxis(bool is_logarithmic = false) : is_logarithmic_(is_logarithmic) {}
-
-  /// Whether a value has a place on the axis: finite, and > 0 on a logarithmic one; not so near the
-  /// ends of what a double holds that steps between ticks would leave its range.
-  [[nodiscard]] bool shows(double value) const {
-    return std::abs(value) < detail::largest_plotted &&
-           (!is_logarithmic_ || value > detail::smallest_plotted);
-  }
-
-  /// Widens the range to a value; those without a place are ignored.
-  void include(double value) {
-    if (!shows(value)) return;
-    low_ = std::min(low_, value);
-    high_ = std::max(high_, value);
-  }
-
-  /// How a range becomes an axis.
-  struct Fit {
-    /// [1] Part of the range that is added at both ends.
-    double margin = 0;
-    /// [-] Number of labels that fit; about as many or fewer are set.
-    double room = 6;
-    /// [-] Ends of the range; unset: those of the data with the margin.
-    std::optional<double> low{};
-    std::optional<double> high{};
-  };
-
-  /// Settles the range and the ticks. A range of no extent gets one.
-  void finish(const Fit& fit);
-
-  [[nodiscard]] double low() const { return low_; }
-  [[nodiscard]] double high() const { return high_; }
-  [[nodiscard]] const std::vector<PlotTick>& ticks() const { return ticks_; }
-  /// Name of the axis, followed by the power of ten that the tick labels leave out if they do.
-  [[nodiscard]] std::string caption(const std::string& name) const;
-
-  /// [1] Place of a value along the axis: 0 at its low end, 1 at its high end.
-  [[nodiscard]] double place(double value) const {
-    return (scaled(value) - scaled(low_)) / (scaled(high_) - scaled(low_));
-  }
-
- private:
-  [[nodiscard]] double scaled(double value) const {
-    return is_logarithmic_ ? std::log10(value) : value;
-  }
-  void set_range(const Fit& fit);
-  void set_linear_ticks(double room);
-  void set_logarithmic_ticks(double room);
-
-  bool is_logarithmic_;
-  double low_ = std::numeric_limits<double>::infinity();
-  double high_ = -std::numeric_limits<double>::infinity();
-  int exponent_ = 0;  // of ten, a multiple of three; 0 for most data
-  std::vector<PlotTick> ticks_;
-};
-
-// Implementation -----------------------------------------------------------------------------------
-
-namespace detail {
-
-/// 10^exponent in Unicode superscripts.
-[[nodiscard]] inline std::string power_of_ten(int exponent) {
-  static constexpr const char* digits[] = {"\u2070", "\u00b9", "\u00b2", "\u00b3", "\u2074",
-                                           "\u2075", "\u2076", "\u2077", "\u2078", "\u2079"};
-  std::string text = "10";
-  for (const char c : std::to_string(exponent)) text += c == '-' ? "\u207b" : digits[c - '0'];
-  return text;
-}
-
-/// A number with a fixed count of decimals and a real minus sign.
-[[nodiscard]] inline std::string fixed_text(double value, int decimals) {
-  char buffer[64];
-  const auto result =
-      std::to_chars(buffer, buffer + sizeof buffer, value, std::chars_format::fixed, decimals);
-  const std::string_view text(buffer, static_cast<std::size_t>(result.ptr - buffer));
-  return text.starts_with('-') ? "\u2212" + std::string(text.substr(1)) : std::string(text);
-}
-
-}  // namespace detail
-
-inline std::string PlotAxis::caption(const std::string& name) const {
-  return exponent_ == 0 ? name : name + " \u00d7 " + detail::power_of_ten(exponent_);
-}
-
-inline void PlotAxis::finish(const Fit& fit) {
-  set_range(fit);
-  ticks_.clear();
-  const double room = std::max(fit.room, 1.0);
-  if (is_logarithmic_) {
-    set_logarithmic_ticks(room);
-  } else {
-    set_linear_ticks(room);
-  }
-}
-
-inline void PlotAxis::set_range(const Fit& fit) {
-  if (low_ > high_) {  // no data
-    low_ = is_logarithmic_ ? 1 : 0;
-    high_ = is_logarithmic_ ? 10 : 1;
-  }
-  if (is_logarithmic_) {
-    // At least one decade, so that there are labels to read values from.
-    const double spread = std::log10(high_ / low_);
-    const double factor = std::pow(10, std::max(fit.margin * spread, 0.5 * (1 - spread)));
-    low_ = fit.low.value_or(low_ / factor);
-    high_ = fit.high.value_or(high_ * factor);
-    if (!(low_ < high_)) (fit.low ? high_ : low_) = fit.low ? 10 * low_ : high_ / 10;
-  } else {
-    const double extra = fit.margin * (high_ - low_);
-    low_ = fit.low.value_or(low_ - extra);
-    high_ = fit.high.value_or(high_ + extra);
-    // A constant shows as a line in the middle, whatever round-off is on it.
-    const double size = std::max(std::abs(low_), std::abs(high_));
-    if (!(high_ - low_ > std::max(1e-12 * size, detail::smallest_plotted))) {
-      const double half = size > detail::smallest_plotted ? 0.5 * size : 0.5;
-      if (!fit.low) low_ = high_ - half;
-      if (!fit.high || fit.low) high_ = low_ + 2 * half;
-    }
-  }
-}
-
-inline void PlotAxis::set_linear_ticks(double room) {
-  // The smallest of 1, 2, 2.5 and 5 times a power of ten that leaves room for the labels.
-  const double least = (high_ - low_) / room;
-  const double decade = std::pow(10, std::floor(std::log10(least)));
-  double step = 10 * decade;
-  for (const double multiple : {5.0, 2.5, 2.0, 1.0}) {
-    if (multiple * decade >= least) step = multiple * decade;
-  }
-  const double size = std::max(std::abs(low_), std::abs(high_));
-  const int magnitude = static_cast<int>(std::floor(std::log10(size)));
-  exponent_ =
-      magnitude >= 5 || magnitude < -3 ? 3 * static_cast<int>(std::floor(magnitude / 3.0)) : 0;
-  const double unit = std::pow(10, exponent_);
-  int decimals = 0;
-  for (double rest = step / unit; decimals < 9; ++decimals, rest *= 10) {
-    if (std::abs(rest - std::round(rest)) < 1e-6 * rest) break;
-  }
-  const double slack = 1e-9 * (high_ - low_);
-  const double first = std::ceil((low_ - slack) / step);
-  for (double k = first; k * step <= high_ + slack; k += 1) {
-    const double value = k == 0 ? 0.0 : k * step;  // no minus zero
-    ticks_.push_back({value, detail::fixed_text(value / unit, decimals)});
-  }
-}
-
-inline void PlotAxis::set_logarithmic_ticks(double room) {
-  const double spread = std::log10(high_ / low_);
-  const int stride = std::max(1, static_cast<int>(std::ceil(spread / room)));
-  const int last = static_cast<int>(std::floor(std::log10(high_)));
-  for (int decade = static_cast<int>(std::floor(std::log10(low_))); decade <= last; ++decade) {
-    for (int digit = 1; digit <= 9; ++digit) {
-      const double value = digit * std::pow(10, decade);
-      if (value < low_ || value > high_) continue;
-      // Less than two decades hold too few powers of ten to read a value from.
-      const bool has_label =
-          digit == 1 ? decade % stride == 0 : spread < 2 && (digit == 2 || digit == 5);
-      const std::string factor = digit == 1 ? "" : std::to_string(digit) + "\u00b7";
-      if (digit > 1 && stride > 1) continue;
-      ticks_.push_back({value, has_label ? factor + detail::power_of_ten(decade) : ""});
-    }
-  }
-}
-
-}  // namespace bristle::inline BRISTLE_ABI
-
-// === bristle/io/svg_heat_map.hpp
-
-/// @file
-/// Numbers in rows and columns as coloured cells, such as the readings of a patch: SVG.
-// SPDX-License-Identifier: BSD-3-Clause
-
-// === bristle/io/svg_writer.hpp
-
-/// @file
-/// The few elements of SVG that a plot is drawn with.
-// SPDX-License-Identifier: BSD-3-Clause
-
-#include <algorithm>
-#include <charconv>
-#include <cmath>
-#include <cstddef>
-#include <initializer_list>
-#include <string>
-#include <string_view>
-#include <utility>
-#include <vector>
-
-namespace bristle::inline BRISTLE_ABI::detail {
-
-/// Appends text with the five characters escaped that mean something in XML; control characters,
-/// which XML cannot hold, become spaces.
-inline void append_escaped(std::string& xml, std::string_view text) {
-  for (const char c : text) {
-    switch (c) {
-      case '&':
-        xml += "&amp;";
-        break;
-      case '<':
-        xml += "&lt;";
-        break;
-      case '>':
-        xml += "&gt;";
-        break;
-      case '"':
-        xml += "&quot;";
-        break;
-      case '\'':
-        xml += "&apos;";
-        break;
-      default:
-        xml += static_cast<unsigned char>(c) < 0x20 ? ' ' : c;
-    }
-  }
-}
-
-/// Width of 12 px sans-serif text, estimated: fonts are the viewer's.
-[[nodiscard]] inline double text_width(std::string_view text) {
-  const auto count = std::count_if(text.begin(), text.end(), [](char c) {
-    return (static_cast<unsigned char>(c) & 0xc0) != 0x80;  // bytes that begin a character of UTF-8
-  });
-  return 6.4 * static_cast<double>(count);
-}
-
-/// How a curve is told from others.
-struct CurveLook {
-  /// Okabe and Ito (2008): told apart with all common kinds of colour vision.
-  std::string_view colour;
-  /// Lengths of strokes and gaps [px], which tell curves apart without any colour.
-  std::string_view dashes;
-};
-
-/// Look of the i-th curve of a frame; repeats after nine.
-[[nodiscard]] inline CurveLook look_of_curve(std::size_t i) {
-  static constexpr CurveLook looks[] = {
-      {"#0072b2", ""},        {"#d55e00", "7 3"},     {"#009e73", "2 2.5"},
-      {"#cc79a7", "9 3 2 3"}, {"#e69f00", "12 4"},    {"#56b4e9", "4 2 1 2 1 2"},
-      {"#333333", "1 3"},     {"#999933", "5 2 1 2"}, {"#882255", "14 3 2 3"}};
-  return looks[i % std::size(looks)];
-}
-
-/// Collects SVG elements. Lengths are CSS pixels, y points down.
-class SvgWriter {
- public:
-  /// Everything until `close_frame` is clipped to a rectangle and relative to its upper left
-  /// corner.
-  void open_frame(double x, double y, double width, double height) {
-    tag("svg");
-    attributes({{"x", x}, {"y", y}, {"width", width}, {"height", height}});
-    body_ += ">\n";
-    frame_ = {x, y, width, height};
-  }
-  /// Draws the border too.
-  void close_frame() {
-    body_ += "</svg>\n";
-    tag("rect");
-    attributes(
-        {{"x", frame_.x}, {"y", frame_.y}, {"width", frame_.width}, {"height", frame_.height}});
-    end("class=\"axis\"");
-  }
-
-  void line(double x1, double y1, double x2, double y2, std::string_view style) {
-    tag("line");
-    attributes({{"x1", x1}, {"y1", y1}, {"x2", x2}, {"y2", y2}});
-    end(style);
-  }
-
-  void rectangle(double x, double y, double width, double height, std::string_view fill) {
-    tag("rect");
-    attributes({{"x", x}, {"y", y}, {"width", width}, {"height", height}});
-    attribute("fill", fill);
-    end("");
-  }
-
-  void dot(double x, double y, std::string_view fill) {
-    tag("circle");
-    attributes({{"cx", x}, {"cy", y}, {"r", 2.6}});
-    attribute("fill", fill);
-    end("");
-  }
-
-  /// Nothing where there is no text.
-  void text(double x, double y, std::string_view content, std::string_view style) {
-    if (content.empty()) return;
-    tag("text");
-    attributes({{"x", x}, {"y", y}});
-    write_content(content, style);
-  }
-
-  /// Text that reads upwards, centred on a point.
-  void upright_text(double x, double y, std::string_view content) {
-    if (content.empty()) return;
-    tag("text");
-    body_ += " transform=\"translate(";
-    number(x);
-    body_ += ' ';
-    number(y);
-    body_ += ") rotate(-90)\"";
-    write_content(content, "text-anchor=\"middle\"");
-  }
-
-  /// A curve through points from left to right; of many points in one half pixel's column only the
-  /// first, the lowest, the highest and the last are kept, which looks the same.
-  void polyline(const std::vector<std::pair<double, double>>& points, const CurveLook& look);
-
-  /// The whole file.
-  [[nodiscard]] std::string document(double width, double height, std::string_view title);
-
- private:
-  struct Frame {
-    double x, y, width, height;
-  };
-  struct Attribute {
-    std::string_view name;
-    double value;
-  };
-
-  void tag(std::string_view name) { (body_ += '<') += name; }
-  void attribute(std::string_view name, std::string_view value) {
-    ((((body_ += ' ') += name) += "=\"") += value) += '"';
-  }
-  void attributes(std::initializer_list<Attribute> list) {
-    for (const Attribute& a : list) {
-      ((body_ += ' ') += a.name) += "=\"";
-      number(a.value);
-      body_ += '"';
-    }
-  }
-  void end(std::string_view style) {
-    if (!style.empty()) (body_ += ' ') += style;
-    body_ += "/>\n";
-  }
-  void write_content(std::string_view content, std::string_view style) {
-    if (!style.empty()) (body_ += ' ') += style;
-    body_ += '>';
-    append_escaped(body_, content);
-    body_ += "</text>\n";
-  }
-  /// Two decimals, without trailing zeros.
-  void number(double value);
-
-  std::string body_;
-  Frame frame_{};
-};
-
-// Implementation -----------------------------------------------------------------------------------
-
-inline void SvgWriter::number(double value) {
-  // Far outside every frame one place is as good as another.
-  const double near = std::clamp(value, -1e6, 1e6);
-  char buffer[32];
-  const auto result =
-      std::to_chars(buffer, buffer + sizeof buffer, near, std::chars_format::fixed, 2);
-  std::string_view text(buffer, static_cast<std::size_t>(result.ptr - buffer));
-  while (text.ends_with('0')) text.remove_suffix(1);
-  if (text.ends_with('.')) text.remove_suffix(1);
-  body_ += text == "-0" ? "0" : text;
-}
-
-inline void SvgWriter::polyline(const std::vector<std::pair<double, double>>& points,
-                                const CurveLook& look) {
-  if (points.size() < 2) return;
-  tag("polyline");
-  attribute("stroke", look.colour);
-  if (!look.dashes.empty()) attribute("stroke-dasharray", look.dashes);
-  body_ += " class=\"curve\" points=\"";
-  const auto put = [&](std::size_t i) {
-    number(points[i].first);
-    body_ += ',';
-    number(points[i].second);
-    body_ += ' ';
-  };
-  for (std::size_t begin = 0; begin < points.size();) {
-    const auto column = [&](std::size_t i) { return std::floor(2 * points[i].first); };
-    std::size_t low = begin, high = begin, last = begin;
-    for (; last + 1 < points.size() && column(last + 1) == column(begin); ++last) {
-      if (points[last + 1].second < points[low].second) low = last + 1;
-      if (points[last + 1].second > points[high].second) high = last + 1;
-    }
-    std::size_t keep[] = {begin, std::min(low, high), std::max(low, high), last};
-    for (std::size_t k = 0; k < 4; ++k) {
-      if (k == 0 || keep[k] != keep[k - 1]) put(keep[k]);
-    }
-    begin = last + 1;
-  }
-  body_.pop_back();
-  body_ += "\"/>\n";
-}
-
-inline std::string SvgWriter::document(double width, double height, std::string_view title) {
-  const std::string content = std::exchange(body_, {});
-  body_ = R"(<svg xmlns="http://www.w3.org/2000/svg" role="img")";
-  attributes({{"width", width}, {"height", height}});
-  body_ += " viewBox=\"0 0 ";
-  number(width);
-  body_ += ' ';
-  number(height);
-  body_ += "\">\n";
-  if (!title.empty()) {
-    body_ += "<title>";
-    append_escaped(body_, title);
-    body_ += "</title>\n";
-  }
-  body_ += R"(<style>
-text { font: 12px Helvetica, Arial, "Liberation Sans", "DejaVu Sans", sans-serif; fill: #222 }
-.title { font-size: 14px; font-weight: bold }
-.note { font-size: 11px; fill: #444 }
-.halo { stroke: #fff; stroke-width: 3px; stroke-linejoin: round; paint-order: stroke }
-.axis { fill: none; stroke: #444; stroke-width: 1 }
-.grid { stroke: #ddd; stroke-width: 0.8 }
-.reference { stroke: #555; stroke-width: 1; stroke-dasharray: 5 3 }
-.curve { fill: none; stroke-width: 1.6; stroke-linejoin: round }
-</style>
-<rect width="100%" height="100%" fill="#fff"/>
-)";
-  return std::exchange(body_, {}) + content + "</svg>\n";
-}
-
-}  // namespace bristle::inline BRISTLE_ABI::detail
-
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <cstddef>
-#include <cstdio>
-#include <filesystem>
-#include <optional>
-#include <string>
-#include <vector>
-
-namespace bristle::inline BRISTLE_ABI {
-
-/// One map with a colour scale of its own.
-struct HeatMap {
-  /// [-] What stands above it.
-  std::string title{};
-  /// [-] What it shows, with its unit: "depth [1]".
-  std::string label{};
-  /// [-] Cells in a row, > 0.
-  std::size_t columns = 0;
-  /// [-] Values row by row, whole rows; the first row is drawn at the bottom, as y points up. One
-  /// that is not finite is a grey cell.
-  std::vector<double> values{};
-  /// [-] Ends of the colour scale, finite; unset: those of the values.
-  std::optional<double> low{};
-  std::optional<double> high{};
-};
-
-/// A figure of maps beside and below each other. Colours go from dark blue over green to yellow,
-/// after viridis (van der Walt and Smith 2015): evenly lighter to the eye, with any colour vision,
-/// and in print.
-struct SvgHeatMaps {
-  /// [-] What stands above the figure; empty for nothing.
-  std::string title{};
-  /// [-] The maps, row by row, at least one.
-  std::vector<HeatMap> maps{};
-  /// [-] Maps in a row, > 0.
-  std::size_t maps_in_row = 2;
-  /// [-] Width of each map without its scale, in CSS pixels (96 an inch), > 0. Cells are squares.
-  double map_width = 280;
-
-  /// Text of the SVG file. The same data give the same bytes, in every locale.
-  /// @throws InvalidArgument naming the field that breaks a rule.
-  [[nodiscard]] std::string svg() const;
-
-  /// `svg` to a file, replacing one that exists.
-  /// @throws IoError when it cannot be written in full.
-  void write_svg(const std::filesystem::path& path) const { write_file(path, svg()); }
-};
-
-// Implementation -----------------------------------------------------------------------------------
-
-namespace detail {
-
-/// Colour of a place on the scale, 0 to 1; places outside take the colour of the nearer end.
-[[nodiscard]] inline std::string heat_colour(double place) {
-  if (!std::isfinite(place)) return "#bbbbbb";
-  static constexpr std::array<std::array<int, 3>, 9> stops{{{68, 1, 84},
-                                                            {71, 44, 122},
-                                                            {59, 81, 139},
-                                                            {44, 113, 142},
-                                                            {33, 144, 141},
-                                                            {39, 173, 129},
-                                                            {92, 200, 99},
-                                                            {170, 220, 50},
-                                                            {253, 231, 37}}};
-  const double at = std::clamp(place, 0.0, 1.0) * (stops.size() - 1);
-  const std::size_t below = std::min(static_cast<std::size_t>(at), stops.size() - 2);
-  const double part = at - static_cast<double>(below);
-  char text[8];
-  std::array<unsigned, 3> mixed{};
-  for (std::size_t c = 0; c < 3; ++c) {
-    const double value = stops[below][c] + part * (stops[below + 1][c] - stops[below][c]);
-    mixed[c] = static_cast<unsigned>(std::lround(value)) & 0xffu;
-  }
-  std::snprintf(text, sizeof text, "#%02x%02x%02x", mixed[0], mixed[1], mixed[2]);
-  return text;
-}
-
-inline void validate_heat_maps(const SvgHeatMaps& figure) {
-  require_positive("SvgHeatMaps::map_width", figure.map_width);
-  require(figure.maps_in_row > 0, "SvgHeatMaps::maps_in_row", figure.maps_in_row, "must be > 0");
-  require(!figure.maps.empty(), "SvgHeatMaps::maps: size", 0, "must be > 0");
-  for (const HeatMap& map : figure.maps) {
-    require(map.columns > 0, "HeatMap::columns", map.columns, "must be > 0");
-    require(!map.values.empty() && map.values.size() % map.columns == 0, "HeatMap::values: size",
-            map.values.size(), "must be whole rows, at least one");
-    for (const std::optional<double>& end : {map.low, map.high}) {
-      require(!end || PlotAxis().shows(*end), "HeatMap: end of the scale", end.value_or(0),
-              "must be finite");
-    }
-    if (map.low && map.high) {
-      require(*map.low < *map.high, "HeatMap::high", *map.high, "must be > low");
-    }
-  }
-}
-
-/// Draws a map with its upper left corner at a place, and its scale beside it.
-inline void paint_heat_map(SvgWriter& svg, const HeatMap& map, double left, double top,
-                           double width) {
-  const std::size_t rows = map.values.size() / map.columns;
-  const double cell = width / static_cast<double>(map.columns);
-  const double height = cell * static_cast<double>(rows);
-  PlotAxis scale;
-  for (const double value : map.values) scale.include(value);
-  scale.finish({0, height / 32, map.low, map.high});
-
-  svg.text(left, top - 8, map.title, "");
-  svg.open_frame(left, top, width, height);
-  for (std::size_t i = 0; i < map.values.size(); ++i) {
-    const double x = cell * static_cast<double>(i % map.columns);
-    const double y = height - cell * static_cast<double>(i / map.columns + 1);
-    // A little more than the cell, so that no seams shine through.
-    svg.rectangle(x, y, cell + 0.7, cell + 0.7, heat_colour(scale.place(map.values[i])));
-  }
-  svg.close_frame();
-
-  const double bar = left + width + 10;
-  constexpr int shades = 48;
-  svg.open_frame(bar, top, 12, height);
-  for (int i = 0; i < shades; ++i) {
-    svg.rectangle(0, height * (shades - 1 - i) / shades, 12, height / shades + 0.7,
-                  heat_colour((i + 0.5) / shades));
-  }
-  svg.close_frame();
-  double widest = 0;
-  for (const PlotTick& tick : scale.ticks()) {
-    widest = std::max(widest, text_width(tick.label));
-    const double y = top + height * (1 - scale.place(tick.value));
-    svg.line(bar + 12, y, bar + 16, y, "class=\"axis\"");
-    svg.text(bar + 19, y + 4, tick.label, "");
-  }
-  svg.upright_text(bar + 36 + widest, top + 0.5 * height, scale.caption(map.label));
-}
-
-}  // namespace detail
-
-inline std::string SvgHeatMaps::svg() const {
-  detail::validate_heat_maps(*this);
-  detail::SvgWriter svg;
-  const double column = map_width + 110;
-  double top = 8;
-  if (!title.empty()) {
-    svg.text(12, 24, title, "class=\"title\"");
-    top = 34;
-  }
-  for (std::size_t first = 0; first < maps.size(); first += maps_in_row) {
-    double tallest = 0;
-    for (std::size_t i = first; i < std::min(first + maps_in_row, maps.size()); ++i) {
-      const HeatMap& map = maps[i];
-      const double left = 12 + column * static_cast<double>(i - first);
-      detail::paint_heat_map(svg, map, left, top + 22, map_width);
-      const auto rows = static_cast<double>(map.values.size() / map.columns);
-      tallest = std::max(tallest, map_width * rows / static_cast<double>(map.columns));
-    }
-    top += tallest + 36;
-  }
-  const double columns = static_cast<double>(std::min(maps_in_row, maps.size()));
-  return svg.document(12 + column * columns, top, title);
-}
-
-}  // namespace bristle::inline BRISTLE_ABI
-
-// === bristle/io/svg_plot.hpp
-
-/// @file
-/// Line plots as SVG: stacked panels over one x axis, good enough for a paper.
-// SPDX-License-Identifier: BSD-3-Clause
-
-#include <algorithm>
-#include <cmath>
-#include <cstddef>
-#include <filesystem>
-#include <optional>
-#include <string>
-#include <utility>
-#include <vector>
-
-namespace bristle::inline BRISTLE_ABI {
-
-/// One curve. A point with a coordinate that is not finite, or not positive on a logarithmic axis,
-/// is a gap in it.
-struct PlotSeries {
-  /// [-] What the legend calls it; empty for no entry.
-  std::string name;
-  /// [-] Coordinates of its points, as many of one as of the other.
-  std::vector<double> x;
-  std::vector<double> y;
-  /// [-] A dot on every point; for few points.
-  bool has_dots = false;
-};
-
-/// A horizontal line to compare with: a predicted value, a limit.
-struct PlotReference {
-  /// [-] Where it is. Finite, and > 0 on a logarithmic axis.
-  double y = 0;
-  /// [-] What stands on it.
-  std::string caption;
-};
-
-/// A stretch of the x axis that is shaded in all panels and named on top: "lift", "hold", "slip".
-struct PlotPhase {
-  /// [-] Where it begins and ends. Finite, begin <= end.
-  double begin = 0;
-  double end = 0;
-  /// [-] What it is called.
-  std::string caption;
-};
-
-/// One frame of curves with a y axis of its own.
-struct PlotPanel {
-  /// [-] What the y axis shows, with its unit: "creep [m]".
-  std::string y_label;
-  /// [-] Its curves; colours and strokes follow their order.
-  std::vector<PlotSeries> series;
-  /// [-] Lines to compare with.
-  std::vector<PlotReference> references{};
-  /// [-] Whether y is logarithmic.
-  bool is_logarithmic = false;
-  /// [-] Range of y; unset: that of the curves and references, with a margin.
-  std::optional<double> y_low{};
-  std::optional<double> y_high{};
-};
-
-/// A figure.
-///
-///     SvgPlot plot{.title = "Free fall", .x_label = "time [s]"};
-///     plot.panels.push_back({.y_label = "height [m]", .series = {{"centre", t, z}}});
-///     plot.write_svg("fall.svg");
-struct SvgPlot {
-  /// [-] What stands above the figure; empty for nothing.
-  std::string title{};
-  /// [-] What the x axis shows, with its unit.
-  std::string x_label{};
-  /// [-] Panels from top to bottom, at least one.
-  std::vector<PlotPanel> panels{};
-  /// [-] Shaded stretches of the x axis.
-  std::vector<PlotPhase> phases{};
-  /// [-] Whether x is logarithmic.
-  bool is_logarithmic = false;
-  /// [-] Width of the figure and height of each panel's frame, in CSS pixels (96 an inch), > 0.
-  double width = 680;
-  double panel_height = 180;
-
-  /// Text of the SVG file. The same data give the same bytes, in every locale.
-  /// @throws InvalidArgument naming the panel or the field that breaks a rule.
-  [[nodiscard]] std::string svg() const;
-
-  /// `svg` to a file, replacing one that exists.
-  /// @throws IoError when it cannot be written in full.
-  void write_svg(const std::filesystem::path& path) const { write_file(path, svg()); }
-};
-
-// Implementation -----------------------------------------------------------------------------------
-
-namespace detail {
-
-/// @throws InvalidArgument naming what no figure can be drawn of.
-inline void validate_plot(const SvgPlot& plot) {
-  require_positive("SvgPlot::width", plot.width);
-  require_positive("SvgPlot::panel_height", plot.panel_height);
-  require(!plot.panels.empty(), "SvgPlot::panels: size", 0, "must be > 0");
-  for (const PlotPhase& phase : plot.phases) {
-    require(PlotAxis(plot.is_logarithmic).shows(phase.begin), "PlotPhase::begin", phase.begin,
-            "must have a place on the x axis");
-    require(std::isfinite(phase.end) && phase.end >= phase.begin, "PlotPhase::end", phase.end,
-            "must be finite and >= begin");
-  }
-  for (const PlotPanel& panel : plot.panels) {
-    const PlotAxis y(panel.is_logarithmic);
-    for (const PlotSeries& series : panel.series) {
-      require(series.x.size() == series.y.size(), "PlotSeries \"" + series.name + "\": size of y",
-              series.y.size(), "must be the size of x, " + std::to_string(series.x.size()));
-    }
-    for (const PlotReference& reference : panel.references) {
-      require(y.shows(reference.y), "PlotReference::y", reference.y,
-              "must have a place on the y axis");
-    }
-    for (const std::optional<double>& end : {panel.y_low, panel.y_high}) {
-      require(!end || y.shows(*end), "PlotPanel: end of the y range", end.value_or(0),
-              "must have a place on the y axis");
-    }
-    if (panel.y_low && panel.y_high) {
-      require(*panel.y_low < *panel.y_high, "PlotPanel::y_high", *panel.y_high, "must be > y_low");
-    }
-  }
-}
-
-/// Draws one figure, top to bottom.
-class PlotPainter {
- public:
-  explicit PlotPainter(const SvgPlot& plot) : plot_(plot), x_axis_(plot.is_logarithmic) {}
-
-  [[nodiscard]] std::string paint() {
-    settle_axes();
-    if (!plot_.title.empty()) {
-      svg_.text(left_, 24, plot_.title, "class=\"title\"");
-      top_ = 34;
-    }
-    for (std::size_t i = 0; i < plot_.panels.size(); ++i) paint_panel(i);
-    svg_.text(left_ + 0.5 * width_, top_ + 36, x_axis_.caption(plot_.x_label),
-              "text-anchor=\"middle\"");
-    return svg_.document(plot_.width, top_ + 46, plot_.title);
-  }
-
- private:
-  [[nodiscard]] double x_of(double value) const { return width_ * x_axis_.place(value); }
-
-  void settle_axes() {
-    for (const PlotPanel& panel : plot_.panels) {
-      PlotAxis y(panel.is_logarithmic);
-      for (const PlotSeries& series : panel.series) {
-        for (std::size_t i = 0; i < series.x.size(); ++i) {
-          if (!x_axis_.shows(series.x[i]) || !y.shows(series.y[i])) continue;
-          x_axis_.include(series.x[i]);
-          y.include(series.y[i]);
-        }
-      }
-      for (const PlotReference& reference : panel.references) y.include(reference.y);
-      y.finish({0.06, plot_.panel_height / 32, panel.y_low, panel.y_high});
-      y_axes_.push_back(y);
-    }
-    for (const PlotPhase& phase : plot_.phases) {
-      x_axis_.include(phase.begin);
-      x_axis_.include(phase.end);
-    }
-    double widest = 0;
-    for (const PlotAxis& y : y_axes_) {
-      for (const PlotTick& tick : y.ticks()) widest = std::max(widest, text_width(tick.label));
-    }
-    left_ = std::ceil(widest) + 40;
-    width_ = std::max(plot_.width - left_ - 18, 1.0);
-    x_axis_.finish({plot_.is_logarithmic ? 0.03 : 0.0, width_ / 64});
-  }
-
-  void paint_panel(std::size_t index) {
-    const PlotPanel& panel = plot_.panels[index];
-    const PlotAxis& y = y_axes_[index];
-    paint_legend(panel);
-    if (index == 0) paint_captions();
-    top_ += 6;
-    svg_.open_frame(left_, top_, width_, plot_.panel_height);
-    for (std::size_t i = 0; i < plot_.phases.size(); ++i) {
-      const double begin = x_of(plot_.phases[i].begin);
-      // Neighbours differ in shade, so that their border shows.
-      svg_.rectangle(begin, 0, x_of(plot_.phases[i].end) - begin, plot_.panel_height,
-                     i % 2 == 0 ? "#f5f5f5" : "#eaeaea");
-    }
-    const auto y_of = [&](double value) { return plot_.panel_height * (1 - y.place(value)); };
-    for (const PlotTick& tick : y.ticks()) {
-      if (!tick.label.empty())
-        svg_.line(0, y_of(tick.value), width_, y_of(tick.value), "class=\"grid\"");
-    }
-    for (const PlotReference& r : panel.references) {
-      svg_.line(0, y_of(r.y), width_, y_of(r.y), "class=\"reference\"");
-    }
-    for (std::size_t i = 0; i < panel.series.size(); ++i) paint_series(panel.series[i], i, y, y_of);
-    for (const PlotReference& r : panel.references) {
-      // On the line where there is room above it, else under it.
-      const double at = y_of(r.y);
-      svg_.text(width_ - 5, at > 16 ? at - 4 : at + 13, r.caption,
-                "class=\"note halo\" text-anchor=\"end\"");
-    }
-    svg_.close_frame();
-    paint_axes(panel, y, index + 1 == plot_.panels.size());
-    top_ += plot_.panel_height;
-  }
-
-  template <typename YOf>
-  void paint_series(const PlotSeries& series, std::size_t number, const PlotAxis& y,
-                    const YOf& y_of) {
-    const CurveLook look = look_of_curve(number);
-    std::vector<std::pair<double, double>> run;
-    for (std::size_t i = 0; i <= series.x.size(); ++i) {
-      if (i < series.x.size() && x_axis_.shows(series.x[i]) && y.shows(series.y[i])) {
-        run.emplace_back(x_of(series.x[i]), y_of(series.y[i]));
-        if (series.has_dots) svg_.dot(run.back().first, run.back().second, look.colour);
-      } else {
-        svg_.polyline(run, look);
-        run.clear();
-      }
-    }
-  }
-
-  void paint_legend(const PlotPanel& panel) {
-    double x = left_;
-    bool is_open = false;
-    for (std::size_t i = 0; i < panel.series.size(); ++i) {
-      const std::string& name = panel.series[i].name;
-      if (name.empty()) continue;
-      const double length = 30 + text_width(name) + 18;
-      if (!is_open || x + length > plot_.width) {
-        x = left_;
-        top_ += 18;
-        is_open = true;
-      }
-      const CurveLook look = look_of_curve(i);
-      svg_.polyline({{x, top_ - 4}, {x + 24, top_ - 4}}, look);
-      if (panel.series[i].has_dots) svg_.dot(x + 12, top_ - 4, look.colour);
-      svg_.text(x + 30, top_, name, "");
-      x += length;
-    }
-    if (!is_open) top_ += 6;
-  }
-
-  /// Names of the phases above the first panel; in further rows where one would hide another.
-  void paint_captions() {
-    std::vector<double> row_ends;
-    for (const PlotPhase& phase : plot_.phases) {
-      const double half = 0.5 * text_width(phase.caption) * 11 / 12;
-      double middle = left_ + 0.5 * (x_of(phase.begin) + x_of(phase.end));
-      middle = std::clamp(middle, std::min(left_ + half, plot_.width - 4 - half),
-                          plot_.width - 4 - half);
-      std::size_t row = 0;
-      while (row < row_ends.size() && row_ends[row] + 6 > middle - half) ++row;
-      if (row == row_ends.size()) row_ends.push_back(0);
-      row_ends[row] = middle + half;
-      svg_.text(middle, top_ + 15 + 13 * static_cast<double>(row), phase.caption,
-                "class=\"note\" text-anchor=\"middle\"");
-    }
-    top_ += row_ends.empty() ? 0 : 5 + 13 * static_cast<double>(row_ends.size());
-  }
-
-  void paint_axes(const PlotPanel& panel, const PlotAxis& y, bool is_last) {
-    const double bottom = top_ + plot_.panel_height;
-    for (const PlotTick& tick : y.ticks()) {
-      const double at = bottom - plot_.panel_height * y.place(tick.value);
-      const double length = tick.label.empty() ? 3 : 5;
-      svg_.line(left_ - length, at, left_, at, "class=\"axis\"");
-      svg_.text(left_ - 8, at + 4, tick.label, "text-anchor=\"end\"");
-    }
-    for (const PlotTick& tick : x_axis_.ticks()) {
-      const double at = left_ + x_of(tick.value);
-      svg_.line(at, bottom, at, bottom + (tick.label.empty() ? 3 : 5), "class=\"axis\"");
-      if (is_last) svg_.text(at, bottom + 18, tick.label, "text-anchor=\"middle\"");
-    }
-    svg_.upright_text(14, top_ + 0.5 * plot_.panel_height, y.caption(panel.y_label));
-  }
-
-  const SvgPlot& plot_;
-  PlotAxis x_axis_;
-  std::vector<PlotAxis> y_axes_;
-  SvgWriter svg_;
-  /// [-] Left edge and width of all frames; how far down the figure is painted.
-  double left_ = 0;
-  double width_ = 0;
-  double top_ = 6;
-};
-
-}  // namespace detail
-
-inline std::string SvgPlot::svg() const {
-  detail::validate_plot(*this);
-  return detail::PlotPainter(*this).paint();
-}
-
-}  // namespace bristle::inline BRISTLE_ABI
-
-// === bristle/io/trace.hpp
-
-/// @file
-/// Numbers recorded over time: named channels with units, written as CSV.
-// SPDX-License-Identifier: BSD-3-Clause
-
-#include <charconv>
-#include <cmath>
-#include <cstddef>
-#include <filesystem>
-#include <initializer_list>
-#include <span>
-#include <string>
-#include <string_view>
-#include <utility>
-#include <vector>
-
-namespace bristle::inline BRISTLE_ABI {
-
-/// One column of a trace.
-struct TraceChannel {
-  /// [-] What it is; unique in the trace.
-  std::string name;
-  /// [-] Its unit; empty for none.
-  std::string unit;
-
-  /// How plots and tables call it: "height [m]", or the name alone where there is no unit.
-  [[nodiscard]] std::string label() const { return unit.empty() ? name : name + " [" + unit + "]"; }
-};
-
-/// A table that grows by rows and is read by columns.
-///
-///     Trace trace{{"time", "s"}, {"height", "m"}};
-///     trace.add_row({t, z});
-///     trace.write_csv("fall.csv");
-///     const auto heights = trace.column("height");
-///
-/// Values are kept as double, whatever the simulation computes in. A value that is not finite is
-/// kept too, and written as `nan`, `inf` or `-inf`: a gap in a record is part of the record.
-class Trace {
- public:
-  /// @throws InvalidArgument when there is no channel, or one has no name or that of another.
-  Trace(std::initializer_list<TraceChannel> channels)
-      : Trace(std::vector<TraceChannel>(channels)) {}
-  explicit Trace(std::vector<TraceChannel> channels);
-
-  /// Appends one value per channel, in the order of the channels.
-  /// @throws InvalidArgument when there are more or fewer values than channels.
-  void add_row(std::span<const double> values);
-  void add_row(std::initializer_list<double> values) {
-    add_row(std::span<const double>(values.begin(), values.size()));
-  }
-
-  /// Makes room for rows, so that adding them does not allocate.
-  void reserve(std::size_t rows) {
-    for (std::vector<double>& column : columns_) column.reserve(rows);
-  }
-
-  [[nodiscard]] const std::vector<TraceChannel>& channels() const noexcept { return channels_; }
-  /// [-] Number of rows.
-  [[nodiscard]] std::size_t size() const noexcept { return columns_.front().size(); }
-
-  /// All values of a channel, oldest first; valid until the next row is added.
-  /// @throws InvalidArgument when no channel has the name.
-  [[nodiscard]] const std::vector<double>& column(std::string_view name) const;
-
-  /// The table as comma-separated values (RFC 4180, lines ending in \n): first the labels of the
-  /// channels, then the rows.
-  ///
-  /// @param digits  [-] Significant digits, 1 to 17. 9 tell any two floats apart, 17 any two
-  /// doubles.
-  /// @note A dot is the decimal point in every locale.
-  /// @throws InvalidArgument when the digits are out of range.
-  [[nodiscard]] std::string csv(int digits = 9) const;
-
-  /// `csv` to a file, replacing one that exists.
-  /// @throws IoError when it cannot be written in full.
-  void write_csv(const std::filesystem::path& path, int digits = 9) const {
-    write_file(path, csv(digits));
-  }
-
- private:
-  std::vector<TraceChannel> channels_;
-  std::vector<std::vector<double>> columns_;
-};
-
-// Implementation -----------------------------------------------------------------------------------
-
-namespace detail {
-
-/// Appends a number as "%.*g" would in the C locale; a NaN without its sign.
-inline void append_general(std::string& text, double value, int digits) {
-  if (std::isnan(value)) {
-    text += "nan";
-    return;
-  }
-  char buffer[32];
-  const auto result =
-      std::to_chars(buffer, buffer + sizeof buffer, value, std::chars_format::general, digits);
-  text.append(buffer, result.ptr);
-}
-
-/// Appends a field of a CSV file, in quotes where it needs them.
-inline void append_csv_field(std::string& text, std::string_view field) {
-  if (field.find_first_of(",\"\r\n") == std::string_view::npos) {
-    text += field;
-    return;
-  }
-  text += '"';
-  for (const char c : field) {
-    if (c == '"') text += '"';
-    text += c;
-  }
-  text += '"';
-}
-
-}  // namespace detail
-
-inline Trace::Trace(std::vector<TraceChannel> channels)
-    : channels_(std::move(channels)), columns_(channels_.size()) {
-  detail::require(!channels_.empty(), "Trace: number of channels", 0, "must be > 0");
-  for (std::size_t i = 0; i < channels_.size(); ++i) {
-    const auto fail = [&](const char* rule) {
-      detail::raise(InvalidArgument("TraceChannel[" + std::to_string(i) + "]::name",
-                                    '"' + channels_[i].name + '"', rule));
-    };
-    if (channels_[i].name.empty()) fail("must not be empty");
-    for (std::size_t k = 0; k < i; ++k) {
-      if (channels_[k].name == channels_[i].name) fail("must be unique in the trace");
-    }
-  }
-}
-
-inline void Trace::add_row(std::span<const double> values) {
-  detail::require(values.size() == columns_.size(), "Trace::add_row: number of values",
-                  values.size(),
-                  "must be the number of channels, " + std::to_string(columns_.size()));
-  for (std::size_t i = 0; i < values.size(); ++i) columns_[i].push_back(values[i]);
-}
-
-inline const std::vector<double>& Trace::column(std::string_view name) const {
-  for (std::size_t i = 0; i < channels_.size(); ++i) {
-    if (channels_[i].name == name) return columns_[i];
-  }
-  detail::raise(InvalidArgument("Trace::column: name", '"' + std::string(name) + '"',
-                                "must be that of a channel"));
-}
-
-inline std::string Trace::csv(int digits) const {
-  detail::require(digits >= 1 && digits <= 17, "Trace::csv: digits", digits, "must be in [1, 17]");
-  std::string text;
-  for (std::size_t i = 0; i < channels_.size(); ++i) {
-    if (i > 0) text += ',';
-    detail::append_csv_field(text, channels_[i].label());
-  }
-  text += '\n';
-  for (std::size_t row = 0; row < size(); ++row) {
-    for (std::size_t i = 0; i < columns_.size(); ++i) {
-      if (i > 0) text += ',';
-      detail::append_general(text, columns_[i][row], digits);
-    }
-    text += '\n';
-  }
-  return text;
-}
-
-}  // namespace bristle::inline BRISTLE_ABI
-
 // === bristle/math/dual.hpp
 
 /// @file

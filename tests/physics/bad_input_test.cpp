@@ -381,7 +381,7 @@ TEST_CASE("bad_input: definitions of a world") {
     WorldDef<double> def;
     change(def);
     try {
-      World<double> world(def);
+      World<double> refused(def);
     } catch (const InvalidArgument& error) {
       return error.field();
     }

@@ -89,7 +89,7 @@ template <Scalar S>
       for (std::size_t k = 0; k < 3; ++k) {
         const std::size_t at = stl_header_size + stl_triangle_size * t + 12 * (corner + 1) + 4 * k;
         const float value = std::bit_cast<float>(get_u32(bytes, at));
-        if (!std::isfinite(value)) {
+        if (!has_finite_square(S(value))) {
           raise(IoError(std::string(name), 0,
                         "byte " + std::to_string(at) + ": coordinate of triangle " +
                             std::to_string(t) + " is not finite"));

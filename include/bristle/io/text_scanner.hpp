@@ -56,14 +56,13 @@ class TextScanner {
   /// A word as a finite number of the scalar asked for.
   template <Scalar S>
   [[nodiscard]] S number(std::string_view word) const {
-    using std::isfinite;
     double value = 0.0;
     // from_chars knows no leading plus; "+-1" stays an error.
     const std::string_view digits =
         word.size() > 1 && word[0] == '+' && word[1] != '-' ? word.substr(1) : word;
     const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
     const bool is_read = error == std::errc{} && end == digits.data() + digits.size();
-    if (!is_read || !isfinite(S(value))) {
+    if (!is_read || !has_finite_square(S(value))) {
       fail(word.empty() ? "number missing" : quoted(word) + " is not a finite number");
     }
     return S(value);

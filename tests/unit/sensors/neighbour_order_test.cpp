@@ -109,7 +109,7 @@ TEST_CASE("neighbour_order: grids that are not of whole bundles have squares, to
 TEST_CASE_TEMPLATE("neighbour_order: sensors in a row, in one place, and nearly so", S, float,
                    double) {
   const S tiny = std::numeric_limits<S>::denorm_min();
-  const S huge = std::numeric_limits<S>::max() / S(8);
+  const S huge = largest_number<S> / S(8);
   for (const Vec3<S>& step :
        {Vec3<S>(S(1e-3), 0, 0), Vec3<S>(S(1e-3), S(2e-3), S(1e-3)), Vec3<S>(0, 0, 0),
         Vec3<S>(0, tiny, 0), Vec3<S>(huge / S(500), 0, 0)}) {
