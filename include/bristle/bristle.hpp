@@ -194,6 +194,7 @@
 #include <bristle/world/world_state.hpp>
 #if defined(BRISTLE_WITH_FCL)
 #include <bristle/geometry/fcl_contact_normal.hpp>
+#include <bristle/geometry/fcl_geometry.hpp>
 #include <bristle/geometry/fcl_mesh_tree.hpp>
 #include <bristle/geometry/fcl_rays.hpp>
 #include <bristle/geometry/fcl_scene_rays.hpp>

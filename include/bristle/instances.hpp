@@ -4,6 +4,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#if defined(BRISTLE_INSTANTIATE)
 #include <bristle/hosts/host_solver.hpp>
 #include <bristle/world/kernels_impl.hpp>
 #include <bristle/world/world.hpp>
@@ -33,3 +34,4 @@ const HostKernels<BRISTLE_INSTANTIATE>& host_kernels<BRISTLE_INSTANTIATE>() {
 template class HostPatch<BRISTLE_INSTANTIATE>;
 
 }  // namespace bristle::inline BRISTLE_ABI
+#endif

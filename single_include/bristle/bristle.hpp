@@ -15414,7 +15414,12 @@ const {
 /// it does not matter with which -march either was built.
 // SPDX-License-Identifier: BSD-3-Clause
 
-#include <cstdint>
+// === bristle/geometry/fcl_geometry.hpp
+
+/// @file
+/// How the FCL backend hands its geometry around, without FCL's own headers.
+// SPDX-License-Identifier: BSD-3-Clause
+
 #include <memory>
 
 namespace fcl {
@@ -15426,6 +15431,13 @@ namespace bristle::inline BRISTLE_ABI {
 
 /// FCL geometry that nobody changes any more, shared by all who use it.
 using FclGeometry = std::shared_ptr<const fcl::CollisionGeometry<double>>;
+
+}  // namespace bristle::inline BRISTLE_ABI
+
+#include <cstdint>
+#include <memory>
+
+namespace bristle::inline BRISTLE_ABI {
 
 /// Satisfies `ShapeBackend` for float and double.
 ///
@@ -33987,6 +33999,8 @@ FclSceneHit<S> cast_ray(const fcl::DynamicAABBTreeCollisionManager<S>& scene, co
 /// is compiled for: the library in one file of a program that is built without CMake.
 // SPDX-License-Identifier: BSD-3-Clause
 
+#if defined(BRISTLE_INSTANTIATE)
+
 namespace bristle::inline BRISTLE_ABI {
 
 /// @param S  float or double.
@@ -34012,6 +34026,7 @@ const HostKernels<BRISTLE_INSTANTIATE>& host_kernels<BRISTLE_INSTANTIATE>() {
 template class HostPatch<BRISTLE_INSTANTIATE>;
 
 }  // namespace bristle::inline BRISTLE_ABI
+#endif
 
 #endif
 

@@ -9,20 +9,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <bristle/geometry/fcl_geometry.hpp>
 #include <bristle/geometry/shape_backend.hpp>
 
 #include <cstdint>
 #include <memory>
 
-namespace fcl {
-template <typename S>
-class CollisionGeometry;
-}  // namespace fcl
-
 namespace bristle::inline BRISTLE_ABI {
-
-/// FCL geometry that nobody changes any more, shared by all who use it.
-using FclGeometry = std::shared_ptr<const fcl::CollisionGeometry<double>>;
 
 /// Satisfies `ShapeBackend` for float and double.
 ///

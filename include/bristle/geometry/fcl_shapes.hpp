@@ -7,7 +7,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <bristle/geometry/fcl_backend.hpp>
+#include <bristle/geometry/fcl_geometry.hpp>
 #include <bristle/geometry/fcl_mesh_tree.hpp>
 #include <bristle/geometry/shapes.hpp>
 
