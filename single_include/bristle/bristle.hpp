@@ -88,24 +88,17 @@
 #define BRISTLE_REGISTER_BYTES 16
 #endif
 
-/// BRISTLE_ABI: the inline namespace of all of the library. Files that must not be mixed,
-/// header-only ones for registers of two widths, or header-only ones and those of the compiled
-/// library, have different names for everything, so that they do not link. Definitions beside the
-/// compiled library must be for its baseline: their names must not be its own otherwise.
-#if defined(BRISTLE_COMPILED) && defined(BRISTLE_WITH_DEFINITIONS) && BRISTLE_REGISTER_BYTES == 64
-#define BRISTLE_ABI compiled_with_definitions_64
-#elif defined(BRISTLE_COMPILED) && defined(BRISTLE_WITH_DEFINITIONS) && BRISTLE_REGISTER_BYTES == 32
-#define BRISTLE_ABI compiled_with_definitions_32
-#elif defined(BRISTLE_COMPILED)
-#define BRISTLE_ABI compiled
-#elif BRISTLE_REGISTER_BYTES == 64
-#define BRISTLE_ABI header_only_64
-#elif BRISTLE_REGISTER_BYTES == 32
-#define BRISTLE_ABI header_only_32
-#elif BRISTLE_REGISTER_BYTES == 16
-#define BRISTLE_ABI header_only_16
+/// BRISTLE_ABI: the inline namespace of all of the library. Files that must not be mixed have other
+/// names for everything, so that they do not link: header-only ones and those of the compiled library,
+/// and files for registers of two widths. Widths decide how Eigen aligns what it has on the stack, and
+/// the linker keeps one copy of Eigen's functions for all files.
+#define BRISTLE_ABI BRISTLE_ABI_OF(BRISTLE_WAY, BRISTLE_REGISTER_BYTES)
+#define BRISTLE_ABI_OF(way, bytes) BRISTLE_ABI_OF_(way, bytes)
+#define BRISTLE_ABI_OF_(way, bytes) way##_##bytes
+#if defined(BRISTLE_COMPILED)
+#define BRISTLE_WAY compiled
 #else
-#define BRISTLE_ABI header_only_plain
+#define BRISTLE_WAY header_only
 #endif
 
 /// BRISTLE_ASSERT(condition): checks for errors of the library itself, never for a caller's data
