@@ -89,9 +89,9 @@
 #endif
 
 /// BRISTLE_ABI: the inline namespace of all of the library. Files that must not be mixed have other
-/// names for everything, so that they do not link: header-only ones and those of the compiled library,
-/// and files for registers of two widths. Widths decide how Eigen aligns what it has on the stack, and
-/// the linker keeps one copy of Eigen's functions for all files.
+/// names for everything, so that they do not link: header-only ones and those of the compiled
+/// library, and files for registers of two widths. Widths decide how Eigen aligns what it has on
+/// the stack, and the linker keeps one copy of Eigen's functions for all files.
 #define BRISTLE_ABI BRISTLE_ABI_OF(BRISTLE_WAY, BRISTLE_REGISTER_BYTES)
 #define BRISTLE_ABI_OF(way, bytes) BRISTLE_ABI_OF_(way, bytes)
 #define BRISTLE_ABI_OF_(way, bytes) way##_##bytes
