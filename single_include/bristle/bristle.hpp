@@ -284,8 +284,8 @@ void require_all_finite(std::string_view field, const Matrix& values) {
 ///
 /// The library chooses when a program runs: the widest registers that the processor has, unless the
 /// environment variable BRISTLE_INSTRUCTION_SET (`baseline`, `v3`, `v4`) or a call says otherwise.
-/// Sums over sensors are made lane by lane, so their last bits depend on the choice; everything
-/// else is the same. Pin it where runs on different machines are compared.
+/// Last bits depend on the choice: sums over sensors are made lane by lane, and Eigen's products
+/// use the instructions of the set. Pin it where runs on different machines are compared.
 // SPDX-License-Identifier: BSD-3-Clause
 
 #include <cstdint>
@@ -313,8 +313,11 @@ enum class InstructionSet : std::uint8_t {
 /// The widest that this processor has and the library was built with.
 [[nodiscard]] InstructionSet widest_instruction_set() noexcept;
 /// The one that worlds, haptic loops and host patches use which are made from here on.
-[[nodiscard]] InstructionSet instruction_set() noexcept;
-/// Pins it for all that is made from here on; what exists keeps what it has.
+/// @throws InvalidArgument when the environment asks for one that this processor or this build of
+///         the library has not got, or for something else, and no call has pinned one.
+[[nodiscard]] InstructionSet instruction_set();
+/// Pins it for all that is made from here on, whatever the environment says; what exists keeps what
+/// it has.
 /// @throws InvalidArgument when this processor or this build of the library has not got it.
 void set_instruction_set(InstructionSet set);
 #endif
@@ -15122,9 +15125,10 @@ namespace bristle::inline BRISTLE_ABI {
 /// so do calls with a handle that names nothing any more. `step` never throws, never lets a
 /// non-finite number spread, and does not allocate once it has seen the scene's largest step.
 ///
-/// A world is a value: a copy steps on exactly as the original would. The same
-/// calls give the same bits, run to run and for any `WorldDef::parallel_for`. One thread at a time
-/// may use a world; const calls may run concurrently.
+/// A world is a value: a copy steps on exactly as the original would, and warms up scratch memory of
+/// its own. One that was moved from may only be destroyed or assigned to. The same calls give the
+/// same bits, run to run and for any `WorldDef::parallel_for`. One thread at a time may use a world;
+/// const calls may run concurrently.
 ///
 /// @tparam S        Scalar: float, double, or `Dual<double, n>` (docs/gradients.md).
 /// @tparam Backend  What computes geometry; see `ShapeBackend`.

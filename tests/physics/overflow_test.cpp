@@ -85,6 +85,12 @@ TEST_CASE("overflow: a force that overflows stops its body, and reaches nobody")
   CHECK(world.body(pushed).twist.linear.z() == doctest::Approx(-0.981));
 }
 
+TEST_CASE("overflow: an implicit patch refuses constants that have no square") {
+  PlateDef<double> def;
+  def.parameters = {1, 1e300, 5000, 1e300, 1e-3};
+  CHECK_THROWS_AS((void)make_plate<double>(def), InvalidArgument);
+}
+
 TEST_CASE("overflow: an implicit patch takes constants beyond all reason") {
   for (const double huge : {1e6, 1e16, 1e40}) {
     PlateDef<double> def;

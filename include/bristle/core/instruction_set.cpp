@@ -28,20 +28,22 @@ bool has(InstructionSet set) noexcept {
   }
 }
 
-/// What the environment asks for where it is to be had, else the widest.
-InstructionSet first_choice() noexcept {
+constexpr InstructionSet all_sets[] = {InstructionSet::baseline, InstructionSet::v3,
+                                       InstructionSet::v4};
+constexpr const char* must_be_there = "must be one that this processor and this library have";
+
+/// The choice of the environment, else the widest.
+InstructionSet first_choice() {
   const char* wanted = std::getenv("BRISTLE_INSTRUCTION_SET");
-  for (const InstructionSet set :
-       {InstructionSet::baseline, InstructionSet::v3, InstructionSet::v4}) {
-    if (wanted != nullptr && name_of(set) == wanted && has(set)) return set;
+  if (wanted == nullptr) return widest_instruction_set();
+  for (const InstructionSet set : all_sets) {
+    if (name_of(set) == wanted && has(set)) return set;
   }
-  return widest_instruction_set();
+  detail::raise(InvalidArgument("BRISTLE_INSTRUCTION_SET", wanted, must_be_there));
 }
 
-std::atomic<InstructionSet>& chosen() noexcept {
-  static std::atomic<InstructionSet> set{first_choice()};
-  return set;
-}
+constexpr int none_pinned = -1;
+std::atomic<int> pinned{none_pinned};
 
 }  // namespace
 
@@ -50,14 +52,18 @@ InstructionSet widest_instruction_set() noexcept {
   return has(InstructionSet::v3) ? InstructionSet::v3 : InstructionSet::baseline;
 }
 
-InstructionSet instruction_set() noexcept { return chosen().load(std::memory_order_relaxed); }
+InstructionSet instruction_set() {
+  const int set = pinned.load(std::memory_order_relaxed);
+  if (set != none_pinned) return static_cast<InstructionSet>(set);
+  static const InstructionSet first = first_choice();
+  return first;
+}
 
 void set_instruction_set(InstructionSet set) {
   if (!has(set)) {
-    detail::raise(InvalidArgument("InstructionSet", std::string(name_of(set)),
-                                  "must be one that this processor and this library have"));
+    detail::raise(InvalidArgument("InstructionSet", std::string(name_of(set)), must_be_there));
   }
-  chosen().store(set, std::memory_order_relaxed);
+  pinned.store(static_cast<int>(set), std::memory_order_relaxed);
 }
 
 // A set that the library was built without is never chosen.

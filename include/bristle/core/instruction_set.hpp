@@ -3,8 +3,8 @@
 ///
 /// The library chooses when a program runs: the widest registers that the processor has, unless the
 /// environment variable BRISTLE_INSTRUCTION_SET (`baseline`, `v3`, `v4`) or a call says otherwise.
-/// Sums over sensors are made lane by lane, so their last bits depend on the choice; everything
-/// else is the same. Pin it where runs on different machines are compared.
+/// Last bits depend on the choice: sums over sensors are made lane by lane, and Eigen's products
+/// use the instructions of the set. Pin it where runs on different machines are compared.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -35,8 +35,11 @@ enum class InstructionSet : std::uint8_t {
 /// The widest that this processor has and the library was built with.
 [[nodiscard]] InstructionSet widest_instruction_set() noexcept;
 /// The one that worlds, haptic loops and host patches use which are made from here on.
-[[nodiscard]] InstructionSet instruction_set() noexcept;
-/// Pins it for all that is made from here on; what exists keeps what it has.
+/// @throws InvalidArgument when the environment asks for one that this processor or this build of
+///         the library has not got, or for something else, and no call has pinned one.
+[[nodiscard]] InstructionSet instruction_set();
+/// Pins it for all that is made from here on, whatever the environment says; what exists keeps what
+/// it has.
 /// @throws InvalidArgument when this processor or this build of the library has not got it.
 void set_instruction_set(InstructionSet set);
 #endif

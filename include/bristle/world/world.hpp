@@ -26,9 +26,10 @@ namespace bristle::inline BRISTLE_ABI {
 /// so do calls with a handle that names nothing any more. `step` never throws, never lets a
 /// non-finite number spread, and does not allocate once it has seen the scene's largest step.
 ///
-/// A world is a value: a copy steps on exactly as the original would. The same
-/// calls give the same bits, run to run and for any `WorldDef::parallel_for`. One thread at a time
-/// may use a world; const calls may run concurrently.
+/// A world is a value: a copy steps on exactly as the original would, and warms up scratch memory of
+/// its own. One that was moved from may only be destroyed or assigned to. The same calls give the
+/// same bits, run to run and for any `WorldDef::parallel_for`. One thread at a time may use a world;
+/// const calls may run concurrently.
 ///
 /// @tparam S        Scalar: float, double, or `Dual<double, n>` (docs/gradients.md).
 /// @tparam Backend  What computes geometry; see `ShapeBackend`.
