@@ -12,13 +12,17 @@
 namespace bristle::inline BRISTLE_ABI {
 
 /// @param S  float or double.
-#define BRISTLE_MAKE_WORLD(S, Backend)                          \
-  BRISTLE_BACKEND_FUNCTIONS(template, Backend, S)               \
-  template <>                                                   \
-  const WorldKernels<S, Backend>& world_kernels<S, Backend>() { \
-    return own_world_kernels<S, Backend>();                     \
-  }                                                             \
-  template class World<S, Backend>;                             \
+#define BRISTLE_MAKE_WORLD(S, Backend)                            \
+  BRISTLE_BACKEND_FUNCTIONS(template, Backend, S)                 \
+  template <>                                                     \
+  const WorldKernels<S, Backend>& world_kernels<S, Backend>() {   \
+    return own_world_kernels<S, Backend>();                       \
+  }                                                               \
+  template <>                                                     \
+  const HapticKernels<S, Backend>& haptic_kernels<S, Backend>() { \
+    return own_haptic_kernels<S, Backend>();                      \
+  }                                                               \
+  template class World<S, Backend>;                               \
   template class HapticLoop<S, Backend>;
 BRISTLE_MAKE_WORLD(BRISTLE_INSTANTIATE, AnalyticBackend)
 #if defined(BRISTLE_WITH_FCL)

@@ -12,9 +12,11 @@ extern "C" bristle::KernelTables BRISTLE_KERNELS_OF(BRISTLE_INSTANTIATE, BRISTLE
   using S = BRISTLE_INSTANTIATE;
   bristle::KernelTables tables;
   tables.host = &bristle::own_host_kernels<S>();
-  tables.analytic = &bristle::own_world_kernels<S, bristle::AnalyticBackend>();
+  tables.analytic = {&bristle::own_world_kernels<S, bristle::AnalyticBackend>(),
+                     &bristle::own_haptic_kernels<S, bristle::AnalyticBackend>()};
 #if defined(BRISTLE_WITH_FCL)
-  tables.fcl = &bristle::own_world_kernels<S, bristle::FclBackend>();
+  tables.fcl = {&bristle::own_world_kernels<S, bristle::FclBackend>(),
+                &bristle::own_haptic_kernels<S, bristle::FclBackend>()};
 #endif
   return tables;
 }

@@ -122,6 +122,14 @@
 #define BRISTLE_FATAL(message) (std::fprintf(stderr, "bristle: %s\n", (message)), std::abort())
 #endif
 
+/// BRISTLE_INLINE: before functions of a few instructions, which are inlined even without
+/// optimisation: what is passed through memory there costs more than what is done with it.
+#if defined(__GNUC__)
+#define BRISTLE_INLINE [[gnu::always_inline]] inline
+#else
+#define BRISTLE_INLINE inline
+#endif
+
 #include <cmath>
 #include <cstddef>
 #include <cstdio>
@@ -284,8 +292,8 @@ void require_all_finite(std::string_view field, const Matrix& values) {
 ///
 /// The library chooses when a program runs: the widest registers that the processor has, unless the
 /// environment variable BRISTLE_INSTRUCTION_SET (`baseline`, `v3`, `v4`) or a call says otherwise.
-/// Last bits depend on the choice: sums over sensors are made lane by lane, and Eigen's products
-/// use the instructions of the set. Pin it where runs on different machines are compared.
+/// Last bits depend on the choice: sums over sensors are made lane by lane, and Eigen's dot products
+/// in the order that its registers suggest. Pin it where runs on different machines are compared.
 // SPDX-License-Identifier: BSD-3-Clause
 
 #include <cstdint>
@@ -535,11 +543,10 @@ Sum sum_in_slices(std::size_t count, std::size_t size, std::size_t fewest_shared
 /// Axis-aligned box.
 // SPDX-License-Identifier: BSD-3-Clause
 
-// === bristle/math/small_products.hpp
+// === bristle/math/transform.hpp
 
 /// @file
-/// Products of 3x3 matrices and vectors, written so that they are computed in place: Eigen's own
-/// become function calls wherever the caller is large, and the step is made of them.
+/// Rigid transform: where one frame stands in another.
 // SPDX-License-Identifier: BSD-3-Clause
 
 // === bristle/math/types.hpp
@@ -547,6 +554,168 @@ Sum sum_in_slices(std::size_t count, std::size_t size, std::size_t fewest_shared
 /// @file
 /// Scalar concept and the vector types every other header speaks in.
 // SPDX-License-Identifier: BSD-3-Clause
+
+// === bristle/math/matrix_arithmetic.hpp
+
+/// @file
+/// Sums and products of small vectors and matrices, as values.
+///
+/// The operators of Eigen give expressions: a type of its own for each formula, with some hundred
+/// functions that a compiler makes, looks at and inlines. They were more than half of what it did
+/// with this library. Inside the namespace `bristle` the operators below are the better match where
+/// sizes are known: both sides are evaluated, and the result is a matrix. Sums are made in the
+/// order in which Eigen makes them, so that either way gives the same bits.
+///
+/// A member function of Eigen refers to what it is called on, so what it makes of a sum must not be
+/// kept: `const auto size = (a - b).cwiseAbs()` refers to a difference that is gone;
+/// `const Vec3<S> size` does not.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <Eigen/Core>
+
+#include <concepts>
+#include <type_traits>
+
+namespace bristle::inline BRISTLE_ABI {
+
+namespace detail {
+
+/// A matrix of Eigen, or an expression of one, whose size the compiler knows.
+template <typename M>
+concept SmallMatrix = std::is_base_of_v<Eigen::MatrixBase<M>, M> && M::SizeAtCompileTime >
+0;
+
+template <typename A, typename B>
+concept SameSize =
+    SmallMatrix<A> && SmallMatrix<B> && std::same_as<typename A::Scalar, typename B::Scalar> &&
+        int{A::RowsAtCompileTime} == int{B::RowsAtCompileTime} &&
+    int{A::ColsAtCompileTime} == int{B::ColsAtCompileTime};
+
+/// The matrix that holds results of arithmetic: `Vec3`, `Mat3`, ..., and unaligned like `Vec6` and
+/// `Mat6` from six on.
+template <typename S, int rows, int columns>
+using SmallResult = Eigen::Matrix<S, rows, columns,
+                                  (rows < 6 && columns < 6 ? 0 : int{Eigen::DontAlign}) |
+                                      (rows == 1 && columns != 1 ? int{Eigen::RowMajor} : 0)>;
+template <typename M>
+using ValueOf = SmallResult<typename M::Scalar, M::RowsAtCompileTime, M::ColsAtCompileTime>;
+
+/// The matrix itself where its entries lie in memory, else its value.
+template <SmallMatrix M>
+[[nodiscard]] BRISTLE_INLINE decltype(auto) stored(const M& m) {
+  if constexpr ((int{M::Flags} & int{Eigen::DirectAccessBit}) != 0) {
+    return (m);
+  } else {
+    return ValueOf<M>(m);
+  }
+}
+
+/// Entry of a matrix that lies in memory.
+template <SmallMatrix M>
+[[nodiscard]] BRISTLE_INLINE const typename M::Scalar& entry(const M& m, int row, int column) {
+  if constexpr (M::IsRowMajor) {
+    return m.data()[row * m.outerStride() + column * m.innerStride()];
+  } else {
+    return m.data()[column * m.outerStride() + row * m.innerStride()];
+  }
+}
+
+/// The matrix whose entries are `make(row, column)`.
+template <typename Value, typename Make>
+[[nodiscard]] BRISTLE_INLINE Value matrix_of(const Make& make) {
+  constexpr int rows = Value::RowsAtCompileTime;
+  constexpr int columns = Value::ColsAtCompileTime;
+  if constexpr (rows == 3 && columns == 1) {
+    return {make(0, 0), make(1, 0), make(2, 0)};
+  } else {
+    Value value;
+    for (int column = 0; column < columns; ++column) {
+      for (int row = 0; row < rows; ++row) value.data()[column * rows + row] = make(row, column);
+    }
+    return value;
+  }
+}
+
+}  // namespace detail
+
+template <typename A, typename B>
+requires detail::SameSize<A, B>
+[[nodiscard]] BRISTLE_INLINE detail::ValueOf<A> operator+(const A& a, const B& b) {
+  decltype(auto) x = detail::stored(a);
+  decltype(auto) y = detail::stored(b);
+  return detail::matrix_of<detail::ValueOf<A>>(
+      [&](int i, int j) { return detail::entry(x, i, j) + detail::entry(y, i, j); });
+}
+
+template <typename A, typename B>
+requires detail::SameSize<A, B>
+[[nodiscard]] BRISTLE_INLINE detail::ValueOf<A> operator-(const A& a, const B& b) {
+  decltype(auto) x = detail::stored(a);
+  decltype(auto) y = detail::stored(b);
+  return detail::matrix_of<detail::ValueOf<A>>(
+      [&](int i, int j) { return detail::entry(x, i, j) - detail::entry(y, i, j); });
+}
+
+template <detail::SmallMatrix A>
+[[nodiscard]] BRISTLE_INLINE detail::ValueOf<A> operator-(const A& a) {
+  decltype(auto) x = detail::stored(a);
+  return detail::matrix_of<detail::ValueOf<A>>(
+      [&](int i, int j) { return -detail::entry(x, i, j); });
+}
+
+template <detail::SmallMatrix A, std::same_as<typename A::Scalar> S>
+[[nodiscard]] BRISTLE_INLINE detail::ValueOf<A> operator*(const S& k, const A& a) {
+  decltype(auto) x = detail::stored(a);
+  return detail::matrix_of<detail::ValueOf<A>>(
+      [&](int i, int j) { return k * detail::entry(x, i, j); });
+}
+
+template <detail::SmallMatrix A, std::same_as<typename A::Scalar> S>
+[[nodiscard]] BRISTLE_INLINE detail::ValueOf<A> operator*(const A& a, const S& k) {
+  decltype(auto) x = detail::stored(a);
+  return detail::matrix_of<detail::ValueOf<A>>(
+      [&](int i, int j) { return detail::entry(x, i, j) * k; });
+}
+
+template <detail::SmallMatrix A, std::same_as<typename A::Scalar> S>
+[[nodiscard]] BRISTLE_INLINE detail::ValueOf<A> operator/(const A& a, const S& k) {
+  decltype(auto) x = detail::stored(a);
+  return detail::matrix_of<detail::ValueOf<A>>(
+      [&](int i, int j) { return detail::entry(x, i, j) / k; });
+}
+
+template <detail::SmallMatrix A, detail::SmallMatrix B>
+requires(int{A::ColsAtCompileTime} == int{B::RowsAtCompileTime} &&
+         std::same_as<typename A::Scalar, typename B::Scalar>) [[nodiscard]] BRISTLE_INLINE auto
+operator*(const A& a, const B& b) {
+  using S = typename A::Scalar;
+  constexpr int inner = A::ColsAtCompileTime;
+  decltype(auto) x = detail::stored(a);
+  decltype(auto) y = detail::stored(b);
+  return detail::matrix_of<detail::SmallResult<S, A::RowsAtCompileTime, B::ColsAtCompileTime>>(
+      [&](int i, int j) -> S {
+        S sum = detail::entry(x, i, 0) * detail::entry(y, 0, j);
+        for (int k = 1; k < inner; ++k) sum += detail::entry(x, i, k) * detail::entry(y, k, j);
+        return sum;
+      });
+}
+
+/// R M R^T of a symmetric M, of which six entries are enough.
+template <typename S>
+[[nodiscard]] inline Eigen::Matrix<S, 3, 3> rotated(const Eigen::Matrix<S, 3, 3>& R,
+                                                    const Eigen::Matrix<S, 3, 3>& M) {
+  const Eigen::Matrix<S, 3, 3> half = M * R.transpose();
+  Eigen::Matrix<S, 3, 3> result;
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j <= i; ++j) {
+      result(i, j) = result(j, i) =
+          R(i, 0) * half(0, j) + R(i, 1) * half(1, j) + R(i, 2) * half(2, j);
+    }
+  }
+  return result;
+}
+
+}  // namespace bristle::inline BRISTLE_ABI
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
@@ -624,51 +793,6 @@ template <typename Derived>
 }
 
 }  // namespace bristle::inline BRISTLE_ABI
-
-namespace bristle::inline BRISTLE_ABI {
-
-/// M v.
-template <Scalar S>
-[[nodiscard]] inline Vec3<S> product(const Mat3<S>& M, const Vec3<S>& v) {
-  const S* m = M.data();  // Column by column.
-  return {m[0] * v[0] + m[3] * v[1] + m[6] * v[2], m[1] * v[0] + m[4] * v[1] + m[7] * v[2],
-          m[2] * v[0] + m[5] * v[1] + m[8] * v[2]};
-}
-
-/// R M R^T of a symmetric M, of which six entries are enough.
-template <Scalar S>
-[[nodiscard]] inline Mat3<S> rotated(const Mat3<S>& R, const Mat3<S>& M) {
-  const Vec3<S> x = product<S>(M, R.row(0));
-  const Vec3<S> y = product<S>(M, R.row(1));
-  const Vec3<S> z = product<S>(M, R.row(2));
-  const S xy = R.row(0).dot(y);
-  const S xz = R.row(0).dot(z);
-  const S yz = R.row(1).dot(z);
-  Mat3<S> result;
-  result << R.row(0).dot(x), xy, xz, xy, R.row(1).dot(y), yz, xz, yz, R.row(2).dot(z);
-  return result;
-}
-
-/// Whether no component is infinite or NaN: only of finite ones is 0 times the component 0.
-template <Scalar S>
-[[nodiscard]] inline bool all_finite(const Vec3<S>& v) {
-  return v[0] * S(0) + v[1] * S(0) + v[2] * S(0) == S(0);
-}
-
-/// Whether its length squared is finite: then no component is NaN, nor so large that what is
-/// computed from it may overflow (`largest_number`).
-template <Scalar S>
-[[nodiscard]] inline bool has_finite_square(const Vec3<S>& v) {
-  return (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]) * S(0) == S(0);
-}
-
-}  // namespace bristle::inline BRISTLE_ABI
-
-// === bristle/math/transform.hpp
-
-/// @file
-/// Rigid transform: where one frame stands in another.
-// SPDX-License-Identifier: BSD-3-Clause
 
 #include <cmath>
 #include <string>
@@ -788,8 +912,8 @@ struct Aabb {
 template <Scalar S>
 [[nodiscard]] Aabb<S> transformed(const Aabb<S>& box_B, const Transform<S>& X_AB) {
   const Mat3<S> R = X_AB.rotation_matrix();
-  const Vec3<S> center = product<S>(R, box_B.center()) + X_AB.translation;
-  const Vec3<S> half = product<S>(R.cwiseAbs(), box_B.half_extents());
+  const Vec3<S> center = R * box_B.center() + X_AB.translation;
+  const Vec3<S> half = R.cwiseAbs() * box_B.half_extents();
   return {center - half, center + half};
 }
 
@@ -1140,6 +1264,31 @@ TriangleMesh<S> weld(const TriangleMesh<S>& mesh, S tolerance) {
 
 }  // namespace bristle::inline BRISTLE_ABI
 
+// === bristle/math/finite.hpp
+
+/// @file
+/// Whether vectors and matrices hold numbers that can be computed with.
+// SPDX-License-Identifier: BSD-3-Clause
+
+namespace bristle::inline BRISTLE_ABI {
+
+/// Whether no entry is infinite or NaN: only of finite ones is 0 times the entry 0.
+template <Scalar S, int rows, int columns, int options>
+[[nodiscard]] inline bool all_finite(const Eigen::Matrix<S, rows, columns, options>& m) {
+  S sum = S(0);
+  for (int i = 0; i < rows * columns; ++i) sum += m.data()[i] * S(0);
+  return sum == S(0);
+}
+
+/// Whether its length squared is finite: then no component is NaN, nor so large that what is
+/// computed from it may overflow (`largest_number`).
+template <Scalar S>
+[[nodiscard]] inline bool has_finite_square(const Vec3<S>& v) {
+  return (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]) * S(0) == S(0);
+}
+
+}  // namespace bristle::inline BRISTLE_ABI
+
 #include <algorithm>
 #include <array>
 #include <cstddef>
@@ -1302,7 +1451,7 @@ void validate_surface(const TriangleMesh<S>& mesh) {
   detail::require(!mesh.triangles.empty(), "TriangleMesh::triangles.size()", 0,
                   "must hold at least one triangle");
   for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
-    if (!mesh.vertices[v].allFinite()) {
+    if (!all_finite(mesh.vertices[v])) {
       detail::raise(InvalidArgument("TriangleMesh::vertices[" + std::to_string(v) + "]",
                                     detail::to_tuple_text(mesh.vertices[v]), "must be finite"));
     }
@@ -2496,14 +2645,8 @@ inline constexpr bool has_register = BRISTLE_HAS_SIMD != 0 &&
 template <Scalar S>
 inline constexpr std::size_t lanes = detail::has_register<S> ? simd_bytes / sizeof(S) : 4;
 
-// Every function here is a few instructions and is inlined even without optimisation: a register
-// passed through memory costs more than what is done with it.
-#if defined(__GNUC__)
-#define BRISTLE_LANES [[gnu::always_inline]] inline
-#else
-#define BRISTLE_LANES inline
-#endif
-// And what a loop over packs needs rarely is not, lest its values take the registers of the rest.
+// What a loop over packs needs rarely is not inlined, lest its values take the registers of the
+// rest.
 #if defined(__GNUC__)
 #define BRISTLE_OUTLINED [[gnu::noinline]]
 #else
@@ -2584,17 +2727,17 @@ struct Compare {
   using Lanes = typename Register<S>::Type;
   using Truth = decltype(Lanes{} < Lanes{});
 
-  BRISTLE_LANES static Truth less(const Lanes& a, const Lanes& b) { return a < b; }
-  BRISTLE_LANES static Truth less_equal(const Lanes& a, const Lanes& b) { return a <= b; }
-  BRISTLE_LANES static Truth equal(const Lanes& a, const Lanes& b) { return a == b; }
-  BRISTLE_LANES static Lanes select(const Truth& m, const Lanes& yes, const Lanes& no) {
+  BRISTLE_INLINE static Truth less(const Lanes& a, const Lanes& b) { return a < b; }
+  BRISTLE_INLINE static Truth less_equal(const Lanes& a, const Lanes& b) { return a <= b; }
+  BRISTLE_INLINE static Truth equal(const Lanes& a, const Lanes& b) { return a == b; }
+  BRISTLE_INLINE static Lanes select(const Truth& m, const Lanes& yes, const Lanes& no) {
     if constexpr (has_register<S>) {
       return m ? yes : no;
     } else {
       return Lanes::each([&](int i) { return m.v[i] ? yes.v[i] : no.v[i]; });
     }
   }
-  BRISTLE_LANES static std::uint32_t bits(const Truth& m) {
+  BRISTLE_INLINE static std::uint32_t bits(const Truth& m) {
 #if BRISTLE_HAS_SIMD && defined(__AVX__)
     if constexpr (std::same_as<S, float>)
       return static_cast<std::uint32_t>(_mm256_movemask_ps(std::bit_cast<__m256>(m)));
@@ -2620,46 +2763,46 @@ struct Compare<float> {
   using Lanes = Register<float>::Type;
   using Truth = std::uint16_t;
 
-  BRISTLE_LANES static Truth less(const Lanes& a, const Lanes& b) {
+  BRISTLE_INLINE static Truth less(const Lanes& a, const Lanes& b) {
     return _mm512_cmp_ps_mask(a, b, _CMP_LT_OQ);
   }
-  BRISTLE_LANES static Truth less_equal(const Lanes& a, const Lanes& b) {
+  BRISTLE_INLINE static Truth less_equal(const Lanes& a, const Lanes& b) {
     return _mm512_cmp_ps_mask(a, b, _CMP_LE_OQ);
   }
-  BRISTLE_LANES static Truth equal(const Lanes& a, const Lanes& b) {
+  BRISTLE_INLINE static Truth equal(const Lanes& a, const Lanes& b) {
     return _mm512_cmp_ps_mask(a, b, _CMP_EQ_OQ);
   }
-  BRISTLE_LANES static Lanes select(Truth m, const Lanes& yes, const Lanes& no) {
+  BRISTLE_INLINE static Lanes select(Truth m, const Lanes& yes, const Lanes& no) {
     return Lanes(_mm512_mask_blend_ps(m, no, yes));
   }
   /// Lanes that are chosen, side by side.
-  BRISTLE_LANES static Lanes packed(std::uint32_t chosen, const Lanes& a) {
+  BRISTLE_INLINE static Lanes packed(std::uint32_t chosen, const Lanes& a) {
     return Lanes(_mm512_maskz_compress_ps(static_cast<Truth>(chosen), a));
   }
-  BRISTLE_LANES static std::uint32_t bits(Truth m) { return m; }
+  BRISTLE_INLINE static std::uint32_t bits(Truth m) { return m; }
 };
 template <>
 struct Compare<double> {
   using Lanes = Register<double>::Type;
   using Truth = std::uint8_t;
 
-  BRISTLE_LANES static Truth less(const Lanes& a, const Lanes& b) {
+  BRISTLE_INLINE static Truth less(const Lanes& a, const Lanes& b) {
     return _mm512_cmp_pd_mask(a, b, _CMP_LT_OQ);
   }
-  BRISTLE_LANES static Truth less_equal(const Lanes& a, const Lanes& b) {
+  BRISTLE_INLINE static Truth less_equal(const Lanes& a, const Lanes& b) {
     return _mm512_cmp_pd_mask(a, b, _CMP_LE_OQ);
   }
-  BRISTLE_LANES static Truth equal(const Lanes& a, const Lanes& b) {
+  BRISTLE_INLINE static Truth equal(const Lanes& a, const Lanes& b) {
     return _mm512_cmp_pd_mask(a, b, _CMP_EQ_OQ);
   }
-  BRISTLE_LANES static Lanes select(Truth m, const Lanes& yes, const Lanes& no) {
+  BRISTLE_INLINE static Lanes select(Truth m, const Lanes& yes, const Lanes& no) {
     return Lanes(_mm512_mask_blend_pd(m, no, yes));
   }
   /// Lanes that are chosen, side by side.
-  BRISTLE_LANES static Lanes packed(std::uint32_t chosen, const Lanes& a) {
+  BRISTLE_INLINE static Lanes packed(std::uint32_t chosen, const Lanes& a) {
     return Lanes(_mm512_maskz_compress_pd(static_cast<Truth>(chosen), a));
   }
-  BRISTLE_LANES static std::uint32_t bits(Truth m) { return m; }
+  BRISTLE_INLINE static std::uint32_t bits(Truth m) { return m; }
 };
 #endif
 
@@ -2728,25 +2871,25 @@ class Mask {
   using Register = typename detail::Compare<S>::Truth;
 
   Mask() = default;
-  BRISTLE_LANES explicit Mask(const Register& r) : r_(r) {}
+  BRISTLE_INLINE explicit Mask(const Register& r) : r_(r) {}
 
   /// Holds in the first n lanes.
-  [[nodiscard]] BRISTLE_LANES static Mask first(std::size_t n);
+  [[nodiscard]] BRISTLE_INLINE static Mask first(std::size_t n);
   /// Holds in lane i where bit i is set: the inverse of `bits`.
-  [[nodiscard]] BRISTLE_LANES static Mask from_bits(std::uint32_t set);
+  [[nodiscard]] BRISTLE_INLINE static Mask from_bits(std::uint32_t set);
 
-  [[nodiscard]] BRISTLE_LANES const Register& get() const { return r_; }
+  [[nodiscard]] BRISTLE_INLINE const Register& get() const { return r_; }
 
-  [[nodiscard]] BRISTLE_LANES friend Mask operator&(const Mask& a, const Mask& b) {
+  [[nodiscard]] BRISTLE_INLINE friend Mask operator&(const Mask& a, const Mask& b) {
     return Mask(static_cast<Register>(a.r_ & b.r_));
   }
-  [[nodiscard]] BRISTLE_LANES friend Mask operator|(const Mask& a, const Mask& b) {
+  [[nodiscard]] BRISTLE_INLINE friend Mask operator|(const Mask& a, const Mask& b) {
     return Mask(static_cast<Register>(a.r_ | b.r_));
   }
-  [[nodiscard]] BRISTLE_LANES friend Mask operator!(const Mask& a) {
+  [[nodiscard]] BRISTLE_INLINE friend Mask operator!(const Mask& a) {
     return Mask(static_cast<Register>(~a.r_));
   }
-  [[nodiscard]] BRISTLE_LANES friend Mask operator^(const Mask& a, const Mask& b) {
+  [[nodiscard]] BRISTLE_INLINE friend Mask operator^(const Mask& a, const Mask& b) {
     return Mask(static_cast<Register>(a.r_ ^ b.r_));
   }
 
@@ -2762,13 +2905,13 @@ class Pack {
 
   /// Not set to anything.
   Pack() = default;
-  BRISTLE_LANES explicit Pack(const Register& r) : r_(r) {}
+  BRISTLE_INLINE explicit Pack(const Register& r) : r_(r) {}
   /// The same in all lanes.
-  BRISTLE_LANES Pack(S value)  // NOLINT: a scalar in a formula of packs is one
+  BRISTLE_INLINE Pack(S value)  // NOLINT: a scalar in a formula of packs is one
       : Pack(make([&](std::size_t) { return value; })) {}
 
   /// Lane i from p[i]; any alignment.
-  [[nodiscard]] BRISTLE_LANES static Pack load(const S* p) {
+  [[nodiscard]] BRISTLE_INLINE static Pack load(const S* p) {
     Pack a;
     if constexpr (detail::has_register<S>) {
       __builtin_memcpy(&a.r_, p, sizeof a.r_);
@@ -2778,18 +2921,18 @@ class Pack {
     return a;
   }
   /// The first n lanes from p; the others are `rest`, and nothing of p behind n is read.
-  [[nodiscard]] BRISTLE_LANES static Pack load_first(const S* p, std::size_t n, S rest) {
+  [[nodiscard]] BRISTLE_INLINE static Pack load_first(const S* p, std::size_t n, S rest) {
     Pack a(rest);
     for (std::size_t i = 0; i < n && i < size; ++i) a.r_[i] = p[i];
     return a;
   }
   /// Lane i from p[at[i]].
   template <std::integral Index>
-  [[nodiscard]] BRISTLE_LANES static Pack gather(const S* p, const Index* at) {
+  [[nodiscard]] BRISTLE_INLINE static Pack gather(const S* p, const Index* at) {
     return make([&](std::size_t i) { return p[at[i]]; });
   }
   /// Lane i from the integer p[i], which is below 2^31.
-  [[nodiscard]] BRISTLE_LANES static Pack load_integers(const std::uint32_t* p) {
+  [[nodiscard]] BRISTLE_INLINE static Pack load_integers(const std::uint32_t* p) {
 #if BRISTLE_HAS_SIMD
     if constexpr (detail::has_register<S>) {
       // Signed ones are what all registers convert.
@@ -2802,11 +2945,11 @@ class Pack {
     return make([&](std::size_t i) { return S(p[i]); });
   }
   /// 0, 1, 2, ...
-  [[nodiscard]] BRISTLE_LANES static Pack numbers() {
+  [[nodiscard]] BRISTLE_INLINE static Pack numbers() {
     return make([](std::size_t i) { return S(i); });
   }
 
-  BRISTLE_LANES void store(S* p) const {
+  BRISTLE_INLINE void store(S* p) const {
     if constexpr (detail::has_register<S>) {
       __builtin_memcpy(p, &r_, sizeof r_);
     } else {
@@ -2814,68 +2957,68 @@ class Pack {
     }
   }
   /// The first n lanes; nothing behind them is written.
-  BRISTLE_LANES void store_first(S* p, std::size_t n) const {
+  BRISTLE_INLINE void store_first(S* p, std::size_t n) const {
     for (std::size_t i = 0; i < n && i < size; ++i) p[i] = r_[i];
   }
 
   /// Lane i to p[at[i]], in the order of the lanes.
   template <std::integral Index>
-  BRISTLE_LANES void scatter(S* p, const Index* at) const {
+  BRISTLE_INLINE void scatter(S* p, const Index* at) const {
     scatter(p, at, std::make_index_sequence<size>());
   }
 
-  [[nodiscard]] BRISTLE_LANES S operator[](std::size_t i) const { return r_[i]; }
-  [[nodiscard]] BRISTLE_LANES const Register& get() const { return r_; }
+  [[nodiscard]] BRISTLE_INLINE S operator[](std::size_t i) const { return r_[i]; }
+  [[nodiscard]] BRISTLE_INLINE const Register& get() const { return r_; }
 
-  [[nodiscard]] BRISTLE_LANES friend Pack operator+(const Pack& a, const Pack& b) {
+  [[nodiscard]] BRISTLE_INLINE friend Pack operator+(const Pack& a, const Pack& b) {
     return Pack(a.r_ + b.r_);
   }
-  [[nodiscard]] BRISTLE_LANES friend Pack operator-(const Pack& a, const Pack& b) {
+  [[nodiscard]] BRISTLE_INLINE friend Pack operator-(const Pack& a, const Pack& b) {
     return Pack(a.r_ - b.r_);
   }
-  [[nodiscard]] BRISTLE_LANES friend Pack operator*(const Pack& a, const Pack& b) {
+  [[nodiscard]] BRISTLE_INLINE friend Pack operator*(const Pack& a, const Pack& b) {
     return Pack(a.r_ * b.r_);
   }
-  [[nodiscard]] BRISTLE_LANES friend Pack operator/(const Pack& a, const Pack& b) {
+  [[nodiscard]] BRISTLE_INLINE friend Pack operator/(const Pack& a, const Pack& b) {
     return Pack(a.r_ / b.r_);
   }
-  [[nodiscard]] BRISTLE_LANES friend Pack operator-(const Pack& a) { return Pack(-a.r_); }
-  BRISTLE_LANES Pack& operator+=(const Pack& b) { return *this = *this + b; }
-  BRISTLE_LANES Pack& operator-=(const Pack& b) { return *this = *this - b; }
-  BRISTLE_LANES Pack& operator*=(const Pack& b) { return *this = *this * b; }
-  BRISTLE_LANES Pack& operator/=(const Pack& b) { return *this = *this / b; }
+  [[nodiscard]] BRISTLE_INLINE friend Pack operator-(const Pack& a) { return Pack(-a.r_); }
+  BRISTLE_INLINE Pack& operator+=(const Pack& b) { return *this = *this + b; }
+  BRISTLE_INLINE Pack& operator-=(const Pack& b) { return *this = *this - b; }
+  BRISTLE_INLINE Pack& operator*=(const Pack& b) { return *this = *this * b; }
+  BRISTLE_INLINE Pack& operator/=(const Pack& b) { return *this = *this / b; }
 
   // False in lanes with a NaN, as between scalars; != is true there.
-  [[nodiscard]] BRISTLE_LANES friend Mask<S> operator<(const Pack& a, const Pack& b) {
+  [[nodiscard]] BRISTLE_INLINE friend Mask<S> operator<(const Pack& a, const Pack& b) {
     return Mask<S>(detail::Compare<S>::less(a.r_, b.r_));
   }
-  [[nodiscard]] BRISTLE_LANES friend Mask<S> operator<=(const Pack& a, const Pack& b) {
+  [[nodiscard]] BRISTLE_INLINE friend Mask<S> operator<=(const Pack& a, const Pack& b) {
     return Mask<S>(detail::Compare<S>::less_equal(a.r_, b.r_));
   }
-  [[nodiscard]] BRISTLE_LANES friend Mask<S> operator>(const Pack& a, const Pack& b) {
+  [[nodiscard]] BRISTLE_INLINE friend Mask<S> operator>(const Pack& a, const Pack& b) {
     return b < a;
   }
-  [[nodiscard]] BRISTLE_LANES friend Mask<S> operator>=(const Pack& a, const Pack& b) {
+  [[nodiscard]] BRISTLE_INLINE friend Mask<S> operator>=(const Pack& a, const Pack& b) {
     return b <= a;
   }
-  [[nodiscard]] BRISTLE_LANES friend Mask<S> operator==(const Pack& a, const Pack& b) {
+  [[nodiscard]] BRISTLE_INLINE friend Mask<S> operator==(const Pack& a, const Pack& b) {
     return Mask<S>(detail::Compare<S>::equal(a.r_, b.r_));
   }
-  [[nodiscard]] BRISTLE_LANES friend Mask<S> operator!=(const Pack& a, const Pack& b) {
+  [[nodiscard]] BRISTLE_INLINE friend Mask<S> operator!=(const Pack& a, const Pack& b) {
     return !(a == b);
   }
 
   /// The second where one of the two is NaN, as `a < b ? a : b` has it.
-  [[nodiscard]] BRISTLE_LANES friend Pack min(const Pack& a, const Pack& b) {
+  [[nodiscard]] BRISTLE_INLINE friend Pack min(const Pack& a, const Pack& b) {
     if constexpr (detail::has_register<S>) return Pack(a.r_ < b.r_ ? a.r_ : b.r_);
     return select(a < b, a, b);
   }
   /// The second where one of the two is NaN, as `a > b ? a : b` has it.
-  [[nodiscard]] BRISTLE_LANES friend Pack max(const Pack& a, const Pack& b) {
+  [[nodiscard]] BRISTLE_INLINE friend Pack max(const Pack& a, const Pack& b) {
     if constexpr (detail::has_register<S>) return Pack(b.r_ < a.r_ ? a.r_ : b.r_);
     return select(b < a, a, b);
   }
-  [[nodiscard]] BRISTLE_LANES friend Pack abs(const Pack& a) {
+  [[nodiscard]] BRISTLE_INLINE friend Pack abs(const Pack& a) {
     if constexpr (detail::has_register<S>) {
       // Everything but the sign.
       using Bits = decltype(a.r_ < a.r_);
@@ -2887,7 +3030,7 @@ class Pack {
     }
   }
   /// Rounded correctly.
-  [[nodiscard]] BRISTLE_LANES friend Pack sqrt(const Pack& a) {
+  [[nodiscard]] BRISTLE_INLINE friend Pack sqrt(const Pack& a) {
 #if BRISTLE_HAS_SIMD && defined(__AVX512F__)
     if constexpr (std::same_as<S, float>) return Pack(Register(_mm512_maskz_sqrt_ps(0xffff, a.r_)));
     if constexpr (std::same_as<S, double>) return Pack(Register(_mm512_maskz_sqrt_pd(0xff, a.r_)));
@@ -2905,15 +3048,15 @@ class Pack {
  private:
   // All lanes at once: set one after the other, they would be blended in one after the other.
   template <typename F, std::size_t... i>
-  BRISTLE_LANES static Pack make(const F& f, std::index_sequence<i...>) {
+  BRISTLE_INLINE static Pack make(const F& f, std::index_sequence<i...>) {
     return Pack(Register{f(i)...});
   }
   template <typename F>
-  BRISTLE_LANES static Pack make(const F& f) {
+  BRISTLE_INLINE static Pack make(const F& f) {
     return make(f, std::make_index_sequence<size>());
   }
   template <typename Index, std::size_t... i>
-  BRISTLE_LANES void scatter(S* p, const Index* at, std::index_sequence<i...>) const {
+  BRISTLE_INLINE void scatter(S* p, const Index* at, std::index_sequence<i...>) const {
     ((p[at[i]] = r_[i]), ...);
   }
 
@@ -2921,12 +3064,12 @@ class Pack {
 };
 
 template <Scalar S>
-BRISTLE_LANES Mask<S> Mask<S>::first(std::size_t n) {
+BRISTLE_INLINE Mask<S> Mask<S>::first(std::size_t n) {
   return Pack<S>::numbers() < Pack<S>(S(n));
 }
 
 template <Scalar S>
-BRISTLE_LANES Mask<S> Mask<S>::from_bits(std::uint32_t set) {
+BRISTLE_INLINE Mask<S> Mask<S>::from_bits(std::uint32_t set) {
   if constexpr (std::unsigned_integral<Register>) {
     return Mask(static_cast<Register>(set));
   } else if constexpr (detail::has_register<S>) {
@@ -2940,30 +3083,30 @@ BRISTLE_LANES Mask<S> Mask<S>::from_bits(std::uint32_t set) {
 }
 
 template <Scalar S>
-BRISTLE_LANES std::uint32_t bits(const Mask<S>& m) {
+BRISTLE_INLINE std::uint32_t bits(const Mask<S>& m) {
   return detail::Compare<S>::bits(m.get());
 }
 template <Scalar S>
-BRISTLE_LANES bool any(const Mask<S>& m) {
+BRISTLE_INLINE bool any(const Mask<S>& m) {
   return bits(m) != 0;
 }
 template <Scalar S>
-BRISTLE_LANES bool all(const Mask<S>& m) {
+BRISTLE_INLINE bool all(const Mask<S>& m) {
   return bits(m) == (1u << lanes<S>)-1u;
 }
 template <Scalar S>
-BRISTLE_LANES bool none(const Mask<S>& m) {
+BRISTLE_INLINE bool none(const Mask<S>& m) {
   return bits(m) == 0;
 }
 
 template <Scalar S>
-BRISTLE_LANES Pack<S> select(const Mask<S>& m, const Pack<S>& yes, const Pack<S>& no) {
+BRISTLE_INLINE Pack<S> select(const Mask<S>& m, const Pack<S>& yes, const Pack<S>& no) {
   return Pack<S>(detail::Compare<S>::select(m.get(), yes.get(), no.get()));
 }
 
 template <Scalar S, std::size_t n>
-BRISTLE_LANES std::size_t store_packed(const Pack<S> (&packs)[n], std::uint32_t chosen, S* to,
-                                       std::size_t stride) {
+BRISTLE_INLINE std::size_t store_packed(const Pack<S> (&packs)[n], std::uint32_t chosen, S* to,
+                                        std::size_t stride) {
 #if BRISTLE_HAS_SIMD && defined(__AVX512F__)
   if constexpr (detail::has_register<S>) {
     for (std::size_t k = 0; k < n; ++k) {
@@ -2984,7 +3127,7 @@ namespace detail {
 
 /// Lane i from lane i + by, around the end.
 template <std::size_t by, Scalar S, std::size_t... i>
-BRISTLE_LANES Pack<S> rotated(const Pack<S>& a, std::index_sequence<i...>) {
+BRISTLE_INLINE Pack<S> rotated(const Pack<S>& a, std::index_sequence<i...>) {
 #if BRISTLE_HAS_SHUFFLE
   if constexpr (has_register<S>) {
     return Pack<S>(__builtin_shufflevector(a.get(), a.get(), ((i + by) % lanes<S>)...));
@@ -2996,7 +3139,7 @@ BRISTLE_LANES Pack<S> rotated(const Pack<S>& a, std::index_sequence<i...>) {
 
 /// Joins the lanes of a pack two by two, halving their number each time.
 template <std::size_t half, Scalar S, typename Join>
-BRISTLE_LANES S join_lanes(const Pack<S>& a, const Join& join) {
+BRISTLE_INLINE S join_lanes(const Pack<S>& a, const Join& join) {
   const Pack<S> joined = join(a, rotated<half>(a, std::make_index_sequence<lanes<S>>()));
   if constexpr (half > 1) {
     return join_lanes<half / 2>(joined, join);
@@ -3008,17 +3151,17 @@ BRISTLE_LANES S join_lanes(const Pack<S>& a, const Join& join) {
 }  // namespace detail
 
 template <Scalar S>
-BRISTLE_LANES S sum_of_lanes(const Pack<S>& a) {
+BRISTLE_INLINE S sum_of_lanes(const Pack<S>& a) {
   return detail::join_lanes<lanes<S> / 2>(a,
                                           [](const Pack<S>& x, const Pack<S>& y) { return x + y; });
 }
 template <Scalar S>
-BRISTLE_LANES S min_of_lanes(const Pack<S>& a) {
+BRISTLE_INLINE S min_of_lanes(const Pack<S>& a) {
   return detail::join_lanes<lanes<S> / 2>(
       a, [](const Pack<S>& x, const Pack<S>& y) { return min(x, y); });
 }
 template <Scalar S>
-BRISTLE_LANES S max_of_lanes(const Pack<S>& a) {
+BRISTLE_INLINE S max_of_lanes(const Pack<S>& a) {
   return detail::join_lanes<lanes<S> / 2>(
       a, [](const Pack<S>& x, const Pack<S>& y) { return max(x, y); });
 }
@@ -3035,47 +3178,49 @@ struct Pack3 {
   Pack<S> x, y, z;
 
   /// From the same place of three arrays.
-  [[nodiscard]] BRISTLE_LANES static Pack3 load(const S* x, const S* y, const S* z) {
+  [[nodiscard]] BRISTLE_INLINE static Pack3 load(const S* x, const S* y, const S* z) {
     return {Pack<S>::load(x), Pack<S>::load(y), Pack<S>::load(z)};
   }
   /// The same in all lanes.
-  [[nodiscard]] BRISTLE_LANES static Pack3 all(const Vec3<S>& v) {
+  [[nodiscard]] BRISTLE_INLINE static Pack3 all(const Vec3<S>& v) {
     return {Pack<S>(v[0]), Pack<S>(v[1]), Pack<S>(v[2])};
   }
-  BRISTLE_LANES void store(S* to_x, S* to_y, S* to_z) const {
+  BRISTLE_INLINE void store(S* to_x, S* to_y, S* to_z) const {
     x.store(to_x);
     y.store(to_y);
     z.store(to_z);
   }
-  [[nodiscard]] BRISTLE_LANES Vec3<S> operator[](std::size_t i) const { return {x[i], y[i], z[i]}; }
+  [[nodiscard]] BRISTLE_INLINE Vec3<S> operator[](std::size_t i) const {
+    return {x[i], y[i], z[i]};
+  }
 
-  [[nodiscard]] BRISTLE_LANES friend Pack3 operator+(const Pack3& a, const Pack3& b) {
+  [[nodiscard]] BRISTLE_INLINE friend Pack3 operator+(const Pack3& a, const Pack3& b) {
     return {a.x + b.x, a.y + b.y, a.z + b.z};
   }
-  [[nodiscard]] BRISTLE_LANES friend Pack3 operator-(const Pack3& a, const Pack3& b) {
+  [[nodiscard]] BRISTLE_INLINE friend Pack3 operator-(const Pack3& a, const Pack3& b) {
     return {a.x - b.x, a.y - b.y, a.z - b.z};
   }
-  [[nodiscard]] BRISTLE_LANES friend Pack3 operator-(const Pack3& a) { return {-a.x, -a.y, -a.z}; }
-  [[nodiscard]] BRISTLE_LANES friend Pack3 operator*(const Pack<S>& s, const Pack3& a) {
+  [[nodiscard]] BRISTLE_INLINE friend Pack3 operator-(const Pack3& a) { return {-a.x, -a.y, -a.z}; }
+  [[nodiscard]] BRISTLE_INLINE friend Pack3 operator*(const Pack<S>& s, const Pack3& a) {
     return {s * a.x, s * a.y, s * a.z};
   }
-  BRISTLE_LANES Pack3& operator+=(const Pack3& b) { return *this = *this + b; }
-  BRISTLE_LANES Pack3& operator-=(const Pack3& b) { return *this = *this - b; }
-  [[nodiscard]] BRISTLE_LANES friend Pack<S> dot(const Pack3& a, const Pack3& b) {
+  BRISTLE_INLINE Pack3& operator+=(const Pack3& b) { return *this = *this + b; }
+  BRISTLE_INLINE Pack3& operator-=(const Pack3& b) { return *this = *this - b; }
+  [[nodiscard]] BRISTLE_INLINE friend Pack<S> dot(const Pack3& a, const Pack3& b) {
     return a.x * b.x + a.y * b.y + a.z * b.z;
   }
-  [[nodiscard]] BRISTLE_LANES friend Pack3 cross(const Pack3& a, const Pack3& b) {
+  [[nodiscard]] BRISTLE_INLINE friend Pack3 cross(const Pack3& a, const Pack3& b) {
     return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
   }
-  [[nodiscard]] BRISTLE_LANES friend Pack3 select(const Mask<S>& m, const Pack3& yes,
-                                                  const Pack3& no) {
+  [[nodiscard]] BRISTLE_INLINE friend Pack3 select(const Mask<S>& m, const Pack3& yes,
+                                                   const Pack3& no) {
     return {select(m, yes.x, no.x), select(m, yes.y, no.y), select(m, yes.z, no.z)};
   }
 };
 
 /// M v in every lane.
 template <Scalar S>
-[[nodiscard]] BRISTLE_LANES Pack3<S> product(const Mat3<S>& M, const Pack3<S>& v) {
+[[nodiscard]] BRISTLE_INLINE Pack3<S> operator*(const Mat3<S>& M, const Pack3<S>& v) {
   const S* m = M.data();  // Column by column.
   return {m[0] * v.x + m[3] * v.y + m[6] * v.z, m[1] * v.x + m[4] * v.y + m[7] * v.z,
           m[2] * v.x + m[5] * v.y + m[8] * v.z};
@@ -3125,32 +3270,33 @@ template <Value T>
 using Truth = typename detail::ValueTraits<T>::Truth;
 
 // Of single values, what simd.hpp and pack3.hpp have for lanes.
-[[nodiscard]] BRISTLE_LANES bool any(bool m) { return m; }
-[[nodiscard]] BRISTLE_LANES bool all(bool m) { return m; }
+[[nodiscard]] BRISTLE_INLINE bool any(bool m) { return m; }
+[[nodiscard]] BRISTLE_INLINE bool all(bool m) { return m; }
 template <Scalar S>
-[[nodiscard]] BRISTLE_LANES S select(bool m, S yes, S no) {
+[[nodiscard]] BRISTLE_INLINE S select(bool m, S yes, S no) {
   return m ? yes : no;
 }
 template <typename A, typename B>
-[[nodiscard]] BRISTLE_LANES Vec3<typename A::Scalar> select(bool m, const Eigen::MatrixBase<A>& yes,
-                                                            const Eigen::MatrixBase<B>& no) {
+[[nodiscard]] BRISTLE_INLINE Vec3<typename A::Scalar> select(bool m,
+                                                             const Eigen::MatrixBase<A>& yes,
+                                                             const Eigen::MatrixBase<B>& no) {
   if (m) return yes;
   return no;
 }
 template <typename A, typename B>
-[[nodiscard]] BRISTLE_LANES typename A::Scalar dot(const Eigen::MatrixBase<A>& a,
-                                                   const Eigen::MatrixBase<B>& b) {
+[[nodiscard]] BRISTLE_INLINE typename A::Scalar dot(const Eigen::MatrixBase<A>& a,
+                                                    const Eigen::MatrixBase<B>& b) {
   return a.dot(b);
 }
 template <typename A, typename B>
-[[nodiscard]] BRISTLE_LANES Vec3<typename A::Scalar> cross(const Eigen::MatrixBase<A>& a,
-                                                           const Eigen::MatrixBase<B>& b) {
+[[nodiscard]] BRISTLE_INLINE Vec3<typename A::Scalar> cross(const Eigen::MatrixBase<A>& a,
+                                                            const Eigen::MatrixBase<B>& b) {
   return a.cross(b);
 }
 
 /// A vector without length.
 template <Value T>
-[[nodiscard]] BRISTLE_LANES Vector3<T> zero_vector() {
+[[nodiscard]] BRISTLE_INLINE Vector3<T> zero_vector() {
   if constexpr (Scalar<T>) {
     return Vec3<T>::Zero();
   } else {
@@ -3160,7 +3306,7 @@ template <Value T>
 
 /// The same vector for all lanes.
 template <Value T>
-[[nodiscard]] BRISTLE_LANES Vector3<T> spread(const Vec3<ScalarOf<T>>& v) {
+[[nodiscard]] BRISTLE_INLINE Vector3<T> spread(const Vec3<ScalarOf<T>>& v) {
   if constexpr (Scalar<T>) {
     return v;
   } else {
@@ -3170,18 +3316,18 @@ template <Value T>
 
 /// Sum over the lanes.
 template <Scalar S>
-[[nodiscard]] BRISTLE_LANES S sum_of_lanes(S a) {
+[[nodiscard]] BRISTLE_INLINE S sum_of_lanes(S a) {
   return a;
 }
 template <Scalar S>
-[[nodiscard]] BRISTLE_LANES Vec3<S> sum_of_lanes(const Pack3<S>& a) {
+[[nodiscard]] BRISTLE_INLINE Vec3<S> sum_of_lanes(const Pack3<S>& a) {
   return {sum_of_lanes(a.x), sum_of_lanes(a.y), sum_of_lanes(a.z)};
 }
 
 /// The remainder of a / b, of the sign of a, exactly. Where no lane has more than one b in a that
 /// is a difference, which is exact there (Sterbenz); else lane by lane.
 template <Scalar S>
-[[nodiscard]] BRISTLE_LANES Pack<S> fmod(const Pack<S>& a, const Pack<S>& b) {
+[[nodiscard]] BRISTLE_INLINE Pack<S> fmod(const Pack<S>& a, const Pack<S>& b) {
   using std::fmod;
   if (all((a >= Pack<S>(S(0))) & (a < b + b))) return select(a < b, a, a - b);
   S rest[lanes<S>];
@@ -3364,8 +3510,8 @@ template <Scalar S>
 /// edge that opposes the slip (Coulomb's direction, also where the 2x2 matrix is not isotropic).
 /// @tparam Response  Has what `ContactResponse` says of the tangential part.
 template <Value T, typename Response>
-BRISTLE_LANES void solve_friction(const Response& K, const T& v1, const T& v2, const T& radius,
-                                  T& t1, T& t2) {
+BRISTLE_INLINE void solve_friction(const Response& K, const T& v1, const T& v2, const T& radius,
+                                   T& t1, T& t2) {
   using std::sqrt;
   const T zero = ScalarOf<T>(0);
   const T x = t1 - (K.c * v1 - K.b * v2) * K.inverse_determinant;
@@ -3763,12 +3909,12 @@ struct SolverBody {
   /// Adds what an impulse at the end of an arm does to a velocity.
   void push_at(Twist<S>& velocity, const Vec3<S>& impulse, const Vec3<S>& arm) const {
     velocity.linear += inverse_mass.cwiseProduct(impulse);
-    if (turns) velocity.angular += product<S>(inverse_inertia, arm.cross(impulse));
+    if (turns) velocity.angular += inverse_inertia * arm.cross(impulse);
   }
   /// Adds what an impulse about the centre of mass does to a velocity.
   void push(Twist<S>& velocity, const Vec3<S>& impulse, const Vec3<S>& angular_impulse) const {
     velocity.linear += inverse_mass.cwiseProduct(impulse);
-    velocity.angular += product<S>(inverse_inertia, angular_impulse);
+    velocity.angular += inverse_inertia * angular_impulse;
   }
 };
 
@@ -3901,7 +4047,7 @@ template <Scalar S>
   // Along the contact's axes the torques r x e_k of unit impulses at the arm r are
   // (0, z, -y), (-z, 0, x) and (y, -x, 0).
   const auto turn = [&](const Mat3<S>& J, const Vec3<S>& arm) {
-    const Vec3<S> r = product<S>(frame.to_contact, arm);
+    const Vec3<S> r = frame.to_contact * arm;
     const S x = r[0];
     const S y = r[1];
     const S z = r[2];
@@ -5614,8 +5760,8 @@ class WideSlabTest {
 
   /// Which of the children from `k` on in one pack are entered by `reach`; where they are in
   /// `enter`.
-  [[nodiscard]] BRISTLE_LANES std::uint32_t operator()(const Node& node, std::size_t k, S reach,
-                                                       S* enter) const {
+  [[nodiscard]] BRISTLE_INLINE std::uint32_t operator()(const Node& node, std::size_t k, S reach,
+                                                        S* enter) const {
     Pack<S> first(S(0));
     Pack<S> last(reach);
     for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -5655,13 +5801,13 @@ class WideTriangleFilter {
   }
 
   /// Which triangles of a leaf the ray may pass by `reach`.
-  [[nodiscard]] BRISTLE_LANES std::uint32_t operator()(const WideTree<S>& tree,
-                                                       const TriangleRange& leaf, S reach) const {
+  [[nodiscard]] BRISTLE_INLINE std::uint32_t operator()(const WideTree<S>& tree,
+                                                        const TriangleRange& leaf, S reach) const {
     return among(tree.row(leaf, 0, 0), leaf.count, leaf.count, reach);
   }
   /// The same for `count` triangles whose corners are in nine rows, as those of a leaf are.
-  [[nodiscard]] BRISTLE_LANES std::uint32_t among(const S* rows, std::size_t stride,
-                                                  std::size_t count, S reach) const {
+  [[nodiscard]] BRISTLE_INLINE std::uint32_t among(const S* rows, std::size_t stride,
+                                                   std::size_t count, S reach) const {
     std::uint32_t found = 0;
     for (std::size_t i = 0; i < count; i += lanes<S>) {
       found |= (bits(may_pass(rows + i, stride, reach)) & first_bits(count - i)) << i;
@@ -5670,7 +5816,7 @@ class WideTriangleFilter {
   }
 
  private:
-  [[nodiscard]] BRISTLE_LANES Mask<S> may_pass(const S* rows, std::size_t stride, S reach) const {
+  [[nodiscard]] BRISTLE_INLINE Mask<S> may_pass(const S* rows, std::size_t stride, S reach) const {
     Pack3<S> p[3];
     Pack<S> size(S(0));
     for (std::size_t c = 0; c < 3; ++c) {
@@ -5811,8 +5957,8 @@ class NearSegmentTest {
 
   /// @param lower, upper  Callables: Pack<S> lower(axis), coordinates of boxes in lanes.
   template <typename Lower, typename Upper>
-  [[nodiscard]] BRISTLE_LANES std::uint32_t operator()(const Lower& lower,
-                                                       const Upper& upper) const {
+  [[nodiscard]] BRISTLE_INLINE std::uint32_t operator()(const Lower& lower,
+                                                        const Upper& upper) const {
     Pack<S> first(S(0));
     Pack<S> last(S(1));
     for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -6630,7 +6776,7 @@ namespace bristle::inline BRISTLE_ABI {
 /// touching, 1 fully pressed, negative for a surface beyond the ray's end (Eq. 4 with sign and end
 /// corrected).
 template <Value T>
-[[nodiscard]] BRISTLE_LANES T sensor_depth(T distance, T inverse_length) {
+[[nodiscard]] BRISTLE_INLINE T sensor_depth(T distance, T inverse_length) {
   return ScalarOf<T>(1) - distance * inverse_length;
 }
 
@@ -6642,25 +6788,25 @@ inline constexpr S grazing_cosine = S(-0.1);
 /// Gradient g = m / (m . n) of the depth times the ray's length: d e_N / dt = g . v / L. Equals n
 /// where the surface faces the ray, and g . n = 1 always.
 template <Value T>
-[[nodiscard]] BRISTLE_LANES Vector3<T> depth_gradient(const Vector3<T>& m, T cosine) {
+[[nodiscard]] BRISTLE_INLINE Vector3<T> depth_gradient(const Vector3<T>& m, T cosine) {
   return T(ScalarOf<T>(1) / cosine) * m;
 }
 template <Value T>
-[[nodiscard]] BRISTLE_LANES Vector3<T> depth_gradient(const Vector3<T>& n, const Vector3<T>& m) {
+[[nodiscard]] BRISTLE_INLINE Vector3<T> depth_gradient(const Vector3<T>& n, const Vector3<T>& m) {
   return depth_gradient<T>(m, T(dot(m, n)));
 }
 
 /// [N] Normal force F_N of Eq. 3 from depth e_N [1] and its rate [1/s]; never adhesive.
 template <Value T>
-[[nodiscard]] BRISTLE_LANES T normal_force(const SensorParameters<T>& p, T depth, T rate) {
+[[nodiscard]] BRISTLE_INLINE T normal_force(const SensorParameters<T>& p, T depth, T rate) {
   const T force = p.normal_stiffness * depth + p.normal_damping * rate;
   return select(force > T(0), force, T(0));
 }
 
 /// [N/m] Stiffness k_t of the bristle against stretch (Eq. 1 or Eq. 11).
 template <Value T>
-[[nodiscard]] BRISTLE_LANES T bristle_stiffness(const SensorParameters<T>& p,
-                                                FrictionScaling scaling, T normal_force, T depth) {
+[[nodiscard]] BRISTLE_INLINE T bristle_stiffness(const SensorParameters<T>& p,
+                                                 FrictionScaling scaling, T normal_force, T depth) {
   switch (scaling) {
     case FrictionScaling::normal_force:
       return p.static_friction * normal_force;
@@ -6674,13 +6820,13 @@ template <Value T>
 
 /// Part of `a` across the unit vector n.
 template <Value T>
-[[nodiscard]] BRISTLE_LANES Vector3<T> tangential(const Vector3<T>& a, const Vector3<T>& n) {
+[[nodiscard]] BRISTLE_INLINE Vector3<T> tangential(const Vector3<T>& a, const Vector3<T>& n) {
   return a - dot(n, a) * n;
 }
 
 /// [m] A stretch that lets go at each multiple of `sigma` and keeps the remainder.
 template <Value T>
-[[nodiscard]] BRISTLE_LANES Vector3<T> wrapped(const Vector3<T>& stretch, T sigma) {
+[[nodiscard]] BRISTLE_INLINE Vector3<T> wrapped(const Vector3<T>& stretch, T sigma) {
   using std::fmod;
   using std::sqrt;
   const T size = sqrt(dot(stretch, stretch));
@@ -6691,7 +6837,7 @@ template <Value T>
 
 /// [m] A stretch cut to at most `sigma`.
 template <Value T>
-[[nodiscard]] BRISTLE_LANES Vector3<T> clipped(const Vector3<T>& stretch, T sigma) {
+[[nodiscard]] BRISTLE_INLINE Vector3<T> clipped(const Vector3<T>& stretch, T sigma) {
   using std::sqrt;
   const T size = sqrt(dot(stretch, stretch));
   const Truth<T> is_over = size > sigma;
@@ -6701,8 +6847,8 @@ template <Value T>
 
 /// What a stretch becomes under a reset rule; unchanged while it is at most sigma_a (Eq. 2).
 template <Value T>
-[[nodiscard]] BRISTLE_LANES Vector3<T> after_reset(const Vector3<T>& stretch, T sigma,
-                                                   SlipReset reset) {
+[[nodiscard]] BRISTLE_INLINE Vector3<T> after_reset(const Vector3<T>& stretch, T sigma,
+                                                    SlipReset reset) {
   return reset == SlipReset::drag ? clipped<T>(stretch, sigma) : wrapped<T>(stretch, sigma);
 }
 
@@ -6734,19 +6880,19 @@ template <Scalar S>
 /// [m] Stretch e_T of a bristle: how far its root on A has moved from its root on B, across n. In
 /// A's axes, as n.
 template <Value T>
-[[nodiscard]] BRISTLE_LANES Vector3<T> anchor_stretch(const Anchor<T>& anchor,
-                                                      const PairPose<ScalarOf<T>>& pair,
-                                                      const Vector3<T>& n) {
-  return tangential<T>(anchor.q_A - product(pair.R_AB, anchor.q_B) - spread<T>(pair.p_AB), n);
+[[nodiscard]] BRISTLE_INLINE Vector3<T> anchor_stretch(const Anchor<T>& anchor,
+                                                       const PairPose<ScalarOf<T>>& pair,
+                                                       const Vector3<T>& n) {
+  return tangential<T>(anchor.q_A - pair.R_AB * anchor.q_B - spread<T>(pair.p_AB), n);
 }
 
 /// Roots a bristle at P with a given stretch.
 /// @param r_A  [m] From A's centre of mass to P, in A's axes.
 template <Value T>
-[[nodiscard]] BRISTLE_LANES Anchor<T> rooted(const PairPose<ScalarOf<T>>& pair,
-                                             const Vector3<T>& r_A, const Vector3<T>& stretch) {
+[[nodiscard]] BRISTLE_INLINE Anchor<T> rooted(const PairPose<ScalarOf<T>>& pair,
+                                              const Vector3<T>& r_A, const Vector3<T>& stretch) {
   const Mat3<ScalarOf<T>> R_BA = pair.R_AB.transpose();
-  return {r_A, product(R_BA, Vector3<T>(r_A - spread<T>(pair.p_AB) - stretch))};
+  return {r_A, R_BA * Vector3<T>(r_A - spread<T>(pair.p_AB) - stretch)};
 }
 
 /// The part of `advance_anchor` that follows once the stretch is known.
@@ -6755,10 +6901,10 @@ template <Value T>
 /// and
 ///                         zero where the bristle is rooted newly.
 template <Value T>
-BRISTLE_LANES void root_where_needed(Anchor<T>& anchor, const Truth<T>& is_anchored,
-                                     Vector3<T>& stretch, const PairPose<ScalarOf<T>>& pair,
-                                     const Vector3<T>& r_A, T sigma, SlipReset reset,
-                                     Truth<T>& did_slip) {
+BRISTLE_INLINE void root_where_needed(Anchor<T>& anchor, const Truth<T>& is_anchored,
+                                      Vector3<T>& stretch, const PairPose<ScalarOf<T>>& pair,
+                                      const Vector3<T>& r_A, T sigma, SlipReset reset,
+                                      Truth<T>& did_slip) {
   const Truth<T> is_within = dot(stretch, stretch) <= sigma * sigma;
   const Truth<T> is_kept = is_anchored & is_within;
   did_slip = is_anchored & !is_within;
@@ -6778,7 +6924,7 @@ BRISTLE_LANES void root_where_needed(Anchor<T>& anchor, const Truth<T>& is_ancho
 /// @param[out] did_slip  Whether the reset rule was applied.
 /// @return [m] The stretch e_T after all that.
 template <Value T>
-[[nodiscard]] BRISTLE_LANES Vector3<T> advance_anchor(
+[[nodiscard]] BRISTLE_INLINE Vector3<T> advance_anchor(
     Anchor<T>& anchor, const Truth<T>& is_anchored, const PairPose<ScalarOf<T>>& pair,
     const Vector3<T>& n, const Vector3<T>& r_A, T sigma, SlipReset reset, Truth<T>& did_slip) {
   Vector3<T> stretch = anchor_stretch(anchor, pair, n);
@@ -6797,7 +6943,7 @@ struct SensorForce {
   Vector3<T> shear = zero_vector<T>();
 
   /// [N] Eq. 9: everything, on B.
-  [[nodiscard]] BRISTLE_LANES Vector3<T> total() const { return normal_vector + shear; }
+  [[nodiscard]] BRISTLE_INLINE Vector3<T> total() const { return normal_vector + shear; }
 };
 
 /// One sensor's hit, as the law needs it.
@@ -6823,10 +6969,11 @@ struct SensorContact {
 ///                 one sigma_a within it (release only) counts with its mean stretch, sigma_a / 2
 ///                 along the slip; otherwise friction would alias with the step.
 template <Value T>
-[[nodiscard]] BRISTLE_LANES SensorForce<T> sensor_force(const SensorParameters<T>& p,
-                                                        const LawOptions& options,
-                                                        const SensorContact<T>& c,
-                                                        const Vector3<T>& stretch, ScalarOf<T> dt) {
+[[nodiscard]] BRISTLE_INLINE SensorForce<T> sensor_force(const SensorParameters<T>& p,
+                                                         const LawOptions& options,
+                                                         const SensorContact<T>& c,
+                                                         const Vector3<T>& stretch,
+                                                         ScalarOf<T> dt) {
   using std::sqrt;
   SensorForce<T> f;
   f.normal = normal_force(p, c.depth, T(dot(c.g, c.v) * c.inverse_length));
@@ -6979,7 +7126,7 @@ using LaneBits = std::uint16_t;
 
 /// Which of the sixteen items from `first` on equal `value`. Quick where all do.
 template <typename T>
-[[nodiscard]] BRISTLE_LANES LaneBits equal_lanes(const T* first, T value) {
+[[nodiscard]] BRISTLE_INLINE LaneBits equal_lanes(const T* first, T value) {
   T difference = 0;
   for (std::uint32_t i = 0; i < tile_size; ++i) difference |= first[i] ^ value;
   if (difference == 0) return 0xffffu;
@@ -7014,7 +7161,7 @@ struct RootBodies {
     return common == several ? own[i] : common;
   }
   /// Lanes whose key is `key`.
-  [[nodiscard]] BRISTLE_LANES LaneBits lanes_in(std::uint64_t key) const {
+  [[nodiscard]] BRISTLE_INLINE LaneBits lanes_in(std::uint64_t key) const {
     if (common == several) return equal_lanes(own.data(), key);
     return common == key ? 0xffffu : 0u;
   }
@@ -7091,33 +7238,33 @@ inline constexpr std::uint32_t full_pack = (1u << lanes<S>)-1u;
 
 /// Lanes [at, at + lanes) of a tile's bits, as bits of a pack.
 template <Scalar S>
-[[nodiscard]] BRISTLE_LANES std::uint32_t pack_bits(LaneBits bits, std::size_t at) {
+[[nodiscard]] BRISTLE_INLINE std::uint32_t pack_bits(LaneBits bits, std::size_t at) {
   return (static_cast<std::uint32_t>(bits) >> at) & full_pack<S>;
 }
 template <Scalar S>
-[[nodiscard]] BRISTLE_LANES Mask<S> load_mask(LaneBits bits, std::size_t at) {
+[[nodiscard]] BRISTLE_INLINE Mask<S> load_mask(LaneBits bits, std::size_t at) {
   return Mask<S>::from_bits(pack_bits<S>(bits, at));
 }
 /// Puts a pack's bits in their place among those of a tile.
 template <Scalar S>
-BRISTLE_LANES void store_mask(LaneBits& bits, std::size_t at, const Mask<S>& mask) {
+BRISTLE_INLINE void store_mask(LaneBits& bits, std::size_t at, const Mask<S>& mask) {
   bits = static_cast<LaneBits>((bits & ~(full_pack<S> << at)) | (bristle::bits(mask) << at));
 }
 
 template <Scalar S>
-[[nodiscard]] BRISTLE_LANES Pack<S> load_pack(const Row<S>& row, std::size_t at) {
+[[nodiscard]] BRISTLE_INLINE Pack<S> load_pack(const Row<S>& row, std::size_t at) {
   return Pack<S>::load(row.data() + at);
 }
 template <Scalar S>
-[[nodiscard]] BRISTLE_LANES Pack3<S> load_pack(const Row3<S>& row, std::size_t at) {
+[[nodiscard]] BRISTLE_INLINE Pack3<S> load_pack(const Row3<S>& row, std::size_t at) {
   return Pack3<S>::load(row.x.data() + at, row.y.data() + at, row.z.data() + at);
 }
 template <Scalar S>
-BRISTLE_LANES void store_pack(Row<S>& row, std::size_t at, const Pack<S>& value) {
+BRISTLE_INLINE void store_pack(Row<S>& row, std::size_t at, const Pack<S>& value) {
   value.store(row.data() + at);
 }
 template <Scalar S>
-BRISTLE_LANES void store_pack(Row3<S>& row, std::size_t at, const Pack3<S>& value) {
+BRISTLE_INLINE void store_pack(Row3<S>& row, std::size_t at, const Pack3<S>& value) {
   value.store(row.x.data() + at, row.y.data() + at, row.z.data() + at);
 }
 
@@ -7197,14 +7344,14 @@ namespace detail {
 
 /// Puts the distances of the planes of a pack into `hits`, where they are within reach.
 template <Scalar S>
-BRISTLE_LANES void advance_pack(const SensorTile<S>& sensors, const KeptTile<S>& kept,
-                                std::size_t at, const Mask<S>& is_of_shape, const PairPose<S>& pose,
-                                S extra_length, RayHits<S>& hits) {
+BRISTLE_INLINE void advance_pack(const SensorTile<S>& sensors, const KeptTile<S>& kept,
+                                 std::size_t at, const Mask<S>& is_of_shape,
+                                 const PairPose<S>& pose, S extra_length, RayHits<S>& hits) {
   using T = Pack<S>;
   const std::size_t first = kept.tile * tile_size + at;
   const Pack3<S> n = load_pack(sensors.direction, at);
-  const Pack3<S> m = product(pose.R_AB, load_pack(kept.normal, at));
-  const Pack3<S> point = product(pose.R_AB, load_pack(kept.point, at)) + Pack3<S>::all(pose.p_AB);
+  const Pack3<S> m = pose.R_AB * load_pack(kept.normal, at);
+  const Pack3<S> point = pose.R_AB * load_pack(kept.point, at) + Pack3<S>::all(pose.p_AB);
   const T cosine = dot(m, n);
   const Mask<S> is_ahead = is_of_shape & (cosine < T(S(0)));
   const T height = dot(m, point - load_pack(sensors.start, at));
@@ -7224,9 +7371,9 @@ BRISTLE_LANES void advance_pack(const SensorTile<S>& sensors, const KeptTile<S>&
 /// Puts the planes that a pack of sensors met on one body into `kept`.
 /// @return Whether a ray starts inside.
 template <Scalar S>
-BRISTLE_LANES bool keep_pack(const SensorTile<S>& sensors, const RayHits<S>& hits, std::size_t at,
-                             const Mask<S>& is_of_shape, const PairPose<S>& pose,
-                             const Mat3<S>& R_BA, KeptTile<S>& kept) {
+BRISTLE_INLINE bool keep_pack(const SensorTile<S>& sensors, const RayHits<S>& hits, std::size_t at,
+                              const Mask<S>& is_of_shape, const PairPose<S>& pose,
+                              const Mat3<S>& R_BA, KeptTile<S>& kept) {
   using T = Pack<S>;
   const std::size_t first = kept.tile * tile_size + at;
   // Lanes without a hit go on with one at the start: all is finite.
@@ -7235,8 +7382,8 @@ BRISTLE_LANES bool keep_pack(const SensorTile<S>& sensors, const RayHits<S>& hit
       hits.normal.x.data() + first, hits.normal.y.data() + first, hits.normal.z.data() + first);
   const Pack3<S> point_A =
       load_pack(sensors.start, at) + distance * load_pack(sensors.direction, at);
-  const Pack3<S> point = product(R_BA, point_A - Pack3<S>::all(pose.p_AB));
-  const Pack3<S> normal = product(R_BA, normal_A);
+  const Pack3<S> point = R_BA * (point_A - Pack3<S>::all(pose.p_AB));
+  const Pack3<S> normal = R_BA * normal_A;
   store_pack(kept.point, at, select(is_of_shape, point, load_pack(kept.point, at)));
   store_pack(kept.normal, at, select(is_of_shape, normal, load_pack(kept.normal, at)));
   return any(is_of_shape & (distance <= T(S(0))));
@@ -7835,7 +7982,7 @@ struct SensorPatch {
     return batch;
   }
   /// [m] Distances of the hits from sensor `first` on; 0 in the lanes that are not asked for.
-  [[nodiscard]] BRISTLE_LANES Pack<S> distances_of(std::size_t first, const Mask<S>& asked) const {
+  [[nodiscard]] BRISTLE_INLINE Pack<S> distances_of(std::size_t first, const Mask<S>& asked) const {
     return select(asked, Pack<S>::load(hits.distance.data() + first), Pack<S>(S(0)));
   }
   /// [-] Sensors of the near tiles.
@@ -9971,7 +10118,7 @@ class PassivityObserver {
     const S taken = -dt * power(damper_, tool);
     if (isfinite(taken)) damped_ += taken;
     sent_ = damper_ = {};
-    if (!on_tool.force.allFinite() || !on_tool.torque.allFinite()) return {};
+    if (!all_finite(on_tool.force) || !all_finite(on_tool.torque)) return {};
     // What the rounding of the balance owes is no debt.
     const S missing = -(energy_ - dt * power(on_tool, tool) + allowance_);
     const S speed2 = tool.linear.squaredNorm() + radius_ * radius_ * tool.angular.squaredNorm();
@@ -10477,8 +10624,8 @@ struct TouchPack : SensorTouch<Pack<S>> {
   /// @param hit      Lanes that have a hit.
   /// @param decides  Whether a contact is what is hit at more than a grazing angle. That is decided
   ///                 once a step; afterwards every hit counts.
-  BRISTLE_LANES TouchPack(const SensorPatch<S>& patch, const SensorTile<S>& sensors,
-                          std::size_t number, std::size_t at, LaneBits hit, bool decides) {
+  BRISTLE_INLINE TouchPack(const SensorPatch<S>& patch, const SensorTile<S>& sensors,
+                           std::size_t number, std::size_t at, LaneBits hit, bool decides) {
     using T = Pack<S>;
     const std::size_t first = number * tile_size + at;
     const RayHits<S>& hits = patch.hits;
@@ -10551,9 +10698,9 @@ void sum_stiffness(const SensorPatch<S>& patch, const PatchPair<S>& pair, Mat6<S
       const S rate = g.dot(pair.start_motion.at(point)) * per_length;
       const S k_t =
           bristle_stiffness(p, patch.def.options.scaling, normal_force(p, depth, rate), depth);
-      const Vec3<S> rho = product<S>(pair.R_WA, point - pair.center);
+      const Vec3<S> rho = pair.R_WA * (point - pair.center);
       const auto add = [&](const Vec3<S>& d_A, S stiffness, S damping) {
-        const Vec3<S> d = product(pair.R_WA, d_A);
+        const Vec3<S> d = pair.R_WA * d_A;
         Vec6<S> j;
         j << d, rho.cross(d);
         K += (stiffness * j) * j.transpose();
@@ -12450,7 +12597,7 @@ class BroadPhase {
                         .cwiseMin(Vec3<S>::Constant(S(4) * size))
                         .cwiseMax(Vec3<S>::Constant(S(-4) * size));
     // What is too fast for its square reaches everywhere, which has no centre.
-    if (!all_finite<S>(ahead)) ahead.setZero();
+    if (!all_finite(ahead)) ahead.setZero();
     if (fits && (spare - ahead.cwiseAbs()).maxCoeff() <= S(8) * surplus) return;
     Aabb<S> grown = swept.inflated(surplus);
     grown.lower += ahead.cwiseMin(Vec3<S>::Zero());
@@ -12613,7 +12760,7 @@ class ContactCache {
       const CachedManifold<S>* old = find_old(shapes, m.key);
       for (std::size_t i = 0; i < m.size; ++i) {
         CachedPoint<S>& point = points_.emplace_back();
-        point.arm_a = frame.p_as + product<S>(frame.R_WS, m.points[i].position);
+        point.arm_a = frame.p_as + frame.R_WS * m.points[i].position;
         point.arm_b = point.arm_a - frame.p_ab;
         point.gap = m.points[i].gap;
         point.feature = m.points[i].feature;
@@ -13001,7 +13148,7 @@ template <Scalar S>
         dt * (body.gravity_scale * gravity[i] + body.inverse_mass * body.applied.force[i]);
   }
   if (body.applied.torque != Vec3<S>::Zero()) {
-    result.angular += dt * product<S>(body.inverse_inertia_W(), body.applied.torque);
+    result.angular += dt * (body.inverse_inertia_W() * body.applied.torque);
   }
   return result;
 }
@@ -13113,6 +13260,49 @@ void step_pose(Body<S>& body, const Twist<S>& motion, S dt) {
   } else {
     X.rotation = step_rotation(X.rotation, motion.angular, dt);
   }
+}
+
+}  // namespace bristle::inline BRISTLE_ABI
+
+// === bristle/math/elimination.hpp
+
+/// @file
+/// Linear equations with a matrix of any kind, of a size that the compiler knows.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <cmath>
+#include <utility>
+
+namespace bristle::inline BRISTLE_ABI {
+
+/// X of A X = B, by elimination with pivots by row. Eigen's own takes blocks of any size, and a
+/// compiler longer than the rest of what calls it.
+///
+/// @return  What is not finite where A is singular.
+template <Scalar S, int size, int columns, int options>
+[[nodiscard]] Eigen::Matrix<S, size, columns, options> solved(
+    Eigen::Matrix<S, size, size, options> A, Eigen::Matrix<S, size, columns, options> B) {
+  using std::abs;
+  for (int k = 0; k < size; ++k) {
+    int pivot = k;
+    for (int i = k + 1; i < size; ++i) {
+      if (abs(A(i, k)) > abs(A(pivot, k))) pivot = i;
+    }
+    for (int j = 0; j < size; ++j) std::swap(A(k, j), A(pivot, j));
+    for (int j = 0; j < columns; ++j) std::swap(B(k, j), B(pivot, j));
+    for (int i = k + 1; i < size; ++i) {
+      const S factor = A(i, k) / A(k, k);
+      for (int j = k + 1; j < size; ++j) A(i, j) -= factor * A(k, j);
+      for (int j = 0; j < columns; ++j) B(i, j) -= factor * B(k, j);
+    }
+  }
+  for (int k = size; k-- > 0;) {
+    for (int j = 0; j < columns; ++j) {
+      for (int i = k + 1; i < size; ++i) B(k, j) -= A(k, i) * B(i, j);
+      B(k, j) /= A(k, k);
+    }
+  }
+  return B;
 }
 
 }  // namespace bristle::inline BRISTLE_ABI
@@ -14212,7 +14402,7 @@ class HeldMobilityFinder {
     to_point.template topRightCorner<3, 3>() = -skew(arm);
     const Mat6<S> at_center = to_point.transpose() * soft * to_point;
     const Mat6<S> grown = Mat6<S>::Identity() + held.matrix * at_center;
-    held.matrix = Mat6<S>(grown.inverse() * held.matrix);
+    held.matrix = solved(grown, held.matrix);
     held.is_held = true;
     held.integrator = Integrator::symplectic_euler;
   }
@@ -14354,8 +14544,8 @@ class HapticBody {
     end_ = start;
     if (!body_.moves()) return;
     const Mat6<S> left = Mat6<S>::Identity() + held_.matrix * matrix_;
-    end_ = left.inverse() * (start + held_.matrix * (h * other_force_ + offset_));
-    if (!end_.allFinite()) end_ = start + held_.matrix * (h * other_force_);
+    end_ = solved(left, start + held_.matrix * (h * other_force_ + offset_));
+    if (!all_finite(end_)) end_ = start + held_.matrix * (h * other_force_);
   }
   /// Twist of the solution at the point c of a block.
   [[nodiscard]] Vec6<S> motion_at(const Vec3<S>& arm) const { return to_point(arm) * end_; }
@@ -14423,8 +14613,8 @@ class HapticBody {
 /// @file
 /// The door between what is compiled once and what is compiled for each instruction set.
 ///
-/// All that a world computes in every step goes through one table of functions. Header-only there
-/// is one table, made for what the program is compiled for; `bristle::compiled` has one for each
+/// All that a world computes in every step goes through a table of functions. Header-only there is
+/// one, made for what the program is compiled for; `bristle::compiled` has one for each
 /// `InstructionSet` and chooses. Both sides of the door see one layout of all types: what is stored
 /// holds arrays of scalars and unaligned matrices, never a register.
 // SPDX-License-Identifier: BSD-3-Clause
@@ -14454,13 +14644,20 @@ struct WorldKernels {
                     const RayFilter& filter, std::span<WorldRayHit<S>> hits);
   /// `ProximityArray::sense`; the carrier is there.
   void (*sense)(ProximityArray<S>& array, const WorldState<S, Backend>& state, BodyId carrier);
+};
+
+/// The same of a haptic loop, apart, so that a header-only program without one does not compile it.
+template <Scalar S, typename Backend>
+struct HapticKernels {
   /// One tick of a loop that is open and has one left.
   void (*tick)(HapticLoop<S, Backend>& loop);
 };
 
-/// The table that is used from here on.
+/// The tables that are used from here on.
 template <Scalar S, typename Backend>
 [[nodiscard]] const WorldKernels<S, Backend>& world_kernels();
+template <Scalar S, typename Backend>
+[[nodiscard]] const HapticKernels<S, Backend>& haptic_kernels();
 
 }  // namespace bristle::inline BRISTLE_ABI
 
@@ -14498,7 +14695,7 @@ struct ShapeInReach {
     return normal.dot(rays.center()) - normal.cwiseAbs().dot(rays.half_extents()) <= offset;
   }
   /// The same of the boxes with these corners.
-  [[nodiscard]] BRISTLE_LANES Mask<S> is_near(const Pack3<S>& lower, const Pack3<S>& upper) const {
+  [[nodiscard]] BRISTLE_INLINE Mask<S> is_near(const Pack3<S>& lower, const Pack3<S>& upper) const {
     if (!collider->half_space) {
       return (lower.x <= Pack<S>(box.upper.x())) & (lower.y <= Pack<S>(box.upper.y())) &
              (lower.z <= Pack<S>(box.upper.z())) & (upper.x >= Pack<S>(box.lower.x())) &
@@ -14902,7 +15099,7 @@ class HapticLoop {
   [[nodiscard]] Vec6<S> other_force(const WorldState<S, Backend>& state, BodyId id,
                                     const HeldMobility<S>& held) const;
 
-  const WorldKernels<S, Backend>* kernels_ = &world_kernels<S, Backend>();
+  const HapticKernels<S, Backend>* kernels_ = &haptic_kernels<S, Backend>();
   HapticDef<S> def_;
   std::vector<Tool> tools_;
   std::vector<Skin> skins_;
@@ -15125,10 +15322,10 @@ namespace bristle::inline BRISTLE_ABI {
 /// so do calls with a handle that names nothing any more. `step` never throws, never lets a
 /// non-finite number spread, and does not allocate once it has seen the scene's largest step.
 ///
-/// A world is a value: a copy steps on exactly as the original would, and warms up scratch memory of
-/// its own. One that was moved from may only be destroyed or assigned to. The same calls give the
-/// same bits, run to run and for any `WorldDef::parallel_for`. One thread at a time may use a world;
-/// const calls may run concurrently.
+/// A world is a value: a copy steps on exactly as the original would, and warms up scratch memory
+/// of its own. One that was moved from may only be destroyed or assigned to. The same calls give
+/// the same bits, run to run and for any `WorldDef::parallel_for`. One thread at a time may use a
+/// world; const calls may run concurrently.
 ///
 /// @tparam S        Scalar: float, double, or `Dual<double, n>` (docs/gradients.md).
 /// @tparam Backend  What computes geometry; see `ShapeBackend`.
@@ -15523,10 +15720,12 @@ BRISTLE_BACKEND_FUNCTIONS(extern template, FclBackend, double)
 #if defined(BRISTLE_COMPILED) && BRISTLE_HAS_DEFINITIONS
 namespace bristle::inline BRISTLE_ABI {
 
-#define BRISTLE_COMPILED_WORLD(S, Backend)                     \
-  template <>                                                  \
-  const WorldKernels<S, Backend>& world_kernels<S, Backend>(); \
-  extern template class World<S, Backend>;                     \
+#define BRISTLE_COMPILED_WORLD(S, Backend)                       \
+  template <>                                                    \
+  const WorldKernels<S, Backend>& world_kernels<S, Backend>();   \
+  template <>                                                    \
+  const HapticKernels<S, Backend>& haptic_kernels<S, Backend>(); \
+  extern template class World<S, Backend>;                       \
   extern template class HapticLoop<S, Backend>;
 BRISTLE_COMPILED_WORLD(float, AnalyticBackend)
 BRISTLE_COMPILED_WORLD(double, AnalyticBackend)
@@ -17227,8 +17426,8 @@ class SharedParameters {
       : all_{p.normal_stiffness, p.normal_damping, p.static_friction, p.sliding_friction,
              p.breakaway_distance} {}
 
-  [[nodiscard]] BRISTLE_LANES const SensorParameters<Pack<S>>& operator()(std::size_t,
-                                                                          std::size_t) const {
+  [[nodiscard]] BRISTLE_INLINE const SensorParameters<Pack<S>>& operator()(std::size_t,
+                                                                           std::size_t) const {
     return all_;
   }
 
@@ -17503,11 +17702,11 @@ struct ContactSums {
 
 /// The impulses of a pack of contacts at the start of a step into its tile, and to the sums.
 template <Scalar S>
-BRISTLE_LANES void give_impulses(ContactTile<S>& tile, std::size_t at,
-                                 const SensorParameters<Pack<S>>& p, const LawOptions& options,
-                                 const SensorContact<Pack<S>>& contact, const Pack3<S>& stretch,
-                                 const Pack3<S>& point, const Mask<S>& is_touching, S dt,
-                                 Pack3<S>& sum, Pack3<S>& moment_sum) {
+BRISTLE_INLINE void give_impulses(ContactTile<S>& tile, std::size_t at,
+                                  const SensorParameters<Pack<S>>& p, const LawOptions& options,
+                                  const SensorContact<Pack<S>>& contact, const Pack3<S>& stretch,
+                                  const Pack3<S>& point, const Mask<S>& is_touching, S dt,
+                                  Pack3<S>& sum, Pack3<S>& moment_sum) {
   using T = Pack<S>;
   const SensorForce<T> force = sensor_force<T>(p, options, contact, stretch, dt);
   const Pack3<S> impulse = select(is_touching, T(dt) * force.total(), zero_vector<T>());
@@ -17545,7 +17744,7 @@ class ContactMaker {
   }
 
   /// Those of the lanes `hit` of a tile that meet the body at more than a grazing angle.
-  BRISTLE_LANES void add_tile(std::size_t number, LaneBits hit) {
+  BRISTLE_INLINE void add_tile(std::size_t number, LaneBits hit) {
     SensorTile<S>& tile = patch_.tiles[number];
     ContactTile<S>& out = *next_++;
     out.begin(static_cast<std::uint32_t>(number));
@@ -17569,8 +17768,8 @@ class ContactMaker {
   [[nodiscard]] const ContactSums<S>& sums() const { return sums_; }
 
  private:
-  BRISTLE_LANES void add_pack(SensorTile<S>& tile, ContactTile<S>& out, std::size_t at,
-                              LaneBits hit, LaneBits anchored) {
+  BRISTLE_INLINE void add_pack(SensorTile<S>& tile, ContactTile<S>& out, std::size_t at,
+                               LaneBits hit, LaneBits anchored) {
     const TouchPack<S> touch(patch_, tile, out.tile, at, hit, true);
     const SensorParameters<T>& p = parameters_(out.tile, at);
     const Mask<S> is_met = touch.is_met;
@@ -17626,9 +17825,9 @@ class ContactMaker {
     store_pack(tile.root_b, at, anchor.q_B);
   }
 
-  BRISTLE_LANES void add_sums(const SensorParameters<T>& p, const Pack3<S>& point, const T& depth,
-                              const T& force, const T& inverse_length, const Mask<S>& is_met,
-                              const Mask<S>& is_touching) {
+  BRISTLE_INLINE void add_sums(const SensorParameters<T>& p, const Pack3<S>& point, const T& depth,
+                               const T& force, const T& inverse_length, const Mask<S>& is_met,
+                               const Mask<S>& is_touching) {
     const T k_t = select(is_touching, bristle_stiffness(p, options_.scaling, force, depth), T(0));
     const T c_t = select(is_touching, p.sliding_friction, T(0));
     sums_.bristle += k_t;
@@ -17674,8 +17873,8 @@ std::uint32_t meet_body(SensorPatch<S>& patch, std::uint32_t index, const Body<S
   pair.pose = pair_pose(A.center_pose, B.body->center_pose);
   const Vec3<S> p_AB_W = B.body->center_pose.translation - A.center_pose.translation;
   const Mat3<S> R_AW = pair.R_WA.transpose();
-  pair.start_motion = {product<S>(R_AW, A.twist.linear - B.body->twist.at(-p_AB_W)),
-                       product<S>(R_AW, A.twist.angular - B.body->twist.angular)};
+  pair.start_motion = {R_AW * (A.twist.linear - B.body->twist.at(-p_AB_W)),
+                       R_AW * (A.twist.angular - B.body->twist.angular)};
   const std::uint32_t end = place_contacts(patch, index, first);
   const std::size_t slice = tiles_per_slice(patch.near.size());
   with_parameters<S>(patch.def, [&](const auto& parameters) {
@@ -17698,7 +17897,7 @@ std::uint32_t meet_body(SensorPatch<S>& patch, std::uint32_t index, const Body<S
     pair.first = first;
     pair.count = sums.count > 0 ? end - first : 0;
   });
-  pair.arm_a = product(pair.R_WA, pair.center);
+  pair.arm_a = pair.R_WA * pair.center;
   pair.arm_b = pair.arm_a - p_AB_W;
   return end;
 }
@@ -17821,17 +18020,17 @@ namespace bristle::inline BRISTLE_ABI::detail {
 
 /// Velocity of A relative to B at the arm rho from c for the motion (linear, angular) at c.
 template <Value T>
-[[nodiscard]] BRISTLE_LANES Vector3<T> velocity_at(const Vector3<T>& linear,
-                                                   const Vector3<T>& angular,
-                                                   const Vector3<T>& rho) {
+[[nodiscard]] BRISTLE_INLINE Vector3<T> velocity_at(const Vector3<T>& linear,
+                                                    const Vector3<T>& angular,
+                                                    const Vector3<T>& rho) {
   return linear + cross(angular, rho);
 }
 
 /// Normal part: J_n = dt K_N e_N + a_n g.v' while touching; before, the spring and the damper act
 /// on the depth that is reached within the step only, so that nothing pushes across a gap.
 template <Value T>
-BRISTLE_LANES void linearise_normal(const SensorParameters<T>& p, PatchContact<T>& c,
-                                    ScalarOf<T> dt) {
+BRISTLE_INLINE void linearise_normal(const SensorParameters<T>& p, PatchContact<T>& c,
+                                     ScalarOf<T> dt) {
   const T spring = T(dt) * p.normal_stiffness;
   const T slope = spring + p.normal_damping;
   c.normal_constant = select(c.is_touching, spring, slope) * c.depth;
@@ -17841,8 +18040,8 @@ BRISTLE_LANES void linearise_normal(const SensorParameters<T>& p, PatchContact<T
 /// [N] Mean normal force of a step that ends with the velocity v, of contacts that push or not
 /// (`is_pushing`) and whose normal part is as `linearise_normal` leaves it.
 template <Value T>
-[[nodiscard]] BRISTLE_LANES T force_at(const PatchContact<T>& c, const Vector3<T>& v,
-                                       ScalarOf<T> dt) {
+[[nodiscard]] BRISTLE_INLINE T force_at(const PatchContact<T>& c, const Vector3<T>& v,
+                                        ScalarOf<T> dt) {
   const T normal = c.normal_constant + c.a_normal * dot(c.g, v);
   return select(c.is_pushing, normal, T(0)) * T(ScalarOf<T>(1) / dt);
 }
@@ -17851,8 +18050,8 @@ template <Value T>
 /// the ray, the difference to n with the impulse of the last pass. (With that impulse inside, the
 /// matrix would be unsymmetric and oblique rays would be kicked.)
 template <Value T>
-[[nodiscard]] BRISTLE_LANES Vector3<T> normal_constant(const PatchContact<T>& c,
-                                                       NormalDirection direction) {
+[[nodiscard]] BRISTLE_INLINE Vector3<T> normal_constant(const PatchContact<T>& c,
+                                                        NormalDirection direction) {
   Vector3<T> sum = c.normal_constant * c.g;
   if (direction == NormalDirection::ray) sum += c.normal_impulse * Vector3<T>(c.n - c.g);
   return select(c.is_pushing, sum, zero_vector<T>());
@@ -17860,10 +18059,10 @@ template <Value T>
 
 /// Friction of a bristle that sticks throughout the step.
 template <Value T>
-[[nodiscard]] BRISTLE_LANES Vector3<T> linearise_stuck(const SensorParameters<T>& p,
-                                                       const LawOptions& options,
-                                                       const PatchPair<ScalarOf<T>>& pair,
-                                                       PatchContact<T>& c, ScalarOf<T> dt) {
+[[nodiscard]] BRISTLE_INLINE Vector3<T> linearise_stuck(const SensorParameters<T>& p,
+                                                        const LawOptions& options,
+                                                        const PatchPair<ScalarOf<T>>& pair,
+                                                        PatchContact<T>& c, ScalarOf<T> dt) {
   using S = ScalarOf<T>;
   const T k_t = bristle_stiffness(p, options.scaling, c.force, c.depth);
   const Vector3<T> v0 = tangential<T>(c.start_velocity, c.n);
@@ -17876,10 +18075,10 @@ template <Value T>
 
 /// Mean stretch of a bristle over a step in which it slips with the tangential velocity v.
 template <Value T>
-[[nodiscard]] BRISTLE_LANES Vector3<T> mean_slip_stretch(const PatchPair<ScalarOf<T>>& pair,
-                                                         const PatchContact<T>& c,
-                                                         const Vector3<T>& v, T sigma,
-                                                         SlipReset reset, ScalarOf<T> dt) {
+[[nodiscard]] BRISTLE_INLINE Vector3<T> mean_slip_stretch(const PatchPair<ScalarOf<T>>& pair,
+                                                          const PatchContact<T>& c,
+                                                          const Vector3<T>& v, T sigma,
+                                                          SlipReset reset, ScalarOf<T> dt) {
   using std::min;
   using std::sqrt;
   const T speed = sqrt(dot(v, v));
@@ -17903,11 +18102,11 @@ template <Value T>
 
 /// Friction of a bristle that slips, linearised around the tangential velocity v.
 template <Value T>
-[[nodiscard]] BRISTLE_LANES Vector3<T> linearise_slip(const SensorParameters<T>& p,
-                                                      const LawOptions& options,
-                                                      const PatchPair<ScalarOf<T>>& pair,
-                                                      PatchContact<T>& c, const Vector3<T>& v,
-                                                      ScalarOf<T> dt) {
+[[nodiscard]] BRISTLE_INLINE Vector3<T> linearise_slip(const SensorParameters<T>& p,
+                                                       const LawOptions& options,
+                                                       const PatchPair<ScalarOf<T>>& pair,
+                                                       PatchContact<T>& c, const Vector3<T>& v,
+                                                       ScalarOf<T> dt) {
   using std::max;
   using std::min;
   using std::sqrt;
@@ -17934,9 +18133,9 @@ template <Value T>
 
 /// Linear model of one contact around the tangential velocity v.
 template <Value T>
-BRISTLE_LANES void linearise(const SensorParameters<T>& p, const LawOptions& options,
-                             const PatchPair<ScalarOf<T>>& pair, PatchContact<T>& c,
-                             const Vector3<T>& v, ScalarOf<T> dt) {
+BRISTLE_INLINE void linearise(const SensorParameters<T>& p, const LawOptions& options,
+                              const PatchPair<ScalarOf<T>>& pair, PatchContact<T>& c,
+                              const Vector3<T>& v, ScalarOf<T> dt) {
   Vector3<T> friction = linearise_stuck<T>(p, options, pair, c, dt);
   if (any(c.is_slipping)) {
     PatchContact<T> slipping = c;
@@ -17954,8 +18153,8 @@ BRISTLE_LANES void linearise(const SensorParameters<T>& p, const LawOptions& opt
 
 /// Impulse of a contact's linear model at the velocity v. `a_normal` is 0 where nothing pushes.
 template <Value T>
-[[nodiscard]] BRISTLE_LANES Vector3<T> model_impulse(const PatchContact<T>& c,
-                                                     const Vector3<T>& v) {
+[[nodiscard]] BRISTLE_INLINE Vector3<T> model_impulse(const PatchContact<T>& c,
+                                                      const Vector3<T>& v) {
   Vector3<T> sum =
       c.constant + c.a_across * tangential<T>(v, c.n) + T(c.a_normal * dot(c.g, v)) * c.g;
   if (any(c.is_slipping)) sum += T((c.a_along - c.a_across) * dot(c.along, v)) * c.along;
@@ -17976,7 +18175,7 @@ struct ModelSum {
   Vector3<T> linear = zero_vector<T>(), angular = zero_vector<T>();
 
   /// Adds a contact; one that does not push has `a_normal` 0.
-  BRISTLE_LANES void add(const PatchContact<T>& c) {
+  BRISTLE_INLINE void add(const PatchContact<T>& c) {
     const Vector3<T> ag = c.a_normal * c.g;
     const Vector3<T> an = c.a_across * c.n;
     T kxx = x(ag) * x(c.g) - x(an) * x(c.n) + c.a_across;
@@ -18059,18 +18258,18 @@ struct ModelSum {
   }
 
  private:
-  [[nodiscard]] BRISTLE_LANES static T x(const Vector3<T>& v) { return coordinate<0>(v); }
-  [[nodiscard]] BRISTLE_LANES static T y(const Vector3<T>& v) { return coordinate<1>(v); }
-  [[nodiscard]] BRISTLE_LANES static T z(const Vector3<T>& v) { return coordinate<2>(v); }
+  [[nodiscard]] BRISTLE_INLINE static T x(const Vector3<T>& v) { return coordinate<0>(v); }
+  [[nodiscard]] BRISTLE_INLINE static T y(const Vector3<T>& v) { return coordinate<1>(v); }
+  [[nodiscard]] BRISTLE_INLINE static T z(const Vector3<T>& v) { return coordinate<2>(v); }
   template <int axis>
-  [[nodiscard]] BRISTLE_LANES static T coordinate(const Vector3<T>& v) {
+  [[nodiscard]] BRISTLE_INLINE static T coordinate(const Vector3<T>& v) {
     if constexpr (Scalar<T>) {
       return v[axis];
     } else {
       return axis == 0 ? v.x : axis == 1 ? v.y : v.z;
     }
   }
-  [[nodiscard]] BRISTLE_LANES static Vector3<T> vector(const T& x, const T& y, const T& z) {
+  [[nodiscard]] BRISTLE_INLINE static Vector3<T> vector(const T& x, const T& y, const T& z) {
     return {x, y, z};
   }
 };
@@ -18094,8 +18293,8 @@ struct PassChange {
 
 /// Whether the normal part of a contact acts at the velocity v that was found, and with what force.
 template <Value T>
-BRISTLE_LANES void update_normal(PatchContact<T>& c, const Truth<T>& is_met, const Vector3<T>& v,
-                                 ScalarOf<T> dt, PassChange<T>& change) {
+BRISTLE_INLINE void update_normal(PatchContact<T>& c, const Truth<T>& is_met, const Vector3<T>& v,
+                                  ScalarOf<T> dt, PassChange<T>& change) {
   using std::abs;
   using std::max;
   const T normal = c.normal_constant + c.a_normal * dot(c.g, v);
@@ -18111,8 +18310,9 @@ BRISTLE_LANES void update_normal(PatchContact<T>& c, const Truth<T>& is_met, con
 /// Whether a touching sensor slips at the tangential velocity v that was found, and whether its
 /// slip has to be damped because it turns around from pass to pass.
 template <Value T>
-BRISTLE_LANES void update_slip(PatchContact<T>& c, const Vector3<T>& v, T sigma, SlipReset reset,
-                               ScalarOf<T> dt, int pass, bool is_last_pass, PassChange<T>& change) {
+BRISTLE_INLINE void update_slip(PatchContact<T>& c, const Vector3<T>& v, T sigma, SlipReset reset,
+                                ScalarOf<T> dt, int pass, bool is_last_pass,
+                                PassChange<T>& change) {
   const Vector3<T> reached = c.stretch + T(dt) * v;
   const Truth<T> overshoots = c.is_touching & (dot(reached, reached) > sigma * sigma);
   // A released bristle has let go for this step; a dragged one may be found sticking after all.
@@ -18215,7 +18415,7 @@ struct LaneMotion {
       : LaneMotion(pair.R_WA.transpose() * u.template head<3>(),
                    pair.R_WA.transpose() * u.template tail<3>()) {}
 
-  [[nodiscard]] BRISTLE_LANES Pack3<S> at(const Pack3<S>& rho) const {
+  [[nodiscard]] BRISTLE_INLINE Pack3<S> at(const Pack3<S>& rho) const {
     return velocity_at<Pack<S>>(linear, angular, rho);
   }
 };
@@ -18233,15 +18433,15 @@ struct LaneWrench {
   }
   /// Its sum in the world's axes.
   [[nodiscard]] Wrench<S> in_world(const PatchPair<S>& pair) const {
-    return {product<S>(pair.R_WA, sum_of_lanes(force)),
-            product<S>(pair.R_WA, sum_of_lanes(torque))};
+    return {pair.R_WA * sum_of_lanes(force), pair.R_WA * sum_of_lanes(torque)};
   }
 };
 
 /// Finds what is known of the contacts of a pack before anything is linearised.
 template <Scalar S>
-BRISTLE_LANES void find_geometry(const SensorPatch<S>& patch, const ContactTile<S>& tile,
-                                 std::size_t at, const Pack3<S>& center, PatchContact<Pack<S>>& c) {
+BRISTLE_INLINE void find_geometry(const SensorPatch<S>& patch, const ContactTile<S>& tile,
+                                  std::size_t at, const Pack3<S>& center,
+                                  PatchContact<Pack<S>>& c) {
   const TouchPack<S> touch(patch, patch.tiles[tile.tile], tile.tile, at, tile.is_met, false);
   c.n = touch.n;
   c.g = touch.g;
@@ -18254,8 +18454,8 @@ BRISTLE_LANES void find_geometry(const SensorPatch<S>& patch, const ContactTile<
 
 /// Loads what the last pass found them to do.
 template <Scalar S>
-BRISTLE_LANES void load_states(const ContactTile<S>& tile, std::size_t at,
-                               PatchContact<Pack<S>>& c) {
+BRISTLE_INLINE void load_states(const ContactTile<S>& tile, std::size_t at,
+                                PatchContact<Pack<S>>& c) {
   c.is_pushing = load_mask<S>(tile.is_pushing, at);
   c.is_slipping = load_mask<S>(tile.is_slipping, at);
   c.is_damping_slip = load_mask<S>(tile.is_damping_slip, at);
@@ -18263,8 +18463,8 @@ BRISTLE_LANES void load_states(const ContactTile<S>& tile, std::size_t at,
 
 /// The model of another motion, and the force that it was made for.
 template <Scalar S>
-BRISTLE_LANES void load_model(const ContactTile<S>& tile, std::size_t at,
-                              PatchContact<Pack<S>>& c) {
+BRISTLE_INLINE void load_model(const ContactTile<S>& tile, std::size_t at,
+                               PatchContact<Pack<S>>& c) {
   c.constant = load_pack(tile.constant, at);
   c.a_normal = load_pack(tile.a_normal, at);
   c.a_across = load_pack(tile.a_across, at);
@@ -18275,8 +18475,8 @@ BRISTLE_LANES void load_model(const ContactTile<S>& tile, std::size_t at,
   }
 }
 template <Scalar S>
-BRISTLE_LANES void store_model(ContactTile<S>& tile, std::size_t at,
-                               const PatchContact<Pack<S>>& c) {
+BRISTLE_INLINE void store_model(ContactTile<S>& tile, std::size_t at,
+                                const PatchContact<Pack<S>>& c) {
   store_pack(tile.constant, at, c.constant);
   store_pack(tile.a_normal, at, c.a_normal);
   store_pack(tile.a_across, at, c.a_across);
@@ -18290,9 +18490,10 @@ BRISTLE_LANES void store_model(ContactTile<S>& tile, std::size_t at,
 /// First model of the contacts of a pack, around the motion at the start of the step. `a_normal`
 /// becomes 0 where nothing pushes, so that the evaluation need not ask.
 template <Scalar S>
-BRISTLE_LANES void linearise_at_start(const SensorParameters<Pack<S>>& p, const LawOptions& options,
-                                      const PatchPair<S>& pair, const LaneMotion<S>& start,
-                                      const Mask<S>& is_met, S dt, PatchContact<Pack<S>>& c) {
+BRISTLE_INLINE void linearise_at_start(const SensorParameters<Pack<S>>& p,
+                                       const LawOptions& options, const PatchPair<S>& pair,
+                                       const LaneMotion<S>& start, const Mask<S>& is_met, S dt,
+                                       PatchContact<Pack<S>>& c) {
   using T = Pack<S>;
   c.start_velocity = start.at(c.rho);
   const T approach = dot(c.g, c.start_velocity);
@@ -18357,8 +18558,8 @@ struct Evaluation {
 
 /// Impulse of the models of the contacts of a pack at the velocities v.
 template <Scalar S>
-BRISTLE_LANES void give_model_impulses(const PatchContact<Pack<S>>& c, const Pack3<S>& v,
-                                       ContactTile<S>& tile, std::size_t at, LaneWrench<S>& sum) {
+BRISTLE_INLINE void give_model_impulses(const PatchContact<Pack<S>>& c, const Pack3<S>& v,
+                                        ContactTile<S>& tile, std::size_t at, LaneWrench<S>& sum) {
   using T = Pack<S>;
   Pack3<S> impulse = model_impulse<T>(c, v);
   T normal = select(c.is_pushing, dot(impulse, c.n), T(S(0)));
@@ -18376,10 +18577,10 @@ BRISTLE_LANES void give_model_impulses(const PatchContact<Pack<S>>& c, const Pac
 
 /// Finds out what the contacts of a pack do at the velocities v.
 template <Scalar S>
-BRISTLE_LANES void find_changes(const SensorParameters<Pack<S>>& p, SlipReset reset,
-                                const PassDef<S>& def, const Pack3<S>& v, ContactTile<S>& tile,
-                                std::size_t at, PatchContact<Pack<S>>& c,
-                                PassChange<Pack<S>>& change) {
+BRISTLE_INLINE void find_changes(const SensorParameters<Pack<S>>& p, SlipReset reset,
+                                 const PassDef<S>& def, const Pack3<S>& v, ContactTile<S>& tile,
+                                 std::size_t at, PatchContact<Pack<S>>& c,
+                                 PassChange<Pack<S>>& change) {
   using T = Pack<S>;
   c.last_slip = zero_vector<T>();
   if (any(c.is_slipping)) c.last_slip = load_pack(tile.last_slip, at);
@@ -18684,7 +18885,7 @@ template <Scalar S>
 Wrench<S> explicit_impulses(SensorPatch<S>& patch, const PatchPair<S>& pair, BodyId id_b, S dt,
                             const ParallelFor& parallel_for) {
   if (pair.is_given) {
-    return {product(pair.R_WA, pair.given.force), product(pair.R_WA, pair.given.torque)};
+    return {pair.R_WA * pair.given.force, pair.R_WA * pair.given.torque};
   }
   return patch.def.options.law == Law::ambf ? detail::ambf_impulses(patch, pair, id_b, dt)
                                             : detail::paper_impulses(patch, pair, dt, parallel_for);
@@ -18714,13 +18915,13 @@ namespace detail {
 
 /// Writes `value` into the lanes of `mask`; the others become 0 or keep what was there.
 template <Scalar S>
-BRISTLE_LANES void put(S* row, const Mask<S>& mask, const Pack<S>& value, bool keeps) {
+BRISTLE_INLINE void put(S* row, const Mask<S>& mask, const Pack<S>& value, bool keeps) {
   select(mask, value, keeps ? Pack<S>::load(row) : Pack<S>(S(0))).store(row);
 }
 
 /// Makes a pack of sensors read no forces.
 template <Scalar S>
-BRISTLE_LANES void clear_pack(ReadingStore<S>& out, std::size_t i) {
+BRISTLE_INLINE void clear_pack(ReadingStore<S>& out, std::size_t i) {
   const Pack<S> nothing = S(0);
   nothing.store(out.depth.data() + i);
   nothing.store(out.normal_force.data() + i);
@@ -18743,9 +18944,9 @@ struct ReadingSum {
 
 /// Readings of the contacts of one tile on the body `id`, with their forces added to `sum`.
 template <Scalar S>
-BRISTLE_LANES void read_tile(SensorPatch<S>& patch, const PatchPair<S>& pair,
-                             const ContactTile<S>& tile, const Vec3<S>& origin, S per_step,
-                             BodyId id, ReadingSum<S>& sum) {
+BRISTLE_INLINE void read_tile(SensorPatch<S>& patch, const PatchPair<S>& pair,
+                              const ContactTile<S>& tile, const Vec3<S>& origin, S per_step,
+                              BodyId id, ReadingSum<S>& sum) {
   using T = Pack<S>;
   const SensorTile<S>& sensors = patch.tiles[tile.tile];
   ReadingStore<S>& out = patch.readings;
@@ -18780,7 +18981,7 @@ BRISTLE_LANES void read_tile(SensorPatch<S>& patch, const PatchPair<S>& pair,
     put(out.normal_force.data() + i, is_felt, normal, is_shared);
     put(out.shear_1.data() + i, is_felt, dot(t1, shear), is_shared);
     put(out.shear_2.data() + i, is_felt, dot(cross(n, t1), shear), is_shared);
-    const Pack3<S> point_W = product(pair.R_WA, point) + Pack3<S>::all(origin);
+    const Pack3<S> point_W = pair.R_WA * point + Pack3<S>::all(origin);
     // Points stay where nothing is felt.
     const bool keeps_some = !all(is_felt);
     put(out.point.x.data() + i, is_felt, point_W.x, keeps_some);
@@ -18825,7 +19026,7 @@ void fill_readings(SensorPatch<S>& patch, const Vec3<S>& origin, S dt, FindId&& 
                                                    part = own;
                                                  });
     out.wrench += sum.all.in_world(pair);
-    out.shear_W += product<S>(pair.R_WA, sum_of_lanes(sum.shear));
+    out.shear_W += pair.R_WA * sum_of_lanes(sum.shear);
   }
   for (std::size_t i = 0; i < patch.felt.size(); ++i) {
     if (patch.felt[i] == 0 && patch.felt_before[i] != 0) out.clear_tile(i);
@@ -19012,7 +19213,7 @@ template <Scalar S>
 void HostSolver<S>::discard_what_is_not_finite(HostPatch<S>& host) {
   for (std::size_t k = 0; k < host.patch_.pairs.size(); ++k) {
     const Wrench<S>& impulse = host.impulses_[k];
-    if (!impulse.force.allFinite() || !impulse.torque.allFinite()) take_back(host, k);
+    if (!all_finite(impulse.force) || !all_finite(impulse.torque)) take_back(host, k);
   }
 }
 
@@ -19168,7 +19369,8 @@ template <Scalar S>
 template <Scalar S>
 [[nodiscard]] Vec3<S> support_point(const Box<S>& box, const Vec3<S>& direction) {
   const Vec3<S>& h = box.half_extents;
-  return (direction.array() < S(0)).select(-h, h);
+  return {direction.x() < S(0) ? -h.x() : h.x(), direction.y() < S(0) ? -h.y() : h.y(),
+          direction.z() < S(0) ? -h.z() : h.z()};
 }
 template <Scalar S>
 [[nodiscard]] Vec3<S> support_point(const Capsule<S>& capsule, const Vec3<S>& direction) {
@@ -20499,7 +20701,7 @@ void collide_shapes(const HalfSpace<S>& a, const Box<S>& b, const Transform<S>& 
   using std::abs;
   const Vec3<S>& half = b.half_extents;
   const Mat3<S> R = X_AB.rotation_matrix();
-  const Vec3<S> up_B = R.transpose().lazyProduct(a.normal);
+  const Vec3<S> up_B = R.transpose() * a.normal;
   // [m] Heights: of the centre over the plane, and of the ends of the half axes over the centre.
   const S height = a.normal.dot(X_AB.translation) - a.offset;
   const Vec3<S> rise = half.cwiseProduct(up_B);
@@ -21640,7 +21842,7 @@ void collide_face(const BoxPair<S>& boxes, bool is_of_a, int axis, S margin, S t
     manifold.normal = face.side * Vec3<S>::Unit(axis);
   } else {
     const Mat3<S> R_BA = R.transpose();
-    const Vec3<S> p_BA = -R_BA.lazyProduct(p);
+    const Vec3<S> p_BA = -(R_BA * p);
     const BoxFace<S> face{b, axis, p_BA[axis] > S(0) ? S(1) : S(-1), false};
     const BoxFacePatch<S> patch(face, a, R_BA, p_BA, tolerance);
     patch.add_to(manifold, margin, R, p);
@@ -21697,11 +21899,11 @@ void collide_shapes(const Box<S>& a, const Box<S>& b, const Transform<S>& X_AB, 
   const detail::BoxPair<S> boxes{a.half_extents, b.half_extents, R, p};
 
   const detail::BoxAxis<S> face_a =
-      detail::best_axis<S>(p.cwiseAbs() - a.half_extents - absolute.lazyProduct(b.half_extents));
+      detail::best_axis<S>(p.cwiseAbs() - a.half_extents - absolute * b.half_extents);
   if (face_a.gap > margin) return;
-  const Vec3<S> p_B = R.transpose().lazyProduct(p);
-  const detail::BoxAxis<S> face_b = detail::best_axis<S>(
-      p_B.cwiseAbs() - b.half_extents - absolute.transpose().lazyProduct(a.half_extents));
+  const Vec3<S> p_B = R.transpose() * p;
+  const detail::BoxAxis<S> face_b =
+      detail::best_axis<S>(p_B.cwiseAbs() - b.half_extents - absolute.transpose() * a.half_extents);
   if (face_b.gap > margin) return;
 
   const S least_gain =
@@ -21814,7 +22016,8 @@ class BoxInTree {
   [[nodiscard]] const Aabb<S>& box_C() const { return box_C_; }
 
   /// Which boxes in C it may overlap, of those whose coordinates are in the lanes.
-  [[nodiscard]] BRISTLE_LANES Mask<S> overlaps(const Pack3<S>& lower, const Pack3<S>& upper) const {
+  [[nodiscard]] BRISTLE_INLINE Mask<S> overlaps(const Pack3<S>& lower,
+                                                const Pack3<S>& upper) const {
     Mask<S> found = (lower.x <= box_C_.upper[0]) & (upper.x >= box_C_.lower[0]) &
                     (lower.y <= box_C_.upper[1]) & (upper.y >= box_C_.lower[1]) &
                     (lower.z <= box_C_.upper[2]) & (upper.z >= box_C_.lower[2]);
@@ -21868,7 +22071,7 @@ class alignas(64) LeafList {
   /// Calls visit(i) -> bool for the leaves that a box meets, until one returns false.
   /// @return Whether none did.
   template <typename Visit>
-  BRISTLE_LANES bool for_each(const BoxInTree<S>& box, Visit&& visit) const {
+  BRISTLE_INLINE bool for_each(const BoxInTree<S>& box, Visit&& visit) const {
     for (std::size_t k = 0; k < size_; k += lanes<S>) {
       const auto lower = Pack3<S>::load(&lower_[0][k], &lower_[1][k], &lower_[2][k]);
       const auto upper = Pack3<S>::load(&upper_[0][k], &upper_[1][k], &upper_[2][k]);
@@ -22122,16 +22325,16 @@ class BundleTriangles {
   [[nodiscard]] S highest(std::size_t i) const { return upper_[2][i]; }
 
   /// Tests rays against candidate i.
-  BRISTLE_LANES void test(std::size_t i, const LaneRays<S>& rays, LaneCrossings<S>& found) const;
+  BRISTLE_INLINE void test(std::size_t i, const LaneRays<S>& rays, LaneCrossings<S>& found) const;
 
  private:
   // A pack may be loaded from the last candidate.
   using Row = std::array<S, capacity + 16>;
 
   /// [m] Corner c of the triangles of a leaf from its i-th on, in the frame of the tree.
-  [[nodiscard]] BRISTLE_LANES static Pack3<S> corner(const WideTree<S>& tree,
-                                                     const TriangleRange& leaf, std::size_t c,
-                                                     std::size_t i) {
+  [[nodiscard]] BRISTLE_INLINE static Pack3<S> corner(const WideTree<S>& tree,
+                                                      const TriangleRange& leaf, std::size_t c,
+                                                      std::size_t i) {
     return Pack3<S>::load(tree.row(leaf, c, 0) + i, tree.row(leaf, c, 1) + i,
                           tree.row(leaf, c, 2) + i);
   }
@@ -22141,9 +22344,9 @@ class BundleTriangles {
     Pack3<S> corners[3];
     std::uint32_t in_box;
   };
-  [[nodiscard]] BRISTLE_LANES static Turned turned(const WideTree<S>& tree,
-                                                   const TriangleRange& leaf, std::size_t i,
-                                                   const BoxInTree<S>& box);
+  [[nodiscard]] BRISTLE_INLINE static Turned turned(const WideTree<S>& tree,
+                                                    const TriangleRange& leaf, std::size_t i,
+                                                    const BoxInTree<S>& box);
 
   // Of each corner x, y, z; [-] the triangle's number. They lie side by side, so that `add` goes
   // from row to row by steps of one length: kept as one long row, rays took up to 7 % more time.
@@ -22160,12 +22363,12 @@ class BundleTriangles {
 // Implementation -----------------------------------------------------------------------------------
 
 template <Scalar S>
-BRISTLE_LANES auto BundleTriangles<S>::turned(const WideTree<S>& tree, const TriangleRange& leaf,
-                                              std::size_t i, const BoxInTree<S>& box) -> Turned {
+BRISTLE_INLINE auto BundleTriangles<S>::turned(const WideTree<S>& tree, const TriangleRange& leaf,
+                                               std::size_t i, const BoxInTree<S>& box) -> Turned {
   Turned result;
   const Pack3<S> origin = Pack3<S>::all(box.p_GC());
   for (std::size_t c = 0; c < 3; ++c) {
-    result.corners[c] = origin + product<S>(box.R_GC(), corner(tree, leaf, c, i));
+    result.corners[c] = origin + box.R_GC() * corner(tree, leaf, c, i);
   }
   const auto& [a, b, c] = result.corners;
   const Aabb<S>& limits = box.box_G();
@@ -22229,7 +22432,7 @@ void BundleTriangles<S>::finish(const RayBundle<S>& bundle, const Mat3<S>& R_RG,
     const Pack3<S> n = cross(b - a, c - a);
     const Pack<S> largest = max(abs(n.x), max(abs(n.y), abs(n.z)));
     const Pack3<S> scaled = (S(1) / largest) * n;
-    const Pack3<S> normal = product<S>(R_RG, (S(1) / sqrt(dot(scaled, scaled))) * scaled);
+    const Pack3<S> normal = R_RG * ((S(1) / sqrt(dot(scaled, scaled))) * scaled);
     normal.store(&normal_[0][i], &normal_[1][i], &normal_[2][i]);
     // No corner is farther than this from any ray across it, nor from its start along it, and
     // neither is farther from the origin.
@@ -22267,8 +22470,8 @@ std::size_t BundleTriangles<S>::within(const Aabb<S>& box,
 }
 
 template <Scalar S>
-BRISTLE_LANES void BundleTriangles<S>::test(std::size_t i, const LaneRays<S>& rays,
-                                            LaneCrossings<S>& found) const {
+BRISTLE_INLINE void BundleTriangles<S>::test(std::size_t i, const LaneRays<S>& rays,
+                                             LaneCrossings<S>& found) const {
   const auto corner = [&](std::size_t k) { return Pack<S>(rows_[k][i]); };
   const Pack<S> az = corner(2);
   const Pack<S> bz = corner(5);
@@ -22413,10 +22616,10 @@ class BundleMeshQuery {
   void cast_blocks(const Bundle& bundle, std::size_t first, std::size_t end, Side side);
   [[nodiscard]] Side common_side(const Bundle& bundle, const BoxInTree<S>& box,
                                  const LeafList<S>* list);
-  BRISTLE_LANES void settle(std::size_t place, std::size_t count, const LaneCrossings<S>& found,
-                            BlockFindings& findings);
-  BRISTLE_LANES void offer_in_order(std::size_t first, std::uint32_t offered,
-                                    const LaneCrossings<S>& found);
+  BRISTLE_INLINE void settle(std::size_t place, std::size_t count, const LaneCrossings<S>& found,
+                             BlockFindings& findings);
+  BRISTLE_INLINE void offer_in_order(std::size_t first, std::uint32_t offered,
+                                     const LaneCrossings<S>& found);
   void decide(std::size_t place, BlockBits unmet, Side& side);
   void decide_empty(const Bundle& bundle, Side side);
   void cast_alone(std::size_t i, Side side = Side::unknown);
@@ -22448,8 +22651,7 @@ class BundleMeshQuery {
   [[nodiscard]] Ray<S> ray_in_mesh(std::size_t i) const {
     const Vec3<S> origin(rays_.origin_x[i], rays_.origin_y[i], rays_.origin_z[i]);
     const Vec3<S> direction(rays_.direction_x[i], rays_.direction_y[i], rays_.direction_z[i]);
-    return {product<S>(R_CR_, origin - p_RC_), product<S>(R_CR_, direction),
-            rays_.length[i] + rays_.extra_length};
+    return {R_CR_ * (origin - p_RC_), R_CR_ * direction, rays_.length[i] + rays_.extra_length};
   }
   [[nodiscard]] Side side_of(std::size_t i) const {
     const bool is_inside = ray_cast_mesh(mesh_, ray_in_mesh(i)).distance == S(0);
@@ -22490,7 +22692,7 @@ BoxInTree<S> BundleMeshQuery<S>::box_of(const Bundle& bundle, const BoxInTree<S>
   // Directions have length 1: longer rays leave the box by no more than what they gained.
   const Aabb<S> box = bundle.box.inflated(margin(bundle) + rays_.extra_length);
   if (framed != nullptr) return {framed->R_GC(), framed->p_GC(), box};
-  return {bundle.axes.lazyProduct(R_RC_), product<S>(bundle.axes, p_RC_ - bundle.center), box};
+  return {bundle.axes * R_RC_, bundle.axes * (p_RC_ - bundle.center), box};
 }
 
 template <Scalar S>
@@ -22671,9 +22873,9 @@ void BundleMeshQuery<S>::cast_blocks(const Bundle& bundle, std::size_t first, st
 
 /// Offers what rays in lanes have met.
 template <Scalar S>
-BRISTLE_LANES void BundleMeshQuery<S>::settle(std::size_t place, std::size_t count,
-                                              const LaneCrossings<S>& found,
-                                              BlockFindings& findings) {
+BRISTLE_INLINE void BundleMeshQuery<S>::settle(std::size_t place, std::size_t count,
+                                               const LaneCrossings<S>& found,
+                                               BlockFindings& findings) {
   const std::uint32_t there = first_bits(std::min(count, lanes<S>));
   const std::uint32_t met = bits(min(found.front, found.back) < Pack<S>(infinity<S>));
   const Pack<S> apart = S(2) * found.uncertainty;
@@ -22704,8 +22906,8 @@ BRISTLE_LANES void BundleMeshQuery<S>::settle(std::size_t place, std::size_t cou
 /// As `RayHits::offer`, for rays that follow each other.
 /// @param offered  [-] Lanes that have met something.
 template <Scalar S>
-BRISTLE_LANES void BundleMeshQuery<S>::offer_in_order(std::size_t first, std::uint32_t offered,
-                                                      const LaneCrossings<S>& found) {
+BRISTLE_INLINE void BundleMeshQuery<S>::offer_in_order(std::size_t first, std::uint32_t offered,
+                                                       const LaneCrossings<S>& found) {
   S* const distance = hits_->distance.data() + first;
   const Pack<S> known = Pack<S>::load(distance);
   const Mask<S> is_nearer = Mask<S>::from_bits(offered) & (found.front < known);
@@ -22755,7 +22957,7 @@ void BundleMeshQuery<S>::cast_alone(std::size_t i, Side side) {
   if (side == Side::inside) return hit_inside(i);
   const RayHit<S> hit = hit_of(i, ray_in_mesh(i), best, side);
   if (hit.distance < best) {
-    hits_->offer(i, {hit.distance, product<S>(R_RC_, hit.normal)}, tag_);
+    hits_->offer(i, {hit.distance, R_RC_ * hit.normal}, tag_);
   }
 }
 
@@ -22833,16 +23035,16 @@ namespace detail {
 
 /// A hit at `distance` where `is_hit` and the ray reaches it, at the start where `is_inside`.
 template <Scalar S>
-BRISTLE_LANES RayHitLanes<S> hit_lanes(const RayLanes<S>& ray, const Mask<S>& is_inside,
-                                       const Mask<S>& is_hit, const Pack<S>& distance,
-                                       const Pack3<S>& normal) {
+BRISTLE_INLINE RayHitLanes<S> hit_lanes(const RayLanes<S>& ray, const Mask<S>& is_inside,
+                                        const Mask<S>& is_hit, const Pack<S>& distance,
+                                        const Pack3<S>& normal) {
   const Mask<S> counts = is_hit & (distance <= ray.length) & (distance < Pack<S>(infinity<S>));
   const Pack<S> there = select(counts, max(distance, Pack<S>(S(0))), Pack<S>(infinity<S>));
   return {select(is_inside, Pack<S>(S(0)), there), select(is_inside, -ray.direction, normal)};
 }
 
 template <Scalar S>
-BRISTLE_LANES RayHitLanes<S> no_hits() {
+BRISTLE_INLINE RayHitLanes<S> no_hits() {
   const Pack<S> zero(S(0));
   return {Pack<S>(infinity<S>), {zero, zero, zero}};
 }
@@ -22853,21 +23055,22 @@ BRISTLE_LANES RayHitLanes<S> no_hits() {
 /// @param radius  [m] How far around the core the shape reaches.
 /// @param extent  [m] How far from the shape's origin: rounding is relative to it, too.
 template <Scalar S>
-BRISTLE_LANES Mask<S> may_reach(const RayLanes<S>& ray, const Pack<S>& apart2, S radius, S extent) {
+BRISTLE_INLINE Mask<S> may_reach(const RayLanes<S>& ray, const Pack<S>& apart2, S radius,
+                                 S extent) {
   constexpr S slack = Tolerance<S>::round_off();
   const Pack<S> reach = (S(1) + slack) * (ray.length + radius) + slack * extent;
   return apart2 <= reach * reach;
 }
 
 template <Scalar S>
-BRISTLE_LANES Pack3<S> normalized(const Pack3<S>& v) {
+BRISTLE_INLINE Pack3<S> normalized(const Pack3<S>& v) {
   return (S(1) / sqrt(dot(v, v))) * v;
 }
 
 /// Unit vectors from vectors that are that to round-off, without root and division: of the square
 /// 1 + e, which becomes 1 - 3/4 e^2. In full where that would show in a lane that matters.
 template <Scalar S>
-BRISTLE_LANES Pack3<S> renormalized(const Pack3<S>& v, const Mask<S>& matters) {
+BRISTLE_INLINE Pack3<S> renormalized(const Pack3<S>& v, const Mask<S>& matters) {
   const Pack<S> excess = dot(v, v) - S(1);
   if (any(matters & !(abs(excess) <= Pack<S>(Tolerance<S>::equal())))) return normalized(v);
   return (S(1) - S(0.5) * excess) * v;
@@ -22879,14 +23082,14 @@ struct ChordLanes {
   Pack<S> enter{-infinity<S>};
   Pack<S> leave{infinity<S>};
 
-  [[nodiscard]] BRISTLE_LANES Mask<S> is_ahead() const {
+  [[nodiscard]] BRISTLE_INLINE Mask<S> is_ahead() const {
     return (enter <= leave) & (enter + leave >= Pack<S>(S(0)));
   }
 };
 
 template <Scalar S>
-BRISTLE_LANES ChordLanes<S> slab_chord(const Pack<S>& origin, const Pack<S>& direction, S low,
-                                       S high) {
+BRISTLE_INLINE ChordLanes<S> slab_chord(const Pack<S>& origin, const Pack<S>& direction, S low,
+                                        S high) {
   const Pack<S> inverse = S(1) / direction;
   const Pack<S> to_low = (low - origin) * inverse;
   const Pack<S> to_high = (high - origin) * inverse;
@@ -22899,8 +23102,8 @@ BRISTLE_LANES ChordLanes<S> slab_chord(const Pack<S>& origin, const Pack<S>& dir
 /// The slab of a box about the axis of one coordinate. Mostly all of the rays keep between two of
 /// the pairs of planes, which then bound nothing, and need not be divided by.
 template <Scalar S>
-BRISTLE_LANES ChordLanes<S> box_chord(const Pack<S>& origin, const Pack<S>& direction,
-                                      const Pack<S>& length, S half) {
+BRISTLE_INLINE ChordLanes<S> box_chord(const Pack<S>& origin, const Pack<S>& direction,
+                                       const Pack<S>& length, S half) {
   const Pack<S> end = origin + length * direction;
   if (all((abs(origin) < Pack<S>(half)) & (abs(end) < Pack<S>(half)))) return {};
   return slab_chord(origin, direction, -half, half);
@@ -22908,8 +23111,8 @@ BRISTLE_LANES ChordLanes<S> box_chord(const Pack<S>& origin, const Pack<S>& dire
 
 /// `Roots` in lanes, in order.
 template <Scalar S>
-BRISTLE_LANES ChordLanes<S> roots(const Pack<S>& a, const Pack<S>& b, const Pack<S>& c,
-                                  const Pack<S>& root) {
+BRISTLE_INLINE ChordLanes<S> roots(const Pack<S>& a, const Pack<S>& b, const Pack<S>& c,
+                                   const Pack<S>& root) {
   const Pack<S> zero(S(0));
   const Pack<S> far(infinity<S>);
   const Pack<S> q = select(b < zero, b - root, b + root);
@@ -22919,8 +23122,8 @@ BRISTLE_LANES ChordLanes<S> roots(const Pack<S>& a, const Pack<S>& b, const Pack
 }
 
 template <Scalar S>
-BRISTLE_LANES ChordLanes<S> tube_chord(const Pack3<S>& origin, const Pack3<S>& direction,
-                                       S radius) {
+BRISTLE_INLINE ChordLanes<S> tube_chord(const Pack3<S>& origin, const Pack3<S>& direction,
+                                        S radius) {
   const Pack<S> zero(S(0));
   const Pack<S> far(infinity<S>);
   const Pack<S> a = direction.x * direction.x + direction.y * direction.y;
@@ -22943,7 +23146,7 @@ struct ApproachLanes {
   Pack3<S> origin;
   Mask<S> is_near;
 
-  BRISTLE_LANES ApproachLanes(const RayLanes<S>& ray, S radius) {
+  BRISTLE_INLINE ApproachLanes(const RayLanes<S>& ray, S radius) {
     const Pack<S> closest = -dot(ray.origin, ray.direction);
     skipped = select(closest > Pack<S>(radius), closest - radius, Pack<S>(S(0)));
     origin = ray.origin + skipped * ray.direction;
@@ -22953,7 +23156,7 @@ struct ApproachLanes {
 };
 
 template <Scalar S>
-BRISTLE_LANES RayHitLanes<S> ray_cast(const Sphere<S>& sphere, const RayLanes<S>& ray) {
+BRISTLE_INLINE RayHitLanes<S> ray_cast(const Sphere<S>& sphere, const RayLanes<S>& ray) {
   const Pack<S> zero(S(0));
   const Pack<S> radius2(sphere.radius * sphere.radius);
   const Pack<S> apart2 = dot(ray.origin, ray.origin);
@@ -22969,7 +23172,7 @@ BRISTLE_LANES RayHitLanes<S> ray_cast(const Sphere<S>& sphere, const RayLanes<S>
 }
 
 template <Scalar S>
-BRISTLE_LANES RayHitLanes<S> ray_cast(const Box<S>& box, const RayLanes<S>& ray) {
+BRISTLE_INLINE RayHitLanes<S> ray_cast(const Box<S>& box, const RayLanes<S>& ray) {
   const Pack<S> zero(S(0));
   const Vec3<S>& half = box.half_extents;
   const ChordLanes<S> x = box_chord(ray.origin.x, ray.direction.x, ray.length, half.x());
@@ -22999,7 +23202,7 @@ struct TubeEntry {
   /// axis, of which the start is on this side.
   Mask<S> is_met, is_ahead;
 
-  BRISTLE_LANES TubeEntry(const Pack3<S>& origin, const Pack3<S>& direction, S radius) {
+  BRISTLE_INLINE TubeEntry(const Pack3<S>& origin, const Pack3<S>& direction, S radius) {
     const Pack<S> zero(S(0));
     const Pack<S> radius2(radius * radius);
     const Pack<S> a = direction.x * direction.x + direction.y * direction.y;
@@ -23017,7 +23220,7 @@ struct TubeEntry {
 };
 
 template <Scalar S>
-BRISTLE_LANES RayHitLanes<S> ray_cast(const Capsule<S>& capsule, const RayLanes<S>& ray) {
+BRISTLE_INLINE RayHitLanes<S> ray_cast(const Capsule<S>& capsule, const RayLanes<S>& ray) {
   const Pack<S> zero(S(0));
   const Pack<S> half(capsule.half_length);
   const Pack<S> radius2(capsule.radius * capsule.radius);
@@ -23058,7 +23261,7 @@ BRISTLE_LANES RayHitLanes<S> ray_cast(const Capsule<S>& capsule, const RayLanes<
 }
 
 template <Scalar S>
-BRISTLE_LANES RayHitLanes<S> ray_cast(const Cylinder<S>& cylinder, const RayLanes<S>& ray) {
+BRISTLE_INLINE RayHitLanes<S> ray_cast(const Cylinder<S>& cylinder, const RayLanes<S>& ray) {
   const Pack<S> zero(S(0));
   const S half = cylinder.half_length;
   const Pack3<S>& o = ray.origin;
@@ -23077,7 +23280,7 @@ BRISTLE_LANES RayHitLanes<S> ray_cast(const Cylinder<S>& cylinder, const RayLane
 }
 
 template <Scalar S>
-BRISTLE_LANES RayHitLanes<S> ray_cast(const Cone<S>& cone, const RayLanes<S>& ray) {
+BRISTLE_INLINE RayHitLanes<S> ray_cast(const Cone<S>& cone, const RayLanes<S>& ray) {
   const Pack<S> zero(S(0));
   const Pack<S> one(S(1));
   const Pack<S> far(infinity<S>);
@@ -23118,7 +23321,7 @@ BRISTLE_LANES RayHitLanes<S> ray_cast(const Cone<S>& cone, const RayLanes<S>& ra
 }
 
 template <Scalar S>
-BRISTLE_LANES RayHitLanes<S> ray_cast(const Ellipsoid<S>& ellipsoid, const RayLanes<S>& ray) {
+BRISTLE_INLINE RayHitLanes<S> ray_cast(const Ellipsoid<S>& ellipsoid, const RayLanes<S>& ray) {
   const Pack<S> zero(S(0));
   const Vec3<S> scale = ellipsoid.radii.cwiseInverse();
   const auto scaled = [&](const Pack3<S>& v) {
@@ -23139,7 +23342,7 @@ BRISTLE_LANES RayHitLanes<S> ray_cast(const Ellipsoid<S>& ellipsoid, const RayLa
 }
 
 template <Scalar S>
-BRISTLE_LANES RayHitLanes<S> ray_cast(const HalfSpace<S>& half_space, const RayLanes<S>& ray) {
+BRISTLE_INLINE RayHitLanes<S> ray_cast(const HalfSpace<S>& half_space, const RayLanes<S>& ray) {
   const Pack<S> zero(S(0));
   const Pack3<S> normal = Pack3<S>::all(half_space.normal);
   const Pack<S> height = dot(normal, ray.origin) - half_space.offset;
@@ -23148,7 +23351,7 @@ BRISTLE_LANES RayHitLanes<S> ray_cast(const HalfSpace<S>& half_space, const RayL
 }
 
 template <Scalar S>
-BRISTLE_LANES RayHitLanes<S> ray_cast(const ConvexHull<S>& hull, const RayLanes<S>& ray) {
+BRISTLE_INLINE RayHitLanes<S> ray_cast(const ConvexHull<S>& hull, const RayLanes<S>& ray) {
   const Pack<S> zero(S(0));
   ChordLanes<S> chord;
   Pack3<S> normal{zero, zero, zero};
@@ -23185,12 +23388,11 @@ void cast_rays_in_lanes(const ConvexShape& shape, const Transform<S>& X_RC, cons
     const Pack3<S> direction{load(rays.direction_x.data() + i), load(rays.direction_y.data() + i),
                              load(rays.direction_z.data() + i)};
     const Pack<S> length = load(rays.length.data() + i) + rays.extra_length;
-    const RayHitLanes<S> hit =
-        detail::ray_cast(shape, RayLanes<S>{product<S>(R_CR, origin - p_RC),
-                                            product<S>(R_CR, direction), min(length, best)});
+    const RayHitLanes<S> hit = detail::ray_cast(
+        shape, RayLanes<S>{R_CR * (origin - p_RC), R_CR * direction, min(length, best)});
     const Mask<S> is_nearer = hit.distance < best;
     if (none(is_nearer)) return;
-    const Pack3<S> normal = product<S>(R_RC, hit.normal);
+    const Pack3<S> normal = R_RC * hit.normal;
     const auto keep = [&](S* p, const Pack<S>& value) {
       store(p + i, select(is_nearer, value, load(p + i)));
     };
@@ -23890,7 +24092,7 @@ class ContactSink {
       const ContactManifold<S>& m = out_[i];
       if (!(abs(m.normal.squaredNorm() - S(1)) <= Tolerance<S>::equal())) return false;
       for (std::size_t k = 0; k < m.size; ++k) {
-        if (!m.points[k].position.allFinite() || !isfinite(m.points[k].gap)) return false;
+        if (!all_finite(m.points[k].position) || !isfinite(m.points[k].gap)) return false;
       }
     }
     return true;
@@ -24627,7 +24829,7 @@ bool collide_solids(const SolidView<Precise<S>, Tree>& a, const SolidView<Precis
                     const Transform<Precise<S>>& X_AB, Precise<S> margin, ContactSink<S>& sink) {
   using P = Precise<S>;
   using std::isfinite;
-  if (!X_AB.translation.allFinite() || !X_AB.rotation.coeffs().allFinite() || !isfinite(margin)) {
+  if (!all_finite(X_AB.translation) || !all_finite(X_AB.rotation.coeffs()) || !isfinite(margin)) {
     return false;
   }
   if (a.mesh && b.mesh) {
@@ -25554,7 +25756,7 @@ class FclRayTarget {
 template <Scalar S>
 void FclRayTarget<S>::cast_rays(const Transform<S>& X_RC, const RayBatch<S>& rays,
                                 std::uint32_t tag, RayHits<S>& hits) const noexcept {
-  if (!X_RC.translation.allFinite() || !X_RC.rotation.coeffs().allFinite()) return;
+  if (!all_finite(X_RC.translation) || !all_finite(X_RC.rotation.coeffs())) return;
   std::visit(
       [&](const auto& shape) {
         if constexpr (std::same_as<std::remove_cvref_t<decltype(shape)>, RayMesh<S>>) {
@@ -25764,7 +25966,7 @@ ContactStatus FclBackend::collide(const Collidable<S>& a, const Collidable<S>& b
                                   ContactManifolds<S>& out) noexcept {
   using std::isfinite;
   const Transform<double> X = X_AB.template cast<double>();
-  if (!X.translation.allFinite() || !X.rotation.coeffs().allFinite() || !isfinite(margin)) {
+  if (!all_finite(X.translation) || !all_finite(X.rotation.coeffs()) || !isfinite(margin)) {
     return ContactStatus::failed;
   }
   if (!can_collide(kind(a), kind(b))) return ContactStatus::failed;
@@ -25981,7 +26183,7 @@ void HapticTick<S, Backend>::deliver(Skin& skin) {
   const S left = S(loop_.def_.ticks - loop_.done_) * loop_.h_;
   for (std::size_t k = 0; k < skin.blocks.size(); ++k) {
     const SoftBlock<S>& block = skin.blocks[k];
-    if (!block.impulse.allFinite()) {
+    if (!all_finite(block.impulse)) {
       clear_impulses(skin.patch, skin.patch.pairs[k]);
       continue;
     }
@@ -26067,9 +26269,9 @@ struct ContactAim {
 /// @param impulse         [N s] That it starts from, along the normal.
 /// @param follows_joints  Whether one of its bodies moves with a mechanism.
 template <Value T>
-BRISTLE_LANES ContactAim<T> aim_at(const T& gap, const T& restitution, const T& impulse,
-                                   const NormalSpeeds<T>& speeds, const Truth<T>& follows_joints,
-                                   const SolveContext<ScalarOf<T>>& context);
+BRISTLE_INLINE ContactAim<T> aim_at(const T& gap, const T& restitution, const T& impulse,
+                                    const NormalSpeeds<T>& speeds, const Truth<T>& follows_joints,
+                                    const SolveContext<ScalarOf<T>>& context);
 /// Sets what a contact wants of the velocities at the end of the step.
 template <Scalar S>
 void aim_contact(ContactConstraint<S>& c, const SolverBody<S>& a, const SolverBody<S>& b,
@@ -26088,9 +26290,9 @@ struct ContactPlace {
 /// @param impulse          [N s] Along the normal.
 /// @param normal_velocity  [m/s] At the end of the step; of no account without restitution.
 template <Value T>
-BRISTLE_LANES ContactPlace<T> place_of(const T& impulse, const T& restitution,
-                                       const ContactAim<T>& aim, const T& normal_velocity,
-                                       const SolveContext<ScalarOf<T>>& context);
+BRISTLE_INLINE ContactPlace<T> place_of(const T& impulse, const T& restitution,
+                                        const ContactAim<T>& aim, const T& normal_velocity,
+                                        const SolveContext<ScalarOf<T>>& context);
 template <Scalar S>
 void place_contact(ContactConstraint<S>& c, S normal_velocity, const SolveContext<S>& context) {
   const ContactAim<S> aim{c.target, c.bounce_share, c.is_impact};
@@ -26114,7 +26316,7 @@ namespace detail {
 /// [1] When, as a share of the step, a gap closes that opens at the speed v0 and accelerates by a:
 /// the first root of gap + v0 t + a t^2 / 2 in units of the step (v0 and a given in metres a step).
 template <Value T>
-[[nodiscard]] BRISTLE_LANES T closing_time(const T& gap, const T& v0, const T& a) {
+[[nodiscard]] BRISTLE_INLINE T closing_time(const T& gap, const T& v0, const T& a) {
   using S = ScalarOf<T>;
   using std::max;
   using std::min;
@@ -26128,9 +26330,9 @@ template <Value T>
 }  // namespace detail
 
 template <Value T>
-BRISTLE_LANES ContactAim<T> aim_at(const T& gap, const T& restitution, const T& impulse,
-                                   const NormalSpeeds<T>& speeds, const Truth<T>& follows_joints,
-                                   const SolveContext<ScalarOf<T>>& context) {
+BRISTLE_INLINE ContactAim<T> aim_at(const T& gap, const T& restitution, const T& impulse,
+                                    const NormalSpeeds<T>& speeds, const Truth<T>& follows_joints,
+                                    const SolveContext<ScalarOf<T>>& context) {
   using S = ScalarOf<T>;
   using std::max;
   using std::min;
@@ -26195,9 +26397,9 @@ void aim_contact(ContactConstraint<S>& c, const SolverBody<S>& a, const SolverBo
 }
 
 template <Value T>
-BRISTLE_LANES ContactPlace<T> place_of(const T& impulse, const T& restitution,
-                                       const ContactAim<T>& aim, const T& normal_velocity,
-                                       const SolveContext<ScalarOf<T>>& context) {
+BRISTLE_INLINE ContactPlace<T> place_of(const T& impulse, const T& restitution,
+                                        const ContactAim<T>& aim, const T& normal_velocity,
+                                        const SolveContext<ScalarOf<T>>& context) {
   using S = ScalarOf<T>;
   const T zero = S(0);
   const Truth<T> is_timed = aim.bounce_share >= zero;
@@ -27183,11 +27385,11 @@ inline constexpr std::size_t row_stride = 8;
 /// Lane i of columns[c] becomes rows[at[i] + c].
 /// @param at  [-] Of each lane, where its row begins.
 template <std::size_t count, Scalar S>
-BRISTLE_LANES void load_rows(const S* rows, const std::uint32_t* at, Pack<S> (&columns)[count]);
+BRISTLE_INLINE void load_rows(const S* rows, const std::uint32_t* at, Pack<S> (&columns)[count]);
 /// The inverse. Of lanes with the same row the last one stays. What the row has behind `count`
 /// scalars may be overwritten.
 template <std::size_t count, Scalar S>
-BRISTLE_LANES void store_rows(S* rows, const std::uint32_t* at, const Pack<S> (&columns)[count]);
+BRISTLE_INLINE void store_rows(S* rows, const std::uint32_t* at, const Pack<S> (&columns)[count]);
 
 // Implementation -----------------------------------------------------------------------------------
 
@@ -27207,7 +27409,7 @@ inline constexpr std::size_t block_size = lanes<S> < row_stride ? lanes<S> : row
 /// Lanes whose number has the bit d, of the one register, change places with those that lack it, of
 /// the other.
 template <std::size_t d, Scalar S, std::size_t... lane>
-BRISTLE_LANES void exchange(Pack<S>& upper, Pack<S>& lower, std::index_sequence<lane...>) {
+BRISTLE_INLINE void exchange(Pack<S>& upper, Pack<S>& lower, std::index_sequence<lane...>) {
   constexpr std::size_t n = lanes<S>;
   const auto a = upper.get();
   const auto b = lower.get();
@@ -27216,13 +27418,13 @@ BRISTLE_LANES void exchange(Pack<S>& upper, Pack<S>& lower, std::index_sequence<
 }
 /// The same for all registers whose number lacks the bit d, with those that have it.
 template <std::size_t d, Scalar S, std::size_t... i>
-BRISTLE_LANES void exchange_all(Pack<S> (&registers)[block_size<S>], std::index_sequence<i...>) {
+BRISTLE_INLINE void exchange_all(Pack<S> (&registers)[block_size<S>], std::index_sequence<i...>) {
   (exchange<d>(registers[i / d * 2 * d + i % d], registers[i / d * 2 * d + i % d + d],
                std::make_index_sequence<lanes<S>>()),
    ...);
 }
 template <Scalar S>
-BRISTLE_LANES void transpose(Pack<S> (&registers)[block_size<S>]) {
+BRISTLE_INLINE void transpose(Pack<S> (&registers)[block_size<S>]) {
   constexpr std::size_t n = block_size<S>;
   constexpr auto pairs = std::make_index_sequence<n / 2>();
   if constexpr (n > 4) exchange_all<4>(registers, pairs);
@@ -27231,8 +27433,8 @@ BRISTLE_LANES void transpose(Pack<S> (&registers)[block_size<S>]) {
 }
 
 template <Scalar S, std::size_t... lane>
-BRISTLE_LANES Pack<S> load_piece(const S* rows, const std::uint32_t* at,
-                                 std::index_sequence<lane...>) {
+BRISTLE_INLINE Pack<S> load_piece(const S* rows, const std::uint32_t* at,
+                                  std::index_sequence<lane...>) {
   if constexpr (lanes<S> <= row_stride) {
     return Pack<S>::load(rows + *at);
   } else {
@@ -27245,7 +27447,7 @@ BRISTLE_LANES Pack<S> load_piece(const S* rows, const std::uint32_t* at,
 }
 /// Writes a register, or one of its two rows: the one that starts at lane `first`.
 template <std::size_t first, Scalar S, std::size_t... lane>
-BRISTLE_LANES void store_piece(const Pack<S>& piece, S* row, std::index_sequence<lane...>) {
+BRISTLE_INLINE void store_piece(const Pack<S>& piece, S* row, std::index_sequence<lane...>) {
   if constexpr (lanes<S> <= row_stride) {
     piece.store(row);
   } else {
@@ -27259,7 +27461,7 @@ BRISTLE_LANES void store_piece(const Pack<S>& piece, S* row, std::index_sequence
 }  // namespace detail
 
 template <std::size_t count, Scalar S>
-BRISTLE_LANES void load_rows(const S* rows, const std::uint32_t* at, Pack<S> (&columns)[count]) {
+BRISTLE_INLINE void load_rows(const S* rows, const std::uint32_t* at, Pack<S> (&columns)[count]) {
   static_assert(count <= row_stride);
 #if BRISTLE_HAS_SHUFFLE
   if constexpr (detail::are_rows_transposed<S>) {
@@ -27279,7 +27481,7 @@ BRISTLE_LANES void load_rows(const S* rows, const std::uint32_t* at, Pack<S> (&c
 }
 
 template <std::size_t count, Scalar S>
-BRISTLE_LANES void store_rows(S* rows, const std::uint32_t* at, const Pack<S> (&columns)[count]) {
+BRISTLE_INLINE void store_rows(S* rows, const std::uint32_t* at, const Pack<S> (&columns)[count]) {
   static_assert(count <= row_stride);
 #if BRISTLE_HAS_SHUFFLE
   if constexpr (detail::are_rows_transposed<S>) {
@@ -27336,15 +27538,15 @@ class VelocityTable {
   }
   /// Linear and angular velocity of a body for each lane.
   /// @param at  [-] Number of the body times `stride`.
-  BRISTLE_LANES void load(const std::uint32_t* at, Pack3<S>& linear, Pack3<S>& angular) const {
+  BRISTLE_INLINE void load(const std::uint32_t* at, Pack3<S>& linear, Pack3<S>& angular) const {
     Pack<S> columns[6];
     load_rows(numbers_.data(), at, columns);
     linear = {columns[0], columns[1], columns[2]};
     angular = {columns[3], columns[4], columns[5]};
   }
   /// The inverse. Lanes with the same body overwrite each other.
-  BRISTLE_LANES void store(const std::uint32_t* at, const Pack3<S>& linear,
-                           const Pack3<S>& angular) {
+  BRISTLE_INLINE void store(const std::uint32_t* at, const Pack3<S>& linear,
+                            const Pack3<S>& angular) {
     const Pack<S> columns[] = {linear.x, linear.y, linear.z, angular.x, angular.y, angular.z};
     store_rows(numbers_.data(), at, columns);
   }
@@ -27470,7 +27672,7 @@ class ManifoldMotion {
   struct Load {
     T n = S(0), l1 = S(0), l2 = S(0);
 
-    BRISTLE_LANES void add(const Points& p, const T& x) {
+    BRISTLE_INLINE void add(const Points& p, const T& x) {
       n += x;
       l1 += x * row(p.e1);
       l2 += x * row(p.e2);
@@ -27480,26 +27682,26 @@ class ManifoldMotion {
   struct Friction {
     T along1 = S(0), along2 = S(0), spin = S(0);
 
-    BRISTLE_LANES void add(const Points& p, const T& x1, const T& x2) {
+    BRISTLE_INLINE void add(const Points& p, const T& x1, const T& x2) {
       along1 += x1;
       along2 += x2;
       spin -= row(p.e1) * x1 + row(p.e2) * x2;
     }
   };
-  [[nodiscard]] BRISTLE_LANES static T row(const Row& r) { return T::load(r.data()); }
-  [[nodiscard]] BRISTLE_LANES static Pack3<S> row(const typename Block::Row3& r) {
+  [[nodiscard]] BRISTLE_INLINE static T row(const Row& r) { return T::load(r.data()); }
+  [[nodiscard]] BRISTLE_INLINE static Pack3<S> row(const typename Block::Row3& r) {
     return Pack3<S>::load(r.x.data(), r.y.data(), r.z.data());
   }
-  [[nodiscard]] BRISTLE_LANES static T speed(const Points& p, const Relative& v) {
+  [[nodiscard]] BRISTLE_INLINE static T speed(const Points& p, const Relative& v) {
     return v.n + row(p.e1) * v.w1 + row(p.e2) * v.w2;
   }
-  [[nodiscard]] BRISTLE_LANES Motion motion(const VelocityTable<S>& velocities) const {
+  [[nodiscard]] BRISTLE_INLINE Motion motion(const VelocityTable<S>& velocities) const {
     Motion of;
     velocities.load(m_.a.from.data(), of.v_a, of.w_a);
     velocities.load(m_.b.from.data(), of.v_b, of.w_b);
     return of;
   }
-  [[nodiscard]] BRISTLE_LANES Relative relative(const Motion& of) const {
+  [[nodiscard]] BRISTLE_INLINE Relative relative(const Motion& of) const {
     const Pack3<S> v =
         (of.v_b - of.v_a) + (cross(of.w_b, row(m_.b.arm)) - cross(of.w_a, row(m_.a.arm)));
     const Pack3<S> w = of.w_b - of.w_a;
@@ -27507,17 +27709,17 @@ class ManifoldMotion {
     return {dot(n, v), dot(t1, v), dot(t2, v), dot(n, w), dot(t1, w), dot(t2, w)};
   }
   /// Gives b an impulse and an angular impulse at the centre, and a their opposites.
-  BRISTLE_LANES void push(VelocityTable<S>& velocities, const Motion& before, const Load& load,
-                          const T& along1, const T& along2, const T& spin) const {
+  BRISTLE_INLINE void push(VelocityTable<S>& velocities, const Motion& before, const Load& load,
+                           const T& along1, const T& along2, const T& spin) const {
     const Pack3<S> n = row(m_.normal), t1 = row(m_.tangent1), t2 = row(m_.tangent2);
     const Pack3<S> force = load.n * n + along1 * t1 + along2 * t2;
     const Pack3<S> torque = spin * n + load.l1 * t1 + load.l2 * t2;
     push(m_.a, velocities, before.v_a, before.w_a, -force, -torque);
     push(m_.b, velocities, before.v_b, before.w_b, force, torque);
   }
-  BRISTLE_LANES static void push(const typename Block::Side& side, VelocityTable<S>& velocities,
-                                 const Pack3<S>& v, const Pack3<S>& w, const Pack3<S>& force,
-                                 const Pack3<S>& torque) {
+  BRISTLE_INLINE static void push(const typename Block::Side& side, VelocityTable<S>& velocities,
+                                  const Pack3<S>& v, const Pack3<S>& w, const Pack3<S>& force,
+                                  const Pack3<S>& torque) {
     const Pack3<S> l = torque + cross(row(side.arm), force);
     const auto& I = side.inverse_inertia;
     Pack3<S> turn = row(I[0]) * l;
@@ -27570,9 +27772,9 @@ class ManifoldKernel : ManifoldMotion<S> {
   }
   /// One turn of the velocity problem.
   /// @return [m/s] Largest velocity change.
-  BRISTLE_LANES T solve(VelocityTable<S>& velocities);
+  BRISTLE_INLINE T solve(VelocityTable<S>& velocities);
   /// One turn of the position problem.
-  BRISTLE_LANES T place(VelocityTable<S>& displacements);
+  BRISTLE_INLINE T place(VelocityTable<S>& displacements);
 
  private:
   using Base::m_, Base::motion, Base::points_, Base::push, Base::relative, Base::row, Base::speed;
@@ -27583,7 +27785,7 @@ class ManifoldKernel : ManifoldMotion<S> {
     T a, b, c, inverse_determinant, inverse_largest;
   };
 
-  [[nodiscard]] BRISTLE_LANES T across(std::size_t i, const Load& load) const {
+  [[nodiscard]] BRISTLE_INLINE T across(std::size_t i, const Load& load) const {
     return row(m_.across[i][0]) * load.n + row(m_.across[i][1]) * load.l1 +
            row(m_.across[i][2]) * load.l2;
   }
@@ -27593,15 +27795,15 @@ class ManifoldKernel : ManifoldMotion<S> {
   /// @param use  (point, x) called for each.
   /// @return [m/s] Largest velocity change.
   template <typename Least, typename Use>
-  BRISTLE_LANES T solve_points(Relative v, Load& load, Row Points::*target, Row Points::*inverse,
-                               Row Points::*x, const Least& least, const Use& use);
-  BRISTLE_LANES void rub(const T& most, const T& most_torsion, const Relative& v);
+  BRISTLE_INLINE T solve_points(Relative v, Load& load, Row Points::*target, Row Points::*inverse,
+                                Row Points::*x, const Least& least, const Use& use);
+  BRISTLE_INLINE void rub(const T& most, const T& most_torsion, const Relative& v);
 };
 
 // Implementation -----------------------------------------------------------------------------------
 
 template <Scalar S>
-BRISTLE_LANES Pack<S> ManifoldKernel<S>::solve(VelocityTable<S>& velocities) {
+BRISTLE_INLINE Pack<S> ManifoldKernel<S>::solve(VelocityTable<S>& velocities) {
   const Motion before_turn = motion(velocities);
   Relative v = relative(before_turn);
   Load load;
@@ -27632,9 +27834,9 @@ BRISTLE_LANES Pack<S> ManifoldKernel<S>::solve(VelocityTable<S>& velocities) {
 
 template <Scalar S>
 template <typename Least, typename Use>
-BRISTLE_LANES Pack<S> ManifoldKernel<S>::solve_points(Relative v, Load& load, Row Points::*target,
-                                                      Row Points::*inverse, Row Points::*x,
-                                                      const Least& least, const Use& use) {
+BRISTLE_INLINE Pack<S> ManifoldKernel<S>::solve_points(Relative v, Load& load, Row Points::*target,
+                                                       Row Points::*inverse, Row Points::*x,
+                                                       const Least& least, const Use& use) {
   T largest = S(0);
   for (std::size_t first = 0; first < points_.size(); first += point_group) {
     const auto points = points_.subspan(first);
@@ -27675,7 +27877,8 @@ BRISTLE_LANES Pack<S> ManifoldKernel<S>::solve_points(Relative v, Load& load, Ro
 /// Friction of a manifold: force and torsion together within an ellipsoid, whose axes are the force
 /// `most` alone and the torsion `most_torsion` alone.
 template <Scalar S>
-BRISTLE_LANES void ManifoldKernel<S>::rub(const T& most, const T& most_torsion, const Relative& v) {
+BRISTLE_INLINE void ManifoldKernel<S>::rub(const T& most, const T& most_torsion,
+                                           const Relative& v) {
   const TangentialResponse K{row(m_.response_a), row(m_.response_b), row(m_.response_c),
                              row(m_.inverse_determinant), row(m_.inverse_largest)};
   const T zero = S(0);
@@ -27700,7 +27903,7 @@ BRISTLE_LANES void ManifoldKernel<S>::rub(const T& most, const T& most_torsion, 
 }
 
 template <Scalar S>
-BRISTLE_LANES Pack<S> ManifoldKernel<S>::place(VelocityTable<S>& displacements) {
+BRISTLE_INLINE Pack<S> ManifoldKernel<S>::place(VelocityTable<S>& displacements) {
   const Motion before_turn = motion(displacements);
   Load load;
   const T largest = solve_points(
@@ -27731,8 +27934,8 @@ struct ManifoldMobility {
                    const Vec3<S>& arm_a, const Vec3<S>& arm_b) {
     const ContactFrame<S> frame(c, a, b);
     linear.set(frame.inverse_mass);
-    if (frame.turns_a) add(frame.inverse_inertia_a, product<S>(frame.to_contact, arm_a));
-    if (frame.turns_b) add(frame.inverse_inertia_b, product<S>(frame.to_contact, arm_b));
+    if (frame.turns_a) add(frame.inverse_inertia_a, frame.to_contact * arm_a);
+    if (frame.turns_b) add(frame.inverse_inertia_b, frame.to_contact * arm_b);
   }
   /// One body: the torques r x e_k of unit forces at the arm r, and what they do.
   void add(const Mat3<S>& J, const Vec3<S>& r) {
@@ -27897,11 +28100,11 @@ class ManifoldPart : ManifoldMotion<S> {
   using Base::m_, Base::motion, Base::points_, Base::push, Base::relative, Base::row, Base::speed;
   using typename Base::Friction, typename Base::Load, typename Base::Relative;
 
-  [[nodiscard]] BRISTLE_LANES static Mask<S> mask(std::uint32_t set) {
+  [[nodiscard]] BRISTLE_INLINE static Mask<S> mask(std::uint32_t set) {
     return Mask<S>::from_bits(set);
   }
   /// Takes back the impulses of lanes.
-  BRISTLE_LANES static void clear(const Mask<S>& lanes_to_clear, Points& p, Contacts& c) {
+  BRISTLE_INLINE static void clear(const Mask<S>& lanes_to_clear, Points& p, Contacts& c) {
     for (auto* impulse : {&p.impulse, &c.friction1, &c.friction2}) {
       select(lanes_to_clear, T(S(0)), row(*impulse)).store(impulse->data());
     }
@@ -31036,7 +31239,7 @@ template <Scalar S>
 bool JointFlow<S>::write(std::span<Transform<S>> end_poses, std::span<Twist<S>> end_twists,
                          std::span<Wrench<S>> impulses) const {
   const auto is_finite = [](const Vec3<S>& a, const Vec3<S>& b) {
-    return a.allFinite() && b.allFinite();
+    return all_finite(a) && all_finite(b);
   };
   for (const Node& node : system_.nodes()) {
     if (!is_finite(node.now.x, node.now.q.coeffs().template head<3>()) ||
@@ -32070,7 +32273,7 @@ void Stepper<S, Backend>::follow_joint_angles(State& state) {
 
 namespace bristle::inline BRISTLE_ABI {
 
-/// The table of this file's instruction set.
+/// The tables of this file's instruction set.
 template <Scalar S, typename Backend>
 [[nodiscard]] const WorldKernels<S, Backend>& own_world_kernels() {
   using Own = Stepper<S, Backend>;
@@ -32088,7 +32291,12 @@ template <Scalar S, typename Backend>
             }
           },
       .sense = [](ProximityArray<S>& array, const State& state,
-                  BodyId carrier) { array.sense(state, carrier); },
+                  BodyId carrier) { array.sense(state, carrier); }};
+  return own;
+}
+template <Scalar S, typename Backend>
+[[nodiscard]] const HapticKernels<S, Backend>& own_haptic_kernels() {
+  static constexpr HapticKernels<S, Backend> own{
       .tick = [](HapticLoop<S, Backend>& loop) { detail::HapticTick<S, Backend>(loop).run(); }};
   return own;
 }
@@ -32096,6 +32304,10 @@ template <Scalar S, typename Backend>
 template <Scalar S, typename Backend>
 const WorldKernels<S, Backend>& world_kernels() {
   return own_world_kernels<S, Backend>();
+}
+template <Scalar S, typename Backend>
+const HapticKernels<S, Backend>& haptic_kernels() {
+  return own_haptic_kernels<S, Backend>();
 }
 
 }  // namespace bristle::inline BRISTLE_ABI
@@ -34001,13 +34213,17 @@ FclSceneHit<S> cast_ray(const fcl::DynamicAABBTreeCollisionManager<S>& scene, co
 namespace bristle::inline BRISTLE_ABI {
 
 /// @param S  float or double.
-#define BRISTLE_MAKE_WORLD(S, Backend)                          \
-  BRISTLE_BACKEND_FUNCTIONS(template, Backend, S)               \
-  template <>                                                   \
-  const WorldKernels<S, Backend>& world_kernels<S, Backend>() { \
-    return own_world_kernels<S, Backend>();                     \
-  }                                                             \
-  template class World<S, Backend>;                             \
+#define BRISTLE_MAKE_WORLD(S, Backend)                            \
+  BRISTLE_BACKEND_FUNCTIONS(template, Backend, S)                 \
+  template <>                                                     \
+  const WorldKernels<S, Backend>& world_kernels<S, Backend>() {   \
+    return own_world_kernels<S, Backend>();                       \
+  }                                                               \
+  template <>                                                     \
+  const HapticKernels<S, Backend>& haptic_kernels<S, Backend>() { \
+    return own_haptic_kernels<S, Backend>();                      \
+  }                                                               \
+  template class World<S, Backend>;                               \
   template class HapticLoop<S, Backend>;
 BRISTLE_MAKE_WORLD(BRISTLE_INSTANTIATE, AnalyticBackend)
 #if defined(BRISTLE_WITH_FCL)

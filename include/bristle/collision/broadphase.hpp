@@ -7,7 +7,7 @@
 #pragma once
 
 #include <bristle/geometry/aabb_tree.hpp>
-#include <bristle/math/small_products.hpp>
+#include <bristle/math/finite.hpp>
 
 #include <algorithm>
 #include <compare>
@@ -246,7 +246,7 @@ class BroadPhase {
                         .cwiseMin(Vec3<S>::Constant(S(4) * size))
                         .cwiseMax(Vec3<S>::Constant(S(-4) * size));
     // What is too fast for its square reaches everywhere, which has no centre.
-    if (!all_finite<S>(ahead)) ahead.setZero();
+    if (!all_finite(ahead)) ahead.setZero();
     if (fits && (spare - ahead.cwiseAbs()).maxCoeff() <= S(8) * surplus) return;
     Aabb<S> grown = swept.inflated(surplus);
     grown.lower += ahead.cwiseMin(Vec3<S>::Zero());

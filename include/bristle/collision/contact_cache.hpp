@@ -6,7 +6,6 @@
 #include <bristle/collision/broadphase.hpp>
 #include <bristle/geometry/contact_manifold.hpp>
 #include <bristle/math/rotation.hpp>
-#include <bristle/math/small_products.hpp>
 #include <bristle/math/transform.hpp>
 
 #include <algorithm>
@@ -108,7 +107,7 @@ class ContactCache {
       const CachedManifold<S>* old = find_old(shapes, m.key);
       for (std::size_t i = 0; i < m.size; ++i) {
         CachedPoint<S>& point = points_.emplace_back();
-        point.arm_a = frame.p_as + product<S>(frame.R_WS, m.points[i].position);
+        point.arm_a = frame.p_as + frame.R_WS * m.points[i].position;
         point.arm_b = point.arm_a - frame.p_ab;
         point.gap = m.points[i].gap;
         point.feature = m.points[i].feature;

@@ -67,3 +67,11 @@
 #include <cstdlib>
 #define BRISTLE_FATAL(message) (std::fprintf(stderr, "bristle: %s\n", (message)), std::abort())
 #endif
+
+/// BRISTLE_INLINE: before functions of a few instructions, which are inlined even without
+/// optimisation: what is passed through memory there costs more than what is done with it.
+#if defined(__GNUC__)
+#define BRISTLE_INLINE [[gnu::always_inline]] inline
+#else
+#define BRISTLE_INLINE inline
+#endif

@@ -3,8 +3,8 @@
 ///
 /// The library chooses when a program runs: the widest registers that the processor has, unless the
 /// environment variable BRISTLE_INSTRUCTION_SET (`baseline`, `v3`, `v4`) or a call says otherwise.
-/// Last bits depend on the choice: sums over sensors are made lane by lane, and Eigen's products
-/// use the instructions of the set. Pin it where runs on different machines are compared.
+/// Last bits depend on the choice: sums over sensors are made lane by lane, and Eigen's dot products
+/// in the order that its registers suggest. Pin it where runs on different machines are compared.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 

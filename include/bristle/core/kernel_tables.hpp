@@ -16,12 +16,19 @@
 
 namespace bristle::inline BRISTLE_ABI {
 
-/// Addresses of a `HostKernels`, and of a `WorldKernels` for each backend, in the scalar that the
-/// function is named for; null for a backend that the library was built without.
+/// Addresses of a `WorldKernels` and a `HapticKernels`; null for a backend that the library was
+/// built without.
+struct BackendTables {
+  const void* world = nullptr;
+  const void* haptic = nullptr;
+};
+
+/// Address of a `HostKernels`, and the tables of each backend, in the scalar that the function is
+/// named for.
 struct KernelTables {
   const void* host = nullptr;
-  const void* analytic = nullptr;
-  const void* fcl = nullptr;
+  BackendTables analytic;
+  BackendTables fcl;
 };
 
 extern "C" {

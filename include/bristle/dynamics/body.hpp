@@ -8,7 +8,6 @@
 #include <bristle/dynamics/material.hpp>
 #include <bristle/geometry/shapes.hpp>
 #include <bristle/math/mass_properties.hpp>
-#include <bristle/math/small_products.hpp>
 #include <bristle/math/spatial.hpp>
 #include <bristle/math/transform.hpp>
 

@@ -62,9 +62,9 @@ struct ContactAim {
 /// @param impulse         [N s] That it starts from, along the normal.
 /// @param follows_joints  Whether one of its bodies moves with a mechanism.
 template <Value T>
-BRISTLE_LANES ContactAim<T> aim_at(const T& gap, const T& restitution, const T& impulse,
-                                   const NormalSpeeds<T>& speeds, const Truth<T>& follows_joints,
-                                   const SolveContext<ScalarOf<T>>& context);
+BRISTLE_INLINE ContactAim<T> aim_at(const T& gap, const T& restitution, const T& impulse,
+                                    const NormalSpeeds<T>& speeds, const Truth<T>& follows_joints,
+                                    const SolveContext<ScalarOf<T>>& context);
 /// Sets what a contact wants of the velocities at the end of the step.
 template <Scalar S>
 void aim_contact(ContactConstraint<S>& c, const SolverBody<S>& a, const SolverBody<S>& b,
@@ -83,9 +83,9 @@ struct ContactPlace {
 /// @param impulse          [N s] Along the normal.
 /// @param normal_velocity  [m/s] At the end of the step; of no account without restitution.
 template <Value T>
-BRISTLE_LANES ContactPlace<T> place_of(const T& impulse, const T& restitution,
-                                       const ContactAim<T>& aim, const T& normal_velocity,
-                                       const SolveContext<ScalarOf<T>>& context);
+BRISTLE_INLINE ContactPlace<T> place_of(const T& impulse, const T& restitution,
+                                        const ContactAim<T>& aim, const T& normal_velocity,
+                                        const SolveContext<ScalarOf<T>>& context);
 template <Scalar S>
 void place_contact(ContactConstraint<S>& c, S normal_velocity, const SolveContext<S>& context) {
   const ContactAim<S> aim{c.target, c.bounce_share, c.is_impact};
@@ -109,7 +109,7 @@ namespace detail {
 /// [1] When, as a share of the step, a gap closes that opens at the speed v0 and accelerates by a:
 /// the first root of gap + v0 t + a t^2 / 2 in units of the step (v0 and a given in metres a step).
 template <Value T>
-[[nodiscard]] BRISTLE_LANES T closing_time(const T& gap, const T& v0, const T& a) {
+[[nodiscard]] BRISTLE_INLINE T closing_time(const T& gap, const T& v0, const T& a) {
   using S = ScalarOf<T>;
   using std::max;
   using std::min;
@@ -123,9 +123,9 @@ template <Value T>
 }  // namespace detail
 
 template <Value T>
-BRISTLE_LANES ContactAim<T> aim_at(const T& gap, const T& restitution, const T& impulse,
-                                   const NormalSpeeds<T>& speeds, const Truth<T>& follows_joints,
-                                   const SolveContext<ScalarOf<T>>& context) {
+BRISTLE_INLINE ContactAim<T> aim_at(const T& gap, const T& restitution, const T& impulse,
+                                    const NormalSpeeds<T>& speeds, const Truth<T>& follows_joints,
+                                    const SolveContext<ScalarOf<T>>& context) {
   using S = ScalarOf<T>;
   using std::max;
   using std::min;
@@ -190,9 +190,9 @@ void aim_contact(ContactConstraint<S>& c, const SolverBody<S>& a, const SolverBo
 }
 
 template <Value T>
-BRISTLE_LANES ContactPlace<T> place_of(const T& impulse, const T& restitution,
-                                       const ContactAim<T>& aim, const T& normal_velocity,
-                                       const SolveContext<ScalarOf<T>>& context) {
+BRISTLE_INLINE ContactPlace<T> place_of(const T& impulse, const T& restitution,
+                                        const ContactAim<T>& aim, const T& normal_velocity,
+                                        const SolveContext<ScalarOf<T>>& context) {
   using S = ScalarOf<T>;
   const T zero = S(0);
   const Truth<T> is_timed = aim.bounce_share >= zero;

@@ -128,8 +128,8 @@ template <Scalar S>
 /// edge that opposes the slip (Coulomb's direction, also where the 2x2 matrix is not isotropic).
 /// @tparam Response  Has what `ContactResponse` says of the tangential part.
 template <Value T, typename Response>
-BRISTLE_LANES void solve_friction(const Response& K, const T& v1, const T& v2, const T& radius,
-                                  T& t1, T& t2) {
+BRISTLE_INLINE void solve_friction(const Response& K, const T& v1, const T& v2, const T& radius,
+                                   T& t1, T& t2) {
   using std::sqrt;
   const T zero = ScalarOf<T>(0);
   const T x = t1 - (K.c * v1 - K.b * v2) * K.inverse_determinant;

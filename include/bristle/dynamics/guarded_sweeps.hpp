@@ -6,6 +6,7 @@
 #include <bristle/dynamics/contact_aim.hpp>
 #include <bristle/dynamics/saved_impulses.hpp>
 #include <bristle/dynamics/solver_types.hpp>
+#include <bristle/math/finite.hpp>
 
 #include <array>
 #include <cstdint>

@@ -26,7 +26,7 @@ template <Scalar S>
         dt * (body.gravity_scale * gravity[i] + body.inverse_mass * body.applied.force[i]);
   }
   if (body.applied.torque != Vec3<S>::Zero()) {
-    result.angular += dt * product<S>(body.inverse_inertia_W(), body.applied.torque);
+    result.angular += dt * (body.inverse_inertia_W() * body.applied.torque);
   }
   return result;
 }

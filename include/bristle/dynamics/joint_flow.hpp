@@ -16,6 +16,7 @@
 
 #include <bristle/dynamics/joint_projection.hpp>
 #include <bristle/math/dormand_prince.hpp>
+#include <bristle/math/finite.hpp>
 
 #include <vector>
 
@@ -434,7 +435,7 @@ template <Scalar S>
 bool JointFlow<S>::write(std::span<Transform<S>> end_poses, std::span<Twist<S>> end_twists,
                          std::span<Wrench<S>> impulses) const {
   const auto is_finite = [](const Vec3<S>& a, const Vec3<S>& b) {
-    return a.allFinite() && b.allFinite();
+    return all_finite(a) && all_finite(b);
   };
   for (const Node& node : system_.nodes()) {
     if (!is_finite(node.now.x, node.now.q.coeffs().template head<3>()) ||

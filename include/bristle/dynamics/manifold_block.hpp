@@ -44,15 +44,15 @@ class VelocityTable {
   }
   /// Linear and angular velocity of a body for each lane.
   /// @param at  [-] Number of the body times `stride`.
-  BRISTLE_LANES void load(const std::uint32_t* at, Pack3<S>& linear, Pack3<S>& angular) const {
+  BRISTLE_INLINE void load(const std::uint32_t* at, Pack3<S>& linear, Pack3<S>& angular) const {
     Pack<S> columns[6];
     load_rows(numbers_.data(), at, columns);
     linear = {columns[0], columns[1], columns[2]};
     angular = {columns[3], columns[4], columns[5]};
   }
   /// The inverse. Lanes with the same body overwrite each other.
-  BRISTLE_LANES void store(const std::uint32_t* at, const Pack3<S>& linear,
-                           const Pack3<S>& angular) {
+  BRISTLE_INLINE void store(const std::uint32_t* at, const Pack3<S>& linear,
+                            const Pack3<S>& angular) {
     const Pack<S> columns[] = {linear.x, linear.y, linear.z, angular.x, angular.y, angular.z};
     store_rows(numbers_.data(), at, columns);
   }
@@ -178,7 +178,7 @@ class ManifoldMotion {
   struct Load {
     T n = S(0), l1 = S(0), l2 = S(0);
 
-    BRISTLE_LANES void add(const Points& p, const T& x) {
+    BRISTLE_INLINE void add(const Points& p, const T& x) {
       n += x;
       l1 += x * row(p.e1);
       l2 += x * row(p.e2);
@@ -188,26 +188,26 @@ class ManifoldMotion {
   struct Friction {
     T along1 = S(0), along2 = S(0), spin = S(0);
 
-    BRISTLE_LANES void add(const Points& p, const T& x1, const T& x2) {
+    BRISTLE_INLINE void add(const Points& p, const T& x1, const T& x2) {
       along1 += x1;
       along2 += x2;
       spin -= row(p.e1) * x1 + row(p.e2) * x2;
     }
   };
-  [[nodiscard]] BRISTLE_LANES static T row(const Row& r) { return T::load(r.data()); }
-  [[nodiscard]] BRISTLE_LANES static Pack3<S> row(const typename Block::Row3& r) {
+  [[nodiscard]] BRISTLE_INLINE static T row(const Row& r) { return T::load(r.data()); }
+  [[nodiscard]] BRISTLE_INLINE static Pack3<S> row(const typename Block::Row3& r) {
     return Pack3<S>::load(r.x.data(), r.y.data(), r.z.data());
   }
-  [[nodiscard]] BRISTLE_LANES static T speed(const Points& p, const Relative& v) {
+  [[nodiscard]] BRISTLE_INLINE static T speed(const Points& p, const Relative& v) {
     return v.n + row(p.e1) * v.w1 + row(p.e2) * v.w2;
   }
-  [[nodiscard]] BRISTLE_LANES Motion motion(const VelocityTable<S>& velocities) const {
+  [[nodiscard]] BRISTLE_INLINE Motion motion(const VelocityTable<S>& velocities) const {
     Motion of;
     velocities.load(m_.a.from.data(), of.v_a, of.w_a);
     velocities.load(m_.b.from.data(), of.v_b, of.w_b);
     return of;
   }
-  [[nodiscard]] BRISTLE_LANES Relative relative(const Motion& of) const {
+  [[nodiscard]] BRISTLE_INLINE Relative relative(const Motion& of) const {
     const Pack3<S> v =
         (of.v_b - of.v_a) + (cross(of.w_b, row(m_.b.arm)) - cross(of.w_a, row(m_.a.arm)));
     const Pack3<S> w = of.w_b - of.w_a;
@@ -215,17 +215,17 @@ class ManifoldMotion {
     return {dot(n, v), dot(t1, v), dot(t2, v), dot(n, w), dot(t1, w), dot(t2, w)};
   }
   /// Gives b an impulse and an angular impulse at the centre, and a their opposites.
-  BRISTLE_LANES void push(VelocityTable<S>& velocities, const Motion& before, const Load& load,
-                          const T& along1, const T& along2, const T& spin) const {
+  BRISTLE_INLINE void push(VelocityTable<S>& velocities, const Motion& before, const Load& load,
+                           const T& along1, const T& along2, const T& spin) const {
     const Pack3<S> n = row(m_.normal), t1 = row(m_.tangent1), t2 = row(m_.tangent2);
     const Pack3<S> force = load.n * n + along1 * t1 + along2 * t2;
     const Pack3<S> torque = spin * n + load.l1 * t1 + load.l2 * t2;
     push(m_.a, velocities, before.v_a, before.w_a, -force, -torque);
     push(m_.b, velocities, before.v_b, before.w_b, force, torque);
   }
-  BRISTLE_LANES static void push(const typename Block::Side& side, VelocityTable<S>& velocities,
-                                 const Pack3<S>& v, const Pack3<S>& w, const Pack3<S>& force,
-                                 const Pack3<S>& torque) {
+  BRISTLE_INLINE static void push(const typename Block::Side& side, VelocityTable<S>& velocities,
+                                  const Pack3<S>& v, const Pack3<S>& w, const Pack3<S>& force,
+                                  const Pack3<S>& torque) {
     const Pack3<S> l = torque + cross(row(side.arm), force);
     const auto& I = side.inverse_inertia;
     Pack3<S> turn = row(I[0]) * l;

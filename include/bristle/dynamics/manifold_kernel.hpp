@@ -32,9 +32,9 @@ class ManifoldKernel : ManifoldMotion<S> {
   }
   /// One turn of the velocity problem.
   /// @return [m/s] Largest velocity change.
-  BRISTLE_LANES T solve(VelocityTable<S>& velocities);
+  BRISTLE_INLINE T solve(VelocityTable<S>& velocities);
   /// One turn of the position problem.
-  BRISTLE_LANES T place(VelocityTable<S>& displacements);
+  BRISTLE_INLINE T place(VelocityTable<S>& displacements);
 
  private:
   using Base::m_, Base::motion, Base::points_, Base::push, Base::relative, Base::row, Base::speed;
@@ -45,7 +45,7 @@ class ManifoldKernel : ManifoldMotion<S> {
     T a, b, c, inverse_determinant, inverse_largest;
   };
 
-  [[nodiscard]] BRISTLE_LANES T across(std::size_t i, const Load& load) const {
+  [[nodiscard]] BRISTLE_INLINE T across(std::size_t i, const Load& load) const {
     return row(m_.across[i][0]) * load.n + row(m_.across[i][1]) * load.l1 +
            row(m_.across[i][2]) * load.l2;
   }
@@ -55,15 +55,15 @@ class ManifoldKernel : ManifoldMotion<S> {
   /// @param use  (point, x) called for each.
   /// @return [m/s] Largest velocity change.
   template <typename Least, typename Use>
-  BRISTLE_LANES T solve_points(Relative v, Load& load, Row Points::*target, Row Points::*inverse,
-                               Row Points::*x, const Least& least, const Use& use);
-  BRISTLE_LANES void rub(const T& most, const T& most_torsion, const Relative& v);
+  BRISTLE_INLINE T solve_points(Relative v, Load& load, Row Points::*target, Row Points::*inverse,
+                                Row Points::*x, const Least& least, const Use& use);
+  BRISTLE_INLINE void rub(const T& most, const T& most_torsion, const Relative& v);
 };
 
 // Implementation -----------------------------------------------------------------------------------
 
 template <Scalar S>
-BRISTLE_LANES Pack<S> ManifoldKernel<S>::solve(VelocityTable<S>& velocities) {
+BRISTLE_INLINE Pack<S> ManifoldKernel<S>::solve(VelocityTable<S>& velocities) {
   const Motion before_turn = motion(velocities);
   Relative v = relative(before_turn);
   Load load;
@@ -94,9 +94,9 @@ BRISTLE_LANES Pack<S> ManifoldKernel<S>::solve(VelocityTable<S>& velocities) {
 
 template <Scalar S>
 template <typename Least, typename Use>
-BRISTLE_LANES Pack<S> ManifoldKernel<S>::solve_points(Relative v, Load& load, Row Points::*target,
-                                                      Row Points::*inverse, Row Points::*x,
-                                                      const Least& least, const Use& use) {
+BRISTLE_INLINE Pack<S> ManifoldKernel<S>::solve_points(Relative v, Load& load, Row Points::*target,
+                                                       Row Points::*inverse, Row Points::*x,
+                                                       const Least& least, const Use& use) {
   T largest = S(0);
   for (std::size_t first = 0; first < points_.size(); first += point_group) {
     const auto points = points_.subspan(first);
@@ -137,7 +137,8 @@ BRISTLE_LANES Pack<S> ManifoldKernel<S>::solve_points(Relative v, Load& load, Ro
 /// Friction of a manifold: force and torsion together within an ellipsoid, whose axes are the force
 /// `most` alone and the torsion `most_torsion` alone.
 template <Scalar S>
-BRISTLE_LANES void ManifoldKernel<S>::rub(const T& most, const T& most_torsion, const Relative& v) {
+BRISTLE_INLINE void ManifoldKernel<S>::rub(const T& most, const T& most_torsion,
+                                           const Relative& v) {
   const TangentialResponse K{row(m_.response_a), row(m_.response_b), row(m_.response_c),
                              row(m_.inverse_determinant), row(m_.inverse_largest)};
   const T zero = S(0);
@@ -162,7 +163,7 @@ BRISTLE_LANES void ManifoldKernel<S>::rub(const T& most, const T& most_torsion, 
 }
 
 template <Scalar S>
-BRISTLE_LANES Pack<S> ManifoldKernel<S>::place(VelocityTable<S>& displacements) {
+BRISTLE_INLINE Pack<S> ManifoldKernel<S>::place(VelocityTable<S>& displacements) {
   const Motion before_turn = motion(displacements);
   Load load;
   const T largest = solve_points(

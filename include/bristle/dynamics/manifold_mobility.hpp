@@ -16,8 +16,8 @@ struct ManifoldMobility {
                    const Vec3<S>& arm_a, const Vec3<S>& arm_b) {
     const ContactFrame<S> frame(c, a, b);
     linear.set(frame.inverse_mass);
-    if (frame.turns_a) add(frame.inverse_inertia_a, product<S>(frame.to_contact, arm_a));
-    if (frame.turns_b) add(frame.inverse_inertia_b, product<S>(frame.to_contact, arm_b));
+    if (frame.turns_a) add(frame.inverse_inertia_a, frame.to_contact * arm_a);
+    if (frame.turns_b) add(frame.inverse_inertia_b, frame.to_contact * arm_b);
   }
   /// One body: the torques r x e_k of unit forces at the arm r, and what they do.
   void add(const Mat3<S>& J, const Vec3<S>& r) {

@@ -54,11 +54,11 @@ class ManifoldPart : ManifoldMotion<S> {
   using Base::m_, Base::motion, Base::points_, Base::push, Base::relative, Base::row, Base::speed;
   using typename Base::Friction, typename Base::Load, typename Base::Relative;
 
-  [[nodiscard]] BRISTLE_LANES static Mask<S> mask(std::uint32_t set) {
+  [[nodiscard]] BRISTLE_INLINE static Mask<S> mask(std::uint32_t set) {
     return Mask<S>::from_bits(set);
   }
   /// Takes back the impulses of lanes.
-  BRISTLE_LANES static void clear(const Mask<S>& lanes_to_clear, Points& p, Contacts& c) {
+  BRISTLE_INLINE static void clear(const Mask<S>& lanes_to_clear, Points& p, Contacts& c) {
     for (auto* impulse : {&p.impulse, &c.friction1, &c.friction2}) {
       select(lanes_to_clear, T(S(0)), row(*impulse)).store(impulse->data());
     }

@@ -7,7 +7,6 @@
 #include <bristle/dynamics/constraint.hpp>
 #include <bristle/dynamics/contact_constraint.hpp>
 #include <bristle/dynamics/soft_block.hpp>
-#include <bristle/math/small_products.hpp>
 
 #include <cstdint>
 #include <span>
@@ -96,12 +95,12 @@ struct SolverBody {
   /// Adds what an impulse at the end of an arm does to a velocity.
   void push_at(Twist<S>& velocity, const Vec3<S>& impulse, const Vec3<S>& arm) const {
     velocity.linear += inverse_mass.cwiseProduct(impulse);
-    if (turns) velocity.angular += product<S>(inverse_inertia, arm.cross(impulse));
+    if (turns) velocity.angular += inverse_inertia * arm.cross(impulse);
   }
   /// Adds what an impulse about the centre of mass does to a velocity.
   void push(Twist<S>& velocity, const Vec3<S>& impulse, const Vec3<S>& angular_impulse) const {
     velocity.linear += inverse_mass.cwiseProduct(impulse);
-    velocity.angular += product<S>(inverse_inertia, angular_impulse);
+    velocity.angular += inverse_inertia * angular_impulse;
   }
 };
 
@@ -234,7 +233,7 @@ template <Scalar S>
   // Along the contact's axes the torques r x e_k of unit impulses at the arm r are
   // (0, z, -y), (-z, 0, x) and (y, -x, 0).
   const auto turn = [&](const Mat3<S>& J, const Vec3<S>& arm) {
-    const Vec3<S> r = product<S>(frame.to_contact, arm);
+    const Vec3<S> r = frame.to_contact * arm;
     const S x = r[0];
     const S y = r[1];
     const S z = r[2];

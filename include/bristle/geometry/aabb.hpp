@@ -3,7 +3,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <bristle/math/small_products.hpp>
 #include <bristle/math/transform.hpp>
 
 namespace bristle::inline BRISTLE_ABI {
@@ -59,8 +58,8 @@ struct Aabb {
 template <Scalar S>
 [[nodiscard]] Aabb<S> transformed(const Aabb<S>& box_B, const Transform<S>& X_AB) {
   const Mat3<S> R = X_AB.rotation_matrix();
-  const Vec3<S> center = product<S>(R, box_B.center()) + X_AB.translation;
-  const Vec3<S> half = product<S>(R.cwiseAbs(), box_B.half_extents());
+  const Vec3<S> center = R * box_B.center() + X_AB.translation;
+  const Vec3<S> half = R.cwiseAbs() * box_B.half_extents();
   return {center - half, center + half};
 }
 

@@ -216,7 +216,7 @@ void collide_shapes(const HalfSpace<S>& a, const Box<S>& b, const Transform<S>& 
   using std::abs;
   const Vec3<S>& half = b.half_extents;
   const Mat3<S> R = X_AB.rotation_matrix();
-  const Vec3<S> up_B = R.transpose().lazyProduct(a.normal);
+  const Vec3<S> up_B = R.transpose() * a.normal;
   // [m] Heights: of the centre over the plane, and of the ends of the half axes over the centre.
   const S height = a.normal.dot(X_AB.translation) - a.offset;
   const Vec3<S> rise = half.cwiseProduct(up_B);

@@ -131,7 +131,7 @@ void collide_face(const BoxPair<S>& boxes, bool is_of_a, int axis, S margin, S t
     manifold.normal = face.side * Vec3<S>::Unit(axis);
   } else {
     const Mat3<S> R_BA = R.transpose();
-    const Vec3<S> p_BA = -R_BA.lazyProduct(p);
+    const Vec3<S> p_BA = -(R_BA * p);
     const BoxFace<S> face{b, axis, p_BA[axis] > S(0) ? S(1) : S(-1), false};
     const BoxFacePatch<S> patch(face, a, R_BA, p_BA, tolerance);
     patch.add_to(manifold, margin, R, p);
@@ -188,11 +188,11 @@ void collide_shapes(const Box<S>& a, const Box<S>& b, const Transform<S>& X_AB, 
   const detail::BoxPair<S> boxes{a.half_extents, b.half_extents, R, p};
 
   const detail::BoxAxis<S> face_a =
-      detail::best_axis<S>(p.cwiseAbs() - a.half_extents - absolute.lazyProduct(b.half_extents));
+      detail::best_axis<S>(p.cwiseAbs() - a.half_extents - absolute * b.half_extents);
   if (face_a.gap > margin) return;
-  const Vec3<S> p_B = R.transpose().lazyProduct(p);
-  const detail::BoxAxis<S> face_b = detail::best_axis<S>(
-      p_B.cwiseAbs() - b.half_extents - absolute.transpose().lazyProduct(a.half_extents));
+  const Vec3<S> p_B = R.transpose() * p;
+  const detail::BoxAxis<S> face_b =
+      detail::best_axis<S>(p_B.cwiseAbs() - b.half_extents - absolute.transpose() * a.half_extents);
   if (face_b.gap > margin) return;
 
   const S least_gain =

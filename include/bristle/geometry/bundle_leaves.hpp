@@ -42,7 +42,8 @@ class BoxInTree {
   [[nodiscard]] const Aabb<S>& box_C() const { return box_C_; }
 
   /// Which boxes in C it may overlap, of those whose coordinates are in the lanes.
-  [[nodiscard]] BRISTLE_LANES Mask<S> overlaps(const Pack3<S>& lower, const Pack3<S>& upper) const {
+  [[nodiscard]] BRISTLE_INLINE Mask<S> overlaps(const Pack3<S>& lower,
+                                                const Pack3<S>& upper) const {
     Mask<S> found = (lower.x <= box_C_.upper[0]) & (upper.x >= box_C_.lower[0]) &
                     (lower.y <= box_C_.upper[1]) & (upper.y >= box_C_.lower[1]) &
                     (lower.z <= box_C_.upper[2]) & (upper.z >= box_C_.lower[2]);
@@ -96,7 +97,7 @@ class alignas(64) LeafList {
   /// Calls visit(i) -> bool for the leaves that a box meets, until one returns false.
   /// @return Whether none did.
   template <typename Visit>
-  BRISTLE_LANES bool for_each(const BoxInTree<S>& box, Visit&& visit) const {
+  BRISTLE_INLINE bool for_each(const BoxInTree<S>& box, Visit&& visit) const {
     for (std::size_t k = 0; k < size_; k += lanes<S>) {
       const auto lower = Pack3<S>::load(&lower_[0][k], &lower_[1][k], &lower_[2][k]);
       const auto upper = Pack3<S>::load(&upper_[0][k], &upper_[1][k], &upper_[2][k]);

@@ -14,7 +14,6 @@
 #include <bristle/geometry/mesh_rays.hpp>
 #include <bristle/geometry/ray_bundles.hpp>
 #include <bristle/geometry/ray_mesh.hpp>
-#include <bristle/math/small_products.hpp>
 #include <bristle/math/transform.hpp>
 
 #include <algorithm>
@@ -118,10 +117,10 @@ class BundleMeshQuery {
   void cast_blocks(const Bundle& bundle, std::size_t first, std::size_t end, Side side);
   [[nodiscard]] Side common_side(const Bundle& bundle, const BoxInTree<S>& box,
                                  const LeafList<S>* list);
-  BRISTLE_LANES void settle(std::size_t place, std::size_t count, const LaneCrossings<S>& found,
-                            BlockFindings& findings);
-  BRISTLE_LANES void offer_in_order(std::size_t first, std::uint32_t offered,
-                                    const LaneCrossings<S>& found);
+  BRISTLE_INLINE void settle(std::size_t place, std::size_t count, const LaneCrossings<S>& found,
+                             BlockFindings& findings);
+  BRISTLE_INLINE void offer_in_order(std::size_t first, std::uint32_t offered,
+                                     const LaneCrossings<S>& found);
   void decide(std::size_t place, BlockBits unmet, Side& side);
   void decide_empty(const Bundle& bundle, Side side);
   void cast_alone(std::size_t i, Side side = Side::unknown);
@@ -153,8 +152,7 @@ class BundleMeshQuery {
   [[nodiscard]] Ray<S> ray_in_mesh(std::size_t i) const {
     const Vec3<S> origin(rays_.origin_x[i], rays_.origin_y[i], rays_.origin_z[i]);
     const Vec3<S> direction(rays_.direction_x[i], rays_.direction_y[i], rays_.direction_z[i]);
-    return {product<S>(R_CR_, origin - p_RC_), product<S>(R_CR_, direction),
-            rays_.length[i] + rays_.extra_length};
+    return {R_CR_ * (origin - p_RC_), R_CR_ * direction, rays_.length[i] + rays_.extra_length};
   }
   [[nodiscard]] Side side_of(std::size_t i) const {
     const bool is_inside = ray_cast_mesh(mesh_, ray_in_mesh(i)).distance == S(0);
@@ -195,7 +193,7 @@ BoxInTree<S> BundleMeshQuery<S>::box_of(const Bundle& bundle, const BoxInTree<S>
   // Directions have length 1: longer rays leave the box by no more than what they gained.
   const Aabb<S> box = bundle.box.inflated(margin(bundle) + rays_.extra_length);
   if (framed != nullptr) return {framed->R_GC(), framed->p_GC(), box};
-  return {bundle.axes.lazyProduct(R_RC_), product<S>(bundle.axes, p_RC_ - bundle.center), box};
+  return {bundle.axes * R_RC_, bundle.axes * (p_RC_ - bundle.center), box};
 }
 
 template <Scalar S>
@@ -376,9 +374,9 @@ void BundleMeshQuery<S>::cast_blocks(const Bundle& bundle, std::size_t first, st
 
 /// Offers what rays in lanes have met.
 template <Scalar S>
-BRISTLE_LANES void BundleMeshQuery<S>::settle(std::size_t place, std::size_t count,
-                                              const LaneCrossings<S>& found,
-                                              BlockFindings& findings) {
+BRISTLE_INLINE void BundleMeshQuery<S>::settle(std::size_t place, std::size_t count,
+                                               const LaneCrossings<S>& found,
+                                               BlockFindings& findings) {
   const std::uint32_t there = first_bits(std::min(count, lanes<S>));
   const std::uint32_t met = bits(min(found.front, found.back) < Pack<S>(infinity<S>));
   const Pack<S> apart = S(2) * found.uncertainty;
@@ -409,8 +407,8 @@ BRISTLE_LANES void BundleMeshQuery<S>::settle(std::size_t place, std::size_t cou
 /// As `RayHits::offer`, for rays that follow each other.
 /// @param offered  [-] Lanes that have met something.
 template <Scalar S>
-BRISTLE_LANES void BundleMeshQuery<S>::offer_in_order(std::size_t first, std::uint32_t offered,
-                                                      const LaneCrossings<S>& found) {
+BRISTLE_INLINE void BundleMeshQuery<S>::offer_in_order(std::size_t first, std::uint32_t offered,
+                                                       const LaneCrossings<S>& found) {
   S* const distance = hits_->distance.data() + first;
   const Pack<S> known = Pack<S>::load(distance);
   const Mask<S> is_nearer = Mask<S>::from_bits(offered) & (found.front < known);
@@ -460,7 +458,7 @@ void BundleMeshQuery<S>::cast_alone(std::size_t i, Side side) {
   if (side == Side::inside) return hit_inside(i);
   const RayHit<S> hit = hit_of(i, ray_in_mesh(i), best, side);
   if (hit.distance < best) {
-    hits_->offer(i, {hit.distance, product<S>(R_RC_, hit.normal)}, tag_);
+    hits_->offer(i, {hit.distance, R_RC_ * hit.normal}, tag_);
   }
 }
 

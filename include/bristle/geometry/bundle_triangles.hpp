@@ -72,16 +72,16 @@ class BundleTriangles {
   [[nodiscard]] S highest(std::size_t i) const { return upper_[2][i]; }
 
   /// Tests rays against candidate i.
-  BRISTLE_LANES void test(std::size_t i, const LaneRays<S>& rays, LaneCrossings<S>& found) const;
+  BRISTLE_INLINE void test(std::size_t i, const LaneRays<S>& rays, LaneCrossings<S>& found) const;
 
  private:
   // A pack may be loaded from the last candidate.
   using Row = std::array<S, capacity + 16>;
 
   /// [m] Corner c of the triangles of a leaf from its i-th on, in the frame of the tree.
-  [[nodiscard]] BRISTLE_LANES static Pack3<S> corner(const WideTree<S>& tree,
-                                                     const TriangleRange& leaf, std::size_t c,
-                                                     std::size_t i) {
+  [[nodiscard]] BRISTLE_INLINE static Pack3<S> corner(const WideTree<S>& tree,
+                                                      const TriangleRange& leaf, std::size_t c,
+                                                      std::size_t i) {
     return Pack3<S>::load(tree.row(leaf, c, 0) + i, tree.row(leaf, c, 1) + i,
                           tree.row(leaf, c, 2) + i);
   }
@@ -91,9 +91,9 @@ class BundleTriangles {
     Pack3<S> corners[3];
     std::uint32_t in_box;
   };
-  [[nodiscard]] BRISTLE_LANES static Turned turned(const WideTree<S>& tree,
-                                                   const TriangleRange& leaf, std::size_t i,
-                                                   const BoxInTree<S>& box);
+  [[nodiscard]] BRISTLE_INLINE static Turned turned(const WideTree<S>& tree,
+                                                    const TriangleRange& leaf, std::size_t i,
+                                                    const BoxInTree<S>& box);
 
   // Of each corner x, y, z; [-] the triangle's number. They lie side by side, so that `add` goes
   // from row to row by steps of one length: kept as one long row, rays took up to 7 % more time.
@@ -110,12 +110,12 @@ class BundleTriangles {
 // Implementation -----------------------------------------------------------------------------------
 
 template <Scalar S>
-BRISTLE_LANES auto BundleTriangles<S>::turned(const WideTree<S>& tree, const TriangleRange& leaf,
-                                              std::size_t i, const BoxInTree<S>& box) -> Turned {
+BRISTLE_INLINE auto BundleTriangles<S>::turned(const WideTree<S>& tree, const TriangleRange& leaf,
+                                               std::size_t i, const BoxInTree<S>& box) -> Turned {
   Turned result;
   const Pack3<S> origin = Pack3<S>::all(box.p_GC());
   for (std::size_t c = 0; c < 3; ++c) {
-    result.corners[c] = origin + product<S>(box.R_GC(), corner(tree, leaf, c, i));
+    result.corners[c] = origin + box.R_GC() * corner(tree, leaf, c, i);
   }
   const auto& [a, b, c] = result.corners;
   const Aabb<S>& limits = box.box_G();
@@ -179,7 +179,7 @@ void BundleTriangles<S>::finish(const RayBundle<S>& bundle, const Mat3<S>& R_RG,
     const Pack3<S> n = cross(b - a, c - a);
     const Pack<S> largest = max(abs(n.x), max(abs(n.y), abs(n.z)));
     const Pack3<S> scaled = (S(1) / largest) * n;
-    const Pack3<S> normal = product<S>(R_RG, (S(1) / sqrt(dot(scaled, scaled))) * scaled);
+    const Pack3<S> normal = R_RG * ((S(1) / sqrt(dot(scaled, scaled))) * scaled);
     normal.store(&normal_[0][i], &normal_[1][i], &normal_[2][i]);
     // No corner is farther than this from any ray across it, nor from its start along it, and
     // neither is farther from the origin.
@@ -217,8 +217,8 @@ std::size_t BundleTriangles<S>::within(const Aabb<S>& box,
 }
 
 template <Scalar S>
-BRISTLE_LANES void BundleTriangles<S>::test(std::size_t i, const LaneRays<S>& rays,
-                                            LaneCrossings<S>& found) const {
+BRISTLE_INLINE void BundleTriangles<S>::test(std::size_t i, const LaneRays<S>& rays,
+                                             LaneCrossings<S>& found) const {
   const auto corner = [&](std::size_t k) { return Pack<S>(rows_[k][i]); };
   const Pack<S> az = corner(2);
   const Pack<S> bz = corner(5);

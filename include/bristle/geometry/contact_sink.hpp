@@ -5,6 +5,7 @@
 #pragma once
 
 #include <bristle/geometry/contact_manifold.hpp>
+#include <bristle/math/finite.hpp>
 #include <bristle/math/transform.hpp>
 
 #include <algorithm>
@@ -68,7 +69,7 @@ class ContactSink {
       const ContactManifold<S>& m = out_[i];
       if (!(abs(m.normal.squaredNorm() - S(1)) <= Tolerance<S>::equal())) return false;
       for (std::size_t k = 0; k < m.size; ++k) {
-        if (!m.points[k].position.allFinite() || !isfinite(m.points[k].gap)) return false;
+        if (!all_finite(m.points[k].position) || !isfinite(m.points[k].gap)) return false;
       }
     }
     return true;

@@ -11,6 +11,7 @@
 
 #include <bristle/geometry/fcl_geometry.hpp>
 #include <bristle/geometry/shape_backend.hpp>
+#include <bristle/math/finite.hpp>
 
 #include <cstdint>
 #include <memory>
@@ -293,7 +294,7 @@ ContactStatus FclBackend::collide(const Collidable<S>& a, const Collidable<S>& b
                                   ContactManifolds<S>& out) noexcept {
   using std::isfinite;
   const Transform<double> X = X_AB.template cast<double>();
-  if (!X.translation.allFinite() || !X.rotation.coeffs().allFinite() || !isfinite(margin)) {
+  if (!all_finite(X.translation) || !all_finite(X.rotation.coeffs()) || !isfinite(margin)) {
     return ContactStatus::failed;
   }
   if (!can_collide(kind(a), kind(b))) return ContactStatus::failed;

@@ -14,6 +14,7 @@
 #include <bristle/geometry/ray_mesh.hpp>
 #include <bristle/geometry/ray_shapes.hpp>
 #include <bristle/geometry/shape_cast.hpp>
+#include <bristle/math/finite.hpp>
 
 #include <array>
 #include <concepts>
@@ -97,7 +98,7 @@ class FclRayTarget {
 template <Scalar S>
 void FclRayTarget<S>::cast_rays(const Transform<S>& X_RC, const RayBatch<S>& rays,
                                 std::uint32_t tag, RayHits<S>& hits) const noexcept {
-  if (!X_RC.translation.allFinite() || !X_RC.rotation.coeffs().allFinite()) return;
+  if (!all_finite(X_RC.translation) || !all_finite(X_RC.rotation.coeffs())) return;
   std::visit(
       [&](const auto& shape) {
         if constexpr (std::same_as<std::remove_cvref_t<decltype(shape)>, RayMesh<S>>) {

@@ -74,8 +74,8 @@ class NearSegmentTest {
 
   /// @param lower, upper  Callables: Pack<S> lower(axis), coordinates of boxes in lanes.
   template <typename Lower, typename Upper>
-  [[nodiscard]] BRISTLE_LANES std::uint32_t operator()(const Lower& lower,
-                                                       const Upper& upper) const {
+  [[nodiscard]] BRISTLE_INLINE std::uint32_t operator()(const Lower& lower,
+                                                        const Upper& upper) const {
     Pack<S> first(S(0));
     Pack<S> last(S(1));
     for (std::size_t axis = 0; axis < 3; ++axis) {

@@ -6,6 +6,7 @@
 #include <bristle/core/error.hpp>
 #include <bristle/geometry/aabb.hpp>
 #include <bristle/geometry/triangle_mesh.hpp>
+#include <bristle/math/finite.hpp>
 #include <bristle/math/types.hpp>
 
 #include <algorithm>
@@ -170,7 +171,7 @@ void validate_surface(const TriangleMesh<S>& mesh) {
   detail::require(!mesh.triangles.empty(), "TriangleMesh::triangles.size()", 0,
                   "must hold at least one triangle");
   for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
-    if (!mesh.vertices[v].allFinite()) {
+    if (!all_finite(mesh.vertices[v])) {
       detail::raise(InvalidArgument("TriangleMesh::vertices[" + std::to_string(v) + "]",
                                     detail::to_tuple_text(mesh.vertices[v]), "must be finite"));
     }

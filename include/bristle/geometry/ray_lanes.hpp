@@ -42,16 +42,16 @@ namespace detail {
 
 /// A hit at `distance` where `is_hit` and the ray reaches it, at the start where `is_inside`.
 template <Scalar S>
-BRISTLE_LANES RayHitLanes<S> hit_lanes(const RayLanes<S>& ray, const Mask<S>& is_inside,
-                                       const Mask<S>& is_hit, const Pack<S>& distance,
-                                       const Pack3<S>& normal) {
+BRISTLE_INLINE RayHitLanes<S> hit_lanes(const RayLanes<S>& ray, const Mask<S>& is_inside,
+                                        const Mask<S>& is_hit, const Pack<S>& distance,
+                                        const Pack3<S>& normal) {
   const Mask<S> counts = is_hit & (distance <= ray.length) & (distance < Pack<S>(infinity<S>));
   const Pack<S> there = select(counts, max(distance, Pack<S>(S(0))), Pack<S>(infinity<S>));
   return {select(is_inside, Pack<S>(S(0)), there), select(is_inside, -ray.direction, normal)};
 }
 
 template <Scalar S>
-BRISTLE_LANES RayHitLanes<S> no_hits() {
+BRISTLE_INLINE RayHitLanes<S> no_hits() {
   const Pack<S> zero(S(0));
   return {Pack<S>(infinity<S>), {zero, zero, zero}};
 }
@@ -62,21 +62,22 @@ BRISTLE_LANES RayHitLanes<S> no_hits() {
 /// @param radius  [m] How far around the core the shape reaches.
 /// @param extent  [m] How far from the shape's origin: rounding is relative to it, too.
 template <Scalar S>
-BRISTLE_LANES Mask<S> may_reach(const RayLanes<S>& ray, const Pack<S>& apart2, S radius, S extent) {
+BRISTLE_INLINE Mask<S> may_reach(const RayLanes<S>& ray, const Pack<S>& apart2, S radius,
+                                 S extent) {
   constexpr S slack = Tolerance<S>::round_off();
   const Pack<S> reach = (S(1) + slack) * (ray.length + radius) + slack * extent;
   return apart2 <= reach * reach;
 }
 
 template <Scalar S>
-BRISTLE_LANES Pack3<S> normalized(const Pack3<S>& v) {
+BRISTLE_INLINE Pack3<S> normalized(const Pack3<S>& v) {
   return (S(1) / sqrt(dot(v, v))) * v;
 }
 
 /// Unit vectors from vectors that are that to round-off, without root and division: of the square
 /// 1 + e, which becomes 1 - 3/4 e^2. In full where that would show in a lane that matters.
 template <Scalar S>
-BRISTLE_LANES Pack3<S> renormalized(const Pack3<S>& v, const Mask<S>& matters) {
+BRISTLE_INLINE Pack3<S> renormalized(const Pack3<S>& v, const Mask<S>& matters) {
   const Pack<S> excess = dot(v, v) - S(1);
   if (any(matters & !(abs(excess) <= Pack<S>(Tolerance<S>::equal())))) return normalized(v);
   return (S(1) - S(0.5) * excess) * v;
@@ -88,14 +89,14 @@ struct ChordLanes {
   Pack<S> enter{-infinity<S>};
   Pack<S> leave{infinity<S>};
 
-  [[nodiscard]] BRISTLE_LANES Mask<S> is_ahead() const {
+  [[nodiscard]] BRISTLE_INLINE Mask<S> is_ahead() const {
     return (enter <= leave) & (enter + leave >= Pack<S>(S(0)));
   }
 };
 
 template <Scalar S>
-BRISTLE_LANES ChordLanes<S> slab_chord(const Pack<S>& origin, const Pack<S>& direction, S low,
-                                       S high) {
+BRISTLE_INLINE ChordLanes<S> slab_chord(const Pack<S>& origin, const Pack<S>& direction, S low,
+                                        S high) {
   const Pack<S> inverse = S(1) / direction;
   const Pack<S> to_low = (low - origin) * inverse;
   const Pack<S> to_high = (high - origin) * inverse;
@@ -108,8 +109,8 @@ BRISTLE_LANES ChordLanes<S> slab_chord(const Pack<S>& origin, const Pack<S>& dir
 /// The slab of a box about the axis of one coordinate. Mostly all of the rays keep between two of
 /// the pairs of planes, which then bound nothing, and need not be divided by.
 template <Scalar S>
-BRISTLE_LANES ChordLanes<S> box_chord(const Pack<S>& origin, const Pack<S>& direction,
-                                      const Pack<S>& length, S half) {
+BRISTLE_INLINE ChordLanes<S> box_chord(const Pack<S>& origin, const Pack<S>& direction,
+                                       const Pack<S>& length, S half) {
   const Pack<S> end = origin + length * direction;
   if (all((abs(origin) < Pack<S>(half)) & (abs(end) < Pack<S>(half)))) return {};
   return slab_chord(origin, direction, -half, half);
@@ -117,8 +118,8 @@ BRISTLE_LANES ChordLanes<S> box_chord(const Pack<S>& origin, const Pack<S>& dire
 
 /// `Roots` in lanes, in order.
 template <Scalar S>
-BRISTLE_LANES ChordLanes<S> roots(const Pack<S>& a, const Pack<S>& b, const Pack<S>& c,
-                                  const Pack<S>& root) {
+BRISTLE_INLINE ChordLanes<S> roots(const Pack<S>& a, const Pack<S>& b, const Pack<S>& c,
+                                   const Pack<S>& root) {
   const Pack<S> zero(S(0));
   const Pack<S> far(infinity<S>);
   const Pack<S> q = select(b < zero, b - root, b + root);
@@ -128,8 +129,8 @@ BRISTLE_LANES ChordLanes<S> roots(const Pack<S>& a, const Pack<S>& b, const Pack
 }
 
 template <Scalar S>
-BRISTLE_LANES ChordLanes<S> tube_chord(const Pack3<S>& origin, const Pack3<S>& direction,
-                                       S radius) {
+BRISTLE_INLINE ChordLanes<S> tube_chord(const Pack3<S>& origin, const Pack3<S>& direction,
+                                        S radius) {
   const Pack<S> zero(S(0));
   const Pack<S> far(infinity<S>);
   const Pack<S> a = direction.x * direction.x + direction.y * direction.y;
@@ -152,7 +153,7 @@ struct ApproachLanes {
   Pack3<S> origin;
   Mask<S> is_near;
 
-  BRISTLE_LANES ApproachLanes(const RayLanes<S>& ray, S radius) {
+  BRISTLE_INLINE ApproachLanes(const RayLanes<S>& ray, S radius) {
     const Pack<S> closest = -dot(ray.origin, ray.direction);
     skipped = select(closest > Pack<S>(radius), closest - radius, Pack<S>(S(0)));
     origin = ray.origin + skipped * ray.direction;
@@ -162,7 +163,7 @@ struct ApproachLanes {
 };
 
 template <Scalar S>
-BRISTLE_LANES RayHitLanes<S> ray_cast(const Sphere<S>& sphere, const RayLanes<S>& ray) {
+BRISTLE_INLINE RayHitLanes<S> ray_cast(const Sphere<S>& sphere, const RayLanes<S>& ray) {
   const Pack<S> zero(S(0));
   const Pack<S> radius2(sphere.radius * sphere.radius);
   const Pack<S> apart2 = dot(ray.origin, ray.origin);
@@ -178,7 +179,7 @@ BRISTLE_LANES RayHitLanes<S> ray_cast(const Sphere<S>& sphere, const RayLanes<S>
 }
 
 template <Scalar S>
-BRISTLE_LANES RayHitLanes<S> ray_cast(const Box<S>& box, const RayLanes<S>& ray) {
+BRISTLE_INLINE RayHitLanes<S> ray_cast(const Box<S>& box, const RayLanes<S>& ray) {
   const Pack<S> zero(S(0));
   const Vec3<S>& half = box.half_extents;
   const ChordLanes<S> x = box_chord(ray.origin.x, ray.direction.x, ray.length, half.x());
@@ -208,7 +209,7 @@ struct TubeEntry {
   /// axis, of which the start is on this side.
   Mask<S> is_met, is_ahead;
 
-  BRISTLE_LANES TubeEntry(const Pack3<S>& origin, const Pack3<S>& direction, S radius) {
+  BRISTLE_INLINE TubeEntry(const Pack3<S>& origin, const Pack3<S>& direction, S radius) {
     const Pack<S> zero(S(0));
     const Pack<S> radius2(radius * radius);
     const Pack<S> a = direction.x * direction.x + direction.y * direction.y;
@@ -226,7 +227,7 @@ struct TubeEntry {
 };
 
 template <Scalar S>
-BRISTLE_LANES RayHitLanes<S> ray_cast(const Capsule<S>& capsule, const RayLanes<S>& ray) {
+BRISTLE_INLINE RayHitLanes<S> ray_cast(const Capsule<S>& capsule, const RayLanes<S>& ray) {
   const Pack<S> zero(S(0));
   const Pack<S> half(capsule.half_length);
   const Pack<S> radius2(capsule.radius * capsule.radius);
@@ -267,7 +268,7 @@ BRISTLE_LANES RayHitLanes<S> ray_cast(const Capsule<S>& capsule, const RayLanes<
 }
 
 template <Scalar S>
-BRISTLE_LANES RayHitLanes<S> ray_cast(const Cylinder<S>& cylinder, const RayLanes<S>& ray) {
+BRISTLE_INLINE RayHitLanes<S> ray_cast(const Cylinder<S>& cylinder, const RayLanes<S>& ray) {
   const Pack<S> zero(S(0));
   const S half = cylinder.half_length;
   const Pack3<S>& o = ray.origin;
@@ -286,7 +287,7 @@ BRISTLE_LANES RayHitLanes<S> ray_cast(const Cylinder<S>& cylinder, const RayLane
 }
 
 template <Scalar S>
-BRISTLE_LANES RayHitLanes<S> ray_cast(const Cone<S>& cone, const RayLanes<S>& ray) {
+BRISTLE_INLINE RayHitLanes<S> ray_cast(const Cone<S>& cone, const RayLanes<S>& ray) {
   const Pack<S> zero(S(0));
   const Pack<S> one(S(1));
   const Pack<S> far(infinity<S>);
@@ -327,7 +328,7 @@ BRISTLE_LANES RayHitLanes<S> ray_cast(const Cone<S>& cone, const RayLanes<S>& ra
 }
 
 template <Scalar S>
-BRISTLE_LANES RayHitLanes<S> ray_cast(const Ellipsoid<S>& ellipsoid, const RayLanes<S>& ray) {
+BRISTLE_INLINE RayHitLanes<S> ray_cast(const Ellipsoid<S>& ellipsoid, const RayLanes<S>& ray) {
   const Pack<S> zero(S(0));
   const Vec3<S> scale = ellipsoid.radii.cwiseInverse();
   const auto scaled = [&](const Pack3<S>& v) {
@@ -348,7 +349,7 @@ BRISTLE_LANES RayHitLanes<S> ray_cast(const Ellipsoid<S>& ellipsoid, const RayLa
 }
 
 template <Scalar S>
-BRISTLE_LANES RayHitLanes<S> ray_cast(const HalfSpace<S>& half_space, const RayLanes<S>& ray) {
+BRISTLE_INLINE RayHitLanes<S> ray_cast(const HalfSpace<S>& half_space, const RayLanes<S>& ray) {
   const Pack<S> zero(S(0));
   const Pack3<S> normal = Pack3<S>::all(half_space.normal);
   const Pack<S> height = dot(normal, ray.origin) - half_space.offset;
@@ -357,7 +358,7 @@ BRISTLE_LANES RayHitLanes<S> ray_cast(const HalfSpace<S>& half_space, const RayL
 }
 
 template <Scalar S>
-BRISTLE_LANES RayHitLanes<S> ray_cast(const ConvexHull<S>& hull, const RayLanes<S>& ray) {
+BRISTLE_INLINE RayHitLanes<S> ray_cast(const ConvexHull<S>& hull, const RayLanes<S>& ray) {
   const Pack<S> zero(S(0));
   ChordLanes<S> chord;
   Pack3<S> normal{zero, zero, zero};
@@ -394,12 +395,11 @@ void cast_rays_in_lanes(const ConvexShape& shape, const Transform<S>& X_RC, cons
     const Pack3<S> direction{load(rays.direction_x.data() + i), load(rays.direction_y.data() + i),
                              load(rays.direction_z.data() + i)};
     const Pack<S> length = load(rays.length.data() + i) + rays.extra_length;
-    const RayHitLanes<S> hit =
-        detail::ray_cast(shape, RayLanes<S>{product<S>(R_CR, origin - p_RC),
-                                            product<S>(R_CR, direction), min(length, best)});
+    const RayHitLanes<S> hit = detail::ray_cast(
+        shape, RayLanes<S>{R_CR * (origin - p_RC), R_CR * direction, min(length, best)});
     const Mask<S> is_nearer = hit.distance < best;
     if (none(is_nearer)) return;
-    const Pack3<S> normal = product<S>(R_RC, hit.normal);
+    const Pack3<S> normal = R_RC * hit.normal;
     const auto keep = [&](S* p, const Pack<S>& value) {
       store(p + i, select(is_nearer, value, load(p + i)));
     };

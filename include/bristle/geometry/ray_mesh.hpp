@@ -61,8 +61,8 @@ class WideSlabTest {
 
   /// Which of the children from `k` on in one pack are entered by `reach`; where they are in
   /// `enter`.
-  [[nodiscard]] BRISTLE_LANES std::uint32_t operator()(const Node& node, std::size_t k, S reach,
-                                                       S* enter) const {
+  [[nodiscard]] BRISTLE_INLINE std::uint32_t operator()(const Node& node, std::size_t k, S reach,
+                                                        S* enter) const {
     Pack<S> first(S(0));
     Pack<S> last(reach);
     for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -102,13 +102,13 @@ class WideTriangleFilter {
   }
 
   /// Which triangles of a leaf the ray may pass by `reach`.
-  [[nodiscard]] BRISTLE_LANES std::uint32_t operator()(const WideTree<S>& tree,
-                                                       const TriangleRange& leaf, S reach) const {
+  [[nodiscard]] BRISTLE_INLINE std::uint32_t operator()(const WideTree<S>& tree,
+                                                        const TriangleRange& leaf, S reach) const {
     return among(tree.row(leaf, 0, 0), leaf.count, leaf.count, reach);
   }
   /// The same for `count` triangles whose corners are in nine rows, as those of a leaf are.
-  [[nodiscard]] BRISTLE_LANES std::uint32_t among(const S* rows, std::size_t stride,
-                                                  std::size_t count, S reach) const {
+  [[nodiscard]] BRISTLE_INLINE std::uint32_t among(const S* rows, std::size_t stride,
+                                                   std::size_t count, S reach) const {
     std::uint32_t found = 0;
     for (std::size_t i = 0; i < count; i += lanes<S>) {
       found |= (bits(may_pass(rows + i, stride, reach)) & first_bits(count - i)) << i;
@@ -117,7 +117,7 @@ class WideTriangleFilter {
   }
 
  private:
-  [[nodiscard]] BRISTLE_LANES Mask<S> may_pass(const S* rows, std::size_t stride, S reach) const {
+  [[nodiscard]] BRISTLE_INLINE Mask<S> may_pass(const S* rows, std::size_t stride, S reach) const {
     Pack3<S> p[3];
     Pack<S> size(S(0));
     for (std::size_t c = 0; c < 3; ++c) {

@@ -11,6 +11,7 @@
 #include <bristle/geometry/convex_view.hpp>
 #include <bristle/geometry/mesh_contacts.hpp>
 #include <bristle/geometry/mesh_surface.hpp>
+#include <bristle/math/finite.hpp>
 #include <bristle/math/transform.hpp>
 
 #include <cmath>
@@ -62,7 +63,7 @@ bool collide_solids(const SolidView<Precise<S>, Tree>& a, const SolidView<Precis
                     const Transform<Precise<S>>& X_AB, Precise<S> margin, ContactSink<S>& sink) {
   using P = Precise<S>;
   using std::isfinite;
-  if (!X_AB.translation.allFinite() || !X_AB.rotation.coeffs().allFinite() || !isfinite(margin)) {
+  if (!all_finite(X_AB.translation) || !all_finite(X_AB.rotation.coeffs()) || !isfinite(margin)) {
     return false;
   }
   if (a.mesh && b.mesh) {

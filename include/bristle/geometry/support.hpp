@@ -82,7 +82,8 @@ template <Scalar S>
 template <Scalar S>
 [[nodiscard]] Vec3<S> support_point(const Box<S>& box, const Vec3<S>& direction) {
   const Vec3<S>& h = box.half_extents;
-  return (direction.array() < S(0)).select(-h, h);
+  return {direction.x() < S(0) ? -h.x() : h.x(), direction.y() < S(0) ? -h.y() : h.y(),
+          direction.z() < S(0) ? -h.z() : h.z()};
 }
 template <Scalar S>
 [[nodiscard]] Vec3<S> support_point(const Capsule<S>& capsule, const Vec3<S>& direction) {

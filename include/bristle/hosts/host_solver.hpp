@@ -5,6 +5,7 @@
 
 #include <bristle/dynamics/proximal_solver.hpp>
 #include <bristle/hosts/sensor_host.hpp>
+#include <bristle/math/finite.hpp>
 #include <bristle/sensors/passes.hpp>
 #include <bristle/sensors/patch_contacts.hpp>
 #include <bristle/sensors/patch_explicit.hpp>
@@ -188,7 +189,7 @@ template <Scalar S>
 void HostSolver<S>::discard_what_is_not_finite(HostPatch<S>& host) {
   for (std::size_t k = 0; k < host.patch_.pairs.size(); ++k) {
     const Wrench<S>& impulse = host.impulses_[k];
-    if (!impulse.force.allFinite() || !impulse.torque.allFinite()) take_back(host, k);
+    if (!all_finite(impulse.force) || !all_finite(impulse.torque)) take_back(host, k);
   }
 }
 

@@ -50,14 +50,8 @@ inline constexpr bool has_register = BRISTLE_HAS_SIMD != 0 &&
 template <Scalar S>
 inline constexpr std::size_t lanes = detail::has_register<S> ? simd_bytes / sizeof(S) : 4;
 
-// Every function here is a few instructions and is inlined even without optimisation: a register
-// passed through memory costs more than what is done with it.
-#if defined(__GNUC__)
-#define BRISTLE_LANES [[gnu::always_inline]] inline
-#else
-#define BRISTLE_LANES inline
-#endif
-// And what a loop over packs needs rarely is not, lest its values take the registers of the rest.
+// What a loop over packs needs rarely is not inlined, lest its values take the registers of the
+// rest.
 #if defined(__GNUC__)
 #define BRISTLE_OUTLINED [[gnu::noinline]]
 #else
@@ -138,17 +132,17 @@ struct Compare {
   using Lanes = typename Register<S>::Type;
   using Truth = decltype(Lanes{} < Lanes{});
 
-  BRISTLE_LANES static Truth less(const Lanes& a, const Lanes& b) { return a < b; }
-  BRISTLE_LANES static Truth less_equal(const Lanes& a, const Lanes& b) { return a <= b; }
-  BRISTLE_LANES static Truth equal(const Lanes& a, const Lanes& b) { return a == b; }
-  BRISTLE_LANES static Lanes select(const Truth& m, const Lanes& yes, const Lanes& no) {
+  BRISTLE_INLINE static Truth less(const Lanes& a, const Lanes& b) { return a < b; }
+  BRISTLE_INLINE static Truth less_equal(const Lanes& a, const Lanes& b) { return a <= b; }
+  BRISTLE_INLINE static Truth equal(const Lanes& a, const Lanes& b) { return a == b; }
+  BRISTLE_INLINE static Lanes select(const Truth& m, const Lanes& yes, const Lanes& no) {
     if constexpr (has_register<S>) {
       return m ? yes : no;
     } else {
       return Lanes::each([&](int i) { return m.v[i] ? yes.v[i] : no.v[i]; });
     }
   }
-  BRISTLE_LANES static std::uint32_t bits(const Truth& m) {
+  BRISTLE_INLINE static std::uint32_t bits(const Truth& m) {
 #if BRISTLE_HAS_SIMD && defined(__AVX__)
     if constexpr (std::same_as<S, float>)
       return static_cast<std::uint32_t>(_mm256_movemask_ps(std::bit_cast<__m256>(m)));
@@ -174,46 +168,46 @@ struct Compare<float> {
   using Lanes = Register<float>::Type;
   using Truth = std::uint16_t;
 
-  BRISTLE_LANES static Truth less(const Lanes& a, const Lanes& b) {
+  BRISTLE_INLINE static Truth less(const Lanes& a, const Lanes& b) {
     return _mm512_cmp_ps_mask(a, b, _CMP_LT_OQ);
   }
-  BRISTLE_LANES static Truth less_equal(const Lanes& a, const Lanes& b) {
+  BRISTLE_INLINE static Truth less_equal(const Lanes& a, const Lanes& b) {
     return _mm512_cmp_ps_mask(a, b, _CMP_LE_OQ);
   }
-  BRISTLE_LANES static Truth equal(const Lanes& a, const Lanes& b) {
+  BRISTLE_INLINE static Truth equal(const Lanes& a, const Lanes& b) {
     return _mm512_cmp_ps_mask(a, b, _CMP_EQ_OQ);
   }
-  BRISTLE_LANES static Lanes select(Truth m, const Lanes& yes, const Lanes& no) {
+  BRISTLE_INLINE static Lanes select(Truth m, const Lanes& yes, const Lanes& no) {
     return Lanes(_mm512_mask_blend_ps(m, no, yes));
   }
   /// Lanes that are chosen, side by side.
-  BRISTLE_LANES static Lanes packed(std::uint32_t chosen, const Lanes& a) {
+  BRISTLE_INLINE static Lanes packed(std::uint32_t chosen, const Lanes& a) {
     return Lanes(_mm512_maskz_compress_ps(static_cast<Truth>(chosen), a));
   }
-  BRISTLE_LANES static std::uint32_t bits(Truth m) { return m; }
+  BRISTLE_INLINE static std::uint32_t bits(Truth m) { return m; }
 };
 template <>
 struct Compare<double> {
   using Lanes = Register<double>::Type;
   using Truth = std::uint8_t;
 
-  BRISTLE_LANES static Truth less(const Lanes& a, const Lanes& b) {
+  BRISTLE_INLINE static Truth less(const Lanes& a, const Lanes& b) {
     return _mm512_cmp_pd_mask(a, b, _CMP_LT_OQ);
   }
-  BRISTLE_LANES static Truth less_equal(const Lanes& a, const Lanes& b) {
+  BRISTLE_INLINE static Truth less_equal(const Lanes& a, const Lanes& b) {
     return _mm512_cmp_pd_mask(a, b, _CMP_LE_OQ);
   }
-  BRISTLE_LANES static Truth equal(const Lanes& a, const Lanes& b) {
+  BRISTLE_INLINE static Truth equal(const Lanes& a, const Lanes& b) {
     return _mm512_cmp_pd_mask(a, b, _CMP_EQ_OQ);
   }
-  BRISTLE_LANES static Lanes select(Truth m, const Lanes& yes, const Lanes& no) {
+  BRISTLE_INLINE static Lanes select(Truth m, const Lanes& yes, const Lanes& no) {
     return Lanes(_mm512_mask_blend_pd(m, no, yes));
   }
   /// Lanes that are chosen, side by side.
-  BRISTLE_LANES static Lanes packed(std::uint32_t chosen, const Lanes& a) {
+  BRISTLE_INLINE static Lanes packed(std::uint32_t chosen, const Lanes& a) {
     return Lanes(_mm512_maskz_compress_pd(static_cast<Truth>(chosen), a));
   }
-  BRISTLE_LANES static std::uint32_t bits(Truth m) { return m; }
+  BRISTLE_INLINE static std::uint32_t bits(Truth m) { return m; }
 };
 #endif
 

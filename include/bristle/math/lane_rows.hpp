@@ -20,11 +20,11 @@ inline constexpr std::size_t row_stride = 8;
 /// Lane i of columns[c] becomes rows[at[i] + c].
 /// @param at  [-] Of each lane, where its row begins.
 template <std::size_t count, Scalar S>
-BRISTLE_LANES void load_rows(const S* rows, const std::uint32_t* at, Pack<S> (&columns)[count]);
+BRISTLE_INLINE void load_rows(const S* rows, const std::uint32_t* at, Pack<S> (&columns)[count]);
 /// The inverse. Of lanes with the same row the last one stays. What the row has behind `count`
 /// scalars may be overwritten.
 template <std::size_t count, Scalar S>
-BRISTLE_LANES void store_rows(S* rows, const std::uint32_t* at, const Pack<S> (&columns)[count]);
+BRISTLE_INLINE void store_rows(S* rows, const std::uint32_t* at, const Pack<S> (&columns)[count]);
 
 // Implementation -----------------------------------------------------------------------------------
 
@@ -44,7 +44,7 @@ inline constexpr std::size_t block_size = lanes<S> < row_stride ? lanes<S> : row
 /// Lanes whose number has the bit d, of the one register, change places with those that lack it, of
 /// the other.
 template <std::size_t d, Scalar S, std::size_t... lane>
-BRISTLE_LANES void exchange(Pack<S>& upper, Pack<S>& lower, std::index_sequence<lane...>) {
+BRISTLE_INLINE void exchange(Pack<S>& upper, Pack<S>& lower, std::index_sequence<lane...>) {
   constexpr std::size_t n = lanes<S>;
   const auto a = upper.get();
   const auto b = lower.get();
@@ -53,13 +53,13 @@ BRISTLE_LANES void exchange(Pack<S>& upper, Pack<S>& lower, std::index_sequence<
 }
 /// The same for all registers whose number lacks the bit d, with those that have it.
 template <std::size_t d, Scalar S, std::size_t... i>
-BRISTLE_LANES void exchange_all(Pack<S> (&registers)[block_size<S>], std::index_sequence<i...>) {
+BRISTLE_INLINE void exchange_all(Pack<S> (&registers)[block_size<S>], std::index_sequence<i...>) {
   (exchange<d>(registers[i / d * 2 * d + i % d], registers[i / d * 2 * d + i % d + d],
                std::make_index_sequence<lanes<S>>()),
    ...);
 }
 template <Scalar S>
-BRISTLE_LANES void transpose(Pack<S> (&registers)[block_size<S>]) {
+BRISTLE_INLINE void transpose(Pack<S> (&registers)[block_size<S>]) {
   constexpr std::size_t n = block_size<S>;
   constexpr auto pairs = std::make_index_sequence<n / 2>();
   if constexpr (n > 4) exchange_all<4>(registers, pairs);
@@ -68,8 +68,8 @@ BRISTLE_LANES void transpose(Pack<S> (&registers)[block_size<S>]) {
 }
 
 template <Scalar S, std::size_t... lane>
-BRISTLE_LANES Pack<S> load_piece(const S* rows, const std::uint32_t* at,
-                                 std::index_sequence<lane...>) {
+BRISTLE_INLINE Pack<S> load_piece(const S* rows, const std::uint32_t* at,
+                                  std::index_sequence<lane...>) {
   if constexpr (lanes<S> <= row_stride) {
     return Pack<S>::load(rows + *at);
   } else {
@@ -82,7 +82,7 @@ BRISTLE_LANES Pack<S> load_piece(const S* rows, const std::uint32_t* at,
 }
 /// Writes a register, or one of its two rows: the one that starts at lane `first`.
 template <std::size_t first, Scalar S, std::size_t... lane>
-BRISTLE_LANES void store_piece(const Pack<S>& piece, S* row, std::index_sequence<lane...>) {
+BRISTLE_INLINE void store_piece(const Pack<S>& piece, S* row, std::index_sequence<lane...>) {
   if constexpr (lanes<S> <= row_stride) {
     piece.store(row);
   } else {
@@ -96,7 +96,7 @@ BRISTLE_LANES void store_piece(const Pack<S>& piece, S* row, std::index_sequence
 }  // namespace detail
 
 template <std::size_t count, Scalar S>
-BRISTLE_LANES void load_rows(const S* rows, const std::uint32_t* at, Pack<S> (&columns)[count]) {
+BRISTLE_INLINE void load_rows(const S* rows, const std::uint32_t* at, Pack<S> (&columns)[count]) {
   static_assert(count <= row_stride);
 #if BRISTLE_HAS_SHUFFLE
   if constexpr (detail::are_rows_transposed<S>) {
@@ -116,7 +116,7 @@ BRISTLE_LANES void load_rows(const S* rows, const std::uint32_t* at, Pack<S> (&c
 }
 
 template <std::size_t count, Scalar S>
-BRISTLE_LANES void store_rows(S* rows, const std::uint32_t* at, const Pack<S> (&columns)[count]) {
+BRISTLE_INLINE void store_rows(S* rows, const std::uint32_t* at, const Pack<S> (&columns)[count]) {
   static_assert(count <= row_stride);
 #if BRISTLE_HAS_SHUFFLE
   if constexpr (detail::are_rows_transposed<S>) {

@@ -54,32 +54,33 @@ template <Value T>
 using Truth = typename detail::ValueTraits<T>::Truth;
 
 // Of single values, what simd.hpp and pack3.hpp have for lanes.
-[[nodiscard]] BRISTLE_LANES bool any(bool m) { return m; }
-[[nodiscard]] BRISTLE_LANES bool all(bool m) { return m; }
+[[nodiscard]] BRISTLE_INLINE bool any(bool m) { return m; }
+[[nodiscard]] BRISTLE_INLINE bool all(bool m) { return m; }
 template <Scalar S>
-[[nodiscard]] BRISTLE_LANES S select(bool m, S yes, S no) {
+[[nodiscard]] BRISTLE_INLINE S select(bool m, S yes, S no) {
   return m ? yes : no;
 }
 template <typename A, typename B>
-[[nodiscard]] BRISTLE_LANES Vec3<typename A::Scalar> select(bool m, const Eigen::MatrixBase<A>& yes,
-                                                            const Eigen::MatrixBase<B>& no) {
+[[nodiscard]] BRISTLE_INLINE Vec3<typename A::Scalar> select(bool m,
+                                                             const Eigen::MatrixBase<A>& yes,
+                                                             const Eigen::MatrixBase<B>& no) {
   if (m) return yes;
   return no;
 }
 template <typename A, typename B>
-[[nodiscard]] BRISTLE_LANES typename A::Scalar dot(const Eigen::MatrixBase<A>& a,
-                                                   const Eigen::MatrixBase<B>& b) {
+[[nodiscard]] BRISTLE_INLINE typename A::Scalar dot(const Eigen::MatrixBase<A>& a,
+                                                    const Eigen::MatrixBase<B>& b) {
   return a.dot(b);
 }
 template <typename A, typename B>
-[[nodiscard]] BRISTLE_LANES Vec3<typename A::Scalar> cross(const Eigen::MatrixBase<A>& a,
-                                                           const Eigen::MatrixBase<B>& b) {
+[[nodiscard]] BRISTLE_INLINE Vec3<typename A::Scalar> cross(const Eigen::MatrixBase<A>& a,
+                                                            const Eigen::MatrixBase<B>& b) {
   return a.cross(b);
 }
 
 /// A vector without length.
 template <Value T>
-[[nodiscard]] BRISTLE_LANES Vector3<T> zero_vector() {
+[[nodiscard]] BRISTLE_INLINE Vector3<T> zero_vector() {
   if constexpr (Scalar<T>) {
     return Vec3<T>::Zero();
   } else {
@@ -89,7 +90,7 @@ template <Value T>
 
 /// The same vector for all lanes.
 template <Value T>
-[[nodiscard]] BRISTLE_LANES Vector3<T> spread(const Vec3<ScalarOf<T>>& v) {
+[[nodiscard]] BRISTLE_INLINE Vector3<T> spread(const Vec3<ScalarOf<T>>& v) {
   if constexpr (Scalar<T>) {
     return v;
   } else {
@@ -99,18 +100,18 @@ template <Value T>
 
 /// Sum over the lanes.
 template <Scalar S>
-[[nodiscard]] BRISTLE_LANES S sum_of_lanes(S a) {
+[[nodiscard]] BRISTLE_INLINE S sum_of_lanes(S a) {
   return a;
 }
 template <Scalar S>
-[[nodiscard]] BRISTLE_LANES Vec3<S> sum_of_lanes(const Pack3<S>& a) {
+[[nodiscard]] BRISTLE_INLINE Vec3<S> sum_of_lanes(const Pack3<S>& a) {
   return {sum_of_lanes(a.x), sum_of_lanes(a.y), sum_of_lanes(a.z)};
 }
 
 /// The remainder of a / b, of the sign of a, exactly. Where no lane has more than one b in a that
 /// is a difference, which is exact there (Sterbenz); else lane by lane.
 template <Scalar S>
-[[nodiscard]] BRISTLE_LANES Pack<S> fmod(const Pack<S>& a, const Pack<S>& b) {
+[[nodiscard]] BRISTLE_INLINE Pack<S> fmod(const Pack<S>& a, const Pack<S>& b) {
   using std::fmod;
   if (all((a >= Pack<S>(S(0))) & (a < b + b))) return select(a < b, a, a - b);
   S rest[lanes<S>];

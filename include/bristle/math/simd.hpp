@@ -79,25 +79,25 @@ class Mask {
   using Register = typename detail::Compare<S>::Truth;
 
   Mask() = default;
-  BRISTLE_LANES explicit Mask(const Register& r) : r_(r) {}
+  BRISTLE_INLINE explicit Mask(const Register& r) : r_(r) {}
 
   /// Holds in the first n lanes.
-  [[nodiscard]] BRISTLE_LANES static Mask first(std::size_t n);
+  [[nodiscard]] BRISTLE_INLINE static Mask first(std::size_t n);
   /// Holds in lane i where bit i is set: the inverse of `bits`.
-  [[nodiscard]] BRISTLE_LANES static Mask from_bits(std::uint32_t set);
+  [[nodiscard]] BRISTLE_INLINE static Mask from_bits(std::uint32_t set);
 
-  [[nodiscard]] BRISTLE_LANES const Register& get() const { return r_; }
+  [[nodiscard]] BRISTLE_INLINE const Register& get() const { return r_; }
 
-  [[nodiscard]] BRISTLE_LANES friend Mask operator&(const Mask& a, const Mask& b) {
+  [[nodiscard]] BRISTLE_INLINE friend Mask operator&(const Mask& a, const Mask& b) {
     return Mask(static_cast<Register>(a.r_ & b.r_));
   }
-  [[nodiscard]] BRISTLE_LANES friend Mask operator|(const Mask& a, const Mask& b) {
+  [[nodiscard]] BRISTLE_INLINE friend Mask operator|(const Mask& a, const Mask& b) {
     return Mask(static_cast<Register>(a.r_ | b.r_));
   }
-  [[nodiscard]] BRISTLE_LANES friend Mask operator!(const Mask& a) {
+  [[nodiscard]] BRISTLE_INLINE friend Mask operator!(const Mask& a) {
     return Mask(static_cast<Register>(~a.r_));
   }
-  [[nodiscard]] BRISTLE_LANES friend Mask operator^(const Mask& a, const Mask& b) {
+  [[nodiscard]] BRISTLE_INLINE friend Mask operator^(const Mask& a, const Mask& b) {
     return Mask(static_cast<Register>(a.r_ ^ b.r_));
   }
 
@@ -113,13 +113,13 @@ class Pack {
 
   /// Not set to anything.
   Pack() = default;
-  BRISTLE_LANES explicit Pack(const Register& r) : r_(r) {}
+  BRISTLE_INLINE explicit Pack(const Register& r) : r_(r) {}
   /// The same in all lanes.
-  BRISTLE_LANES Pack(S value)  // NOLINT: a scalar in a formula of packs is one
+  BRISTLE_INLINE Pack(S value)  // NOLINT: a scalar in a formula of packs is one
       : Pack(make([&](std::size_t) { return value; })) {}
 
   /// Lane i from p[i]; any alignment.
-  [[nodiscard]] BRISTLE_LANES static Pack load(const S* p) {
+  [[nodiscard]] BRISTLE_INLINE static Pack load(const S* p) {
     Pack a;
     if constexpr (detail::has_register<S>) {
       __builtin_memcpy(&a.r_, p, sizeof a.r_);
@@ -129,18 +129,18 @@ class Pack {
     return a;
   }
   /// The first n lanes from p; the others are `rest`, and nothing of p behind n is read.
-  [[nodiscard]] BRISTLE_LANES static Pack load_first(const S* p, std::size_t n, S rest) {
+  [[nodiscard]] BRISTLE_INLINE static Pack load_first(const S* p, std::size_t n, S rest) {
     Pack a(rest);
     for (std::size_t i = 0; i < n && i < size; ++i) a.r_[i] = p[i];
     return a;
   }
   /// Lane i from p[at[i]].
   template <std::integral Index>
-  [[nodiscard]] BRISTLE_LANES static Pack gather(const S* p, const Index* at) {
+  [[nodiscard]] BRISTLE_INLINE static Pack gather(const S* p, const Index* at) {
     return make([&](std::size_t i) { return p[at[i]]; });
   }
   /// Lane i from the integer p[i], which is below 2^31.
-  [[nodiscard]] BRISTLE_LANES static Pack load_integers(const std::uint32_t* p) {
+  [[nodiscard]] BRISTLE_INLINE static Pack load_integers(const std::uint32_t* p) {
 #if BRISTLE_HAS_SIMD
     if constexpr (detail::has_register<S>) {
       // Signed ones are what all registers convert.
@@ -153,11 +153,11 @@ class Pack {
     return make([&](std::size_t i) { return S(p[i]); });
   }
   /// 0, 1, 2, ...
-  [[nodiscard]] BRISTLE_LANES static Pack numbers() {
+  [[nodiscard]] BRISTLE_INLINE static Pack numbers() {
     return make([](std::size_t i) { return S(i); });
   }
 
-  BRISTLE_LANES void store(S* p) const {
+  BRISTLE_INLINE void store(S* p) const {
     if constexpr (detail::has_register<S>) {
       __builtin_memcpy(p, &r_, sizeof r_);
     } else {
@@ -165,68 +165,68 @@ class Pack {
     }
   }
   /// The first n lanes; nothing behind them is written.
-  BRISTLE_LANES void store_first(S* p, std::size_t n) const {
+  BRISTLE_INLINE void store_first(S* p, std::size_t n) const {
     for (std::size_t i = 0; i < n && i < size; ++i) p[i] = r_[i];
   }
 
   /// Lane i to p[at[i]], in the order of the lanes.
   template <std::integral Index>
-  BRISTLE_LANES void scatter(S* p, const Index* at) const {
+  BRISTLE_INLINE void scatter(S* p, const Index* at) const {
     scatter(p, at, std::make_index_sequence<size>());
   }
 
-  [[nodiscard]] BRISTLE_LANES S operator[](std::size_t i) const { return r_[i]; }
-  [[nodiscard]] BRISTLE_LANES const Register& get() const { return r_; }
+  [[nodiscard]] BRISTLE_INLINE S operator[](std::size_t i) const { return r_[i]; }
+  [[nodiscard]] BRISTLE_INLINE const Register& get() const { return r_; }
 
-  [[nodiscard]] BRISTLE_LANES friend Pack operator+(const Pack& a, const Pack& b) {
+  [[nodiscard]] BRISTLE_INLINE friend Pack operator+(const Pack& a, const Pack& b) {
     return Pack(a.r_ + b.r_);
   }
-  [[nodiscard]] BRISTLE_LANES friend Pack operator-(const Pack& a, const Pack& b) {
+  [[nodiscard]] BRISTLE_INLINE friend Pack operator-(const Pack& a, const Pack& b) {
     return Pack(a.r_ - b.r_);
   }
-  [[nodiscard]] BRISTLE_LANES friend Pack operator*(const Pack& a, const Pack& b) {
+  [[nodiscard]] BRISTLE_INLINE friend Pack operator*(const Pack& a, const Pack& b) {
     return Pack(a.r_ * b.r_);
   }
-  [[nodiscard]] BRISTLE_LANES friend Pack operator/(const Pack& a, const Pack& b) {
+  [[nodiscard]] BRISTLE_INLINE friend Pack operator/(const Pack& a, const Pack& b) {
     return Pack(a.r_ / b.r_);
   }
-  [[nodiscard]] BRISTLE_LANES friend Pack operator-(const Pack& a) { return Pack(-a.r_); }
-  BRISTLE_LANES Pack& operator+=(const Pack& b) { return *this = *this + b; }
-  BRISTLE_LANES Pack& operator-=(const Pack& b) { return *this = *this - b; }
-  BRISTLE_LANES Pack& operator*=(const Pack& b) { return *this = *this * b; }
-  BRISTLE_LANES Pack& operator/=(const Pack& b) { return *this = *this / b; }
+  [[nodiscard]] BRISTLE_INLINE friend Pack operator-(const Pack& a) { return Pack(-a.r_); }
+  BRISTLE_INLINE Pack& operator+=(const Pack& b) { return *this = *this + b; }
+  BRISTLE_INLINE Pack& operator-=(const Pack& b) { return *this = *this - b; }
+  BRISTLE_INLINE Pack& operator*=(const Pack& b) { return *this = *this * b; }
+  BRISTLE_INLINE Pack& operator/=(const Pack& b) { return *this = *this / b; }
 
   // False in lanes with a NaN, as between scalars; != is true there.
-  [[nodiscard]] BRISTLE_LANES friend Mask<S> operator<(const Pack& a, const Pack& b) {
+  [[nodiscard]] BRISTLE_INLINE friend Mask<S> operator<(const Pack& a, const Pack& b) {
     return Mask<S>(detail::Compare<S>::less(a.r_, b.r_));
   }
-  [[nodiscard]] BRISTLE_LANES friend Mask<S> operator<=(const Pack& a, const Pack& b) {
+  [[nodiscard]] BRISTLE_INLINE friend Mask<S> operator<=(const Pack& a, const Pack& b) {
     return Mask<S>(detail::Compare<S>::less_equal(a.r_, b.r_));
   }
-  [[nodiscard]] BRISTLE_LANES friend Mask<S> operator>(const Pack& a, const Pack& b) {
+  [[nodiscard]] BRISTLE_INLINE friend Mask<S> operator>(const Pack& a, const Pack& b) {
     return b < a;
   }
-  [[nodiscard]] BRISTLE_LANES friend Mask<S> operator>=(const Pack& a, const Pack& b) {
+  [[nodiscard]] BRISTLE_INLINE friend Mask<S> operator>=(const Pack& a, const Pack& b) {
     return b <= a;
   }
-  [[nodiscard]] BRISTLE_LANES friend Mask<S> operator==(const Pack& a, const Pack& b) {
+  [[nodiscard]] BRISTLE_INLINE friend Mask<S> operator==(const Pack& a, const Pack& b) {
     return Mask<S>(detail::Compare<S>::equal(a.r_, b.r_));
   }
-  [[nodiscard]] BRISTLE_LANES friend Mask<S> operator!=(const Pack& a, const Pack& b) {
+  [[nodiscard]] BRISTLE_INLINE friend Mask<S> operator!=(const Pack& a, const Pack& b) {
     return !(a == b);
   }
 
   /// The second where one of the two is NaN, as `a < b ? a : b` has it.
-  [[nodiscard]] BRISTLE_LANES friend Pack min(const Pack& a, const Pack& b) {
+  [[nodiscard]] BRISTLE_INLINE friend Pack min(const Pack& a, const Pack& b) {
     if constexpr (detail::has_register<S>) return Pack(a.r_ < b.r_ ? a.r_ : b.r_);
     return select(a < b, a, b);
   }
   /// The second where one of the two is NaN, as `a > b ? a : b` has it.
-  [[nodiscard]] BRISTLE_LANES friend Pack max(const Pack& a, const Pack& b) {
+  [[nodiscard]] BRISTLE_INLINE friend Pack max(const Pack& a, const Pack& b) {
     if constexpr (detail::has_register<S>) return Pack(b.r_ < a.r_ ? a.r_ : b.r_);
     return select(b < a, a, b);
   }
-  [[nodiscard]] BRISTLE_LANES friend Pack abs(const Pack& a) {
+  [[nodiscard]] BRISTLE_INLINE friend Pack abs(const Pack& a) {
     if constexpr (detail::has_register<S>) {
       // Everything but the sign.
       using Bits = decltype(a.r_ < a.r_);
@@ -238,7 +238,7 @@ class Pack {
     }
   }
   /// Rounded correctly.
-  [[nodiscard]] BRISTLE_LANES friend Pack sqrt(const Pack& a) {
+  [[nodiscard]] BRISTLE_INLINE friend Pack sqrt(const Pack& a) {
 #if BRISTLE_HAS_SIMD && defined(__AVX512F__)
     if constexpr (std::same_as<S, float>) return Pack(Register(_mm512_maskz_sqrt_ps(0xffff, a.r_)));
     if constexpr (std::same_as<S, double>) return Pack(Register(_mm512_maskz_sqrt_pd(0xff, a.r_)));
@@ -256,15 +256,15 @@ class Pack {
  private:
   // All lanes at once: set one after the other, they would be blended in one after the other.
   template <typename F, std::size_t... i>
-  BRISTLE_LANES static Pack make(const F& f, std::index_sequence<i...>) {
+  BRISTLE_INLINE static Pack make(const F& f, std::index_sequence<i...>) {
     return Pack(Register{f(i)...});
   }
   template <typename F>
-  BRISTLE_LANES static Pack make(const F& f) {
+  BRISTLE_INLINE static Pack make(const F& f) {
     return make(f, std::make_index_sequence<size>());
   }
   template <typename Index, std::size_t... i>
-  BRISTLE_LANES void scatter(S* p, const Index* at, std::index_sequence<i...>) const {
+  BRISTLE_INLINE void scatter(S* p, const Index* at, std::index_sequence<i...>) const {
     ((p[at[i]] = r_[i]), ...);
   }
 
@@ -272,12 +272,12 @@ class Pack {
 };
 
 template <Scalar S>
-BRISTLE_LANES Mask<S> Mask<S>::first(std::size_t n) {
+BRISTLE_INLINE Mask<S> Mask<S>::first(std::size_t n) {
   return Pack<S>::numbers() < Pack<S>(S(n));
 }
 
 template <Scalar S>
-BRISTLE_LANES Mask<S> Mask<S>::from_bits(std::uint32_t set) {
+BRISTLE_INLINE Mask<S> Mask<S>::from_bits(std::uint32_t set) {
   if constexpr (std::unsigned_integral<Register>) {
     return Mask(static_cast<Register>(set));
   } else if constexpr (detail::has_register<S>) {
@@ -291,30 +291,30 @@ BRISTLE_LANES Mask<S> Mask<S>::from_bits(std::uint32_t set) {
 }
 
 template <Scalar S>
-BRISTLE_LANES std::uint32_t bits(const Mask<S>& m) {
+BRISTLE_INLINE std::uint32_t bits(const Mask<S>& m) {
   return detail::Compare<S>::bits(m.get());
 }
 template <Scalar S>
-BRISTLE_LANES bool any(const Mask<S>& m) {
+BRISTLE_INLINE bool any(const Mask<S>& m) {
   return bits(m) != 0;
 }
 template <Scalar S>
-BRISTLE_LANES bool all(const Mask<S>& m) {
+BRISTLE_INLINE bool all(const Mask<S>& m) {
   return bits(m) == (1u << lanes<S>)-1u;
 }
 template <Scalar S>
-BRISTLE_LANES bool none(const Mask<S>& m) {
+BRISTLE_INLINE bool none(const Mask<S>& m) {
   return bits(m) == 0;
 }
 
 template <Scalar S>
-BRISTLE_LANES Pack<S> select(const Mask<S>& m, const Pack<S>& yes, const Pack<S>& no) {
+BRISTLE_INLINE Pack<S> select(const Mask<S>& m, const Pack<S>& yes, const Pack<S>& no) {
   return Pack<S>(detail::Compare<S>::select(m.get(), yes.get(), no.get()));
 }
 
 template <Scalar S, std::size_t n>
-BRISTLE_LANES std::size_t store_packed(const Pack<S> (&packs)[n], std::uint32_t chosen, S* to,
-                                       std::size_t stride) {
+BRISTLE_INLINE std::size_t store_packed(const Pack<S> (&packs)[n], std::uint32_t chosen, S* to,
+                                        std::size_t stride) {
 #if BRISTLE_HAS_SIMD && defined(__AVX512F__)
   if constexpr (detail::has_register<S>) {
     for (std::size_t k = 0; k < n; ++k) {
@@ -335,7 +335,7 @@ namespace detail {
 
 /// Lane i from lane i + by, around the end.
 template <std::size_t by, Scalar S, std::size_t... i>
-BRISTLE_LANES Pack<S> rotated(const Pack<S>& a, std::index_sequence<i...>) {
+BRISTLE_INLINE Pack<S> rotated(const Pack<S>& a, std::index_sequence<i...>) {
 #if BRISTLE_HAS_SHUFFLE
   if constexpr (has_register<S>) {
     return Pack<S>(__builtin_shufflevector(a.get(), a.get(), ((i + by) % lanes<S>)...));
@@ -347,7 +347,7 @@ BRISTLE_LANES Pack<S> rotated(const Pack<S>& a, std::index_sequence<i...>) {
 
 /// Joins the lanes of a pack two by two, halving their number each time.
 template <std::size_t half, Scalar S, typename Join>
-BRISTLE_LANES S join_lanes(const Pack<S>& a, const Join& join) {
+BRISTLE_INLINE S join_lanes(const Pack<S>& a, const Join& join) {
   const Pack<S> joined = join(a, rotated<half>(a, std::make_index_sequence<lanes<S>>()));
   if constexpr (half > 1) {
     return join_lanes<half / 2>(joined, join);
@@ -359,17 +359,17 @@ BRISTLE_LANES S join_lanes(const Pack<S>& a, const Join& join) {
 }  // namespace detail
 
 template <Scalar S>
-BRISTLE_LANES S sum_of_lanes(const Pack<S>& a) {
+BRISTLE_INLINE S sum_of_lanes(const Pack<S>& a) {
   return detail::join_lanes<lanes<S> / 2>(a,
                                           [](const Pack<S>& x, const Pack<S>& y) { return x + y; });
 }
 template <Scalar S>
-BRISTLE_LANES S min_of_lanes(const Pack<S>& a) {
+BRISTLE_INLINE S min_of_lanes(const Pack<S>& a) {
   return detail::join_lanes<lanes<S> / 2>(
       a, [](const Pack<S>& x, const Pack<S>& y) { return min(x, y); });
 }
 template <Scalar S>
-BRISTLE_LANES S max_of_lanes(const Pack<S>& a) {
+BRISTLE_INLINE S max_of_lanes(const Pack<S>& a) {
   return detail::join_lanes<lanes<S> / 2>(
       a, [](const Pack<S>& x, const Pack<S>& y) { return max(x, y); });
 }

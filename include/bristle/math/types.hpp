@@ -4,6 +4,7 @@
 #pragma once
 
 #include <bristle/core/config.hpp>
+#include <bristle/math/matrix_arithmetic.hpp>
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>

@@ -84,14 +84,14 @@ namespace detail {
 
 /// Puts the distances of the planes of a pack into `hits`, where they are within reach.
 template <Scalar S>
-BRISTLE_LANES void advance_pack(const SensorTile<S>& sensors, const KeptTile<S>& kept,
-                                std::size_t at, const Mask<S>& is_of_shape, const PairPose<S>& pose,
-                                S extra_length, RayHits<S>& hits) {
+BRISTLE_INLINE void advance_pack(const SensorTile<S>& sensors, const KeptTile<S>& kept,
+                                 std::size_t at, const Mask<S>& is_of_shape,
+                                 const PairPose<S>& pose, S extra_length, RayHits<S>& hits) {
   using T = Pack<S>;
   const std::size_t first = kept.tile * tile_size + at;
   const Pack3<S> n = load_pack(sensors.direction, at);
-  const Pack3<S> m = product(pose.R_AB, load_pack(kept.normal, at));
-  const Pack3<S> point = product(pose.R_AB, load_pack(kept.point, at)) + Pack3<S>::all(pose.p_AB);
+  const Pack3<S> m = pose.R_AB * load_pack(kept.normal, at);
+  const Pack3<S> point = pose.R_AB * load_pack(kept.point, at) + Pack3<S>::all(pose.p_AB);
   const T cosine = dot(m, n);
   const Mask<S> is_ahead = is_of_shape & (cosine < T(S(0)));
   const T height = dot(m, point - load_pack(sensors.start, at));
@@ -111,9 +111,9 @@ BRISTLE_LANES void advance_pack(const SensorTile<S>& sensors, const KeptTile<S>&
 /// Puts the planes that a pack of sensors met on one body into `kept`.
 /// @return Whether a ray starts inside.
 template <Scalar S>
-BRISTLE_LANES bool keep_pack(const SensorTile<S>& sensors, const RayHits<S>& hits, std::size_t at,
-                             const Mask<S>& is_of_shape, const PairPose<S>& pose,
-                             const Mat3<S>& R_BA, KeptTile<S>& kept) {
+BRISTLE_INLINE bool keep_pack(const SensorTile<S>& sensors, const RayHits<S>& hits, std::size_t at,
+                              const Mask<S>& is_of_shape, const PairPose<S>& pose,
+                              const Mat3<S>& R_BA, KeptTile<S>& kept) {
   using T = Pack<S>;
   const std::size_t first = kept.tile * tile_size + at;
   // Lanes without a hit go on with one at the start: all is finite.
@@ -122,8 +122,8 @@ BRISTLE_LANES bool keep_pack(const SensorTile<S>& sensors, const RayHits<S>& hit
       hits.normal.x.data() + first, hits.normal.y.data() + first, hits.normal.z.data() + first);
   const Pack3<S> point_A =
       load_pack(sensors.start, at) + distance * load_pack(sensors.direction, at);
-  const Pack3<S> point = product(R_BA, point_A - Pack3<S>::all(pose.p_AB));
-  const Pack3<S> normal = product(R_BA, normal_A);
+  const Pack3<S> point = R_BA * (point_A - Pack3<S>::all(pose.p_AB));
+  const Pack3<S> normal = R_BA * normal_A;
   store_pack(kept.point, at, select(is_of_shape, point, load_pack(kept.point, at)));
   store_pack(kept.normal, at, select(is_of_shape, normal, load_pack(kept.normal, at)));
   return any(is_of_shape & (distance <= T(S(0))));

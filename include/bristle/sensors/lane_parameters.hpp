@@ -19,8 +19,8 @@ class SharedParameters {
       : all_{p.normal_stiffness, p.normal_damping, p.static_friction, p.sliding_friction,
              p.breakaway_distance} {}
 
-  [[nodiscard]] BRISTLE_LANES const SensorParameters<Pack<S>>& operator()(std::size_t,
-                                                                          std::size_t) const {
+  [[nodiscard]] BRISTLE_INLINE const SensorParameters<Pack<S>>& operator()(std::size_t,
+                                                                           std::size_t) const {
     return all_;
   }
 

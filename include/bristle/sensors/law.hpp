@@ -13,7 +13,6 @@
 #pragma once
 
 #include <bristle/math/lane_value.hpp>
-#include <bristle/math/small_products.hpp>
 #include <bristle/math/spatial.hpp>
 #include <bristle/math/transform.hpp>
 #include <bristle/math/types.hpp>
@@ -25,7 +24,7 @@ namespace bristle::inline BRISTLE_ABI {
 /// touching, 1 fully pressed, negative for a surface beyond the ray's end (Eq. 4 with sign and end
 /// corrected).
 template <Value T>
-[[nodiscard]] BRISTLE_LANES T sensor_depth(T distance, T inverse_length) {
+[[nodiscard]] BRISTLE_INLINE T sensor_depth(T distance, T inverse_length) {
   return ScalarOf<T>(1) - distance * inverse_length;
 }
 
@@ -37,25 +36,25 @@ inline constexpr S grazing_cosine = S(-0.1);
 /// Gradient g = m / (m . n) of the depth times the ray's length: d e_N / dt = g . v / L. Equals n
 /// where the surface faces the ray, and g . n = 1 always.
 template <Value T>
-[[nodiscard]] BRISTLE_LANES Vector3<T> depth_gradient(const Vector3<T>& m, T cosine) {
+[[nodiscard]] BRISTLE_INLINE Vector3<T> depth_gradient(const Vector3<T>& m, T cosine) {
   return T(ScalarOf<T>(1) / cosine) * m;
 }
 template <Value T>
-[[nodiscard]] BRISTLE_LANES Vector3<T> depth_gradient(const Vector3<T>& n, const Vector3<T>& m) {
+[[nodiscard]] BRISTLE_INLINE Vector3<T> depth_gradient(const Vector3<T>& n, const Vector3<T>& m) {
   return depth_gradient<T>(m, T(dot(m, n)));
 }
 
 /// [N] Normal force F_N of Eq. 3 from depth e_N [1] and its rate [1/s]; never adhesive.
 template <Value T>
-[[nodiscard]] BRISTLE_LANES T normal_force(const SensorParameters<T>& p, T depth, T rate) {
+[[nodiscard]] BRISTLE_INLINE T normal_force(const SensorParameters<T>& p, T depth, T rate) {
   const T force = p.normal_stiffness * depth + p.normal_damping * rate;
   return select(force > T(0), force, T(0));
 }
 
 /// [N/m] Stiffness k_t of the bristle against stretch (Eq. 1 or Eq. 11).
 template <Value T>
-[[nodiscard]] BRISTLE_LANES T bristle_stiffness(const SensorParameters<T>& p,
-                                                FrictionScaling scaling, T normal_force, T depth) {
+[[nodiscard]] BRISTLE_INLINE T bristle_stiffness(const SensorParameters<T>& p,
+                                                 FrictionScaling scaling, T normal_force, T depth) {
   switch (scaling) {
     case FrictionScaling::normal_force:
       return p.static_friction * normal_force;
@@ -69,13 +68,13 @@ template <Value T>
 
 /// Part of `a` across the unit vector n.
 template <Value T>
-[[nodiscard]] BRISTLE_LANES Vector3<T> tangential(const Vector3<T>& a, const Vector3<T>& n) {
+[[nodiscard]] BRISTLE_INLINE Vector3<T> tangential(const Vector3<T>& a, const Vector3<T>& n) {
   return a - dot(n, a) * n;
 }
 
 /// [m] A stretch that lets go at each multiple of `sigma` and keeps the remainder.
 template <Value T>
-[[nodiscard]] BRISTLE_LANES Vector3<T> wrapped(const Vector3<T>& stretch, T sigma) {
+[[nodiscard]] BRISTLE_INLINE Vector3<T> wrapped(const Vector3<T>& stretch, T sigma) {
   using std::fmod;
   using std::sqrt;
   const T size = sqrt(dot(stretch, stretch));
@@ -86,7 +85,7 @@ template <Value T>
 
 /// [m] A stretch cut to at most `sigma`.
 template <Value T>
-[[nodiscard]] BRISTLE_LANES Vector3<T> clipped(const Vector3<T>& stretch, T sigma) {
+[[nodiscard]] BRISTLE_INLINE Vector3<T> clipped(const Vector3<T>& stretch, T sigma) {
   using std::sqrt;
   const T size = sqrt(dot(stretch, stretch));
   const Truth<T> is_over = size > sigma;
@@ -96,8 +95,8 @@ template <Value T>
 
 /// What a stretch becomes under a reset rule; unchanged while it is at most sigma_a (Eq. 2).
 template <Value T>
-[[nodiscard]] BRISTLE_LANES Vector3<T> after_reset(const Vector3<T>& stretch, T sigma,
-                                                   SlipReset reset) {
+[[nodiscard]] BRISTLE_INLINE Vector3<T> after_reset(const Vector3<T>& stretch, T sigma,
+                                                    SlipReset reset) {
   return reset == SlipReset::drag ? clipped<T>(stretch, sigma) : wrapped<T>(stretch, sigma);
 }
 
@@ -129,19 +128,19 @@ template <Scalar S>
 /// [m] Stretch e_T of a bristle: how far its root on A has moved from its root on B, across n. In
 /// A's axes, as n.
 template <Value T>
-[[nodiscard]] BRISTLE_LANES Vector3<T> anchor_stretch(const Anchor<T>& anchor,
-                                                      const PairPose<ScalarOf<T>>& pair,
-                                                      const Vector3<T>& n) {
-  return tangential<T>(anchor.q_A - product(pair.R_AB, anchor.q_B) - spread<T>(pair.p_AB), n);
+[[nodiscard]] BRISTLE_INLINE Vector3<T> anchor_stretch(const Anchor<T>& anchor,
+                                                       const PairPose<ScalarOf<T>>& pair,
+                                                       const Vector3<T>& n) {
+  return tangential<T>(anchor.q_A - pair.R_AB * anchor.q_B - spread<T>(pair.p_AB), n);
 }
 
 /// Roots a bristle at P with a given stretch.
 /// @param r_A  [m] From A's centre of mass to P, in A's axes.
 template <Value T>
-[[nodiscard]] BRISTLE_LANES Anchor<T> rooted(const PairPose<ScalarOf<T>>& pair,
-                                             const Vector3<T>& r_A, const Vector3<T>& stretch) {
+[[nodiscard]] BRISTLE_INLINE Anchor<T> rooted(const PairPose<ScalarOf<T>>& pair,
+                                              const Vector3<T>& r_A, const Vector3<T>& stretch) {
   const Mat3<ScalarOf<T>> R_BA = pair.R_AB.transpose();
-  return {r_A, product(R_BA, Vector3<T>(r_A - spread<T>(pair.p_AB) - stretch))};
+  return {r_A, R_BA * Vector3<T>(r_A - spread<T>(pair.p_AB) - stretch)};
 }
 
 /// The part of `advance_anchor` that follows once the stretch is known.
@@ -150,10 +149,10 @@ template <Value T>
 /// and
 ///                         zero where the bristle is rooted newly.
 template <Value T>
-BRISTLE_LANES void root_where_needed(Anchor<T>& anchor, const Truth<T>& is_anchored,
-                                     Vector3<T>& stretch, const PairPose<ScalarOf<T>>& pair,
-                                     const Vector3<T>& r_A, T sigma, SlipReset reset,
-                                     Truth<T>& did_slip) {
+BRISTLE_INLINE void root_where_needed(Anchor<T>& anchor, const Truth<T>& is_anchored,
+                                      Vector3<T>& stretch, const PairPose<ScalarOf<T>>& pair,
+                                      const Vector3<T>& r_A, T sigma, SlipReset reset,
+                                      Truth<T>& did_slip) {
   const Truth<T> is_within = dot(stretch, stretch) <= sigma * sigma;
   const Truth<T> is_kept = is_anchored & is_within;
   did_slip = is_anchored & !is_within;
@@ -173,7 +172,7 @@ BRISTLE_LANES void root_where_needed(Anchor<T>& anchor, const Truth<T>& is_ancho
 /// @param[out] did_slip  Whether the reset rule was applied.
 /// @return [m] The stretch e_T after all that.
 template <Value T>
-[[nodiscard]] BRISTLE_LANES Vector3<T> advance_anchor(
+[[nodiscard]] BRISTLE_INLINE Vector3<T> advance_anchor(
     Anchor<T>& anchor, const Truth<T>& is_anchored, const PairPose<ScalarOf<T>>& pair,
     const Vector3<T>& n, const Vector3<T>& r_A, T sigma, SlipReset reset, Truth<T>& did_slip) {
   Vector3<T> stretch = anchor_stretch(anchor, pair, n);
@@ -192,7 +191,7 @@ struct SensorForce {
   Vector3<T> shear = zero_vector<T>();
 
   /// [N] Eq. 9: everything, on B.
-  [[nodiscard]] BRISTLE_LANES Vector3<T> total() const { return normal_vector + shear; }
+  [[nodiscard]] BRISTLE_INLINE Vector3<T> total() const { return normal_vector + shear; }
 };
 
 /// One sensor's hit, as the law needs it.
@@ -218,10 +217,11 @@ struct SensorContact {
 ///                 one sigma_a within it (release only) counts with its mean stretch, sigma_a / 2
 ///                 along the slip; otherwise friction would alias with the step.
 template <Value T>
-[[nodiscard]] BRISTLE_LANES SensorForce<T> sensor_force(const SensorParameters<T>& p,
-                                                        const LawOptions& options,
-                                                        const SensorContact<T>& c,
-                                                        const Vector3<T>& stretch, ScalarOf<T> dt) {
+[[nodiscard]] BRISTLE_INLINE SensorForce<T> sensor_force(const SensorParameters<T>& p,
+                                                         const LawOptions& options,
+                                                         const SensorContact<T>& c,
+                                                         const Vector3<T>& stretch,
+                                                         ScalarOf<T> dt) {
   using std::sqrt;
   SensorForce<T> f;
   f.normal = normal_force(p, c.depth, T(dot(c.g, c.v) * c.inverse_length));

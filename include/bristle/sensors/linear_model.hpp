@@ -14,17 +14,17 @@ namespace bristle::inline BRISTLE_ABI::detail {
 
 /// Velocity of A relative to B at the arm rho from c for the motion (linear, angular) at c.
 template <Value T>
-[[nodiscard]] BRISTLE_LANES Vector3<T> velocity_at(const Vector3<T>& linear,
-                                                   const Vector3<T>& angular,
-                                                   const Vector3<T>& rho) {
+[[nodiscard]] BRISTLE_INLINE Vector3<T> velocity_at(const Vector3<T>& linear,
+                                                    const Vector3<T>& angular,
+                                                    const Vector3<T>& rho) {
   return linear + cross(angular, rho);
 }
 
 /// Normal part: J_n = dt K_N e_N + a_n g.v' while touching; before, the spring and the damper act
 /// on the depth that is reached within the step only, so that nothing pushes across a gap.
 template <Value T>
-BRISTLE_LANES void linearise_normal(const SensorParameters<T>& p, PatchContact<T>& c,
-                                    ScalarOf<T> dt) {
+BRISTLE_INLINE void linearise_normal(const SensorParameters<T>& p, PatchContact<T>& c,
+                                     ScalarOf<T> dt) {
   const T spring = T(dt) * p.normal_stiffness;
   const T slope = spring + p.normal_damping;
   c.normal_constant = select(c.is_touching, spring, slope) * c.depth;
@@ -34,8 +34,8 @@ BRISTLE_LANES void linearise_normal(const SensorParameters<T>& p, PatchContact<T
 /// [N] Mean normal force of a step that ends with the velocity v, of contacts that push or not
 /// (`is_pushing`) and whose normal part is as `linearise_normal` leaves it.
 template <Value T>
-[[nodiscard]] BRISTLE_LANES T force_at(const PatchContact<T>& c, const Vector3<T>& v,
-                                       ScalarOf<T> dt) {
+[[nodiscard]] BRISTLE_INLINE T force_at(const PatchContact<T>& c, const Vector3<T>& v,
+                                        ScalarOf<T> dt) {
   const T normal = c.normal_constant + c.a_normal * dot(c.g, v);
   return select(c.is_pushing, normal, T(0)) * T(ScalarOf<T>(1) / dt);
 }
@@ -44,8 +44,8 @@ template <Value T>
 /// the ray, the difference to n with the impulse of the last pass. (With that impulse inside, the
 /// matrix would be unsymmetric and oblique rays would be kicked.)
 template <Value T>
-[[nodiscard]] BRISTLE_LANES Vector3<T> normal_constant(const PatchContact<T>& c,
-                                                       NormalDirection direction) {
+[[nodiscard]] BRISTLE_INLINE Vector3<T> normal_constant(const PatchContact<T>& c,
+                                                        NormalDirection direction) {
   Vector3<T> sum = c.normal_constant * c.g;
   if (direction == NormalDirection::ray) sum += c.normal_impulse * Vector3<T>(c.n - c.g);
   return select(c.is_pushing, sum, zero_vector<T>());
@@ -53,10 +53,10 @@ template <Value T>
 
 /// Friction of a bristle that sticks throughout the step.
 template <Value T>
-[[nodiscard]] BRISTLE_LANES Vector3<T> linearise_stuck(const SensorParameters<T>& p,
-                                                       const LawOptions& options,
-                                                       const PatchPair<ScalarOf<T>>& pair,
-                                                       PatchContact<T>& c, ScalarOf<T> dt) {
+[[nodiscard]] BRISTLE_INLINE Vector3<T> linearise_stuck(const SensorParameters<T>& p,
+                                                        const LawOptions& options,
+                                                        const PatchPair<ScalarOf<T>>& pair,
+                                                        PatchContact<T>& c, ScalarOf<T> dt) {
   using S = ScalarOf<T>;
   const T k_t = bristle_stiffness(p, options.scaling, c.force, c.depth);
   const Vector3<T> v0 = tangential<T>(c.start_velocity, c.n);
@@ -69,10 +69,10 @@ template <Value T>
 
 /// Mean stretch of a bristle over a step in which it slips with the tangential velocity v.
 template <Value T>
-[[nodiscard]] BRISTLE_LANES Vector3<T> mean_slip_stretch(const PatchPair<ScalarOf<T>>& pair,
-                                                         const PatchContact<T>& c,
-                                                         const Vector3<T>& v, T sigma,
-                                                         SlipReset reset, ScalarOf<T> dt) {
+[[nodiscard]] BRISTLE_INLINE Vector3<T> mean_slip_stretch(const PatchPair<ScalarOf<T>>& pair,
+                                                          const PatchContact<T>& c,
+                                                          const Vector3<T>& v, T sigma,
+                                                          SlipReset reset, ScalarOf<T> dt) {
   using std::min;
   using std::sqrt;
   const T speed = sqrt(dot(v, v));
@@ -96,11 +96,11 @@ template <Value T>
 
 /// Friction of a bristle that slips, linearised around the tangential velocity v.
 template <Value T>
-[[nodiscard]] BRISTLE_LANES Vector3<T> linearise_slip(const SensorParameters<T>& p,
-                                                      const LawOptions& options,
-                                                      const PatchPair<ScalarOf<T>>& pair,
-                                                      PatchContact<T>& c, const Vector3<T>& v,
-                                                      ScalarOf<T> dt) {
+[[nodiscard]] BRISTLE_INLINE Vector3<T> linearise_slip(const SensorParameters<T>& p,
+                                                       const LawOptions& options,
+                                                       const PatchPair<ScalarOf<T>>& pair,
+                                                       PatchContact<T>& c, const Vector3<T>& v,
+                                                       ScalarOf<T> dt) {
   using std::max;
   using std::min;
   using std::sqrt;
@@ -127,9 +127,9 @@ template <Value T>
 
 /// Linear model of one contact around the tangential velocity v.
 template <Value T>
-BRISTLE_LANES void linearise(const SensorParameters<T>& p, const LawOptions& options,
-                             const PatchPair<ScalarOf<T>>& pair, PatchContact<T>& c,
-                             const Vector3<T>& v, ScalarOf<T> dt) {
+BRISTLE_INLINE void linearise(const SensorParameters<T>& p, const LawOptions& options,
+                              const PatchPair<ScalarOf<T>>& pair, PatchContact<T>& c,
+                              const Vector3<T>& v, ScalarOf<T> dt) {
   Vector3<T> friction = linearise_stuck<T>(p, options, pair, c, dt);
   if (any(c.is_slipping)) {
     PatchContact<T> slipping = c;
@@ -147,8 +147,8 @@ BRISTLE_LANES void linearise(const SensorParameters<T>& p, const LawOptions& opt
 
 /// Impulse of a contact's linear model at the velocity v. `a_normal` is 0 where nothing pushes.
 template <Value T>
-[[nodiscard]] BRISTLE_LANES Vector3<T> model_impulse(const PatchContact<T>& c,
-                                                     const Vector3<T>& v) {
+[[nodiscard]] BRISTLE_INLINE Vector3<T> model_impulse(const PatchContact<T>& c,
+                                                      const Vector3<T>& v) {
   Vector3<T> sum =
       c.constant + c.a_across * tangential<T>(v, c.n) + T(c.a_normal * dot(c.g, v)) * c.g;
   if (any(c.is_slipping)) sum += T((c.a_along - c.a_across) * dot(c.along, v)) * c.along;
@@ -169,7 +169,7 @@ struct ModelSum {
   Vector3<T> linear = zero_vector<T>(), angular = zero_vector<T>();
 
   /// Adds a contact; one that does not push has `a_normal` 0.
-  BRISTLE_LANES void add(const PatchContact<T>& c) {
+  BRISTLE_INLINE void add(const PatchContact<T>& c) {
     const Vector3<T> ag = c.a_normal * c.g;
     const Vector3<T> an = c.a_across * c.n;
     T kxx = x(ag) * x(c.g) - x(an) * x(c.n) + c.a_across;
@@ -252,18 +252,18 @@ struct ModelSum {
   }
 
  private:
-  [[nodiscard]] BRISTLE_LANES static T x(const Vector3<T>& v) { return coordinate<0>(v); }
-  [[nodiscard]] BRISTLE_LANES static T y(const Vector3<T>& v) { return coordinate<1>(v); }
-  [[nodiscard]] BRISTLE_LANES static T z(const Vector3<T>& v) { return coordinate<2>(v); }
+  [[nodiscard]] BRISTLE_INLINE static T x(const Vector3<T>& v) { return coordinate<0>(v); }
+  [[nodiscard]] BRISTLE_INLINE static T y(const Vector3<T>& v) { return coordinate<1>(v); }
+  [[nodiscard]] BRISTLE_INLINE static T z(const Vector3<T>& v) { return coordinate<2>(v); }
   template <int axis>
-  [[nodiscard]] BRISTLE_LANES static T coordinate(const Vector3<T>& v) {
+  [[nodiscard]] BRISTLE_INLINE static T coordinate(const Vector3<T>& v) {
     if constexpr (Scalar<T>) {
       return v[axis];
     } else {
       return axis == 0 ? v.x : axis == 1 ? v.y : v.z;
     }
   }
-  [[nodiscard]] BRISTLE_LANES static Vector3<T> vector(const T& x, const T& y, const T& z) {
+  [[nodiscard]] BRISTLE_INLINE static Vector3<T> vector(const T& x, const T& y, const T& z) {
     return {x, y, z};
   }
 };
@@ -287,8 +287,8 @@ struct PassChange {
 
 /// Whether the normal part of a contact acts at the velocity v that was found, and with what force.
 template <Value T>
-BRISTLE_LANES void update_normal(PatchContact<T>& c, const Truth<T>& is_met, const Vector3<T>& v,
-                                 ScalarOf<T> dt, PassChange<T>& change) {
+BRISTLE_INLINE void update_normal(PatchContact<T>& c, const Truth<T>& is_met, const Vector3<T>& v,
+                                  ScalarOf<T> dt, PassChange<T>& change) {
   using std::abs;
   using std::max;
   const T normal = c.normal_constant + c.a_normal * dot(c.g, v);
@@ -304,8 +304,9 @@ BRISTLE_LANES void update_normal(PatchContact<T>& c, const Truth<T>& is_met, con
 /// Whether a touching sensor slips at the tangential velocity v that was found, and whether its
 /// slip has to be damped because it turns around from pass to pass.
 template <Value T>
-BRISTLE_LANES void update_slip(PatchContact<T>& c, const Vector3<T>& v, T sigma, SlipReset reset,
-                               ScalarOf<T> dt, int pass, bool is_last_pass, PassChange<T>& change) {
+BRISTLE_INLINE void update_slip(PatchContact<T>& c, const Vector3<T>& v, T sigma, SlipReset reset,
+                                ScalarOf<T> dt, int pass, bool is_last_pass,
+                                PassChange<T>& change) {
   const Vector3<T> reached = c.stretch + T(dt) * v;
   const Truth<T> overshoots = c.is_touching & (dot(reached, reached) > sigma * sigma);
   // A released bristle has let go for this step; a dragged one may be found sticking after all.

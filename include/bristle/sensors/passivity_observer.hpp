@@ -8,6 +8,7 @@
 #pragma once
 
 #include <bristle/core/error.hpp>
+#include <bristle/math/finite.hpp>
 #include <bristle/math/spatial.hpp>
 
 #include <algorithm>
@@ -66,7 +67,7 @@ class PassivityObserver {
     const S taken = -dt * power(damper_, tool);
     if (isfinite(taken)) damped_ += taken;
     sent_ = damper_ = {};
-    if (!on_tool.force.allFinite() || !on_tool.torque.allFinite()) return {};
+    if (!all_finite(on_tool.force) || !all_finite(on_tool.torque)) return {};
     // What the rounding of the balance owes is no debt.
     const S missing = -(energy_ - dt * power(on_tool, tool) + allowance_);
     const S speed2 = tool.linear.squaredNorm() + radius_ * radius_ * tool.angular.squaredNorm();

@@ -220,7 +220,7 @@ struct SensorPatch {
     return batch;
   }
   /// [m] Distances of the hits from sensor `first` on; 0 in the lanes that are not asked for.
-  [[nodiscard]] BRISTLE_LANES Pack<S> distances_of(std::size_t first, const Mask<S>& asked) const {
+  [[nodiscard]] BRISTLE_INLINE Pack<S> distances_of(std::size_t first, const Mask<S>& asked) const {
     return select(asked, Pack<S>::load(hits.distance.data() + first), Pack<S>(S(0)));
   }
   /// [-] Sensors of the near tiles.

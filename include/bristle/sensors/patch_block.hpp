@@ -100,7 +100,7 @@ struct LaneMotion {
       : LaneMotion(pair.R_WA.transpose() * u.template head<3>(),
                    pair.R_WA.transpose() * u.template tail<3>()) {}
 
-  [[nodiscard]] BRISTLE_LANES Pack3<S> at(const Pack3<S>& rho) const {
+  [[nodiscard]] BRISTLE_INLINE Pack3<S> at(const Pack3<S>& rho) const {
     return velocity_at<Pack<S>>(linear, angular, rho);
   }
 };
@@ -118,15 +118,15 @@ struct LaneWrench {
   }
   /// Its sum in the world's axes.
   [[nodiscard]] Wrench<S> in_world(const PatchPair<S>& pair) const {
-    return {product<S>(pair.R_WA, sum_of_lanes(force)),
-            product<S>(pair.R_WA, sum_of_lanes(torque))};
+    return {pair.R_WA * sum_of_lanes(force), pair.R_WA * sum_of_lanes(torque)};
   }
 };
 
 /// Finds what is known of the contacts of a pack before anything is linearised.
 template <Scalar S>
-BRISTLE_LANES void find_geometry(const SensorPatch<S>& patch, const ContactTile<S>& tile,
-                                 std::size_t at, const Pack3<S>& center, PatchContact<Pack<S>>& c) {
+BRISTLE_INLINE void find_geometry(const SensorPatch<S>& patch, const ContactTile<S>& tile,
+                                  std::size_t at, const Pack3<S>& center,
+                                  PatchContact<Pack<S>>& c) {
   const TouchPack<S> touch(patch, patch.tiles[tile.tile], tile.tile, at, tile.is_met, false);
   c.n = touch.n;
   c.g = touch.g;
@@ -139,8 +139,8 @@ BRISTLE_LANES void find_geometry(const SensorPatch<S>& patch, const ContactTile<
 
 /// Loads what the last pass found them to do.
 template <Scalar S>
-BRISTLE_LANES void load_states(const ContactTile<S>& tile, std::size_t at,
-                               PatchContact<Pack<S>>& c) {
+BRISTLE_INLINE void load_states(const ContactTile<S>& tile, std::size_t at,
+                                PatchContact<Pack<S>>& c) {
   c.is_pushing = load_mask<S>(tile.is_pushing, at);
   c.is_slipping = load_mask<S>(tile.is_slipping, at);
   c.is_damping_slip = load_mask<S>(tile.is_damping_slip, at);
@@ -148,8 +148,8 @@ BRISTLE_LANES void load_states(const ContactTile<S>& tile, std::size_t at,
 
 /// The model of another motion, and the force that it was made for.
 template <Scalar S>
-BRISTLE_LANES void load_model(const ContactTile<S>& tile, std::size_t at,
-                              PatchContact<Pack<S>>& c) {
+BRISTLE_INLINE void load_model(const ContactTile<S>& tile, std::size_t at,
+                               PatchContact<Pack<S>>& c) {
   c.constant = load_pack(tile.constant, at);
   c.a_normal = load_pack(tile.a_normal, at);
   c.a_across = load_pack(tile.a_across, at);
@@ -160,8 +160,8 @@ BRISTLE_LANES void load_model(const ContactTile<S>& tile, std::size_t at,
   }
 }
 template <Scalar S>
-BRISTLE_LANES void store_model(ContactTile<S>& tile, std::size_t at,
-                               const PatchContact<Pack<S>>& c) {
+BRISTLE_INLINE void store_model(ContactTile<S>& tile, std::size_t at,
+                                const PatchContact<Pack<S>>& c) {
   store_pack(tile.constant, at, c.constant);
   store_pack(tile.a_normal, at, c.a_normal);
   store_pack(tile.a_across, at, c.a_across);
@@ -175,9 +175,10 @@ BRISTLE_LANES void store_model(ContactTile<S>& tile, std::size_t at,
 /// First model of the contacts of a pack, around the motion at the start of the step. `a_normal`
 /// becomes 0 where nothing pushes, so that the evaluation need not ask.
 template <Scalar S>
-BRISTLE_LANES void linearise_at_start(const SensorParameters<Pack<S>>& p, const LawOptions& options,
-                                      const PatchPair<S>& pair, const LaneMotion<S>& start,
-                                      const Mask<S>& is_met, S dt, PatchContact<Pack<S>>& c) {
+BRISTLE_INLINE void linearise_at_start(const SensorParameters<Pack<S>>& p,
+                                       const LawOptions& options, const PatchPair<S>& pair,
+                                       const LaneMotion<S>& start, const Mask<S>& is_met, S dt,
+                                       PatchContact<Pack<S>>& c) {
   using T = Pack<S>;
   c.start_velocity = start.at(c.rho);
   const T approach = dot(c.g, c.start_velocity);
@@ -242,8 +243,8 @@ struct Evaluation {
 
 /// Impulse of the models of the contacts of a pack at the velocities v.
 template <Scalar S>
-BRISTLE_LANES void give_model_impulses(const PatchContact<Pack<S>>& c, const Pack3<S>& v,
-                                       ContactTile<S>& tile, std::size_t at, LaneWrench<S>& sum) {
+BRISTLE_INLINE void give_model_impulses(const PatchContact<Pack<S>>& c, const Pack3<S>& v,
+                                        ContactTile<S>& tile, std::size_t at, LaneWrench<S>& sum) {
   using T = Pack<S>;
   Pack3<S> impulse = model_impulse<T>(c, v);
   T normal = select(c.is_pushing, dot(impulse, c.n), T(S(0)));
@@ -261,10 +262,10 @@ BRISTLE_LANES void give_model_impulses(const PatchContact<Pack<S>>& c, const Pac
 
 /// Finds out what the contacts of a pack do at the velocities v.
 template <Scalar S>
-BRISTLE_LANES void find_changes(const SensorParameters<Pack<S>>& p, SlipReset reset,
-                                const PassDef<S>& def, const Pack3<S>& v, ContactTile<S>& tile,
-                                std::size_t at, PatchContact<Pack<S>>& c,
-                                PassChange<Pack<S>>& change) {
+BRISTLE_INLINE void find_changes(const SensorParameters<Pack<S>>& p, SlipReset reset,
+                                 const PassDef<S>& def, const Pack3<S>& v, ContactTile<S>& tile,
+                                 std::size_t at, PatchContact<Pack<S>>& c,
+                                 PassChange<Pack<S>>& change) {
   using T = Pack<S>;
   c.last_slip = zero_vector<T>();
   if (any(c.is_slipping)) c.last_slip = load_pack(tile.last_slip, at);

@@ -241,11 +241,11 @@ struct ContactSums {
 
 /// The impulses of a pack of contacts at the start of a step into its tile, and to the sums.
 template <Scalar S>
-BRISTLE_LANES void give_impulses(ContactTile<S>& tile, std::size_t at,
-                                 const SensorParameters<Pack<S>>& p, const LawOptions& options,
-                                 const SensorContact<Pack<S>>& contact, const Pack3<S>& stretch,
-                                 const Pack3<S>& point, const Mask<S>& is_touching, S dt,
-                                 Pack3<S>& sum, Pack3<S>& moment_sum) {
+BRISTLE_INLINE void give_impulses(ContactTile<S>& tile, std::size_t at,
+                                  const SensorParameters<Pack<S>>& p, const LawOptions& options,
+                                  const SensorContact<Pack<S>>& contact, const Pack3<S>& stretch,
+                                  const Pack3<S>& point, const Mask<S>& is_touching, S dt,
+                                  Pack3<S>& sum, Pack3<S>& moment_sum) {
   using T = Pack<S>;
   const SensorForce<T> force = sensor_force<T>(p, options, contact, stretch, dt);
   const Pack3<S> impulse = select(is_touching, T(dt) * force.total(), zero_vector<T>());
@@ -283,7 +283,7 @@ class ContactMaker {
   }
 
   /// Those of the lanes `hit` of a tile that meet the body at more than a grazing angle.
-  BRISTLE_LANES void add_tile(std::size_t number, LaneBits hit) {
+  BRISTLE_INLINE void add_tile(std::size_t number, LaneBits hit) {
     SensorTile<S>& tile = patch_.tiles[number];
     ContactTile<S>& out = *next_++;
     out.begin(static_cast<std::uint32_t>(number));
@@ -307,8 +307,8 @@ class ContactMaker {
   [[nodiscard]] const ContactSums<S>& sums() const { return sums_; }
 
  private:
-  BRISTLE_LANES void add_pack(SensorTile<S>& tile, ContactTile<S>& out, std::size_t at,
-                              LaneBits hit, LaneBits anchored) {
+  BRISTLE_INLINE void add_pack(SensorTile<S>& tile, ContactTile<S>& out, std::size_t at,
+                               LaneBits hit, LaneBits anchored) {
     const TouchPack<S> touch(patch_, tile, out.tile, at, hit, true);
     const SensorParameters<T>& p = parameters_(out.tile, at);
     const Mask<S> is_met = touch.is_met;
@@ -364,9 +364,9 @@ class ContactMaker {
     store_pack(tile.root_b, at, anchor.q_B);
   }
 
-  BRISTLE_LANES void add_sums(const SensorParameters<T>& p, const Pack3<S>& point, const T& depth,
-                              const T& force, const T& inverse_length, const Mask<S>& is_met,
-                              const Mask<S>& is_touching) {
+  BRISTLE_INLINE void add_sums(const SensorParameters<T>& p, const Pack3<S>& point, const T& depth,
+                               const T& force, const T& inverse_length, const Mask<S>& is_met,
+                               const Mask<S>& is_touching) {
     const T k_t = select(is_touching, bristle_stiffness(p, options_.scaling, force, depth), T(0));
     const T c_t = select(is_touching, p.sliding_friction, T(0));
     sums_.bristle += k_t;
@@ -412,8 +412,8 @@ std::uint32_t meet_body(SensorPatch<S>& patch, std::uint32_t index, const Body<S
   pair.pose = pair_pose(A.center_pose, B.body->center_pose);
   const Vec3<S> p_AB_W = B.body->center_pose.translation - A.center_pose.translation;
   const Mat3<S> R_AW = pair.R_WA.transpose();
-  pair.start_motion = {product<S>(R_AW, A.twist.linear - B.body->twist.at(-p_AB_W)),
-                       product<S>(R_AW, A.twist.angular - B.body->twist.angular)};
+  pair.start_motion = {R_AW * (A.twist.linear - B.body->twist.at(-p_AB_W)),
+                       R_AW * (A.twist.angular - B.body->twist.angular)};
   const std::uint32_t end = place_contacts(patch, index, first);
   const std::size_t slice = tiles_per_slice(patch.near.size());
   with_parameters<S>(patch.def, [&](const auto& parameters) {
@@ -436,7 +436,7 @@ std::uint32_t meet_body(SensorPatch<S>& patch, std::uint32_t index, const Body<S
     pair.first = first;
     pair.count = sums.count > 0 ? end - first : 0;
   });
-  pair.arm_a = product(pair.R_WA, pair.center);
+  pair.arm_a = pair.R_WA * pair.center;
   pair.arm_b = pair.arm_a - p_AB_W;
   return end;
 }

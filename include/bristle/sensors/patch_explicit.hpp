@@ -132,7 +132,7 @@ template <Scalar S>
 Wrench<S> explicit_impulses(SensorPatch<S>& patch, const PatchPair<S>& pair, BodyId id_b, S dt,
                             const ParallelFor& parallel_for) {
   if (pair.is_given) {
-    return {product(pair.R_WA, pair.given.force), product(pair.R_WA, pair.given.torque)};
+    return {pair.R_WA * pair.given.force, pair.R_WA * pair.given.torque};
   }
   return patch.def.options.law == Law::ambf ? detail::ambf_impulses(patch, pair, id_b, dt)
                                             : detail::paper_impulses(patch, pair, dt, parallel_for);

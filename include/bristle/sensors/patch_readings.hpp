@@ -22,13 +22,13 @@ namespace detail {
 
 /// Writes `value` into the lanes of `mask`; the others become 0 or keep what was there.
 template <Scalar S>
-BRISTLE_LANES void put(S* row, const Mask<S>& mask, const Pack<S>& value, bool keeps) {
+BRISTLE_INLINE void put(S* row, const Mask<S>& mask, const Pack<S>& value, bool keeps) {
   select(mask, value, keeps ? Pack<S>::load(row) : Pack<S>(S(0))).store(row);
 }
 
 /// Makes a pack of sensors read no forces.
 template <Scalar S>
-BRISTLE_LANES void clear_pack(ReadingStore<S>& out, std::size_t i) {
+BRISTLE_INLINE void clear_pack(ReadingStore<S>& out, std::size_t i) {
   const Pack<S> nothing = S(0);
   nothing.store(out.depth.data() + i);
   nothing.store(out.normal_force.data() + i);
@@ -51,9 +51,9 @@ struct ReadingSum {
 
 /// Readings of the contacts of one tile on the body `id`, with their forces added to `sum`.
 template <Scalar S>
-BRISTLE_LANES void read_tile(SensorPatch<S>& patch, const PatchPair<S>& pair,
-                             const ContactTile<S>& tile, const Vec3<S>& origin, S per_step,
-                             BodyId id, ReadingSum<S>& sum) {
+BRISTLE_INLINE void read_tile(SensorPatch<S>& patch, const PatchPair<S>& pair,
+                              const ContactTile<S>& tile, const Vec3<S>& origin, S per_step,
+                              BodyId id, ReadingSum<S>& sum) {
   using T = Pack<S>;
   const SensorTile<S>& sensors = patch.tiles[tile.tile];
   ReadingStore<S>& out = patch.readings;
@@ -88,7 +88,7 @@ BRISTLE_LANES void read_tile(SensorPatch<S>& patch, const PatchPair<S>& pair,
     put(out.normal_force.data() + i, is_felt, normal, is_shared);
     put(out.shear_1.data() + i, is_felt, dot(t1, shear), is_shared);
     put(out.shear_2.data() + i, is_felt, dot(cross(n, t1), shear), is_shared);
-    const Pack3<S> point_W = product(pair.R_WA, point) + Pack3<S>::all(origin);
+    const Pack3<S> point_W = pair.R_WA * point + Pack3<S>::all(origin);
     // Points stay where nothing is felt.
     const bool keeps_some = !all(is_felt);
     put(out.point.x.data() + i, is_felt, point_W.x, keeps_some);
@@ -133,7 +133,7 @@ void fill_readings(SensorPatch<S>& patch, const Vec3<S>& origin, S dt, FindId&& 
                                                    part = own;
                                                  });
     out.wrench += sum.all.in_world(pair);
-    out.shear_W += product<S>(pair.R_WA, sum_of_lanes(sum.shear));
+    out.shear_W += pair.R_WA * sum_of_lanes(sum.shear);
   }
   for (std::size_t i = 0; i < patch.felt.size(); ++i) {
     if (patch.felt[i] == 0 && patch.felt_before[i] != 0) out.clear_tile(i);

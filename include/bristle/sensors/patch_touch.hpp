@@ -48,8 +48,8 @@ struct TouchPack : SensorTouch<Pack<S>> {
   /// @param hit      Lanes that have a hit.
   /// @param decides  Whether a contact is what is hit at more than a grazing angle. That is decided
   ///                 once a step; afterwards every hit counts.
-  BRISTLE_LANES TouchPack(const SensorPatch<S>& patch, const SensorTile<S>& sensors,
-                          std::size_t number, std::size_t at, LaneBits hit, bool decides) {
+  BRISTLE_INLINE TouchPack(const SensorPatch<S>& patch, const SensorTile<S>& sensors,
+                           std::size_t number, std::size_t at, LaneBits hit, bool decides) {
     using T = Pack<S>;
     const std::size_t first = number * tile_size + at;
     const RayHits<S>& hits = patch.hits;

@@ -61,7 +61,7 @@ using LaneBits = std::uint16_t;
 
 /// Which of the sixteen items from `first` on equal `value`. Quick where all do.
 template <typename T>
-[[nodiscard]] BRISTLE_LANES LaneBits equal_lanes(const T* first, T value) {
+[[nodiscard]] BRISTLE_INLINE LaneBits equal_lanes(const T* first, T value) {
   T difference = 0;
   for (std::uint32_t i = 0; i < tile_size; ++i) difference |= first[i] ^ value;
   if (difference == 0) return 0xffffu;
@@ -96,7 +96,7 @@ struct RootBodies {
     return common == several ? own[i] : common;
   }
   /// Lanes whose key is `key`.
-  [[nodiscard]] BRISTLE_LANES LaneBits lanes_in(std::uint64_t key) const {
+  [[nodiscard]] BRISTLE_INLINE LaneBits lanes_in(std::uint64_t key) const {
     if (common == several) return equal_lanes(own.data(), key);
     return common == key ? 0xffffu : 0u;
   }
@@ -173,33 +173,33 @@ inline constexpr std::uint32_t full_pack = (1u << lanes<S>)-1u;
 
 /// Lanes [at, at + lanes) of a tile's bits, as bits of a pack.
 template <Scalar S>
-[[nodiscard]] BRISTLE_LANES std::uint32_t pack_bits(LaneBits bits, std::size_t at) {
+[[nodiscard]] BRISTLE_INLINE std::uint32_t pack_bits(LaneBits bits, std::size_t at) {
   return (static_cast<std::uint32_t>(bits) >> at) & full_pack<S>;
 }
 template <Scalar S>
-[[nodiscard]] BRISTLE_LANES Mask<S> load_mask(LaneBits bits, std::size_t at) {
+[[nodiscard]] BRISTLE_INLINE Mask<S> load_mask(LaneBits bits, std::size_t at) {
   return Mask<S>::from_bits(pack_bits<S>(bits, at));
 }
 /// Puts a pack's bits in their place among those of a tile.
 template <Scalar S>
-BRISTLE_LANES void store_mask(LaneBits& bits, std::size_t at, const Mask<S>& mask) {
+BRISTLE_INLINE void store_mask(LaneBits& bits, std::size_t at, const Mask<S>& mask) {
   bits = static_cast<LaneBits>((bits & ~(full_pack<S> << at)) | (bristle::bits(mask) << at));
 }
 
 template <Scalar S>
-[[nodiscard]] BRISTLE_LANES Pack<S> load_pack(const Row<S>& row, std::size_t at) {
+[[nodiscard]] BRISTLE_INLINE Pack<S> load_pack(const Row<S>& row, std::size_t at) {
   return Pack<S>::load(row.data() + at);
 }
 template <Scalar S>
-[[nodiscard]] BRISTLE_LANES Pack3<S> load_pack(const Row3<S>& row, std::size_t at) {
+[[nodiscard]] BRISTLE_INLINE Pack3<S> load_pack(const Row3<S>& row, std::size_t at) {
   return Pack3<S>::load(row.x.data() + at, row.y.data() + at, row.z.data() + at);
 }
 template <Scalar S>
-BRISTLE_LANES void store_pack(Row<S>& row, std::size_t at, const Pack<S>& value) {
+BRISTLE_INLINE void store_pack(Row<S>& row, std::size_t at, const Pack<S>& value) {
   value.store(row.data() + at);
 }
 template <Scalar S>
-BRISTLE_LANES void store_pack(Row3<S>& row, std::size_t at, const Pack3<S>& value) {
+BRISTLE_INLINE void store_pack(Row3<S>& row, std::size_t at, const Pack3<S>& value) {
   value.store(row.x.data() + at, row.y.data() + at, row.z.data() + at);
 }
 

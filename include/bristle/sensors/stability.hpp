@@ -60,9 +60,9 @@ void sum_stiffness(const SensorPatch<S>& patch, const PatchPair<S>& pair, Mat6<S
       const S rate = g.dot(pair.start_motion.at(point)) * per_length;
       const S k_t =
           bristle_stiffness(p, patch.def.options.scaling, normal_force(p, depth, rate), depth);
-      const Vec3<S> rho = product<S>(pair.R_WA, point - pair.center);
+      const Vec3<S> rho = pair.R_WA * (point - pair.center);
       const auto add = [&](const Vec3<S>& d_A, S stiffness, S damping) {
-        const Vec3<S> d = product(pair.R_WA, d_A);
+        const Vec3<S> d = pair.R_WA * d_A;
         Vec6<S> j;
         j << d, rho.cross(d);
         K += (stiffness * j) * j.transpose();

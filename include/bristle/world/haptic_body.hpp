@@ -5,6 +5,8 @@
 
 #include <bristle/dynamics/integrator.hpp>
 #include <bristle/dynamics/soft_block.hpp>
+#include <bristle/math/elimination.hpp>
+#include <bristle/math/finite.hpp>
 #include <bristle/world/held_mobility.hpp>
 
 namespace bristle::inline BRISTLE_ABI {
@@ -75,8 +77,8 @@ class HapticBody {
     end_ = start;
     if (!body_.moves()) return;
     const Mat6<S> left = Mat6<S>::Identity() + held_.matrix * matrix_;
-    end_ = left.inverse() * (start + held_.matrix * (h * other_force_ + offset_));
-    if (!end_.allFinite()) end_ = start + held_.matrix * (h * other_force_);
+    end_ = solved(left, start + held_.matrix * (h * other_force_ + offset_));
+    if (!all_finite(end_)) end_ = start + held_.matrix * (h * other_force_);
   }
   /// Twist of the solution at the point c of a block.
   [[nodiscard]] Vec6<S> motion_at(const Vec3<S>& arm) const { return to_point(arm) * end_; }

@@ -231,7 +231,7 @@ class HapticLoop {
   [[nodiscard]] Vec6<S> other_force(const WorldState<S, Backend>& state, BodyId id,
                                     const HeldMobility<S>& held) const;
 
-  const WorldKernels<S, Backend>* kernels_ = &world_kernels<S, Backend>();
+  const HapticKernels<S, Backend>* kernels_ = &haptic_kernels<S, Backend>();
   HapticDef<S> def_;
   std::vector<Tool> tools_;
   std::vector<Skin> skins_;

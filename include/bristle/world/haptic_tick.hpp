@@ -4,6 +4,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <bristle/math/finite.hpp>
 #include <bristle/sensors/passes.hpp>
 #include <bristle/sensors/patch_contacts.hpp>
 #include <bristle/sensors/patch_readings.hpp>
@@ -181,7 +182,7 @@ void HapticTick<S, Backend>::deliver(Skin& skin) {
   const S left = S(loop_.def_.ticks - loop_.done_) * loop_.h_;
   for (std::size_t k = 0; k < skin.blocks.size(); ++k) {
     const SoftBlock<S>& block = skin.blocks[k];
-    if (!block.impulse.allFinite()) {
+    if (!all_finite(block.impulse)) {
       clear_impulses(skin.patch, skin.patch.pairs[k]);
       continue;
     }

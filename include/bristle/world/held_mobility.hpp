@@ -8,7 +8,6 @@
 #pragma once
 
 #include <bristle/dynamics/joint_rows.hpp>
-#include <bristle/math/small_products.hpp>
 #include <bristle/sensors/stability.hpp>
 #include <bristle/world/world_state.hpp>
 
@@ -90,7 +89,7 @@ class HeldMobilityFinder {
     to_point.template topRightCorner<3, 3>() = -skew(arm);
     const Mat6<S> at_center = to_point.transpose() * soft * to_point;
     const Mat6<S> grown = Mat6<S>::Identity() + held.matrix * at_center;
-    held.matrix = Mat6<S>(grown.inverse() * held.matrix);
+    held.matrix = solved(grown, held.matrix);
     held.is_held = true;
     held.integrator = Integrator::symplectic_euler;
   }

@@ -1,8 +1,8 @@
 /// @file
 /// The door between what is compiled once and what is compiled for each instruction set.
 ///
-/// All that a world computes in every step goes through one table of functions. Header-only there
-/// is one table, made for what the program is compiled for; `bristle::compiled` has one for each
+/// All that a world computes in every step goes through a table of functions. Header-only there is
+/// one, made for what the program is compiled for; `bristle::compiled` has one for each
 /// `InstructionSet` and chooses. Both sides of the door see one layout of all types: what is stored
 /// holds arrays of scalars and unaligned matrices, never a register.
 // SPDX-License-Identifier: BSD-3-Clause
@@ -37,12 +37,19 @@ struct WorldKernels {
                     const RayFilter& filter, std::span<WorldRayHit<S>> hits);
   /// `ProximityArray::sense`; the carrier is there.
   void (*sense)(ProximityArray<S>& array, const WorldState<S, Backend>& state, BodyId carrier);
+};
+
+/// The same of a haptic loop, apart, so that a header-only program without one does not compile it.
+template <Scalar S, typename Backend>
+struct HapticKernels {
   /// One tick of a loop that is open and has one left.
   void (*tick)(HapticLoop<S, Backend>& loop);
 };
 
-/// The table that is used from here on.
+/// The tables that are used from here on.
 template <Scalar S, typename Backend>
 [[nodiscard]] const WorldKernels<S, Backend>& world_kernels();
+template <Scalar S, typename Backend>
+[[nodiscard]] const HapticKernels<S, Backend>& haptic_kernels();
 
 }  // namespace bristle::inline BRISTLE_ABI

@@ -11,7 +11,7 @@
 
 namespace bristle::inline BRISTLE_ABI {
 
-/// The table of this file's instruction set.
+/// The tables of this file's instruction set.
 template <Scalar S, typename Backend>
 [[nodiscard]] const WorldKernels<S, Backend>& own_world_kernels() {
   using Own = Stepper<S, Backend>;
@@ -29,7 +29,12 @@ template <Scalar S, typename Backend>
             }
           },
       .sense = [](ProximityArray<S>& array, const State& state,
-                  BodyId carrier) { array.sense(state, carrier); },
+                  BodyId carrier) { array.sense(state, carrier); }};
+  return own;
+}
+template <Scalar S, typename Backend>
+[[nodiscard]] const HapticKernels<S, Backend>& own_haptic_kernels() {
+  static constexpr HapticKernels<S, Backend> own{
       .tick = [](HapticLoop<S, Backend>& loop) { detail::HapticTick<S, Backend>(loop).run(); }};
   return own;
 }
@@ -37,6 +42,10 @@ template <Scalar S, typename Backend>
 template <Scalar S, typename Backend>
 const WorldKernels<S, Backend>& world_kernels() {
   return own_world_kernels<S, Backend>();
+}
+template <Scalar S, typename Backend>
+const HapticKernels<S, Backend>& haptic_kernels() {
+  return own_haptic_kernels<S, Backend>();
 }
 
 }  // namespace bristle::inline BRISTLE_ABI

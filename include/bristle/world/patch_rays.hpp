@@ -34,7 +34,7 @@ struct ShapeInReach {
     return normal.dot(rays.center()) - normal.cwiseAbs().dot(rays.half_extents()) <= offset;
   }
   /// The same of the boxes with these corners.
-  [[nodiscard]] BRISTLE_LANES Mask<S> is_near(const Pack3<S>& lower, const Pack3<S>& upper) const {
+  [[nodiscard]] BRISTLE_INLINE Mask<S> is_near(const Pack3<S>& lower, const Pack3<S>& upper) const {
     if (!collider->half_space) {
       return (lower.x <= Pack<S>(box.upper.x())) & (lower.y <= Pack<S>(box.upper.y())) &
              (lower.z <= Pack<S>(box.upper.z())) & (upper.x >= Pack<S>(box.lower.x())) &

@@ -8,6 +8,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <bristle/math/finite.hpp>
 #include <bristle/world/world_state.hpp>
 
 #include <bit>

@@ -4,29 +4,24 @@
 #include <bristle/world/world.hpp>
 
 namespace bristle::inline BRISTLE_ABI {
-namespace {
 
-template <typename Backend>
-using Kernels = WorldKernels<BRISTLE_INSTANTIATE, Backend>;
+#define BRISTLE_WORLD(S, Backend, backend)                        \
+  template <>                                                     \
+  const WorldKernels<S, Backend>& world_kernels<S, Backend>() {   \
+    return *static_cast<const WorldKernels<S, Backend>*>(         \
+        BRISTLE_CHOSEN_KERNELS(S)().backend.world);               \
+  }                                                               \
+  template <>                                                     \
+  const HapticKernels<S, Backend>& haptic_kernels<S, Backend>() { \
+    return *static_cast<const HapticKernels<S, Backend>*>(        \
+        BRISTLE_CHOSEN_KERNELS(S)().backend.haptic);              \
+  }                                                               \
+  template class World<S, Backend>;                               \
+  template class HapticLoop<S, Backend>;
 
-}  // namespace
-
-template <>
-const Kernels<AnalyticBackend>& world_kernels<BRISTLE_INSTANTIATE, AnalyticBackend>() {
-  return *static_cast<const Kernels<AnalyticBackend>*>(
-      BRISTLE_CHOSEN_KERNELS(BRISTLE_INSTANTIATE)().analytic);
-}
-template class World<BRISTLE_INSTANTIATE, AnalyticBackend>;
-template class HapticLoop<BRISTLE_INSTANTIATE, AnalyticBackend>;
-
+BRISTLE_WORLD(BRISTLE_INSTANTIATE, AnalyticBackend, analytic)
 #if defined(BRISTLE_WITH_FCL)
-template <>
-const Kernels<FclBackend>& world_kernels<BRISTLE_INSTANTIATE, FclBackend>() {
-  return *static_cast<const Kernels<FclBackend>*>(
-      BRISTLE_CHOSEN_KERNELS(BRISTLE_INSTANTIATE)().fcl);
-}
-template class World<BRISTLE_INSTANTIATE, FclBackend>;
-template class HapticLoop<BRISTLE_INSTANTIATE, FclBackend>;
+BRISTLE_WORLD(BRISTLE_INSTANTIATE, FclBackend, fcl)
 #endif
 
 }  // namespace bristle::inline BRISTLE_ABI

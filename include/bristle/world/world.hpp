@@ -26,10 +26,10 @@ namespace bristle::inline BRISTLE_ABI {
 /// so do calls with a handle that names nothing any more. `step` never throws, never lets a
 /// non-finite number spread, and does not allocate once it has seen the scene's largest step.
 ///
-/// A world is a value: a copy steps on exactly as the original would, and warms up scratch memory of
-/// its own. One that was moved from may only be destroyed or assigned to. The same calls give the
-/// same bits, run to run and for any `WorldDef::parallel_for`. One thread at a time may use a world;
-/// const calls may run concurrently.
+/// A world is a value: a copy steps on exactly as the original would, and warms up scratch memory
+/// of its own. One that was moved from may only be destroyed or assigned to. The same calls give
+/// the same bits, run to run and for any `WorldDef::parallel_for`. One thread at a time may use a
+/// world; const calls may run concurrently.
 ///
 /// @tparam S        Scalar: float, double, or `Dual<double, n>` (docs/gradients.md).
 /// @tparam Backend  What computes geometry; see `ShapeBackend`.
@@ -246,10 +246,12 @@ class World {
 #if defined(BRISTLE_COMPILED) && BRISTLE_HAS_DEFINITIONS
 namespace bristle::inline BRISTLE_ABI {
 
-#define BRISTLE_COMPILED_WORLD(S, Backend)                     \
-  template <>                                                  \
-  const WorldKernels<S, Backend>& world_kernels<S, Backend>(); \
-  extern template class World<S, Backend>;                     \
+#define BRISTLE_COMPILED_WORLD(S, Backend)                       \
+  template <>                                                    \
+  const WorldKernels<S, Backend>& world_kernels<S, Backend>();   \
+  template <>                                                    \
+  const HapticKernels<S, Backend>& haptic_kernels<S, Backend>(); \
+  extern template class World<S, Backend>;                       \
   extern template class HapticLoop<S, Backend>;
 BRISTLE_COMPILED_WORLD(float, AnalyticBackend)
 BRISTLE_COMPILED_WORLD(double, AnalyticBackend)

@@ -39,6 +39,6 @@ TEST_CASE_TEMPLATE("Pack3: computes in every lane what vectors do", S, float, do
     CHECK(select(p.x < q.x, p, q)[i] == (v.x() < w.x() ? v : w));
     CHECK(std::abs(dot(p, q)[i] - v.dot(w)) < tolerance);
     CHECK((cross(p, q)[i] - v.cross(w)).norm() < tolerance);
-    CHECK((product(M, p)[i] - M * v).norm() < tolerance);
+    CHECK(((M * p)[i] - M * v).norm() < tolerance);
   }
 }

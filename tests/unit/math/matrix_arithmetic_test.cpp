@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <bristle/math/matrix_arithmetic.hpp>
+#include <bristle/math/types.hpp>
+
+#include <doctest/doctest.h>
+
+#include <concepts>
+#include <limits>
+#include <random>
+
+namespace {
+
+/// Eigen's operators: outside the namespace of the library nothing else is found.
+namespace eigen {
+const auto sum = [](const auto& a, const auto& b) { return (a + b).eval(); };
+const auto difference = [](const auto& a, const auto& b) { return (a - b).eval(); };
+const auto product = [](const auto& a, const auto& b) { return (a * b).eval(); };
+const auto quotient = [](const auto& a, const auto& b) { return (a / b).eval(); };
+const auto negative = [](const auto& a) { return (-a).eval(); };
+}  // namespace eigen
+
+}  // namespace
+
+namespace bristle {
+namespace {
+
+template <typename Matrix>
+Matrix random_matrix(std::mt19937& random) {
+  std::uniform_real_distribution<double> number(-1, 1);
+  Matrix m;
+  for (Eigen::Index i = 0; i < m.size(); ++i) {
+    m.data()[i] = static_cast<typename Matrix::Scalar>(number(random));
+  }
+  return m;
+}
+
+TEST_CASE_TEMPLATE("matrix_arithmetic: gives values, and those of Eigen's expressions", S, float,
+                   double) {
+  std::mt19937 random(1);
+  for (int round = 0; round < 100; ++round) {
+    const auto a = random_matrix<Vec3<S>>(random), b = random_matrix<Vec3<S>>(random);
+    const auto M = random_matrix<Mat3<S>>(random), N = random_matrix<Mat3<S>>(random);
+    const auto x = random_matrix<Vec6<S>>(random), y = random_matrix<Vec6<S>>(random);
+    const auto K = random_matrix<Mat6<S>>(random);
+    const S k = a.x();
+    // Sums of up to six products of numbers up to 1, made in other orders, in up to 36 entries:
+    // each is off by five roundings of at most six.
+    const S tolerance = S(6 * 30) * std::numeric_limits<S>::epsilon();
+    static_assert(std::same_as<decltype(a + b), Vec3<S>>);
+    static_assert(std::same_as<decltype(x - y), Vec6<S>>);
+    static_assert(std::same_as<decltype(k * x), Vec6<S>>);
+    static_assert(std::same_as<decltype(M * a), Vec3<S>>);
+    static_assert(std::same_as<decltype(K * x), Vec6<S>>);
+    static_assert(std::same_as<decltype(M.transpose() * N), Mat3<S>>);
+    static_assert(std::same_as<decltype(a * b.transpose()), Mat3<S>>);
+    CHECK(a + b == eigen::sum(a, b));
+    CHECK(M - N == eigen::difference(M, N));
+    CHECK(-x == eigen::negative(x));
+    CHECK(k * M == eigen::product(k, M));
+    CHECK(a * k == eigen::product(a, k));
+    CHECK(x / k == eigen::quotient(x, k));
+    CHECK((M * a - eigen::product(M, a)).norm() < tolerance);
+    CHECK((M * N - eigen::product(M, N)).norm() < tolerance);
+    CHECK(a * b.transpose() == eigen::product(a, b.transpose()));
+    // Parts of matrices and expressions, which are evaluated first.
+    CHECK((M.transpose() * a - eigen::product(M.transpose(), a)).norm() < tolerance);
+    CHECK((M * N.transpose() - eigen::product(M, N.transpose())).norm() < tolerance);
+    CHECK(M.col(1) + b == eigen::sum(M.col(1), b));
+    CHECK(M.row(2) - N.row(0) == eigen::difference(M.row(2), N.row(0)));
+    CHECK((M.row(1) * a - eigen::product(M.row(1), a)).norm() < tolerance);
+    CHECK(x.template tail<3>() - a == eigen::difference(x.template tail<3>(), a));
+    CHECK(a.cwiseAbs() + b == eigen::sum(a.cwiseAbs(), b));
+    CHECK(M + Mat3<S>::Identity() == eigen::sum(M, Mat3<S>::Identity()));
+    CHECK((K * x - eigen::product(K, x)).norm() < tolerance);
+    CHECK((K * K.transpose() - eigen::product(K, K.transpose())).norm() < tolerance);
+  }
+}
+
+TEST_CASE("matrix_arithmetic: leaves to Eigen what is of other sizes and scalars") {
+  const Eigen::VectorXd a = Eigen::VectorXd::Ones(4);
+  CHECK((a + a).sum() == 8.0);
+  CHECK((2 * Vec3<double>(1, 2, 3)).sum() == 12.0);
+}
+
+TEST_CASE_TEMPLATE("rotated: R M R^T of a symmetric M", S, float, double) {
+  Mat3<S> M;
+  M << S(3), S(0.5), S(-0.25), S(0.5), S(2), S(0.125), S(-0.25), S(0.125), S(1);
+  const Mat3<S> R = Quat<S>(S(0.5), S(-0.1), S(0.7), S(0.3)).normalized().toRotationMatrix();
+  const Mat3<S> difference = rotated<S>(R, M) - R * M * R.transpose();
+  // Entries of order 3, sums of nine products.
+  CHECK(difference.cwiseAbs().maxCoeff() < S(3) * Tolerance<S>::round_off());
+  CHECK(rotated<S>(R, M) == rotated<S>(R, M).transpose());
+}
+
+}  // namespace
+}  // namespace bristle
