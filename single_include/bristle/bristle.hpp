@@ -501,12 +501,24 @@ Sum sum_in_slices(std::size_t count, std::size_t size, std::size_t fewest_shared
 // === bristle/core/version.hpp
 
 /// @file
-/// Version of the library. CMake reads these three lines; nothing else repeats them.
+/// Version of the library. CMake reads the three numbers; nothing else repeats them.
 // SPDX-License-Identifier: BSD-3-Clause
 
 #define BRISTLE_VERSION_MAJOR 0
 #define BRISTLE_VERSION_MINOR 1
 #define BRISTLE_VERSION_PATCH 0
+
+/// One number to compare in an `#if`: 10000 for a major version, 100 for a minor one, 1 for a
+/// patch.
+#define BRISTLE_VERSION \
+  (BRISTLE_VERSION_MAJOR * 10000 + BRISTLE_VERSION_MINOR * 100 + BRISTLE_VERSION_PATCH)
+
+/// Text for logs: "major.minor.patch".
+#define BRISTLE_VERSION_STRING           \
+  BRISTLE_TEXT_OF(BRISTLE_VERSION_MAJOR) \
+  "." BRISTLE_TEXT_OF(BRISTLE_VERSION_MINOR) "." BRISTLE_TEXT_OF(BRISTLE_VERSION_PATCH)
+#define BRISTLE_TEXT_OF(number) BRISTLE_TEXT_OF_(number)
+#define BRISTLE_TEXT_OF_(number) #number
 
 // === bristle/geometry/mesh_shapes.hpp
 
@@ -4032,6 +4044,7 @@ void apply_impulses(const Island& island, const Constraints<S>& constraints,
 // SPDX-License-Identifier: BSD-3-Clause
 
 #include <compare>
+#include <cstddef>
 #include <cstdint>
 #include <string>
 #include <string_view>
@@ -4157,6 +4170,18 @@ class SlotMap {
 };
 
 }  // namespace bristle::inline BRISTLE_ABI
+
+/// Handles are keys of unordered containers.
+template <typename Tag>
+struct std::hash<bristle::Id<Tag>> {
+  [[nodiscard]] std::size_t operator()(const bristle::Id<Tag>& id) const noexcept {
+    // One to one in 64 bits, and every bit reaches the lowest, by which tables of a power of two
+    // choose: slots are consecutive, and generations are mostly 0.
+    const std::uint64_t bits =
+        (std::uint64_t{id.generation} << 32 | id.index) * 0x9e3779b97f4a7c15u;
+    return static_cast<std::size_t>(bits ^ bits >> 32);
+  }
+};
 
 // === bristle/dynamics/body.hpp
 
