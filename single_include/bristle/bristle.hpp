@@ -2060,8 +2060,11 @@ inline void FaceJoin::grow_regions() {
   fill_numbers(order);
   std::vector<double> area2(order.size());
   for (const std::uint32_t t : order) area2[t] = area_vectors_[t].squaredNorm();
-  std::stable_sort(order.begin(), order.end(),
-                   [&](std::uint32_t a, std::uint32_t b) { return area2[a] > area2[b]; });
+  // Not std::stable_sort: that of libstdc++ before 13 uses what C++20 deprecates, and clang says
+  // so.
+  std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
+    return area2[a] != area2[b] ? area2[a] > area2[b] : a < b;
+  });
   for (const std::uint32_t seed : order) {
     if (region_[seed] == none && !is_sliver_[seed]) grow_region(seed);
   }
@@ -5252,6 +5255,7 @@ RayHit<S> ray_cast_mesh_from_outside(const Mesh& mesh, const Ray<S>& ray) {
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
@@ -5261,16 +5265,18 @@ RayHit<S> ray_cast_mesh_from_outside(const Mesh& mesh, const Ray<S>& ray) {
 namespace bristle::inline BRISTLE_ABI::detail {
 
 /// [m] So large that no scene reaches it, and so small that sums of areas of such boxes are finite.
+/// A function, not a constant: one that is computed when the program starts would be 0 for a world
+/// that other constants make before.
 template <Scalar S>
-inline const S tree_extent_limit = [] {
+[[nodiscard]] inline S tree_extent_limit() {
   using std::sqrt;
   return sqrt(std::numeric_limits<S>::max()) / S(65536);
-}();
+}
 
 /// The box cut to a size that can be computed with, so that infinite boxes can be compared.
 template <Scalar S>
 [[nodiscard]] Aabb<S> finite_part(const Aabb<S>& box) {
-  const S limit = tree_extent_limit<S>;
+  const S limit = tree_extent_limit<S>();
   return {box.lower.cwiseMax(-limit).cwiseMin(limit), box.upper.cwiseMax(-limit).cwiseMin(limit)};
 }
 
@@ -9675,7 +9681,7 @@ class Trace {
   /// @throws InvalidArgument when no channel has the name.
   [[nodiscard]] const std::vector<double>& column(std::string_view name) const;
 
-  /// The table as comma-separated values (RFC 4180, lines ending in \n): first the labels of the
+  /// The table as comma-separated values (RFC 4180, lines ending in LF): first the labels of the
   /// channels, then the rows.
   ///
   /// @param digits  [-] Significant digits, 1 to 17. 9 tell any two floats apart, 17 any two
@@ -11896,7 +11902,7 @@ template <Scalar S>
 [[nodiscard]] S tree_cost(const Aabb<S>& box) {
   const S area = box.half_area();
   // Not so where it overflows or is no number.
-  if (area <= tree_extent_limit<S> * tree_extent_limit<S>) return area;
+  if (area <= tree_extent_limit<S>() * tree_extent_limit<S>()) return area;
   return finite_part(box).half_area();
 }
 
@@ -11915,7 +11921,7 @@ template <Scalar S>
     return std::max(a.upper[i], b.upper[i]) - std::min(a.lower[i], b.lower[i]);
   };
   const S area = Aabb<S>::half_area_of(edge(0), edge(1), edge(2));
-  if (area <= tree_extent_limit<S> * tree_extent_limit<S>) return area;
+  if (area <= tree_extent_limit<S>() * tree_extent_limit<S>()) return area;
   return tree_cost(merged(a, b));
 }
 
@@ -15754,7 +15760,7 @@ class ThreadPool {
     wake_sleepers();
     work(0);
     if (!look_out([this] { return is_done(); })) {
-      std::unique_lock lock(mutex_);
+      std::unique_lock<std::mutex> lock(mutex_);
       is_caller_asleep_.store(true);
       has_done_.wait(lock, [this] { return is_done(); });
       is_caller_asleep_.store(false);
@@ -15835,7 +15841,7 @@ class ThreadPool {
     }
     // Who sleeps said so before it looked for the last time.
     if (done > 0 && undone_.fetch_sub(done) == done && is_caller_asleep_.load()) {
-      { const std::lock_guard lock(mutex_); }
+      { const std::lock_guard<std::mutex> lock(mutex_); }
       has_done_.notify_one();
     }
   }
@@ -15851,7 +15857,7 @@ class ThreadPool {
   /// before.
   void wake_sleepers() {
     if (sleepers_.fetch_add(0) == 0) return;
-    { const std::lock_guard lock(mutex_); }
+    { const std::lock_guard<std::mutex> lock(mutex_); }
     has_loop_.notify_all();
   }
 
@@ -15860,7 +15866,7 @@ class ThreadPool {
     const auto is_wanted = [&] { return shares_[own].number.load() != seen || is_ending_.load(); };
     for (;;) {
       if (!look_out(is_wanted)) {
-        std::unique_lock lock(mutex_);
+        std::unique_lock<std::mutex> lock(mutex_);
         sleepers_.fetch_add(1);
         has_loop_.wait(lock, is_wanted);
         sleepers_.fetch_sub(1);
