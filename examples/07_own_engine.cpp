@@ -7,8 +7,7 @@
 // steady motion the shear equals m g and the normal force the squeeze.
 //
 // SPDX-License-Identifier: BSD-3-Clause
-#include <bristle/hosts/sensor_host.hpp>
-#include <bristle/sensors/tuning.hpp>
+#include <bristle/bristle.hpp>
 
 #include <cstdio>
 

@@ -2,8 +2,8 @@
 //
 // Expected output: 13_threads.expected
 // SPDX-License-Identifier: BSD-3-Clause
+#define BRISTLE_WITH_THREADS 1  // for ThreadPool
 #include <bristle/bristle.hpp>
-#include <bristle/core/thread_pool.hpp>
 
 #include <cstdio>
 

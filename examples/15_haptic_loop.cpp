@@ -5,8 +5,8 @@
 // keeps up with the clock on the wall, as it would with a device; without, it runs as fast as it
 // can, and the real-time factor says how much time there is to spare.
 // SPDX-License-Identifier: BSD-3-Clause
+#define BRISTLE_WITH_THREADS 1  // for RealTimePacer
 #include <bristle/bristle.hpp>
-#include <bristle/core/real_time_pacer.hpp>
 
 #include <algorithm>
 #include <chrono>

@@ -509,12 +509,24 @@ Sum sum_in_slices(std::size_t count, std::size_t size, std::size_t fewest_shared
 // === bristle/core/version.hpp
 
 /// @file
-/// Version of the library. CMake reads these three lines; nothing else repeats them.
+/// Version of the library. CMake reads the three numbers; nothing else repeats them.
 // SPDX-License-Identifier: BSD-3-Clause
 
 #define BRISTLE_VERSION_MAJOR 0
 #define BRISTLE_VERSION_MINOR 1
 #define BRISTLE_VERSION_PATCH 0
+
+/// One number to compare in an `#if`: 10000 for a major version, 100 for a minor one, 1 for a
+/// patch.
+#define BRISTLE_VERSION \
+  (BRISTLE_VERSION_MAJOR * 10000 + BRISTLE_VERSION_MINOR * 100 + BRISTLE_VERSION_PATCH)
+
+/// Text for logs: "major.minor.patch".
+#define BRISTLE_VERSION_STRING           \
+  BRISTLE_TEXT_OF(BRISTLE_VERSION_MAJOR) \
+  "." BRISTLE_TEXT_OF(BRISTLE_VERSION_MINOR) "." BRISTLE_TEXT_OF(BRISTLE_VERSION_PATCH)
+#define BRISTLE_TEXT_OF(number) BRISTLE_TEXT_OF_(number)
+#define BRISTLE_TEXT_OF_(number) #number
 
 // === bristle/geometry/mesh_shapes.hpp
 
@@ -2197,8 +2209,11 @@ inline void FaceJoin::grow_regions() {
   fill_numbers(order);
   std::vector<double> area2(order.size());
   for (const std::uint32_t t : order) area2[t] = area_vectors_[t].squaredNorm();
-  std::stable_sort(order.begin(), order.end(),
-                   [&](std::uint32_t a, std::uint32_t b) { return area2[a] > area2[b]; });
+  // Not std::stable_sort: that of libstdc++ before 13 uses what C++20 deprecates, and clang says
+  // so.
+  std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
+    return area2[a] != area2[b] ? area2[a] > area2[b] : a < b;
+  });
   for (const std::uint32_t seed : order) {
     if (region_[seed] == none && !is_sliver_[seed]) grow_region(seed);
   }
@@ -4178,6 +4193,7 @@ void apply_impulses(const Island& island, const Constraints<S>& constraints,
 // SPDX-License-Identifier: BSD-3-Clause
 
 #include <compare>
+#include <cstddef>
 #include <cstdint>
 #include <string>
 #include <string_view>
@@ -4303,6 +4319,18 @@ class SlotMap {
 };
 
 }  // namespace bristle::inline BRISTLE_ABI
+
+/// Handles are keys of unordered containers.
+template <typename Tag>
+struct std::hash<bristle::Id<Tag>> {
+  [[nodiscard]] std::size_t operator()(const bristle::Id<Tag>& id) const noexcept {
+    // One to one in 64 bits, and every bit reaches the lowest, by which tables of a power of two
+    // choose: slots are consecutive, and generations are mostly 0.
+    const std::uint64_t bits =
+        (std::uint64_t{id.generation} << 32 | id.index) * 0x9e3779b97f4a7c15u;
+    return static_cast<std::size_t>(bits ^ bits >> 32);
+  }
+};
 
 // === bristle/dynamics/body.hpp
 
@@ -5373,6 +5401,7 @@ RayHit<S> ray_cast_mesh_from_outside(const Mesh& mesh, const Ray<S>& ray) {
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
@@ -5382,16 +5411,18 @@ RayHit<S> ray_cast_mesh_from_outside(const Mesh& mesh, const Ray<S>& ray) {
 namespace bristle::inline BRISTLE_ABI::detail {
 
 /// [m] So large that no scene reaches it, and so small that sums of areas of such boxes are finite.
+/// A function, not a constant: one that is computed when the program starts would be 0 for a world
+/// that other constants make before.
 template <Scalar S>
-inline const S tree_extent_limit = [] {
+[[nodiscard]] inline S tree_extent_limit() {
   using std::sqrt;
   return sqrt(std::numeric_limits<S>::max()) / S(65536);
-}();
+}
 
 /// The box cut to a size that can be computed with, so that infinite boxes can be compared.
 template <Scalar S>
 [[nodiscard]] Aabb<S> finite_part(const Aabb<S>& box) {
-  const S limit = tree_extent_limit<S>;
+  const S limit = tree_extent_limit<S>();
   return {box.lower.cwiseMax(-limit).cwiseMin(limit), box.upper.cwiseMax(-limit).cwiseMin(limit)};
 }
 
@@ -9797,7 +9828,7 @@ class Trace {
   /// @throws InvalidArgument when no channel has the name.
   [[nodiscard]] const std::vector<double>& column(std::string_view name) const;
 
-  /// The table as comma-separated values (RFC 4180, lines ending in \n): first the labels of the
+  /// The table as comma-separated values (RFC 4180, lines ending in LF): first the labels of the
   /// channels, then the rows.
   ///
   /// @param digits  [-] Significant digits, 1 to 17. 9 tell any two floats apart, 17 any two
@@ -12018,7 +12049,7 @@ template <Scalar S>
 [[nodiscard]] S tree_cost(const Aabb<S>& box) {
   const S area = box.half_area();
   // Not so where it overflows or is no number.
-  if (area <= tree_extent_limit<S> * tree_extent_limit<S>) return area;
+  if (area <= tree_extent_limit<S>() * tree_extent_limit<S>()) return area;
   return finite_part(box).half_area();
 }
 
@@ -12037,7 +12068,7 @@ template <Scalar S>
     return std::max(a.upper[i], b.upper[i]) - std::min(a.lower[i], b.lower[i]);
   };
   const S area = Aabb<S>::half_area_of(edge(0), edge(1), edge(2));
-  if (area <= tree_extent_limit<S> * tree_extent_limit<S>) return area;
+  if (area <= tree_extent_limit<S>() * tree_extent_limit<S>()) return area;
   return tree_cost(merged(a, b));
 }
 
@@ -15928,7 +15959,7 @@ class ThreadPool {
     wake_sleepers();
     work(0);
     if (!look_out([this] { return is_done(); })) {
-      std::unique_lock lock(mutex_);
+      std::unique_lock<std::mutex> lock(mutex_);
       is_caller_asleep_.store(true);
       has_done_.wait(lock, [this] { return is_done(); });
       is_caller_asleep_.store(false);
@@ -16009,7 +16040,7 @@ class ThreadPool {
     }
     // Who sleeps said so before it looked for the last time.
     if (done > 0 && undone_.fetch_sub(done) == done && is_caller_asleep_.load()) {
-      { const std::lock_guard lock(mutex_); }
+      { const std::lock_guard<std::mutex> lock(mutex_); }
       has_done_.notify_one();
     }
   }
@@ -16025,7 +16056,7 @@ class ThreadPool {
   /// before.
   void wake_sleepers() {
     if (sleepers_.fetch_add(0) == 0) return;
-    { const std::lock_guard lock(mutex_); }
+    { const std::lock_guard<std::mutex> lock(mutex_); }
     has_loop_.notify_all();
   }
 
@@ -16034,7 +16065,7 @@ class ThreadPool {
     const auto is_wanted = [&] { return shares_[own].number.load() != seen || is_ending_.load(); };
     for (;;) {
       if (!look_out(is_wanted)) {
-        std::unique_lock lock(mutex_);
+        std::unique_lock<std::mutex> lock(mutex_);
         sleepers_.fetch_add(1);
         has_loop_.wait(lock, is_wanted);
         sleepers_.fetch_sub(1);

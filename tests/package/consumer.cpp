@@ -8,7 +8,7 @@ int main() {
   const bristle::MassProperties<double> a{.mass = 1, .center = {0, 0, 0}};
   const bristle::MassProperties<double> b{.mass = 3, .center = {4, 0, 0}};
   const bristle::MassProperties<double> both = a + b;
-  std::printf("bristle %d.%d.%d: 1 kg at 0 m and 3 kg at 4 m balance at %g m\n",
-              BRISTLE_VERSION_MAJOR, BRISTLE_VERSION_MINOR, BRISTLE_VERSION_PATCH, both.center.x());
+  std::printf("bristle %s: 1 kg at 0 m and 3 kg at 4 m balance at %g m\n", BRISTLE_VERSION_STRING,
+              both.center.x());
   return both.mass == 4.0 && both.center.x() == 3.0 ? 0 : 1;
 }

@@ -6,6 +6,7 @@
 #include <bristle/core/error.hpp>
 
 #include <compare>
+#include <cstddef>
 #include <cstdint>
 #include <string>
 #include <string_view>
@@ -131,3 +132,15 @@ class SlotMap {
 };
 
 }  // namespace bristle::inline BRISTLE_ABI
+
+/// Handles are keys of unordered containers.
+template <typename Tag>
+struct std::hash<bristle::Id<Tag>> {
+  [[nodiscard]] std::size_t operator()(const bristle::Id<Tag>& id) const noexcept {
+    // One to one in 64 bits, and every bit reaches the lowest, by which tables of a power of two
+    // choose: slots are consecutive, and generations are mostly 0.
+    const std::uint64_t bits =
+        (std::uint64_t{id.generation} << 32 | id.index) * 0x9e3779b97f4a7c15u;
+    return static_cast<std::size_t>(bits ^ bits >> 32);
+  }
+};

@@ -71,7 +71,7 @@ class ThreadPool {
     wake_sleepers();
     work(0);
     if (!look_out([this] { return is_done(); })) {
-      std::unique_lock lock(mutex_);
+      std::unique_lock<std::mutex> lock(mutex_);
       is_caller_asleep_.store(true);
       has_done_.wait(lock, [this] { return is_done(); });
       is_caller_asleep_.store(false);
@@ -152,7 +152,7 @@ class ThreadPool {
     }
     // Who sleeps said so before it looked for the last time.
     if (done > 0 && undone_.fetch_sub(done) == done && is_caller_asleep_.load()) {
-      { const std::lock_guard lock(mutex_); }
+      { const std::lock_guard<std::mutex> lock(mutex_); }
       has_done_.notify_one();
     }
   }
@@ -168,7 +168,7 @@ class ThreadPool {
   /// before.
   void wake_sleepers() {
     if (sleepers_.fetch_add(0) == 0) return;
-    { const std::lock_guard lock(mutex_); }
+    { const std::lock_guard<std::mutex> lock(mutex_); }
     has_loop_.notify_all();
   }
 
@@ -177,7 +177,7 @@ class ThreadPool {
     const auto is_wanted = [&] { return shares_[own].number.load() != seen || is_ending_.load(); };
     for (;;) {
       if (!look_out(is_wanted)) {
-        std::unique_lock lock(mutex_);
+        std::unique_lock<std::mutex> lock(mutex_);
         sleepers_.fetch_add(1);
         has_loop_.wait(lock, is_wanted);
         sleepers_.fetch_sub(1);

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
@@ -16,16 +17,18 @@
 namespace bristle::inline BRISTLE_ABI::detail {
 
 /// [m] So large that no scene reaches it, and so small that sums of areas of such boxes are finite.
+/// A function, not a constant: one that is computed when the program starts would be 0 for a world
+/// that other constants make before.
 template <Scalar S>
-inline const S tree_extent_limit = [] {
+[[nodiscard]] inline S tree_extent_limit() {
   using std::sqrt;
   return sqrt(std::numeric_limits<S>::max()) / S(65536);
-}();
+}
 
 /// The box cut to a size that can be computed with, so that infinite boxes can be compared.
 template <Scalar S>
 [[nodiscard]] Aabb<S> finite_part(const Aabb<S>& box) {
-  const S limit = tree_extent_limit<S>;
+  const S limit = tree_extent_limit<S>();
   return {box.lower.cwiseMax(-limit).cwiseMin(limit), box.upper.cwiseMax(-limit).cwiseMin(limit)};
 }
 

@@ -141,7 +141,7 @@ template <Scalar S>
 [[nodiscard]] S tree_cost(const Aabb<S>& box) {
   const S area = box.half_area();
   // Not so where it overflows or is no number.
-  if (area <= tree_extent_limit<S> * tree_extent_limit<S>) return area;
+  if (area <= tree_extent_limit<S>() * tree_extent_limit<S>()) return area;
   return finite_part(box).half_area();
 }
 
@@ -160,7 +160,7 @@ template <Scalar S>
     return std::max(a.upper[i], b.upper[i]) - std::min(a.lower[i], b.lower[i]);
   };
   const S area = Aabb<S>::half_area_of(edge(0), edge(1), edge(2));
-  if (area <= tree_extent_limit<S> * tree_extent_limit<S>) return area;
+  if (area <= tree_extent_limit<S>() * tree_extent_limit<S>()) return area;
   return tree_cost(merged(a, b));
 }
 

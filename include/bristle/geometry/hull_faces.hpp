@@ -137,8 +137,11 @@ inline void FaceJoin::grow_regions() {
   fill_numbers(order);
   std::vector<double> area2(order.size());
   for (const std::uint32_t t : order) area2[t] = area_vectors_[t].squaredNorm();
-  std::stable_sort(order.begin(), order.end(),
-                   [&](std::uint32_t a, std::uint32_t b) { return area2[a] > area2[b]; });
+  // Not std::stable_sort: that of libstdc++ before 13 uses what C++20 deprecates, and clang says
+  // so.
+  std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
+    return area2[a] != area2[b] ? area2[a] > area2[b] : a < b;
+  });
   for (const std::uint32_t seed : order) {
     if (region_[seed] == none && !is_sliver_[seed]) grow_region(seed);
   }

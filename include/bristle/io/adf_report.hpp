@@ -101,11 +101,15 @@ class AdfReport {
 
   /// The notes as text, a line each, in the order of the file.
   [[nodiscard]] std::string text() const {
-    std::vector<AdfNote> sorted = notes_;
-    std::stable_sort(sorted.begin(), sorted.end(),
-                     [](const AdfNote& a, const AdfNote& b) { return a.line < b.line; });
+    std::vector<const AdfNote*> sorted;
+    for (const AdfNote& note : notes_) sorted.push_back(&note);
+    // Those of one line in the order in which they were found.
+    std::sort(sorted.begin(), sorted.end(), [](const AdfNote* a, const AdfNote* b) {
+      return a->line != b->line ? a->line < b->line : a < b;
+    });
     std::string text;
-    for (const AdfNote& note : sorted) {
+    for (const AdfNote* each : sorted) {
+      const AdfNote& note = *each;
       text += "line " + std::to_string(note.line) + ": " + name_of(note.kind) + ": " + note.key;
       if (note.count > 1) text += " (" + std::to_string(note.count) + " times)";
       if (!note.reason.empty()) text += ": " + note.reason;

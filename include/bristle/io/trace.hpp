@@ -66,7 +66,7 @@ class Trace {
   /// @throws InvalidArgument when no channel has the name.
   [[nodiscard]] const std::vector<double>& column(std::string_view name) const;
 
-  /// The table as comma-separated values (RFC 4180, lines ending in \n): first the labels of the
+  /// The table as comma-separated values (RFC 4180, lines ending in LF): first the labels of the
   /// channels, then the rows.
   ///
   /// @param digits  [-] Significant digits, 1 to 17. 9 tell any two floats apart, 17 any two

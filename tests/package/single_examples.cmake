@@ -1,0 +1,32 @@
+# Examples of one file need no other header than the single one: each is compiled against it,
+# declared only. Those with scene files need yaml-cpp and io/adf.hpp, which is not in it.
+# Usage: cmake -DROOT=<tree> -DCXX=<compiler> -DEIGEN=<include dir> -P single_examples.cmake
+# SPDX-License-Identifier: BSD-3-Clause
+cmake_minimum_required(VERSION 3.24)
+
+file(GLOB examples "${ROOT}/examples/*.cpp")
+set(failed "")
+set(count 0)
+foreach(example IN LISTS examples)
+  file(STRINGS "${example}" loads_scenes REGEX "^#include <bristle/io/adf")
+  if(loads_scenes)
+    continue()
+  endif()
+  # Backends and scalars of their own.
+  set(flags -DBRISTLE_COMPILED)
+  if(example MATCHES "own_backend|gradients")
+    list(APPEND flags -DBRISTLE_WITH_DEFINITIONS)
+  endif()
+  execute_process(
+    COMMAND "${CXX}" -std=c++20 -fsyntax-only ${flags} "-I${ROOT}/single_include"
+            -isystem "${EIGEN}" "${example}"
+    RESULT_VARIABLE result)
+  if(NOT result EQUAL 0)
+    list(APPEND failed "${example}")
+  endif()
+  math(EXPR count "${count} + 1")
+endforeach()
+if(failed OR count EQUAL 0)
+  message(FATAL_ERROR "not against the single header: ${failed}")
+endif()
+message(STATUS "${count} examples against the single header")
