@@ -19,7 +19,7 @@ set(BRISTLE_KERNELS "${kernels}" CACHE STRING
 set(sources "${CMAKE_CURRENT_LIST_DIR}")
 # What is compiled once for each scalar, in the baseline.
 set(bristle_sources_of_scalar geometry/analytic_backend.cpp hosts/sensor_host.cpp io/mesh_file.cpp
-                              kernels.cpp world/world.cpp)
+                              kernels.cpp sensors/placement.cpp world/world.cpp)
 set(baseline_of_scalar ${bristle_sources_of_scalar})
 set(kernels_of_scalar geometry/analytic_backend.cpp kernels.cpp)
 set(with_fcl "")
@@ -46,7 +46,9 @@ function(bristle_compiled_options target)
   set_target_properties(${target} PROPERTIES POSITION_INDEPENDENT_CODE ON CXX_EXTENSIONS OFF)
   target_link_libraries(${target} PRIVATE bristle ${with_fcl})
   target_compile_definitions(${target} PRIVATE BRISTLE_COMPILED)
-  target_compile_options(${target} PRIVATE $<$<CXX_COMPILER_ID:GNU,Clang>:-ffp-contract=off>)
+  target_compile_options(
+    ${target} PRIVATE $<$<CXX_COMPILER_ID:GNU,Clang>:-ffp-contract=off>
+                      $<$<BOOL:${BRISTLE_BUILD_FUZZERS}>:-fsanitize=fuzzer-no-link>)
   foreach(set IN LISTS BRISTLE_KERNELS)
     string(TOUPPER "${set}" name)
     target_compile_definitions(${target} PRIVATE BRISTLE_KERNELS_${name})

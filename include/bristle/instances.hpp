@@ -6,6 +6,8 @@
 
 #if defined(BRISTLE_INSTANTIATE)
 #include <bristle/hosts/host_solver.hpp>
+#include <bristle/io/mesh_file.hpp>
+#include <bristle/sensors/placement.hpp>
 #include <bristle/world/kernels_impl.hpp>
 #include <bristle/world/world.hpp>
 
@@ -36,6 +38,14 @@ const HostKernels<BRISTLE_INSTANTIATE>& host_kernels<BRISTLE_INSTANTIATE>() {
   return own_host_kernels<BRISTLE_INSTANTIATE>();
 }
 template class HostPatch<BRISTLE_INSTANTIATE>;
+
+template SensorLayout<BRISTLE_INSTANTIATE> sensor_grid<BRISTLE_INSTANTIATE>(
+    const SensorGridDef<BRISTLE_INSTANTIATE>& def);
+template SensorLayout<BRISTLE_INSTANTIATE> sensors_from_mesh<BRISTLE_INSTANTIATE>(
+    const TriangleMesh<BRISTLE_INSTANTIATE>& mesh, const PlacementDef<BRISTLE_INSTANTIATE>& def,
+    PlacementReport* report);
+template TriangleMesh<BRISTLE_INSTANTIATE> load_mesh<BRISTLE_INSTANTIATE>(
+    const std::filesystem::path& path);
 
 }  // namespace bristle::inline BRISTLE_ABI
 #endif

@@ -8,15 +8,16 @@
 #include <bristle/geometry/fcl_backend.hpp>
 #endif
 
-extern "C" bristle::KernelTables BRISTLE_KERNELS_OF(BRISTLE_INSTANTIATE, BRISTLE_KERNELS)() {
+extern "C" const bristle::KernelTables* BRISTLE_KERNELS_OF(BRISTLE_INSTANTIATE, BRISTLE_KERNELS)() {
   using S = BRISTLE_INSTANTIATE;
-  bristle::KernelTables tables;
-  tables.host = &bristle::own_host_kernels<S>();
-  tables.analytic = {&bristle::own_world_kernels<S, bristle::AnalyticBackend>(),
-                     &bristle::own_haptic_kernels<S, bristle::AnalyticBackend>()};
+  static const bristle::KernelTables tables {
+    .host = &bristle::own_host_kernels<S>(),
+    .analytic = {.world = &bristle::own_world_kernels<S, bristle::AnalyticBackend>(),
+                 .haptic = &bristle::own_haptic_kernels<S, bristle::AnalyticBackend>()},
 #if defined(BRISTLE_WITH_FCL)
-  tables.fcl = {&bristle::own_world_kernels<S, bristle::FclBackend>(),
-                &bristle::own_haptic_kernels<S, bristle::FclBackend>()};
+    .fcl = {.world = &bristle::own_world_kernels<S, bristle::FclBackend>(),
+            .haptic = &bristle::own_haptic_kernels<S, bristle::FclBackend>()},
 #endif
-  return tables;
+  };
+  return &tables;
 }

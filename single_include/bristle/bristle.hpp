@@ -1111,6 +1111,8 @@ void ConvexHull<S>::validate_planes() const {
 #include <cstdint>
 #include <map>
 #include <span>
+#include <string>
+#include <utility>
 #include <vector>
 
 namespace bristle::inline BRISTLE_ABI {
@@ -1173,7 +1175,8 @@ template <Scalar S>
 ///
 /// @param tolerance  [1] Distance below which vertices coincide, as a fraction of the diagonal of
 ///                   the box around all vertices; 0 merges equal coordinates only.
-/// @throws InvalidArgument when a vertex or the tolerance is not finite, or the latter negative.
+/// @throws InvalidArgument when a vertex or the tolerance is not finite, or the latter negative, or
+///         when a triangle names a vertex that does not exist.
 /// @note O(n log n).
 template <Scalar S>
 [[nodiscard]] TriangleMesh<S> weld(const TriangleMesh<S>& mesh, S tolerance = S(0));
@@ -1194,6 +1197,34 @@ template <Scalar S>
 // Implementation -----------------------------------------------------------------------------------
 
 namespace detail {
+
+/// "(3, 7, 9)".
+template <typename Numbers>
+[[nodiscard]] std::string to_tuple_text(const Numbers& numbers) {
+  std::string text = "(";
+  for (const auto& number : numbers) {
+    if (text.size() > 1) text += ", ";
+    text += to_text(number);
+  }
+  return text + ")";
+}
+
+[[noreturn]] inline void raise_triangle(std::size_t number, std::string value, std::string rule) {
+  raise(InvalidArgument("TriangleMesh::triangles[" + std::to_string(number) + "]", std::move(value),
+                        std::move(rule)));
+}
+
+/// Every triangle has to name vertices that are there.
+template <Scalar S>
+void require_named_vertices(const TriangleMesh<S>& mesh) {
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    for (const std::uint32_t v : mesh.triangles[t]) {
+      if (v < mesh.vertices.size()) continue;
+      raise_triangle(t, to_tuple_text(mesh.triangles[t]),
+                     "must name vertices below " + std::to_string(mesh.vertices.size()));
+    }
+  }
+}
 
 /// Which points coincide: `unique` lists the numbers of the points that stay, ascending, and
 /// `renumber[i]` is the place of point i, or of the point it coincides with, in that list.
@@ -1255,6 +1286,7 @@ template <Scalar S>
 template <Scalar S>
 TriangleMesh<S> weld(const TriangleMesh<S>& mesh, S tolerance) {
   detail::require_not_negative("weld: tolerance", tolerance);
+  detail::require_named_vertices(mesh);
   Aabb<S> box;
   for (const Vec3<S>& v : mesh.vertices) {
     detail::require_all_finite("TriangleMesh::vertices", v);
@@ -1311,11 +1343,13 @@ template <Scalar S>
 namespace bristle::inline BRISTLE_ABI {
 
 /// Volume [m^3] that a closed mesh encloses; negative where it is wound inside out.
+/// @throws InvalidArgument when a triangle names a vertex that does not exist.
 template <Scalar S>
 [[nodiscard]] S signed_volume(const TriangleMesh<S>& mesh);
 
 /// Numbers, ascending, of the triangles that have no normal: those that repeat a corner or are so
 /// thin that rounding of their coordinates decides where they face.
+/// @throws InvalidArgument when a triangle names a vertex that does not exist.
 template <Scalar S>
 [[nodiscard]] std::vector<std::uint32_t> degenerate_triangles(const TriangleMesh<S>& mesh);
 
@@ -1342,22 +1376,6 @@ void validate_solid(const TriangleMesh<S>& mesh);
 // Implementation -----------------------------------------------------------------------------------
 
 namespace detail {
-
-/// "(3, 7, 9)".
-template <typename Numbers>
-[[nodiscard]] std::string to_tuple_text(const Numbers& numbers) {
-  std::string text = "(";
-  for (const auto& number : numbers) {
-    if (text.size() > 1) text += ", ";
-    text += to_text(number);
-  }
-  return text + ")";
-}
-
-[[noreturn]] inline void raise_triangle(std::size_t number, std::string value, std::string rule) {
-  raise(InvalidArgument("TriangleMesh::triangles[" + std::to_string(number) + "]", std::move(value),
-                        std::move(rule)));
-}
 
 /// One passage of a triangle through an edge.
 struct EdgeUse {
@@ -1424,6 +1442,7 @@ inline void require_closed(const std::vector<EdgeUse>& uses) {
 
 template <Scalar S>
 S signed_volume(const TriangleMesh<S>& mesh) {
+  detail::require_named_vertices(mesh);
   const Vec3<S> reference = mesh_bounds(mesh).center();
   S volume = S(0);
   for (const auto& t : mesh.triangles) {
@@ -1439,6 +1458,7 @@ template <Scalar S>
 std::vector<std::uint32_t> degenerate_triangles(const TriangleMesh<S>& mesh) {
   using std::max;
   using std::sqrt;
+  detail::require_named_vertices(mesh);
   std::vector<std::uint32_t> numbers;
   for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
     const auto& corners = mesh.triangles[t];
@@ -1468,14 +1488,7 @@ void validate_surface(const TriangleMesh<S>& mesh) {
                                     detail::to_tuple_text(mesh.vertices[v]), "must be finite"));
     }
   }
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-    for (const std::uint32_t v : mesh.triangles[t]) {
-      if (v >= mesh.vertices.size()) {
-        detail::raise_triangle(t, detail::to_tuple_text(mesh.triangles[t]),
-                               "must name vertices below " + std::to_string(mesh.vertices.size()));
-      }
-    }
-  }
+  detail::require_named_vertices(mesh);
 }
 
 template <Scalar S>
@@ -2360,6 +2373,7 @@ template <Scalar S>
 [[nodiscard]] ConvexHull<S> convex_hull(std::span<const Vec3<S>> points);
 
 /// Hull of all vertices of a mesh that its triangles use.
+/// @throws InvalidArgument as above, or when a triangle names a vertex that does not exist.
 template <Scalar S>
 [[nodiscard]] ConvexHull<S> convex_hull(const TriangleMesh<S>& mesh);
 
@@ -2528,6 +2542,7 @@ ConvexHull<S> convex_hull(std::span<const Vec3<S>> points) {
 
 template <Scalar S>
 ConvexHull<S> convex_hull(const TriangleMesh<S>& mesh) {
+  detail::require_named_vertices(mesh);
   std::vector<Vec3<S>> points;
   for (const auto& t : mesh.triangles) {
     for (const std::uint32_t v : t) points.push_back(mesh.vertices[v]);
@@ -10204,98 +10219,9 @@ class PassivityObserver {
 /// Covers a surface with sensors (Algorithm 2 and its extension to vertices and edges).
 // SPDX-License-Identifier: BSD-3-Clause
 
-// === bristle/geometry/mesh_normals.hpp
-
-/// @file
-/// Normals of the faces and vertices of a triangle mesh that may have faces without one.
-// SPDX-License-Identifier: BSD-3-Clause
-
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <span>
-#include <vector>
-
-namespace bristle::inline BRISTLE_ABI {
-
-/// Sum of unit normals with their weights, and whether they leave a direction.
-template <Scalar S>
-struct NormalSum {
-  /// [1] Weighted sum.
-  Vec3<S> sum = Vec3<S>::Zero();
-  /// [1] Sum of the weights; 0 where no triangle with a normal took part.
-  S weight = S(0);
-
-  void add(const Vec3<S>& normal, S w) {
-    sum += w * normal;
-    weight += w;
-  }
-  [[nodiscard]] bool has_direction() const { return sum.norm() > Tolerance<S>::equal() * weight; }
-};
-
-/// Outward unit normals of all triangles; zero for those numbered in `degenerate`, which have none.
-template <Scalar S>
-[[nodiscard]] std::vector<Vec3<S>> face_normals(const TriangleMesh<S>& mesh,
-                                                std::span<const std::uint32_t> degenerate);
-
-/// For each vertex the normals of its faces, weighted with the angles there, so that it does not
-/// matter how a flat face is cut into triangles (Thuermer and Wuethrich 1998).
-///
-/// @param normals  Of the faces, zero where there is none, as `face_normals` gives them.
-template <Scalar S>
-[[nodiscard]] std::vector<NormalSum<S>> vertex_normals(const TriangleMesh<S>& mesh,
-                                                       std::span<const Vec3<S>> normals);
-
-// Implementation -----------------------------------------------------------------------------------
-
-namespace detail {
-
-/// Angle [rad] of a triangle at its corner k.
-template <Scalar S>
-[[nodiscard]] S corner_angle(const TriangleMesh<S>& mesh, std::size_t triangle, std::size_t k) {
-  using std::atan2;
-  const auto& t = mesh.triangles[triangle];
-  const Vec3<S> a = mesh.vertices[t[(k + 1) % 3]] - mesh.vertices[t[k]];
-  const Vec3<S> b = mesh.vertices[t[(k + 2) % 3]] - mesh.vertices[t[k]];
-  return atan2(a.cross(b).norm(), a.dot(b));
-}
-
-}  // namespace detail
-
-template <Scalar S>
-std::vector<Vec3<S>> face_normals(const TriangleMesh<S>& mesh,
-                                  std::span<const std::uint32_t> degenerate) {
-  std::vector<Vec3<S>> normals;
-  normals.reserve(mesh.triangles.size());
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-    normals.push_back(triangle_normal(mesh, t));
-  }
-  for (const std::uint32_t t : degenerate) normals[t].setZero();
-  return normals;
-}
-
-template <Scalar S>
-std::vector<NormalSum<S>> vertex_normals(const TriangleMesh<S>& mesh,
-                                         std::span<const Vec3<S>> normals) {
-  std::vector<NormalSum<S>> sums(mesh.vertices.size());
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-    if (normals[t] == Vec3<S>::Zero()) continue;
-    for (std::size_t k = 0; k < 3; ++k) {
-      sums[mesh.triangles[t][k]].add(normals[t], detail::corner_angle(mesh, t, k));
-    }
-  }
-  return sums;
-}
-
-}  // namespace bristle::inline BRISTLE_ABI
-
-#include <array>
-#include <cstddef>
-#include <cstdint>
-#include <span>
-#include <string>
-#include <utility>
-#include <vector>
 
 namespace bristle::inline BRISTLE_ABI {
 
@@ -10375,141 +10301,23 @@ struct SensorGridDef {
 template <Scalar S>
 [[nodiscard]] SensorLayout<S> sensor_grid(const SensorGridDef<S>& def);
 
+}  // namespace bristle::inline BRISTLE_ABI
+
 // Implementation -----------------------------------------------------------------------------------
 
-namespace detail {
+#if defined(BRISTLE_COMPILED) && BRISTLE_HAS_DEFINITIONS
+namespace bristle::inline BRISTLE_ABI {
 
-template <Scalar S>
-void require_depth_and_range(const std::string& def, S depth, S range) {
-  require_not_negative(def + "::depth", depth);
-  require_positive(def + "::range", range);
-  require(range > depth, def + "::range", range,
-          "must exceed depth = " + to_text(depth) + ", so that the ray ends above the surface");
-}
-
-/// The mesh with every triangle naming the first of the vertices at its corners' places.
-template <Scalar S>
-[[nodiscard]] TriangleMesh<S> without_seams(TriangleMesh<S> mesh) {
-  const MergedPoints merged = merge_points<S>(std::span<const Vec3<S>>(mesh.vertices), S(0));
-  for (auto& t : mesh.triangles) {
-    for (std::uint32_t& v : t) v = merged.unique[merged.renumber[v]];
-  }
-  return mesh;
-}
-
-/// Puts sensors on the faces, vertices and edges of a mesh without seams.
-template <Scalar S>
-class MeshPlacement {
- public:
-  MeshPlacement(const TriangleMesh<S>& mesh, const PlacementDef<S>& def)
-      : mesh_(mesh), def_(def), R_AM_(def.X_AM.rotation_matrix()) {
-    report.degenerate_faces = degenerate_triangles(mesh);
-    normals_ = face_normals<S>(mesh, report.degenerate_faces);
-  }
-
-  void add_faces() {
-    for (std::size_t t = 0; t < normals_.size(); ++t) {
-      if (has_normal(t)) add(triangle_centroid(mesh_, t), normals_[t], report.face_sensors);
-    }
-  }
-
-  void add_vertices() {
-    const std::vector<NormalSum<S>> sums = vertex_normals<S>(mesh_, normals_);
-    for (std::uint32_t v = 0; v < sums.size(); ++v) {
-      if (sums[v].has_direction()) {
-        add(mesh_.vertices[v], sums[v].sum, report.vertex_sensors);
-      } else if (sums[v].weight > S(0)) {
-        report.vertices_without_normal.push_back(v);
-      }
-    }
-  }
-
-  void add_edges() {
-    const std::vector<EdgeUse> uses = sorted_edges(mesh_);
-    for (std::size_t i = 0; i < uses.size();) {
-      const EdgeUse& edge = uses[i];
-      NormalSum<S> normal;
-      for (; i < uses.size() && uses[i].is_same_edge(edge); ++i) {
-        if (has_normal(uses[i].triangle)) normal.add(normals_[uses[i].triangle], S(1));
-      }
-      if (normal.has_direction()) {
-        add(S(0.5) * (mesh_.vertices[edge.low] + mesh_.vertices[edge.high]), normal.sum,
-            report.edge_sensors);
-      } else if (normal.weight > S(0)) {
-        report.edges_without_normal.push_back({edge.low, edge.high});
-      }
-    }
-  }
-
-  SensorLayout<S> layout;
-  PlacementReport report;
-
- private:
-  [[nodiscard]] bool has_normal(std::size_t triangle) const {
-    return normals_[triangle] != Vec3<S>::Zero();
-  }
-
-  void add(const Vec3<S>& p_M, const Vec3<S>& n_M, std::size_t& counter) {
-    const Vec3<S> n_A = (R_AM_ * n_M).normalized();
-    layout.add(def_.X_AM * p_M - def_.depth * n_A, n_A, def_.range);
-    ++counter;
-  }
-
-  const TriangleMesh<S>& mesh_;
-  const PlacementDef<S>& def_;
-  Mat3<S> R_AM_;
-  /// Of the faces; zero marks those that have none.
-  std::vector<Vec3<S>> normals_;
-};
-
-}  // namespace detail
-
-template <Scalar S>
-SensorLayout<S> sensors_from_mesh(const TriangleMesh<S>& mesh, const PlacementDef<S>& def,
-                                  PlacementReport* report) {
-  detail::require_depth_and_range("PlacementDef", def.depth, def.range);
-  detail::require_pose("PlacementDef::X_AM", def.X_AM);
-  detail::require(def.faces || def.vertices || def.edges, "PlacementDef::faces", false,
-                  "must be true where vertices and edges are false");
-  validate_surface(mesh);
-
-  const TriangleMesh<S> seamless = detail::without_seams(mesh);
-  detail::MeshPlacement<S> placement(seamless, def);
-  if (def.faces) placement.add_faces();
-  if (def.vertices) placement.add_vertices();
-  if (def.edges) placement.add_edges();
-  if (report != nullptr) *report = std::move(placement.report);
-  return std::move(placement.layout);
-}
-
-template <Scalar S>
-SensorLayout<S> sensor_grid(const SensorGridDef<S>& def) {
-  detail::require_depth_and_range("SensorGridDef", def.depth, def.range);
-  detail::require_all_finite("SensorGridDef::center", def.center);
-  detail::require_all_finite("SensorGridDef::side_u", def.side_u);
-  detail::require_all_finite("SensorGridDef::side_v", def.side_v);
-  detail::require(def.count_u >= 1, "SensorGridDef::count_u", def.count_u, "must be >= 1");
-  detail::require(def.count_v >= 1, "SensorGridDef::count_v", def.count_v, "must be >= 1");
-  const Vec3<S> u = def.side_u.stableNormalized();
-  const Vec3<S> v = def.side_v.stableNormalized();
-  const S sine = u.cross(v).norm();
-  detail::require(sine > Tolerance<S>::equal(), "SensorGridDef: sine of the angle of the sides",
-                  sine, "must not be 0 (sides parallel or of no length)");
-
-  const Vec3<S> normal = u.cross(v) / sine;
-  const Vec3<S> corner = def.center - S(0.5) * (def.side_u + def.side_v) - def.depth * normal;
-  SensorLayout<S> layout;
-  for (std::size_t j = 0; j < def.count_v; ++j) {
-    for (std::size_t i = 0; i < def.count_u; ++i) {
-      const S along_u = (S(i) + S(0.5)) / S(def.count_u);
-      const S along_v = (S(j) + S(0.5)) / S(def.count_v);
-      layout.add(corner + along_u * def.side_u + along_v * def.side_v, normal, def.range);
-    }
-  }
-  return layout;
-}
+#define BRISTLE_COMPILED_PLACEMENT(S)                                          \
+  extern template SensorLayout<S> sensor_grid<S>(const SensorGridDef<S>& def); \
+  extern template SensorLayout<S> sensors_from_mesh<S>(                        \
+      const TriangleMesh<S>& mesh, const PlacementDef<S>& def, PlacementReport* report);
+BRISTLE_COMPILED_PLACEMENT(float)
+BRISTLE_COMPILED_PLACEMENT(double)
+#undef BRISTLE_COMPILED_PLACEMENT
 
 }  // namespace bristle::inline BRISTLE_ABI
+#endif
 
 // === bristle/sensors/ray_fan.hpp
 
@@ -11324,6 +11132,91 @@ PatchMeaning<S> meaning_of(const SensorParameters<S>& p, const PatchUse<S>& use,
 /// @file
 /// Primitive patches to wrap around a shape: plane, cylinder, half sphere, or any mesh.
 // SPDX-License-Identifier: BSD-3-Clause
+
+// === bristle/geometry/mesh_normals.hpp
+
+/// @file
+/// Normals of the faces and vertices of a triangle mesh that may have faces without one.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace bristle::inline BRISTLE_ABI {
+
+/// Sum of unit normals with their weights, and whether they leave a direction.
+template <Scalar S>
+struct NormalSum {
+  /// [1] Weighted sum.
+  Vec3<S> sum = Vec3<S>::Zero();
+  /// [1] Sum of the weights; 0 where no triangle with a normal took part.
+  S weight = S(0);
+
+  void add(const Vec3<S>& normal, S w) {
+    sum += w * normal;
+    weight += w;
+  }
+  [[nodiscard]] bool has_direction() const { return sum.norm() > Tolerance<S>::equal() * weight; }
+};
+
+/// Outward unit normals of all triangles; zero for those numbered in `degenerate`, which have none.
+template <Scalar S>
+[[nodiscard]] std::vector<Vec3<S>> face_normals(const TriangleMesh<S>& mesh,
+                                                std::span<const std::uint32_t> degenerate);
+
+/// For each vertex the normals of its faces, weighted with the angles there, so that it does not
+/// matter how a flat face is cut into triangles (Thuermer and Wuethrich 1998).
+///
+/// @param normals  Of the faces, zero where there is none, as `face_normals` gives them.
+template <Scalar S>
+[[nodiscard]] std::vector<NormalSum<S>> vertex_normals(const TriangleMesh<S>& mesh,
+                                                       std::span<const Vec3<S>> normals);
+
+// Implementation -----------------------------------------------------------------------------------
+
+namespace detail {
+
+/// Angle [rad] of a triangle at its corner k.
+template <Scalar S>
+[[nodiscard]] S corner_angle(const TriangleMesh<S>& mesh, std::size_t triangle, std::size_t k) {
+  using std::atan2;
+  const auto& t = mesh.triangles[triangle];
+  const Vec3<S> a = mesh.vertices[t[(k + 1) % 3]] - mesh.vertices[t[k]];
+  const Vec3<S> b = mesh.vertices[t[(k + 2) % 3]] - mesh.vertices[t[k]];
+  return atan2(a.cross(b).norm(), a.dot(b));
+}
+
+}  // namespace detail
+
+template <Scalar S>
+std::vector<Vec3<S>> face_normals(const TriangleMesh<S>& mesh,
+                                  std::span<const std::uint32_t> degenerate) {
+  std::vector<Vec3<S>> normals;
+  normals.reserve(mesh.triangles.size());
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    normals.push_back(triangle_normal(mesh, t));
+  }
+  for (const std::uint32_t t : degenerate) normals[t].setZero();
+  return normals;
+}
+
+template <Scalar S>
+std::vector<NormalSum<S>> vertex_normals(const TriangleMesh<S>& mesh,
+                                         std::span<const Vec3<S>> normals) {
+  std::vector<NormalSum<S>> sums(mesh.vertices.size());
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    if (normals[t] == Vec3<S>::Zero()) continue;
+    for (std::size_t k = 0; k < 3; ++k) {
+      sums[mesh.triangles[t][k]].add(normals[t], detail::corner_angle(mesh, t, k));
+    }
+  }
+  return sums;
+}
+
+}  // namespace bristle::inline BRISTLE_ABI
 
 #include <array>
 #include <cmath>
@@ -19291,6 +19184,149 @@ TriangleMesh<S> load_mesh(const std::filesystem::path& path) {
   if (extension == ".stl") return read_stl<S>(read_file(path), path.string());
   if (extension == ".obj") return read_obj<S>(read_file(path), path.string());
   detail::raise(IoError(path.string(), 0, "unknown kind of mesh file (known: .stl, .obj)"));
+}
+
+}  // namespace bristle::inline BRISTLE_ABI
+
+// === bristle/sensors/placement.hpp: definitions
+
+#include <array>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace bristle::inline BRISTLE_ABI {
+
+namespace detail {
+
+template <Scalar S>
+void require_depth_and_range(const std::string& def, S depth, S range) {
+  require_not_negative(def + "::depth", depth);
+  require_positive(def + "::range", range);
+  require(range > depth, def + "::range", range,
+          "must exceed depth = " + to_text(depth) + ", so that the ray ends above the surface");
+}
+
+/// The mesh with every triangle naming the first of the vertices at its corners' places.
+template <Scalar S>
+[[nodiscard]] TriangleMesh<S> without_seams(TriangleMesh<S> mesh) {
+  const MergedPoints merged = merge_points<S>(std::span<const Vec3<S>>(mesh.vertices), S(0));
+  for (auto& t : mesh.triangles) {
+    for (std::uint32_t& v : t) v = merged.unique[merged.renumber[v]];
+  }
+  return mesh;
+}
+
+/// Puts sensors on the faces, vertices and edges of a mesh without seams.
+template <Scalar S>
+class MeshPlacement {
+ public:
+  MeshPlacement(const TriangleMesh<S>& mesh, const PlacementDef<S>& def)
+      : mesh_(mesh), def_(def), R_AM_(def.X_AM.rotation_matrix()) {
+    report.degenerate_faces = degenerate_triangles(mesh);
+    normals_ = face_normals<S>(mesh, report.degenerate_faces);
+  }
+
+  void add_faces() {
+    for (std::size_t t = 0; t < normals_.size(); ++t) {
+      if (has_normal(t)) add(triangle_centroid(mesh_, t), normals_[t], report.face_sensors);
+    }
+  }
+
+  void add_vertices() {
+    const std::vector<NormalSum<S>> sums = vertex_normals<S>(mesh_, normals_);
+    for (std::uint32_t v = 0; v < sums.size(); ++v) {
+      if (sums[v].has_direction()) {
+        add(mesh_.vertices[v], sums[v].sum, report.vertex_sensors);
+      } else if (sums[v].weight > S(0)) {
+        report.vertices_without_normal.push_back(v);
+      }
+    }
+  }
+
+  void add_edges() {
+    const std::vector<EdgeUse> uses = sorted_edges(mesh_);
+    for (std::size_t i = 0; i < uses.size();) {
+      const EdgeUse& edge = uses[i];
+      NormalSum<S> normal;
+      for (; i < uses.size() && uses[i].is_same_edge(edge); ++i) {
+        if (has_normal(uses[i].triangle)) normal.add(normals_[uses[i].triangle], S(1));
+      }
+      if (normal.has_direction()) {
+        add(S(0.5) * (mesh_.vertices[edge.low] + mesh_.vertices[edge.high]), normal.sum,
+            report.edge_sensors);
+      } else if (normal.weight > S(0)) {
+        report.edges_without_normal.push_back({edge.low, edge.high});
+      }
+    }
+  }
+
+  SensorLayout<S> layout;
+  PlacementReport report;
+
+ private:
+  [[nodiscard]] bool has_normal(std::size_t triangle) const {
+    return normals_[triangle] != Vec3<S>::Zero();
+  }
+
+  void add(const Vec3<S>& p_M, const Vec3<S>& n_M, std::size_t& counter) {
+    const Vec3<S> n_A = (R_AM_ * n_M).normalized();
+    layout.add(def_.X_AM * p_M - def_.depth * n_A, n_A, def_.range);
+    ++counter;
+  }
+
+  const TriangleMesh<S>& mesh_;
+  const PlacementDef<S>& def_;
+  Mat3<S> R_AM_;
+  /// Of the faces; zero marks those that have none.
+  std::vector<Vec3<S>> normals_;
+};
+
+}  // namespace detail
+
+template <Scalar S>
+SensorLayout<S> sensors_from_mesh(const TriangleMesh<S>& mesh, const PlacementDef<S>& def,
+                                  PlacementReport* report) {
+  detail::require_depth_and_range("PlacementDef", def.depth, def.range);
+  detail::require_pose("PlacementDef::X_AM", def.X_AM);
+  detail::require(def.faces || def.vertices || def.edges, "PlacementDef::faces", false,
+                  "must be true where vertices and edges are false");
+  validate_surface(mesh);
+
+  const TriangleMesh<S> seamless = detail::without_seams(mesh);
+  detail::MeshPlacement<S> placement(seamless, def);
+  if (def.faces) placement.add_faces();
+  if (def.vertices) placement.add_vertices();
+  if (def.edges) placement.add_edges();
+  if (report != nullptr) *report = std::move(placement.report);
+  return std::move(placement.layout);
+}
+
+template <Scalar S>
+SensorLayout<S> sensor_grid(const SensorGridDef<S>& def) {
+  detail::require_depth_and_range("SensorGridDef", def.depth, def.range);
+  detail::require_all_finite("SensorGridDef::center", def.center);
+  detail::require_all_finite("SensorGridDef::side_u", def.side_u);
+  detail::require_all_finite("SensorGridDef::side_v", def.side_v);
+  detail::require(def.count_u >= 1, "SensorGridDef::count_u", def.count_u, "must be >= 1");
+  detail::require(def.count_v >= 1, "SensorGridDef::count_v", def.count_v, "must be >= 1");
+  const Vec3<S> u = def.side_u.stableNormalized();
+  const Vec3<S> v = def.side_v.stableNormalized();
+  const S sine = u.cross(v).norm();
+  detail::require(sine > Tolerance<S>::equal(), "SensorGridDef: sine of the angle of the sides",
+                  sine, "must not be 0 (sides parallel or of no length)");
+
+  const Vec3<S> normal = u.cross(v) / sine;
+  const Vec3<S> corner = def.center - S(0.5) * (def.side_u + def.side_v) - def.depth * normal;
+  SensorLayout<S> layout;
+  for (std::size_t j = 0; j < def.count_v; ++j) {
+    for (std::size_t i = 0; i < def.count_u; ++i) {
+      const S along_u = (S(i) + S(0.5)) / S(def.count_u);
+      const S along_v = (S(j) + S(0.5)) / S(def.count_v);
+      layout.add(corner + along_u * def.side_u + along_v * def.side_v, normal, def.range);
+    }
+  }
+  return layout;
 }
 
 }  // namespace bristle::inline BRISTLE_ABI
@@ -34268,6 +34304,14 @@ const HostKernels<BRISTLE_INSTANTIATE>& host_kernels<BRISTLE_INSTANTIATE>() {
   return own_host_kernels<BRISTLE_INSTANTIATE>();
 }
 template class HostPatch<BRISTLE_INSTANTIATE>;
+
+template SensorLayout<BRISTLE_INSTANTIATE> sensor_grid<BRISTLE_INSTANTIATE>(
+    const SensorGridDef<BRISTLE_INSTANTIATE>& def);
+template SensorLayout<BRISTLE_INSTANTIATE> sensors_from_mesh<BRISTLE_INSTANTIATE>(
+    const TriangleMesh<BRISTLE_INSTANTIATE>& mesh, const PlacementDef<BRISTLE_INSTANTIATE>& def,
+    PlacementReport* report);
+template TriangleMesh<BRISTLE_INSTANTIATE> load_mesh<BRISTLE_INSTANTIATE>(
+    const std::filesystem::path& path);
 
 }  // namespace bristle::inline BRISTLE_ABI
 #endif

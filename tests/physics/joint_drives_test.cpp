@@ -2,6 +2,7 @@
 /// Drives that are springs with dampers and a force limit, and limits of drives in islands that are
 /// swept in parts.
 // SPDX-License-Identifier: BSD-3-Clause
+#include <bristle/math/rotation.hpp>
 #include <bristle/world/world.hpp>
 
 #include <doctest/doctest.h>
@@ -34,7 +35,7 @@ struct Driven {
     slide.body_b = body;
     // x of the joint is z of the world.
     slide.X_AJ.rotation = slide.X_BJ.rotation =
-        Quat<S>::FromTwoVectors(Vec3<S>::UnitX(), Vec3<S>::UnitZ());
+        exp_rotation<S>(shortest_turn<S>(Vec3<S>::UnitX(), Vec3<S>::UnitZ()));
     slide.drive = drive;
     joint = world.add_joint(slide);
   }

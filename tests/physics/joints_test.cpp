@@ -3,6 +3,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "support/momentum.hpp"
 
+#include <bristle/math/rotation.hpp>
 #include <bristle/world/world.hpp>
 
 #include <doctest/doctest.h>
@@ -52,7 +53,7 @@ Slide<S> make_slide(const Vec3<S>& axis, const JointDrive<S>& drive, S lower = -
   def.kind = JointKind::prismatic;
   def.body_a = slide.frame;
   def.body_b = slide.body;
-  def.X_AJ.rotation = def.X_BJ.rotation = Quat<S>::FromTwoVectors(Vec3<S>::UnitX(), axis);
+  def.X_AJ.rotation = def.X_BJ.rotation = exp_rotation<S>(shortest_turn<S>(Vec3<S>::UnitX(), axis));
   def.drive = drive;
   def.lower_limit = lower;
   def.upper_limit = upper;
@@ -291,7 +292,8 @@ TEST_CASE("joints: a link that turns by radians in a step stays on its joint") {
     light.velocity = {0, 19, 0};
     const BodyId link = world.add_body(light);
     const Transform<double> X_J{
-        Quat<double>::FromTwoVectors(Vec3<double>::UnitX(), Vec3<double>::UnitZ()), {0, 0, 0}};
+        exp_rotation<double>(shortest_turn<double>(Vec3<double>::UnitX(), Vec3<double>::UnitZ())),
+        {0, 0, 0}};
     world.add_joint({.kind = kind,
                      .body_a = base,
                      .body_b = link,

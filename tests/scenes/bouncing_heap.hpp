@@ -6,6 +6,7 @@
 #include "support/momentum.hpp"
 #include "support/random.hpp"
 
+#include <bristle/math/rotation.hpp>
 #include <bristle/world/world.hpp>
 
 #include <cstdint>
@@ -53,7 +54,7 @@ struct BouncingHeap {
   heap.world.add_body(wall);
   for (const Vec3<double>& normal : {Vec3<double>(1, 0, 0), Vec3<double>(-1, 0, 0),
                                      Vec3<double>(0, 1, 0), Vec3<double>(0, -1, 0)}) {
-    wall.orientation = Quat<double>::FromTwoVectors(Vec3<double>::UnitZ(), normal);
+    wall.orientation = exp_rotation<double>(shortest_turn<double>(Vec3<double>::UnitZ(), normal));
     wall.position = -0.45 * normal;
     heap.world.add_body(wall);
   }

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <bristle/dynamics/joint_flow.hpp>
+#include <bristle/math/rotation.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -41,7 +42,7 @@ struct Mechanism {
   /// Joins two bodies as they stand, at a point of the world and with x along `axis`.
   void join(JointKind kind, std::uint32_t a, std::uint32_t b, const Vec3<S>& point,
             const Vec3<S>& axis = Vec3<S>::UnitX()) {
-    const Transform<S> X_WJ{Quat<S>::FromTwoVectors(Vec3<S>::UnitX(), axis), point};
+    const Transform<S> X_WJ{exp_rotation<S>(shortest_turn<S>(Vec3<S>::UnitX(), axis)), point};
     joints.push_back({kind, a, b, bodies[a].center_pose.inverse() * X_WJ,
                       bodies[b].center_pose.inverse() * X_WJ});
   }

@@ -76,16 +76,16 @@ void set_instruction_set(InstructionSet set) {
 #define bristle_kernels_double_v4 bristle_kernels_double_baseline
 #endif
 
-KernelTables chosen_kernels_float() {
-  constexpr KernelTables (*of[])() = {bristle_kernels_float_baseline, bristle_kernels_float_v3,
-                                      bristle_kernels_float_v4};
-  return of[static_cast<std::size_t>(instruction_set())]();
+const KernelTables& chosen_kernels_float() {
+  constexpr const KernelTables* (*of[])() = {bristle_kernels_float_baseline,
+                                             bristle_kernels_float_v3, bristle_kernels_float_v4};
+  return *of[static_cast<std::size_t>(instruction_set())]();
 }
 
-KernelTables chosen_kernels_double() {
-  constexpr KernelTables (*of[])() = {bristle_kernels_double_baseline, bristle_kernels_double_v3,
-                                      bristle_kernels_double_v4};
-  return of[static_cast<std::size_t>(instruction_set())]();
+const KernelTables& chosen_kernels_double() {
+  constexpr const KernelTables* (*of[])() = {bristle_kernels_double_baseline,
+                                             bristle_kernels_double_v3, bristle_kernels_double_v4};
+  return *of[static_cast<std::size_t>(instruction_set())]();
 }
 
 }  // namespace bristle::inline BRISTLE_ABI

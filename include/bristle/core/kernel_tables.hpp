@@ -32,15 +32,15 @@ struct KernelTables {
 };
 
 extern "C" {
-KernelTables bristle_kernels_float_baseline();
-KernelTables bristle_kernels_double_baseline();
-KernelTables bristle_kernels_float_v3();
-KernelTables bristle_kernels_double_v3();
-KernelTables bristle_kernels_float_v4();
-KernelTables bristle_kernels_double_v4();
+const KernelTables* bristle_kernels_float_baseline();
+const KernelTables* bristle_kernels_double_baseline();
+const KernelTables* bristle_kernels_float_v3();
+const KernelTables* bristle_kernels_double_v3();
+const KernelTables* bristle_kernels_float_v4();
+const KernelTables* bristle_kernels_double_v4();
 }
 
-[[nodiscard]] KernelTables chosen_kernels_float();
-[[nodiscard]] KernelTables chosen_kernels_double();
+[[nodiscard]] const KernelTables& chosen_kernels_float();
+[[nodiscard]] const KernelTables& chosen_kernels_double();
 
 }  // namespace bristle::inline BRISTLE_ABI

@@ -19,11 +19,13 @@
 namespace bristle::inline BRISTLE_ABI {
 
 /// Volume [m^3] that a closed mesh encloses; negative where it is wound inside out.
+/// @throws InvalidArgument when a triangle names a vertex that does not exist.
 template <Scalar S>
 [[nodiscard]] S signed_volume(const TriangleMesh<S>& mesh);
 
 /// Numbers, ascending, of the triangles that have no normal: those that repeat a corner or are so
 /// thin that rounding of their coordinates decides where they face.
+/// @throws InvalidArgument when a triangle names a vertex that does not exist.
 template <Scalar S>
 [[nodiscard]] std::vector<std::uint32_t> degenerate_triangles(const TriangleMesh<S>& mesh);
 
@@ -50,22 +52,6 @@ void validate_solid(const TriangleMesh<S>& mesh);
 // Implementation -----------------------------------------------------------------------------------
 
 namespace detail {
-
-/// "(3, 7, 9)".
-template <typename Numbers>
-[[nodiscard]] std::string to_tuple_text(const Numbers& numbers) {
-  std::string text = "(";
-  for (const auto& number : numbers) {
-    if (text.size() > 1) text += ", ";
-    text += to_text(number);
-  }
-  return text + ")";
-}
-
-[[noreturn]] inline void raise_triangle(std::size_t number, std::string value, std::string rule) {
-  raise(InvalidArgument("TriangleMesh::triangles[" + std::to_string(number) + "]", std::move(value),
-                        std::move(rule)));
-}
 
 /// One passage of a triangle through an edge.
 struct EdgeUse {
@@ -132,6 +118,7 @@ inline void require_closed(const std::vector<EdgeUse>& uses) {
 
 template <Scalar S>
 S signed_volume(const TriangleMesh<S>& mesh) {
+  detail::require_named_vertices(mesh);
   const Vec3<S> reference = mesh_bounds(mesh).center();
   S volume = S(0);
   for (const auto& t : mesh.triangles) {
@@ -147,6 +134,7 @@ template <Scalar S>
 std::vector<std::uint32_t> degenerate_triangles(const TriangleMesh<S>& mesh) {
   using std::max;
   using std::sqrt;
+  detail::require_named_vertices(mesh);
   std::vector<std::uint32_t> numbers;
   for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
     const auto& corners = mesh.triangles[t];
@@ -176,14 +164,7 @@ void validate_surface(const TriangleMesh<S>& mesh) {
                                     detail::to_tuple_text(mesh.vertices[v]), "must be finite"));
     }
   }
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-    for (const std::uint32_t v : mesh.triangles[t]) {
-      if (v >= mesh.vertices.size()) {
-        detail::raise_triangle(t, detail::to_tuple_text(mesh.triangles[t]),
-                               "must name vertices below " + std::to_string(mesh.vertices.size()));
-      }
-    }
-  }
+  detail::require_named_vertices(mesh);
 }
 
 template <Scalar S>

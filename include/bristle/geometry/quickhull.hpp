@@ -36,6 +36,7 @@ template <Scalar S>
 [[nodiscard]] ConvexHull<S> convex_hull(std::span<const Vec3<S>> points);
 
 /// Hull of all vertices of a mesh that its triangles use.
+/// @throws InvalidArgument as above, or when a triangle names a vertex that does not exist.
 template <Scalar S>
 [[nodiscard]] ConvexHull<S> convex_hull(const TriangleMesh<S>& mesh);
 
@@ -204,6 +205,7 @@ ConvexHull<S> convex_hull(std::span<const Vec3<S>> points) {
 
 template <Scalar S>
 ConvexHull<S> convex_hull(const TriangleMesh<S>& mesh) {
+  detail::require_named_vertices(mesh);
   std::vector<Vec3<S>> points;
   for (const auto& t : mesh.triangles) {
     for (const std::uint32_t v : t) points.push_back(mesh.vertices[v]);

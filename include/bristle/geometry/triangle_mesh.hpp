@@ -13,6 +13,8 @@
 #include <cstdint>
 #include <map>
 #include <span>
+#include <string>
+#include <utility>
 #include <vector>
 
 namespace bristle::inline BRISTLE_ABI {
@@ -75,7 +77,8 @@ template <Scalar S>
 ///
 /// @param tolerance  [1] Distance below which vertices coincide, as a fraction of the diagonal of
 ///                   the box around all vertices; 0 merges equal coordinates only.
-/// @throws InvalidArgument when a vertex or the tolerance is not finite, or the latter negative.
+/// @throws InvalidArgument when a vertex or the tolerance is not finite, or the latter negative, or
+///         when a triangle names a vertex that does not exist.
 /// @note O(n log n).
 template <Scalar S>
 [[nodiscard]] TriangleMesh<S> weld(const TriangleMesh<S>& mesh, S tolerance = S(0));
@@ -96,6 +99,34 @@ template <Scalar S>
 // Implementation -----------------------------------------------------------------------------------
 
 namespace detail {
+
+/// "(3, 7, 9)".
+template <typename Numbers>
+[[nodiscard]] std::string to_tuple_text(const Numbers& numbers) {
+  std::string text = "(";
+  for (const auto& number : numbers) {
+    if (text.size() > 1) text += ", ";
+    text += to_text(number);
+  }
+  return text + ")";
+}
+
+[[noreturn]] inline void raise_triangle(std::size_t number, std::string value, std::string rule) {
+  raise(InvalidArgument("TriangleMesh::triangles[" + std::to_string(number) + "]", std::move(value),
+                        std::move(rule)));
+}
+
+/// Every triangle has to name vertices that are there.
+template <Scalar S>
+void require_named_vertices(const TriangleMesh<S>& mesh) {
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    for (const std::uint32_t v : mesh.triangles[t]) {
+      if (v < mesh.vertices.size()) continue;
+      raise_triangle(t, to_tuple_text(mesh.triangles[t]),
+                     "must name vertices below " + std::to_string(mesh.vertices.size()));
+    }
+  }
+}
 
 /// Which points coincide: `unique` lists the numbers of the points that stay, ascending, and
 /// `renumber[i]` is the place of point i, or of the point it coincides with, in that list.
@@ -157,6 +188,7 @@ template <Scalar S>
 template <Scalar S>
 TriangleMesh<S> weld(const TriangleMesh<S>& mesh, S tolerance) {
   detail::require_not_negative("weld: tolerance", tolerance);
+  detail::require_named_vertices(mesh);
   Aabb<S> box;
   for (const Vec3<S>& v : mesh.vertices) {
     detail::require_all_finite("TriangleMesh::vertices", v);

@@ -3,20 +3,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <bristle/core/error.hpp>
-#include <bristle/geometry/mesh_normals.hpp>
-#include <bristle/geometry/mesh_validation.hpp>
 #include <bristle/geometry/triangle_mesh.hpp>
 #include <bristle/math/transform.hpp>
 #include <bristle/sensors/sensor_layout.hpp>
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
-#include <string>
-#include <utility>
-#include <vector>
 
 namespace bristle::inline BRISTLE_ABI {
 
@@ -96,7 +89,21 @@ struct SensorGridDef {
 template <Scalar S>
 [[nodiscard]] SensorLayout<S> sensor_grid(const SensorGridDef<S>& def);
 
+}  // namespace bristle::inline BRISTLE_ABI
+
 // Implementation -----------------------------------------------------------------------------------
+
+#if BRISTLE_HAS_DEFINITIONS
+#include <bristle/core/error.hpp>
+#include <bristle/geometry/mesh_normals.hpp>
+#include <bristle/geometry/mesh_validation.hpp>
+
+#include <array>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace bristle::inline BRISTLE_ABI {
 
 namespace detail {
 
@@ -231,3 +238,18 @@ SensorLayout<S> sensor_grid(const SensorGridDef<S>& def) {
 }
 
 }  // namespace bristle::inline BRISTLE_ABI
+#endif
+
+#if defined(BRISTLE_COMPILED) && BRISTLE_HAS_DEFINITIONS
+namespace bristle::inline BRISTLE_ABI {
+
+#define BRISTLE_COMPILED_PLACEMENT(S)                                          \
+  extern template SensorLayout<S> sensor_grid<S>(const SensorGridDef<S>& def); \
+  extern template SensorLayout<S> sensors_from_mesh<S>(                        \
+      const TriangleMesh<S>& mesh, const PlacementDef<S>& def, PlacementReport* report);
+BRISTLE_COMPILED_PLACEMENT(float)
+BRISTLE_COMPILED_PLACEMENT(double)
+#undef BRISTLE_COMPILED_PLACEMENT
+
+}  // namespace bristle::inline BRISTLE_ABI
+#endif

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <bristle/geometry/mesh_shapes.hpp>
 #include <bristle/geometry/mesh_validation.hpp>
+#include <bristle/geometry/quickhull.hpp>
 #include <bristle/geometry/triangle_mesh.hpp>
 
 #include <doctest/doctest.h>
@@ -130,4 +131,15 @@ TEST_CASE_TEMPLATE("weld: refuses vertices and tolerances that are no numbers", 
   mesh.vertices[1].y() = std::numeric_limits<S>::quiet_NaN();
   CHECK_THROWS_AS((void)weld(mesh), InvalidArgument);
   CHECK(weld(TriangleMesh<S>{}).vertices.empty());
+}
+
+TEST_CASE_TEMPLATE("TriangleMesh: what follows its triangles refuses one that names no vertex", S,
+                   float, double) {
+  TriangleMesh<S> mesh = box_mesh<S>({1, 1, 1});
+  mesh.triangles[3][1] = 8;
+  CHECK_THROWS_AS((void)weld(mesh), InvalidArgument);
+  CHECK_THROWS_AS((void)convex_hull(mesh), InvalidArgument);
+  CHECK_THROWS_AS((void)signed_volume(mesh), InvalidArgument);
+  CHECK_THROWS_AS((void)degenerate_triangles(mesh), InvalidArgument);
+  CHECK_THROWS_AS(validate_surface(mesh), InvalidArgument);
 }
