@@ -27,8 +27,8 @@ struct BackendTables {
 /// named for.
 struct KernelTables {
   const void* host = nullptr;
-  BackendTables analytic;
-  BackendTables fcl;
+  BackendTables analytic{};
+  BackendTables fcl{};
 };
 
 extern "C" {
