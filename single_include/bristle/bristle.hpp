@@ -696,8 +696,10 @@ template <detail::SmallMatrix A, std::same_as<typename A::Scalar> S>
       [&](int i, int j) { return detail::entry(x, i, j) / k; });
 }
 
+/// Not of a row and a column: Eigen's inner product turns into a number by itself.
 template <detail::SmallMatrix A, detail::SmallMatrix B>
 requires(int{A::ColsAtCompileTime} == int{B::RowsAtCompileTime} &&
+         (int{A::RowsAtCompileTime} > 1 || int{B::ColsAtCompileTime} > 1) &&
          std::same_as<typename A::Scalar, typename B::Scalar>) [[nodiscard]] BRISTLE_INLINE auto
 operator*(const A& a, const B& b) {
   using S = typename A::Scalar;

@@ -76,10 +76,13 @@ TEST_CASE_TEMPLATE("matrix_arithmetic: gives values, and those of Eigen's expres
   }
 }
 
-TEST_CASE("matrix_arithmetic: leaves to Eigen what is of other sizes and scalars") {
+TEST_CASE("matrix_arithmetic: leaves to Eigen other sizes, other scalars and inner products") {
   const Eigen::VectorXd a = Eigen::VectorXd::Ones(4);
   CHECK((a + a).sum() == 8.0);
   CHECK((2 * Vec3<double>(1, 2, 3)).sum() == 12.0);
+  const Vec3<double> b(1, 2, 3);
+  const double inner = b.transpose() * b;
+  CHECK(inner == 14.0);
 }
 
 TEST_CASE_TEMPLATE("rotated: R M R^T of a symmetric M", S, float, double) {
