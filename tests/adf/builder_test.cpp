@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "support/example_scenes.hpp"
+
 #include <bristle/geometry/mesh_shapes.hpp>
 #include <bristle/io/adf.hpp>
 #include <bristle/io/stl.hpp>
@@ -12,10 +14,9 @@
 #include <support/temp_folder.hpp>
 
 using namespace bristle;
+using bristle::test::example_scenes;
 
 namespace {
-
-const std::filesystem::path scenes = BRISTLE_SCENES_DIR;
 
 using V = Vec3<double>;
 using Q = Quat<double>;
@@ -25,7 +26,7 @@ AdfScene<double> add(World<double>& world, const std::string& text,
   return add_adf(world, read_adf(text, "scene.yaml"), def);
 }
 
-std::string error_of(const std::string& text, const AdfBuildDef<double>& def = {}) {
+std::string build_error(const std::string& text, const AdfBuildDef<double>& def = {}) {
   World<double> world({.gravity = {0, 0, -9.81}});
   world.add_body({.mass = 1.0, .shape = Sphere<double>{1.0}});
   const std::uint64_t before = world.state_hash();
@@ -57,7 +58,7 @@ std::string ball(const std::string& key, const std::string& more = "") {
 
 TEST_CASE("add_adf: a sensor of today's form supersedes the one in its body") {
   World<double> world;
-  const auto path = scenes / "scene.yaml";
+  const auto path = example_scenes / "scene.yaml";
   const std::string body =
       "high resolution path: high_res\nbodies: [A]\nA: {mass: 1, collision shape: SPHERE, "
       "collision "
@@ -105,7 +106,7 @@ TEST_CASE("add_adf: groups and exclusions become filters") {
 
   std::string many = "collision groups: [0";
   for (int g = 1; g < 33; ++g) many += ", " + std::to_string(g);
-  CHECK(error_of("bodies: [A]\n" + ball("A", ", " + many + "]")) ==
+  CHECK(build_error("bodies: [A]\n" + ball("A", ", " + many + "]")) ==
         "scene.yaml:2: A/collision groups = 32: must not be the 33rd different one of the model");
 }
 
@@ -281,36 +282,40 @@ TEST_CASE("add_adf: what names nothing is left out, and said") {
 }
 
 TEST_CASE("add_adf: what the world refuses is an error of its block, and the world stays") {
-  CHECK(error_of("bodies: [A, B]\n" + ball("A") + "B: {mass: 1}\n") ==
+  CHECK(build_error("bodies: [A, B]\n" + ball("A") + "B: {mass: 1}\n") ==
         "scene.yaml:3: B/inertia = unset: must be set where there is no shape with a "
         "finite volume");
-  CHECK(error_of("bodies: [A]\nA: {mass: 1, collision shape: PLANE, collision geometry: {normal: "
-                 "{x: 0, y: 0, z: 1}, offset: 0}}\n")
-            .find("scene.yaml:2: A/collision shape = ") == 0);
+  CHECK(
+      build_error("bodies: [A]\nA: {mass: 1, collision shape: PLANE, collision geometry: {normal: "
+                  "{x: 0, y: 0, z: 1}, offset: 0}}\n")
+          .find("scene.yaml:2: A/collision shape = ") == 0);
   // Each number is finite, their products are not.
-  CHECK(error_of("bodies: [A]\nA: {mass: 1, scale: 1e308, collision shape: BOX, collision "
-                 "geometry: {x: 100, y: 1, z: 1}}\n")
+  CHECK(build_error("bodies: [A]\nA: {mass: 1, scale: 1e308, collision shape: BOX, collision "
+                    "geometry: {x: 100, y: 1, z: 1}}\n")
             .find("scene.yaml:2: A/collision geometry = ") == 0);
-  CHECK(error_of("bodies: [A]\nA: {mass: 1, collision shape: BOX, collision geometry: {x: 1, y: 1, "
-                 "z: 1}, inertial offset: {position: {x: 1e308, y: 0, z: 0}, orientation: {r: 0, "
-                 "p: 0, y: 0}}}\n")
+  CHECK(build_error(
+            "bodies: [A]\nA: {mass: 1, collision shape: BOX, collision geometry: {x: 1, y: 1, "
+            "z: 1}, inertial offset: {position: {x: 1e308, y: 0, z: 0}, orientation: {r: 0, "
+            "p: 0, y: 0}}}\n")
             .find("scene.yaml:2: A/collision offset = 1e+308") == 0);
-  CHECK(error_of("bodies: [A, B]\nA: {mass: 0, scale: 1e308}\n" + ball("B") +
-                 "joints: [J]\nJ: {type: fixed, parent: A, child: B, parent pivot: {x: 100, y: 0, "
-                 "z: 0}, child pivot: {x: 0, y: 0, z: 0}, parent axis: {x: 0, y: 0, z: 1}, child "
-                 "axis: {x: 0, y: 0, z: 1}}\n")
-            .find("scene.yaml:5: J/parent pivot = inf") == 0);
+  CHECK(
+      build_error("bodies: [A, B]\nA: {mass: 0, scale: 1e308}\n" + ball("B") +
+                  "joints: [J]\nJ: {type: fixed, parent: A, child: B, parent pivot: {x: 100, y: 0, "
+                  "z: 0}, child pivot: {x: 0, y: 0, z: 0}, parent axis: {x: 0, y: 0, z: 1}, child "
+                  "axis: {x: 0, y: 0, z: 1}}\n")
+          .find("scene.yaml:5: J/parent pivot = inf") == 0);
   AdfBuildDef<double> slow;
   slow.authored_step = 1e10;
-  CHECK(
-      error_of("bodies: [A]\n" + ball("A") +
-                   "sensors: [S]\nS: {type: Resistance, parent: A, contact damping: 1e300, array: "
-                   "[{offset: {x: 0, y: 0, z: 0}, direction: {x: 1, y: 0, z: 0}}]}\n",
-               slow) == "scene.yaml:4: S/contact damping = inf: must be finite and >= 0");
+  CHECK(build_error(
+            "bodies: [A]\n" + ball("A") +
+                "sensors: [S]\nS: {type: Resistance, parent: A, contact damping: 1e300, array: "
+                "[{offset: {x: 0, y: 0, z: 0}, direction: {x: 1, y: 0, z: 0}}]}\n",
+            slow) == "scene.yaml:4: S/contact damping = inf: must be finite and >= 0");
   AdfBuildDef<double> few;
   few.limits.max_rays = 3;
-  CHECK(error_of("bodies: [A]\n" + ball("A") +
-                     "sensors: [S]\nS: {type: Resistance, parent: A, parametric: {resolution: 2, "
-                     "horizontal angle: 1, vertical angle: 1, start offset: 0}}\n",
-                 few) == "scene.yaml:4: S: more than 3 rays");
+  CHECK(
+      build_error("bodies: [A]\n" + ball("A") +
+                      "sensors: [S]\nS: {type: Resistance, parent: A, parametric: {resolution: 2, "
+                      "horizontal angle: 1, vertical angle: 1, start offset: 0}}\n",
+                  few) == "scene.yaml:4: S: more than 3 rays");
 }

@@ -1,5 +1,7 @@
 // Damaged scenes, and scenes of damaged meshes: a model or an error, never anything else.
 // SPDX-License-Identifier: BSD-3-Clause
+#include "support/example_scenes.hpp"
+
 #include <bristle/geometry/mesh_shapes.hpp>
 #include <bristle/io/adf.hpp>
 #include <bristle/io/obj.hpp>
@@ -19,12 +21,11 @@
 
 using namespace bristle;
 using bristle::test::damaged;
+using bristle::test::example_scenes;
 using bristle::test::Random;
 using bristle::test::rounds;
 
 namespace {
-
-const std::filesystem::path scenes = BRISTLE_SCENES_DIR;
 
 /// What numbers, structure and names stumble over.
 constexpr const char* words[] = {"1e308",
@@ -81,7 +82,7 @@ bool loads(const std::string& text) {
   def.limits = small_limits();
   try {
     AdfScene<double> scene =
-        add_adf(world, read_adf(text, scenes / "damaged.yaml", def.limits), def);
+        add_adf(world, read_adf(text, example_scenes / "damaged.yaml", def.limits), def);
     for (int i = 0; i < 3; ++i) world.step();
     for (const auto& body : scene.bodies) {
       CHECK(std::isfinite(world.body(body.value).twist.linear.norm()));
@@ -103,7 +104,7 @@ TEST_CASE("add_adf: damaged scenes end in IoError or a world that steps, never o
   Random random(seed);
   for (const char* name : {"parallel_gripper.yaml", "chain.yaml", "inclined_box.yaml"}) {
     CAPTURE(name);
-    const std::string original = read_file(scenes / name);
+    const std::string original = read_file(example_scenes / name);
     int loaded = 0;
     const int count = rounds(400);
     for (int round = 0; round < count; ++round) {

@@ -20,7 +20,7 @@ const std::string axes =
     "parent pivot: {x: 0, y: 0, z: 0}, child pivot: {x: 0, y: 0, z: 0}, parent axis: {x: 0, y: 0, "
     "z: 1}, child axis: {x: 0, y: 0, z: 1}}\n";
 
-std::string error_of(const AdfModel& model, const AdfBuildDef<double>& def = {}) {
+std::string limit_error(const AdfModel& model, const AdfBuildDef<double>& def = {}) {
   World<double> world;
   std::string message = "no error";
   try {
@@ -100,13 +100,13 @@ TEST_CASE("add_adf: names that repeat one letter are not searched for ever") {
   CHECK(scene.joints.size() == 0);
   CHECK(scene.report.notes().size() == 10);
   def.limits.max_searched_bytes = 10 * bytes - 1;
-  const std::string message = error_of(model, def);
+  const std::string message = limit_error(model, def);
   CHECK(message.find("scene.yaml:10: joint9/parent = BBB") == 0);
   CHECK(message.find("must be a whole name") != std::string::npos);
   // What the default allows ends too.
   model.joints.clear();
   add_joints(AdfLimits{}.max_searched_bytes / bytes + 1);
-  CHECK(error_of(model).find("must be a whole name") != std::string::npos);
+  CHECK(limit_error(model).find("must be a whole name") != std::string::npos);
 }
 
 TEST_CASE("add_adf: triangles are bounded over all bodies, and solids are made once") {
@@ -126,7 +126,7 @@ TEST_CASE("add_adf: triangles are bounded over all bodies, and solids are made o
     def.limits.max_triangles = triangles;
     CHECK(add_adf(world, model, def).bodies.size() == 3);
     def.limits.max_triangles = triangles - 1;
-    CHECK(error_of(model, def) ==
+    CHECK(limit_error(model, def) ==
           (folder.path() / "scene.yaml").string() + ":5: C/mesh = ball.stl: more than " +
               std::to_string(triangles - 1) + " triangles that bodies collide with");
   };

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "support/example_scenes.hpp"
+
 #include <bristle/io/adf.hpp>
 #include <bristle/io/stl.hpp>
 #include <bristle/world/world.hpp>
@@ -10,10 +12,9 @@
 #include <scenes/adf_meshes.hpp>
 
 using namespace bristle;
+using bristle::test::example_scenes;
 
 namespace {
-
-const std::filesystem::path scenes = BRISTLE_SCENES_DIR;
 
 using V = Vec3<double>;
 using Q = Quat<double>;
@@ -21,14 +22,14 @@ using Q = Quat<double>;
 }  // namespace
 
 TEST_CASE("examples/scenes: the meshes are those that tests/scenes/adf_meshes.hpp makes") {
-  CHECK(read_file(scenes / "high_res" / "pad.stl") == write_stl(test::pad_mesh()));
-  CHECK(read_file(scenes / "high_res" / "sole.stl") == write_stl(test::sole_mesh()));
+  CHECK(read_file(example_scenes / "high_res" / "pad.stl") == write_stl(test::pad_mesh()));
+  CHECK(read_file(example_scenes / "high_res" / "sole.stl") == write_stl(test::sole_mesh()));
 }
 
 TEST_CASE("add_adf: a gripper from a file is, bit by bit, the gripper made by hand") {
   const WorldDef<double> world_def{.gravity = {0, 0, -9.81}, .time_step = 1e-3};
   World<double> loaded(world_def);
-  AdfScene<double> scene = add_adf<double>(loaded, scenes / "parallel_gripper.yaml");
+  AdfScene<double> scene = add_adf<double>(loaded, example_scenes / "parallel_gripper.yaml");
 
   World<double> built(world_def);
   const Material<double> plain{.friction = 0.25, .restitution = 0.1 * 0.1};
@@ -133,7 +134,7 @@ TEST_CASE("add_adf: a gripper from a file is, bit by bit, the gripper made by ha
 
 TEST_CASE("add_adf: the box on the incline stays on its sole") {
   World<double> world({.gravity = {0, 0, -9.81}, .time_step = 1e-3});
-  const AdfScene<double> scene = add_adf<double>(world, scenes / "inclined_box.yaml");
+  const AdfScene<double> scene = add_adf<double>(world, example_scenes / "inclined_box.yaml");
   const BodyId box = scene.bodies.at("Box");
   for (int i = 0; i < 1000; ++i) world.step();
   const V before = world.pose(box).translation;
@@ -151,7 +152,7 @@ TEST_CASE_TEMPLATE("add_adf: every scene runs in every scalar", S, float, double
   for (const char* name : {"parallel_gripper.yaml", "chain.yaml", "inclined_box.yaml"}) {
     CAPTURE(name);
     World<S> world({.gravity = {0, 0, S(-9.81)}, .time_step = S(1e-3)});
-    const AdfScene<S> scene = add_adf(world, scenes / name);
+    const AdfScene<S> scene = add_adf(world, example_scenes / name);
     for (int i = 0; i < 500; ++i) world.step();
     for (const auto& body : scene.bodies) {
       // Slower than what has fallen all the time.

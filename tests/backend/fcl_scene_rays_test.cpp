@@ -1,10 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
 
-// CollisionObject is shared with Debian's libfcl; see the header under test.
-#if !defined(EIGEN_MAX_ALIGN_BYTES)
-#define EIGEN_MAX_ALIGN_BYTES 16
-#endif
-
 #include <bristle/geometry/fcl_scene_rays.hpp>
 #include <bristle/geometry/mesh_shapes.hpp>
 
@@ -17,6 +12,16 @@
 
 using namespace bristle;
 using bristle::test::Random;
+
+// Debian's libfcl aligns to 16 bytes. Where this build aligns to more, the header refuses to
+// compile what shares objects with it, and all that can be tested is that it knows.
+#if EIGEN_MAX_ALIGN_BYTES > 16
+
+TEST_CASE("cast_ray: objects laid out unlike libfcl's are known as such") {
+  CHECK_FALSE(detail::is_fcl_layout_common<double>);
+}
+
+#else
 
 namespace {
 
@@ -127,3 +132,5 @@ TEST_CASE("cast_ray: objects have the layout that libfcl was built with") {
   CHECK(sizeof(fcl::CollisionObject<double>) == 224);
   CHECK(alignof(fcl::CollisionObject<double>) == 16);
 }
+
+#endif

@@ -6,6 +6,7 @@
 #include "scenes/plate.hpp"
 #include "scenes/stack.hpp"
 #include "support/backends.hpp"
+#include "support/integrations.hpp"
 
 #include <doctest/doctest.h>
 
@@ -14,11 +15,10 @@
 #include <type_traits>
 
 using namespace bristle;
+using bristle::test::both_integrations;
 using namespace bristle::scenes;
 
 namespace {
-
-constexpr Integration both[] = {Integration::explicit_, Integration::implicit};
 
 /// A tolerance in double, or what float resolves of lengths of 0.1 m where that is coarser.
 template <typename S>
@@ -49,7 +49,7 @@ TEST_CASE_TEMPLATE("reference_values: shift on an incline of 30 degrees (R4)", T
                    BRISTLE_TEST_SETUPS) {
   using S = typename T::Scalar;
   for (const InclineBy way : {InclineBy::gravity, InclineBy::surface}) {
-    for (const Integration integration : both) {
+    for (const Integration integration : both_integrations) {
       PlateDef<S> def;
       def.incline = std::numbers::pi_v<S> / S(6);
       def.incline_by = way;

@@ -23,6 +23,15 @@
 
 namespace bristle::test {
 
+/// The mesh as rays search it.
+template <Scalar S>
+RayMesh<S> ray_mesh(const TriangleMesh<S>& mesh) {
+  return RayMesh<S>(mesh.triangles.size(), [&](std::uint32_t i) {
+    const auto& t = mesh.triangles[i];
+    return std::array<Vec3<S>, 3>{mesh.vertices[t[0]], mesh.vertices[t[1]], mesh.vertices[t[2]]};
+  });
+}
+
 /// A torus about z with circles of 40 and 15 mm: concave, with a hole.
 inline TriangleMesh<double> torus_mesh(std::uint32_t around, std::uint32_t across) {
   TriangleMesh<double> mesh;

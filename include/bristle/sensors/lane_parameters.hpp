@@ -1,5 +1,5 @@
 /// @file
-/// The constants of a patch's sensors as kernels read them: shared by all, or each its own.
+/// The constants of a patch's sensors as kernels read them, lane by lane.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -7,57 +7,46 @@
 
 #include <algorithm>
 #include <cstddef>
-#include <utility>
+#include <span>
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
-/// One set of constants for all lanes of all tiles.
+/// Shared by all sensors, or each its own: one type, so that kernels are compiled once.
 template <Scalar S>
-class SharedParameters {
+class LaneParameters {
  public:
-  explicit SharedParameters(const SensorParameters<S>& p)
-      : all_{p.normal_stiffness, p.normal_damping, p.static_friction, p.sliding_friction,
-             p.breakaway_distance} {}
+  explicit LaneParameters(const PatchDef<S>& def)
+      : shared_{def.parameters.normal_stiffness, def.parameters.normal_damping,
+                def.parameters.static_friction, def.parameters.sliding_friction,
+                def.parameters.breakaway_distance},
+        own_(def.per_sensor) {}
 
-  [[nodiscard]] BRISTLE_INLINE const SensorParameters<Pack<S>>& operator()(std::size_t,
-                                                                           std::size_t) const {
-    return all_;
+  /// Of the sensors from lane `at` of a tile; lanes behind the last sensor have its constants.
+  /// @param scratch  Where they are gathered if each sensor has its own.
+  [[nodiscard]] BRISTLE_INLINE const SensorParameters<Pack<S>>& operator()(
+      std::size_t tile, std::size_t at, SensorParameters<Pack<S>>& scratch) const {
+    if (own_.empty()) return shared_;
+    gather(tile * tile_size + at, scratch);
+    return scratch;
   }
 
  private:
-  SensorParameters<Pack<S>> all_;
-};
-
-/// Constants for each sensor, gathered.
-template <Scalar S>
-class OwnParameters {
- public:
-  explicit OwnParameters(const std::vector<SensorParameters<S>>& own) : own_(&own) {}
-
-  /// Of the sensors from lane `at` of a tile; lanes behind the last sensor have its constants.
-  [[nodiscard]] SensorParameters<Pack<S>> operator()(std::size_t tile, std::size_t at) const {
+  void gather(std::size_t first, SensorParameters<Pack<S>>& out) const {
     Row<S> rows[5];
     for (std::size_t i = 0; i < lanes<S>; ++i) {
-      const SensorParameters<S>& p = (*own_)[std::min(tile * tile_size + at + i, own_->size() - 1)];
+      const SensorParameters<S>& p = own_[std::min(first + i, own_.size() - 1)];
       rows[0][i] = p.normal_stiffness;
       rows[1][i] = p.normal_damping;
       rows[2][i] = p.static_friction;
       rows[3][i] = p.sliding_friction;
       rows[4][i] = p.breakaway_distance;
     }
-    return {load_pack(rows[0], 0), load_pack(rows[1], 0), load_pack(rows[2], 0),
-            load_pack(rows[3], 0), load_pack(rows[4], 0)};
+    out = {load_pack(rows[0], 0), load_pack(rows[1], 0), load_pack(rows[2], 0),
+           load_pack(rows[3], 0), load_pack(rows[4], 0)};
   }
 
- private:
-  const std::vector<SensorParameters<S>>* own_;
+  SensorParameters<Pack<S>> shared_;
+  std::span<const SensorParameters<S>> own_;
 };
-
-/// Calls call(parameters) with what `parameters(tile, at)` gives the constants of a pack.
-template <Scalar S, typename Call>
-decltype(auto) with_parameters(const PatchDef<S>& def, Call&& call) {
-  if (def.per_sensor.empty()) return call(SharedParameters<S>(def.parameters));
-  return call(OwnParameters<S>(def.per_sensor));
-}
 
 }  // namespace bristle::inline BRISTLE_ABI::detail

@@ -194,22 +194,23 @@ BRISTLE_INLINE void linearise_at_start(const SensorParameters<Pack<S>>& p,
 }
 
 /// Sum of the first models of some contacts.
-template <Scalar S, typename Parameters>
+template <Scalar S>
 void sum_first_models(const SensorPatch<S>& patch, const PatchPair<S>& pair,
-                      std::span<const ContactTile<S>> tiles, const Parameters& parameters, S dt,
-                      ModelSum<Pack<S>>& total) {
+                      std::span<const ContactTile<S>> tiles, const LaneParameters<S>& parameters,
+                      S dt, ModelSum<Pack<S>>& total) {
   using T = Pack<S>;
   const LawOptions options = patch.def.options;
   const PatchPair<S> scheme = pair;
   const LaneMotion<S> start(pair.start_motion.at(pair.center), pair.start_motion.angular);
   const Pack3<S> center = Pack3<S>::all(pair.center);
   ModelSum<T> sum;
+  SensorParameters<T> scratch;
   for (const ContactTile<S>& tile : tiles) {
     for (std::size_t at = 0; at < tile_size; at += lanes<S>) {
       if (pack_bits<S>(tile.is_met, at) == 0) continue;
       PatchContact<T> c;
       find_geometry(patch, tile, at, center, c);
-      linearise_at_start<S>(parameters(tile.tile, at), options, scheme, start,
+      linearise_at_start<S>(parameters(tile.tile, at, scratch), options, scheme, start,
                             load_mask<S>(tile.is_met, at), dt, c);
       sum.add(c);
     }
@@ -281,9 +282,9 @@ BRISTLE_INLINE void find_changes(const SensorParameters<Pack<S>>& p, SlipReset r
 
 /// Impulses of some contacts at the motion that was found, and what they do there.
 /// @tparam is_first  Whether their models are the first ones, which are not kept.
-template <bool is_first, Scalar S, typename Parameters>
+template <bool is_first, Scalar S>
 void evaluate(SensorPatch<S>& patch, const PatchPair<S>& pair, std::span<ContactTile<S>> tiles,
-              const Parameters& parameters, const PassDef<S>& def, Evaluation<S>& total) {
+              const LaneParameters<S>& parameters, const PassDef<S>& def, Evaluation<S>& total) {
   using T = Pack<S>;
   const LawOptions options = patch.def.options;
   const PatchPair<S> scheme = pair;
@@ -291,11 +292,12 @@ void evaluate(SensorPatch<S>& patch, const PatchPair<S>& pair, std::span<Contact
   const LaneMotion<S> found(pair, def.motion);
   const Pack3<S> center = Pack3<S>::all(pair.center);
   Evaluation<S> sum;
+  SensorParameters<T> scratch;
   for (ContactTile<S>& tile : tiles) {
     if constexpr (is_first) tile.is_slipping = 0;
     for (std::size_t at = 0; at < tile_size; at += lanes<S>) {
       if (pack_bits<S>(tile.is_met, at) == 0) continue;
-      const SensorParameters<T>& p = parameters(tile.tile, at);
+      const SensorParameters<T>& p = parameters(tile.tile, at, scratch);
       PatchContact<T> c;
       find_geometry(patch, tile, at, center, c);
       if constexpr (is_first) {
@@ -329,9 +331,9 @@ struct MovedModels {
 
 /// Models of some contacts around the motion that was found.
 /// @param lagged  [s] The step, or 0 for normal forces that have not settled.
-template <Scalar S, typename Parameters>
+template <Scalar S>
 void linearise_at_motion(SensorPatch<S>& patch, const PatchPair<S>& pair,
-                         std::span<ContactTile<S>> tiles, const Parameters& parameters,
+                         std::span<ContactTile<S>> tiles, const LaneParameters<S>& parameters,
                          const PassDef<S>& def, S lagged, MovedModels<Pack<S>>& total) {
   using T = Pack<S>;
   const LawOptions options = patch.def.options;
@@ -341,13 +343,14 @@ void linearise_at_motion(SensorPatch<S>& patch, const PatchPair<S>& pair,
   const LaneMotion<S> start(pair.start_motion.at(pair.center), pair.start_motion.angular);
   const Pack3<S> center = Pack3<S>::all(pair.center);
   MovedModels<T> sum;
+  SensorParameters<T> scratch;
   for (ContactTile<S>& tile : tiles) {
     for (std::size_t at = 0; at < tile_size; at += lanes<S>) {
       if (pack_bits<S>(tile.is_met, at) == 0) continue;
       PatchContact<T> c;
       find_geometry(patch, tile, at, center, c);
       load_states(tile, at, c);
-      const SensorParameters<T>& p = parameters(tile.tile, at);
+      const SensorParameters<T>& p = parameters(tile.tile, at, scratch);
       const Pack3<S> v = found.at(c.rho);
       c.start_velocity = start.at(c.rho);
       linearise_normal<T>(p, c, dt);
@@ -375,13 +378,12 @@ void start_linearisation(const SensorPatch<S>& patch, PatchPair<S>& pair, S dt,
                          const ParallelFor& parallel_for) {
   using Sum = detail::ModelSum<Pack<S>>;
   pair.has_moved_models = false;
-  detail::with_parameters<S>(patch.def, [&](const auto& parameters) {
-    const Sum sum = detail::sum_of_contacts<Sum>(
-        detail::contacts_of(patch, pair), parallel_for, [&](auto tiles, Sum& part) {
-          detail::sum_first_models<S>(patch, pair, tiles, parameters, dt, part);
-        });
-    sum.get(pair.matrix, pair.offset);
-  });
+  const detail::LaneParameters<S> parameters(patch.def);
+  const Sum sum = detail::sum_of_contacts<Sum>(
+      detail::contacts_of(patch, pair), parallel_for, [&](auto tiles, Sum& part) {
+        detail::sum_first_models<S>(patch, pair, tiles, parameters, dt, part);
+      });
+  sum.get(pair.matrix, pair.offset);
 }
 
 template <Scalar S>
@@ -394,33 +396,32 @@ PairAnswer<S> answer_motion(SensorPatch<S>& patch, PatchPair<S>& pair, const Vec
   const std::span<ContactTile<S>> contacts = detail::contacts_of(patch, pair);
   using Evaluation = detail::Evaluation<S>;
   using Moved = detail::MovedModels<Pack<S>>;
-  return detail::with_parameters<S>(patch.def, [&](const auto& parameters) -> PairAnswer<S> {
-    const Evaluation found = detail::sum_of_contacts<Evaluation>(
-        contacts, parallel_for, [&](std::span<ContactTile<S>> tiles, Evaluation& part) {
-          if (pair.has_moved_models) {
-            detail::evaluate<false, S>(patch, pair, tiles, parameters, def, part);
-          } else {
-            detail::evaluate<true, S>(patch, pair, tiles, parameters, def, part);
-          }
-        });
-    const Wrench<S> impulse = found.impulse.in_world(pair);
-    const detail::PassChange<Pack<S>>& change = found.change;
-    const bool has_changed = change.did_switch || sum_of_lanes(change.force_change) >
-                                                      negligible * sum_of_lanes(change.force_sum);
-    if (!has_changed && !change.has_slip) return {impulse, false};
+  const detail::LaneParameters<S> parameters(patch.def);
+  const Evaluation found = detail::sum_of_contacts<Evaluation>(
+      contacts, parallel_for, [&](std::span<ContactTile<S>> tiles, Evaluation& part) {
+        if (pair.has_moved_models) {
+          detail::evaluate<false, S>(patch, pair, tiles, parameters, def, part);
+        } else {
+          detail::evaluate<true, S>(patch, pair, tiles, parameters, def, part);
+        }
+      });
+  const Wrench<S> impulse = found.impulse.in_world(pair);
+  const detail::PassChange<Pack<S>>& change = found.change;
+  const bool has_changed = change.did_switch || sum_of_lanes(change.force_change) >
+                                                    negligible * sum_of_lanes(change.force_sum);
+  if (!has_changed && !change.has_slip) return {impulse, false};
 
-    // Normal forces that have not settled by the last pass point along the gradient, which cannot
-    // give energy, and not along the ray with an impulse that was wrong the pass before.
-    const S lagged = pass.left == 1 && has_changed ? S(0) : dt;
-    const Moved moved = detail::sum_of_contacts<Moved>(
-        contacts, parallel_for, [&](std::span<ContactTile<S>> tiles, Moved& part) {
-          detail::linearise_at_motion<S>(patch, pair, tiles, parameters, def, lagged, part);
-        });
-    pair.has_moved_models = true;
-    moved.models.get(pair.matrix, pair.offset);
-    return {impulse, has_changed || sum_of_lanes(moved.friction_change) >
-                                        negligible * sum_of_lanes(moved.friction_sum)};
-  });
+  // Normal forces that have not settled by the last pass point along the gradient, which cannot
+  // give energy, and not along the ray with an impulse that was wrong the pass before.
+  const S lagged = pass.left == 1 && has_changed ? S(0) : dt;
+  const Moved moved = detail::sum_of_contacts<Moved>(
+      contacts, parallel_for, [&](std::span<ContactTile<S>> tiles, Moved& part) {
+        detail::linearise_at_motion<S>(patch, pair, tiles, parameters, def, lagged, part);
+      });
+  pair.has_moved_models = true;
+  moved.models.get(pair.matrix, pair.offset);
+  return {impulse, has_changed || sum_of_lanes(moved.friction_change) >
+                                      negligible * sum_of_lanes(moved.friction_sum)};
 }
 
 template <Scalar S>

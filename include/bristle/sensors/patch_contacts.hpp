@@ -256,14 +256,14 @@ BRISTLE_INLINE void give_impulses(ContactTile<S>& tile, std::size_t at,
 }
 
 /// Makes contacts of hits: those of some tiles of one patch with one body.
-template <Scalar S, typename Parameters>
+template <Scalar S>
 class ContactMaker {
  public:
   using T = Pack<S>;
 
   /// @param first  [-] Place of the first contact.
   ContactMaker(SensorPatch<S>& patch, const PatchPair<S>& pair, BodyId id_b,
-               const Parameters& parameters, const CollectDef<S>& def, std::uint32_t first)
+               const LaneParameters<S>& parameters, const CollectDef<S>& def, std::uint32_t first)
       : patch_(patch),
         next_(patch.contacts.data() + first),
         parameters_(parameters),
@@ -310,7 +310,8 @@ class ContactMaker {
   BRISTLE_INLINE void add_pack(SensorTile<S>& tile, ContactTile<S>& out, std::size_t at,
                                LaneBits hit, LaneBits anchored) {
     const TouchPack<S> touch(patch_, tile, out.tile, at, hit, true);
-    const SensorParameters<T>& p = parameters_(out.tile, at);
+    SensorParameters<T> scratch;
+    const SensorParameters<T>& p = parameters_(out.tile, at, scratch);
     const Mask<S> is_met = touch.is_met;
     const Mask<S> is_touching = is_met & (touch.depth > T(0));
     const Pack3<S> n = touch.n, g = touch.g, point = touch.point;
@@ -389,7 +390,7 @@ class ContactMaker {
 
   SensorPatch<S>& patch_;
   ContactTile<S>* next_;
-  const Parameters parameters_;
+  const LaneParameters<S>& parameters_;
   const LawOptions options_;
   const PairPose<S> pose_;
   const Pack3<S> linear_, angular_, middle_;
@@ -416,26 +417,25 @@ std::uint32_t meet_body(SensorPatch<S>& patch, std::uint32_t index, const Body<S
                        R_AW * (A.twist.angular - B.body->twist.angular)};
   const std::uint32_t end = place_contacts(patch, index, first);
   const std::size_t slice = tiles_per_slice(patch.near.size());
-  with_parameters<S>(patch.def, [&](const auto& parameters) {
-    using Maker = ContactMaker<S, std::remove_cvref_t<decltype(parameters)>>;
-    const auto meet = [&](std::size_t from, std::size_t to, ContactSums<S>& sums) {
-      Maker maker(patch, pair, B.id, parameters, def, patch.slice_contacts[from / slice]);
-      for (std::size_t k = from; k < to; ++k) {
-        if (patch.pair_bits[k] != 0) maker.add_tile(patch.near[k], patch.pair_bits[k]);
-      }
-      sums = maker.sums();
-    };
-    const auto sums = sum_in_slices<ContactSums<S>>(patch.near.size(), slice, fewest_shared_slices,
-                                                    parallel_for, meet);
-    pair.stiffness = sums.stiffness();
-    // Moments are taken about the middle of the contacts, where they are smallest.
-    pair.center = sum_of_lanes(sums.point) / S(std::max(sums.count, 1u));
-    pair.is_given = Maker::is_explicit(patch.def);
-    pair.given = sums.given(pair.center);
-    // A body that is met at grazing angles only is not met.
-    pair.first = first;
-    pair.count = sums.count > 0 ? end - first : 0;
-  });
+  using Maker = ContactMaker<S>;
+  const LaneParameters<S> parameters(patch.def);
+  const auto meet = [&](std::size_t from, std::size_t to, ContactSums<S>& sums) {
+    Maker maker(patch, pair, B.id, parameters, def, patch.slice_contacts[from / slice]);
+    for (std::size_t k = from; k < to; ++k) {
+      if (patch.pair_bits[k] != 0) maker.add_tile(patch.near[k], patch.pair_bits[k]);
+    }
+    sums = maker.sums();
+  };
+  const auto sums = sum_in_slices<ContactSums<S>>(patch.near.size(), slice, fewest_shared_slices,
+                                                  parallel_for, meet);
+  pair.stiffness = sums.stiffness();
+  // Moments are taken about the middle of the contacts, where they are smallest.
+  pair.center = sum_of_lanes(sums.point) / S(std::max(sums.count, 1u));
+  pair.is_given = Maker::is_explicit(patch.def);
+  pair.given = sums.given(pair.center);
+  // A body that is met at grazing angles only is not met.
+  pair.first = first;
+  pair.count = sums.count > 0 ? end - first : 0;
   pair.arm_a = pair.R_WA * pair.center;
   pair.arm_b = pair.arm_a - p_AB_W;
   return end;

@@ -91,20 +91,21 @@ Wrench<S> ambf_impulses(SensorPatch<S>& patch, const PatchPair<S>& pair, BodyId 
 }
 
 /// Impulses of some contacts at the start of the step, under the paper's law.
-template <Scalar S, typename Parameters>
+template <Scalar S>
 void give_at_start(SensorPatch<S>& patch, const PatchPair<S>& pair, std::span<ContactTile<S>> tiles,
-                   const Parameters& parameters, S dt, LaneWrench<S>& total) {
+                   const LaneParameters<S>& parameters, S dt, LaneWrench<S>& total) {
   const LawOptions options = patch.def.options;
   const LaneMotion<S> start(pair.start_motion.linear, pair.start_motion.angular);
   const Pack3<S> center = Pack3<S>::all(pair.center);
   LaneWrench<S> sum;
+  SensorParameters<Pack<S>> scratch;
   for (ContactTile<S>& tile : tiles) {
     for (std::size_t at = 0; at < tile_size; at += lanes<S>) {
       if (pack_bits<S>(tile.is_met, at) == 0) continue;
       const TouchPack<S> touch(patch, patch.tiles[tile.tile], tile.tile, at, tile.is_met, false);
       const SensorContact<Pack<S>> contact{touch.depth, touch.inverse_length, touch.n, touch.g,
                                            start.at(touch.point)};
-      give_impulses<S>(tile, at, parameters(tile.tile, at), options, contact,
+      give_impulses<S>(tile, at, parameters(tile.tile, at, scratch), options, contact,
                        load_pack(tile.stretch, at), touch.point - center,
                        load_mask<S>(tile.is_touching, at), dt, sum.force, sum.torque);
     }
@@ -117,13 +118,12 @@ template <Scalar S>
 Wrench<S> paper_impulses(SensorPatch<S>& patch, const PatchPair<S>& pair, S dt,
                          const ParallelFor& parallel_for) {
   using Sum = LaneWrench<S>;
-  return with_parameters<S>(patch.def, [&](const auto& parameters) {
-    return sum_of_contacts<Sum>(contacts_of(patch, pair), parallel_for,
-                                [&](std::span<ContactTile<S>> tiles, Sum& part) {
-                                  give_at_start<S>(patch, pair, tiles, parameters, dt, part);
-                                })
-        .in_world(pair);
-  });
+  const LaneParameters<S> parameters(patch.def);
+  return sum_of_contacts<Sum>(contacts_of(patch, pair), parallel_for,
+                              [&](std::span<ContactTile<S>> tiles, Sum& part) {
+                                give_at_start<S>(patch, pair, tiles, parameters, dt, part);
+                              })
+      .in_world(pair);
 }
 
 }  // namespace detail

@@ -27,7 +27,7 @@ struct SensorParameters {
   /// [N s/m] Sliding friction, mu_V in Eq. 5. Finite, >= 0.
   T sliding_friction = T(0);
   /// [m] Stretch at which a stuck bristle lets go, sigma_a in Eq. 2. Finite, > 0.
-  T breakaway_distance = T(1e-3);
+  T breakaway_distance = T(ScalarOf<T>(1e-3));
 };
 
 /// What the static friction of a sensor grows with.

@@ -14,19 +14,8 @@
 #include <vector>
 
 using namespace bristle;
+using bristle::test::ray_mesh;
 using test::PatchKind;
-
-namespace {
-
-template <Scalar S>
-RayMesh<S> ray_mesh(const TriangleMesh<S>& mesh) {
-  return RayMesh<S>(mesh.triangles.size(), [&](std::uint32_t i) {
-    const auto& t = mesh.triangles[i];
-    return std::array<Vec3<S>, 3>{mesh.vertices[t[0]], mesh.vertices[t[1]], mesh.vertices[t[2]]};
-  });
-}
-
-}  // namespace
 
 TEST_CASE_TEMPLATE("cast_rays_at_mesh: bundles answer as each ray alone does in double", S, float,
                    double) {

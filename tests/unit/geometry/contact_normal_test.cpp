@@ -22,11 +22,11 @@ using bristle::test::rounds;
 
 namespace {
 
-/// Every solid has its alternative, in the order of `kinds`.
+/// Every solid has its alternative, in the order of `solid_kinds`.
 template <Scalar S>
 using Solid =
     std::variant<Sphere<S>, Box<S>, Capsule<S>, Cylinder<S>, Cone<S>, Ellipsoid<S>, ConvexHull<S>>;
-constexpr std::size_t kinds = 7;
+constexpr std::size_t solid_kinds = 7;
 
 template <Scalar S>
 ConvexView<S> view(const Solid<S>& solid) {
@@ -264,8 +264,8 @@ TEST_CASE_TEMPLATE("contact_normal: no direction has less overlap, for every pai
   // fiftieth of the depth where another valley is that close. Below it it may be by whatever the
   // random search has left, since the overlap found is that of a direction, which is checked.
   Random random(5);
-  for (std::size_t ka = 0; ka < kinds; ++ka) {
-    for (std::size_t kb = 0; kb < kinds; ++kb) {
+  for (std::size_t ka = 0; ka < solid_kinds; ++ka) {
+    for (std::size_t kb = 0; kb < solid_kinds; ++kb) {
       int near = 0;
       for (int i = 0; i < rounds(30); ++i) {
         CAPTURE(ka);
@@ -306,8 +306,8 @@ TEST_CASE_TEMPLATE(
   Random random(6);
   int turned = 0;
   int asked = 0;
-  for (std::size_t ka = 0; ka < kinds; ++ka) {
-    for (std::size_t kb = 0; kb < kinds; ++kb) {
+  for (std::size_t ka = 0; ka < solid_kinds; ++ka) {
+    for (std::size_t kb = 0; kb < solid_kinds; ++kb) {
       for (int i = 0; i < 10; ++i) {
         CAPTURE(ka);
         CAPTURE(kb);
@@ -387,7 +387,7 @@ TEST_CASE_TEMPLATE("contact_normal: coincident, parallel and flat solids end wit
   const std::vector<Vec3<S>> flat{Vec3<S>(S(-1), S(-1), S(0)), Vec3<S>(S(1), S(-1), S(0)),
                                   Vec3<S>(S(0), S(1), S(0)), Vec3<S>(S(0), S(0), S(0.001))};
   std::vector<Solid<S>> solids;
-  for (std::size_t k = 0; k < kinds; ++k) solids.push_back(random_solid<S>(random, k, S(1)));
+  for (std::size_t k = 0; k < solid_kinds; ++k) solids.push_back(random_solid<S>(random, k, S(1)));
   solids.push_back(convex_hull<S>(std::span<const Vec3<S>>(flat)));
   solids.push_back(Box<S>{{S(1), S(0.001), S(1)}});
   const S nan = std::numeric_limits<S>::quiet_NaN();
@@ -435,7 +435,7 @@ TEST_CASE_TEMPLATE("contact_normal: a search by compass ends, however long a sol
         }
         needle = convex_hull<S>(std::span<const Vec3<S>>(points));
       }
-      const Solid<S> other = random_solid<S>(random, random.index(kinds), S(0.5));
+      const Solid<S> other = random_solid<S>(random, random.index(solid_kinds), S(0.5));
       const ConvexView<S> a = view(needle);
       const ConvexView<S> b = view(other);
       const Transform<S> X_AB = random.pose(S(0.4));

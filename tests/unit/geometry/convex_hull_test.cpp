@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "support/texts.hpp"
+
 #include <bristle/geometry/convex_hull.hpp>
 
 #include <doctest/doctest.h>
@@ -7,6 +9,8 @@
 #include <string>
 
 using namespace bristle;
+using bristle::test::contains;
+using bristle::test::error_of;
 
 namespace {
 
@@ -22,29 +26,21 @@ ConvexHull<S> tetrahedron() {
 }
 
 template <typename S>
-std::string error_of(const ConvexHull<S>& hull) {
-  try {
-    hull.validate();
-  } catch (const InvalidArgument& error) {
-    return error.what();
-  }
-  return {};
+std::string validity_error(const ConvexHull<S>& hull) {
+  return error_of([&] { hull.validate(); });
 }
 template <typename S, typename Change>
 std::string error_after(Change&& change) {
   ConvexHull<S> hull = tetrahedron<S>();
   change(hull);
-  return error_of(hull);
-}
-bool contains(const std::string& text, const std::string& part) {
-  return text.find(part) != std::string::npos;
+  return validity_error(hull);
 }
 
 }  // namespace
 
 TEST_CASE_TEMPLATE("ConvexHull: a tetrahedron is valid and lists its faces", S, float, double) {
   const ConvexHull<S> hull = tetrahedron<S>();
-  CHECK(error_of(hull) == "");
+  CHECK(validity_error(hull) == "");
   REQUIRE(hull.face_count() == 4);
   REQUIRE(hull.face(2).size() == 3);
   CHECK(hull.face(2)[1] == 3);
@@ -52,7 +48,7 @@ TEST_CASE_TEMPLATE("ConvexHull: a tetrahedron is valid and lists its faces", S, 
     ConvexHull<S> copy = hull;
     for (auto& v : copy.vertices) v *= scale;
     for (auto& offset : copy.face_offsets) offset *= scale;
-    CHECK(error_of(copy) == "");
+    CHECK(validity_error(copy) == "");
   }
 }
 
@@ -60,7 +56,7 @@ TEST_CASE_TEMPLATE("ConvexHull::validate: refuses what is no closed convex solid
                    double) {
   using Hull = ConvexHull<S>;
   const S nan = std::numeric_limits<S>::quiet_NaN();
-  CHECK(contains(error_of(Hull{}), "vertices.size() = 0"));
+  CHECK(contains(validity_error(Hull{}), "vertices.size() = 0"));
   CHECK(contains(error_after<S>([](Hull& h) { h.face_normals.pop_back(); }), "face_normals"));
   CHECK(contains(error_after<S>([](Hull& h) { h.face_offsets.pop_back(); }), "face_offsets"));
   CHECK(contains(error_after<S>([](Hull& h) { h.face_starts.pop_back(); }), "face_starts"));

@@ -13,17 +13,10 @@
 #include <cstdint>
 
 using namespace bristle;
+using bristle::test::ray_mesh;
 using test::PatchKind;
 
 namespace {
-
-template <Scalar S>
-RayMesh<S> ray_mesh(const TriangleMesh<S>& mesh) {
-  return RayMesh<S>(mesh.triangles.size(), [&](std::uint32_t i) {
-    const auto& t = mesh.triangles[i];
-    return std::array<Vec3<S>, 3>{mesh.vertices[t[0]], mesh.vertices[t[1]], mesh.vertices[t[2]]};
-  });
-}
 
 /// A cube of 32 mm whose faces are divided into squares of 0.5 mm.
 TriangleMesh<double> divided_cube() {

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "support/texts.hpp"
+
 #include <bristle/geometry/mesh_shapes.hpp>
 #include <bristle/geometry/mesh_validation.hpp>
 
@@ -12,6 +14,8 @@
 #include <vector>
 
 using namespace bristle;
+using bristle::test::contains;
+using bristle::test::error_of;
 using bristle::test::Random;
 
 namespace {
@@ -21,26 +25,13 @@ TriangleMesh<S> cube() {
   return box_mesh<S>({1, 1, 1});
 }
 
-/// Message of the error that the check raises; empty where it passes.
-template <typename Check>
-std::string message_of(Check&& check) {
-  try {
-    check();
-  } catch (const InvalidArgument& error) {
-    return error.what();
-  }
-  return {};
-}
 template <typename S>
 std::string solid_error(const TriangleMesh<S>& mesh) {
-  return message_of([&] { validate_solid(mesh); });
+  return error_of([&] { validate_solid(mesh); });
 }
 template <typename S>
 std::string surface_error(const TriangleMesh<S>& mesh) {
-  return message_of([&] { validate_surface(mesh); });
-}
-bool contains(const std::string& text, const std::string& part) {
-  return text.find(part) != std::string::npos;
+  return error_of([&] { validate_surface(mesh); });
 }
 
 }  // namespace

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "support/texts.hpp"
+
 #include <bristle/geometry/mesh_shapes.hpp>
 #include <bristle/geometry/quickhull.hpp>
 #include <bristle/geometry/shape_properties.hpp>
@@ -15,6 +17,7 @@
 #include <vector>
 
 using namespace bristle;
+using bristle::test::error_of;
 using bristle::test::Random;
 using bristle::test::rounds;
 
@@ -77,13 +80,8 @@ void move(Points<S>& points, const Transform<S>& X, S scale) {
 }
 
 template <typename S>
-std::string error_of(const Points<S>& points) {
-  try {
-    (void)hull_of(points);
-  } catch (const InvalidArgument& error) {
-    return error.what();
-  }
-  return {};
+std::string hull_error(const Points<S>& points) {
+  return error_of([&] { (void)hull_of(points); });
 }
 
 }  // namespace
@@ -207,7 +205,7 @@ TEST_CASE_TEMPLATE("convex_hull: of random and nearly degenerate clouds is valid
     for (std::size_t c = 0; c < clouds.size(); ++c) {
       CAPTURE(c);
       move(clouds[c], X, scale);
-      const std::string error = error_of(clouds[c]);
+      const std::string error = hull_error(clouds[c]);
       // The thin clouds are about as thick as what counts as flat.
       if (error != "") {
         CHECK(error.find("must span a volume") != std::string::npos);
@@ -263,9 +261,9 @@ TEST_CASE("convex_hull: of 10 000 points takes well under a second") {
 }
 
 TEST_CASE_TEMPLATE("convex_hull: refuses points without a volume", S, float, double) {
-  CHECK(error_of<S>({}).find("0 points") != std::string::npos);
-  CHECK(error_of<S>({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}).find("3 points") != std::string::npos);
-  CHECK(error_of<S>(Points<S>(9, Vec3<S>(1, 2, 3))).find("all equal") != std::string::npos);
+  CHECK(hull_error<S>({}).find("0 points") != std::string::npos);
+  CHECK(hull_error<S>({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}).find("3 points") != std::string::npos);
+  CHECK(hull_error<S>(Points<S>(9, Vec3<S>(1, 2, 3))).find("all equal") != std::string::npos);
   const std::uint64_t seed = 41;
   CAPTURE(seed);
   Random random(seed);
@@ -278,8 +276,8 @@ TEST_CASE_TEMPLATE("convex_hull: refuses points without a volume", S, float, dou
       const Vec3<S> p = random.in_cube(S(1));
       plane.push_back(scale * (X * Vec3<S>(p.x(), p.y(), 0)));
     }
-    CHECK(error_of(line).find("all on a line") != std::string::npos);
-    CHECK(error_of(plane).find("all on a plane") != std::string::npos);
+    CHECK(hull_error(line).find("all on a line") != std::string::npos);
+    CHECK(hull_error(plane).find("all on a plane") != std::string::npos);
   }
   CHECK_THROWS_AS((void)convex_hull(grid_mesh<S>({1, 1}, {3, 3})), InvalidArgument);
 }
@@ -287,10 +285,10 @@ TEST_CASE_TEMPLATE("convex_hull: refuses points without a volume", S, float, dou
 TEST_CASE_TEMPLATE("convex_hull: names the point that is not finite", S, float, double) {
   Points<S> points = box_mesh<S>({1, 1, 1}).vertices;
   points[5].y() = std::numeric_limits<S>::quiet_NaN();
-  CHECK(error_of(points).find("points[5]") != std::string::npos);
+  CHECK(hull_error(points).find("points[5]") != std::string::npos);
   points[5].y() = infinity<S>;
-  CHECK(error_of(points).find("points[5]") != std::string::npos);
+  CHECK(hull_error(points).find("points[5]") != std::string::npos);
   points = box_mesh<S>({1, 1, 1}).vertices;
   for (auto& p : points) p *= S(0.9) * std::numeric_limits<S>::max();
-  CHECK(error_of(points).find("its square has to be finite") != std::string::npos);
+  CHECK(hull_error(points).find("its square has to be finite") != std::string::npos);
 }

@@ -12,10 +12,9 @@
 
 using namespace bristle;
 using bristle::test::Random;
+using std::numbers::pi;
 
 namespace {
-
-constexpr double pi = std::numbers::pi;
 
 template <typename S>
 void check_equal(const MassProperties<S>& found, const MassProperties<S>& expected, S tolerance) {

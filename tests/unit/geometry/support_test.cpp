@@ -23,7 +23,7 @@ ConvexHull<S> random_hull() {
 }
 
 template <typename S, typename Use>
-void for_all_shapes(const Use& use) {
+void for_all_with_support(const Use& use) {
   use(Sphere<S>{S(0.7)});
   use(Box<S>{{S(0.3), S(0.5), S(0.7)}});
   use(Capsule<S>{S(0.4), S(0.5)});
@@ -63,7 +63,7 @@ TEST_CASE_TEMPLATE("support_point: closed forms", S, float, double) {
 
 TEST_CASE_TEMPLATE("support_face, support_edge: hold the farthest point", S, float, double) {
   Random random(52);
-  for_all_shapes<S>([&](const auto& shape) {
+  for_all_with_support<S>([&](const auto& shape) {
     for (int i = 0; i < 500; ++i) {
       // Every fourth along an axis, where faces and edges are.
       const Vec3<S> d = i % 4 == 0 ? Vec3<S>(Vec3<S>::Unit(i / 4 % 3) * S(i % 8 == 0 ? 1 : -1))
@@ -90,7 +90,7 @@ TEST_CASE_TEMPLATE("support_face, support_edge: hold the farthest point", S, flo
 TEST_CASE_TEMPLATE("support_face: polygons run counter-clockwise around their normal", S, float,
                    double) {
   Random random(53);
-  for_all_shapes<S>([&](const auto& shape) {
+  for_all_with_support<S>([&](const auto& shape) {
     for (int i = 0; i < 200; ++i) {
       const Vec3<S> d = random.direction<S>();
       const SupportFeature<S> face = support_face(shape, d);

@@ -1,10 +1,9 @@
 /// @file
 /// Tests of patches in somebody else's engine.
 // SPDX-License-Identifier: BSD-3-Clause
+#include "scenes/block_on_plate.hpp"
+
 #include <bristle/hosts/sensor_host.hpp>
-#include <bristle/math/dual.hpp>
-#include <bristle/sensors/placement.hpp>
-#include <bristle/sensors/tuning.hpp>
 
 #include <doctest/doctest.h>
 
@@ -12,67 +11,7 @@
 #include <limits>
 
 using namespace bristle;
-
-namespace {
-
-/// Body 0 is a still plate whose sensors look up along +z; body 1 a block without rotation that
-/// lies on it, integrated by symplectic Euler.
-template <typename S>
-struct BlockOnPlate {
-  Vec3<S> block = Vec3<S>(S(0), S(0), S(0.008));
-  Vec3<S> velocity = Vec3<S>::Zero();
-  Vec3<S> push = Vec3<S>::Zero();
-  S mass = S(0.5);
-  Vec3<S> added = Vec3<S>::Zero();
-  int wrenches = 0;
-
-  [[nodiscard]] Vec3<S> own_force() const { return push - Vec3<S>(S(0), S(0), S(9.81) * mass); }
-  HostBody<S> body(std::uint32_t i) const {
-    HostBody<S> b;
-    if (i == 0) return b;
-    b.motion.pose.translation = block;
-    b.motion.twist.linear = velocity;
-    b.inverse_mass = S(1) / mass;
-    b.inverse_inertia_W = S(1e-6) * Mat3<S>::Identity();
-    b.acceleration = own_force() / mass;
-    return b;
-  }
-  void cast_rays(std::uint32_t, const RayBatch<S>& rays, RayHits<S>& hits) const {
-    for (std::size_t i = 0; i < rays.size(); ++i) {
-      const S distance = block.z() - rays.origin_z[i];
-      if (distance <= rays.length[i]) {
-        hits.offer(i, {std::max(S(0), distance), -Vec3<S>::UnitZ()}, 1);
-      }
-    }
-  }
-  void apply_wrench(std::uint32_t i, const Wrench<S>& w) {
-    ++wrenches;
-    if (i == 1) added += w.force;
-  }
-  void step(S dt) {
-    velocity += dt / mass * (own_force() + added);
-    block += dt * velocity;
-    added.setZero();
-  }
-};
-
-template <typename S>
-PatchDef<S> plate_patch() {
-  SensorGridDef<S> grid;
-  grid.side_u = Vec3<S>(S(0.04), S(0), S(0));
-  grid.side_v = Vec3<S>(S(0), S(0.04), S(0));
-  grid.count_u = grid.count_v = 4;
-  grid.depth = S(0);
-  PatchDef<S> def;
-  def.sensors = sensor_grid(grid);
-  GripWants<S> wants;
-  wants.load = S(0.5 * 9.81);
-  wants.mass = S(0.5);
-  def.parameters = tuned_for(wants).parameters(def.sensors);
-  return def;
-}
-
-}  // namespace
+using namespace bristle::scenes;
 
 TEST_CASE_TEMPLATE("sensor_host: a block comes to rest on a patch at any step", S, float, double) {
   for (const double dt : {1e-3, 1.0 / 60}) {
@@ -114,26 +53,6 @@ TEST_CASE("sensor_host: a pushed block sags by F / (mu_S N) and stays") {
   run(400);
   CHECK(std::abs(host.block.x() - there) < 1e-12);
   CHECK(patch.reading().total_shear() == doctest::Approx(1.5).epsilon(1e-9));
-}
-
-TEST_CASE("sensor_host: the sag of a pushed block has derivatives by mu_S and by the push") {
-  using D = Dual<double, 2>;
-  BlockOnPlate<D> host;
-  PatchDef<D> def = plate_patch<D>();
-  const double mu_S = def.parameters.static_friction.value();
-  def.parameters.static_friction = D::variable(mu_S, 0);
-  HostPatch<D> patch(0, def);
-  host.push = {D::variable(1.5, 1), D(0), D(0)};
-  for (int i = 0; i < 600; ++i) {
-    patch.step(host, D(1.0 / 60));
-    host.step(D(1.0 / 60));
-  }
-  const double sag = 1.5 / (mu_S * 4.905);
-  CHECK(host.block.x().value() == doctest::Approx(sag).epsilon(1e-6));
-  CHECK(host.block.x().partial(0) == doctest::Approx(-sag / mu_S).epsilon(1e-6));
-  CHECK(host.block.x().partial(1) == doctest::Approx(sag / 1.5).epsilon(1e-6));
-  CHECK(std::abs(patch.reading().total_shear().partial(0)) < 1e-9 * 1.5 / mu_S);
-  CHECK(patch.reading().total_shear().partial(1) == doctest::Approx(1).epsilon(1e-9));
 }
 
 TEST_CASE("sensor_host: what it applies is what it reads, and adds up to nothing") {

@@ -13,7 +13,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-std::string error_of(const fs::path& path) {
+std::string reading_error(const fs::path& path) {
   try {
     (void)read_file(path);
   } catch (const IoError& error) {
@@ -35,13 +35,13 @@ TEST_CASE("write_file, read_file: bring back every byte, and replace what was th
     CHECK(read_file(path) == bytes);
   }
   fs::remove(path);
-  CHECK(error_of(path).find("no such file") != std::string::npos);
+  CHECK(reading_error(path).find("no such file") != std::string::npos);
 }
 
 TEST_CASE("read_file, write_file: say why a path is no use") {
   const TempFolder temp;
   const fs::path& folder = temp.path();
-  CHECK(error_of(folder).find("not a regular file") != std::string::npos);
+  CHECK(reading_error(folder).find("not a regular file") != std::string::npos);
   CHECK_THROWS_AS(write_file(folder, "x"), IoError);
   CHECK_THROWS_AS(write_file(folder / "none" / "file", "x"), IoError);
 }

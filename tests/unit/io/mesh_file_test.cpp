@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "support/texts.hpp"
+
 #include <bristle/geometry/mesh_shapes.hpp>
 #include <bristle/geometry/quickhull.hpp>
 #include <bristle/io/mesh_file.hpp>
@@ -13,18 +15,14 @@
 #include <vector>
 
 using namespace bristle;
+using bristle::test::error_of;
 using bristle::test::TempFolder;
 namespace fs = std::filesystem;
 
 namespace {
 
-std::string error_of(const fs::path& path) {
-  try {
-    (void)load_mesh<double>(path);
-  } catch (const IoError& error) {
-    return error.what();
-  }
-  return {};
+std::string loading_error(const fs::path& path) {
+  return error_of<IoError>([&] { (void)load_mesh<double>(path); });
 }
 
 /// Folder with meshes of the reference implementation; empty where this machine has none.
@@ -72,7 +70,7 @@ TEST_CASE("load_mesh: names the file in every error") {
   write_file(folder / "bad.obj", "v 0 0 0\nv 1 x 0\n");
   write_file(folder / "mesh.ply", "ply");
   const auto check = [&](const char* name, const std::string& what) {
-    CHECK(error_of(folder / name) == (folder / name).string() + what);
+    CHECK(loading_error(folder / name) == (folder / name).string() + what);
   };
   check("none.obj", ": no such file");
   check("folder.stl", ": not a regular file");
@@ -94,7 +92,7 @@ TEST_CASE_TEMPLATE("load_mesh: reads the meshes of the reference implementation"
   for (const fs::path& path : mesh_files_in(folder)) {
     CAPTURE(path.string());
     if (fs::file_size(path) == 84) {  // an STL with a header and nothing else
-      CHECK(error_of(path).find("no triangles") != std::string::npos);
+      CHECK(loading_error(path).find("no triangles") != std::string::npos);
       continue;
     }
     const TriangleMesh<S> mesh = load_mesh<S>(path);

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "support/texts.hpp"
+
 #include <bristle/geometry/mesh_shapes.hpp>
 #include <bristle/io/obj.hpp>
 
@@ -13,7 +15,9 @@
 #include <support/temp_folder.hpp>
 
 using namespace bristle;
+using bristle::test::contains;
 using bristle::test::damaged;
+using bristle::test::error_of;
 using bristle::test::Random;
 using bristle::test::rounds;
 using bristle::test::TempFolder;
@@ -25,16 +29,8 @@ using Corners = std::array<std::uint32_t, 3>;
 const std::string square = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n";
 
 template <typename S>
-std::string error_of(const std::string& text) {
-  try {
-    (void)read_obj<S>(text, "part.obj");
-  } catch (const IoError& error) {
-    return error.what();
-  }
-  return {};
-}
-bool contains(const std::string& text, const std::string& part) {
-  return text.find(part) != std::string::npos;
+std::string obj_error(const std::string& text) {
+  return error_of<IoError>([&] { (void)read_obj<S>(text, "part.obj"); });
 }
 
 }  // namespace
@@ -82,23 +78,23 @@ TEST_CASE_TEMPLATE("read_obj: negative numbers count back from the face", S, flo
 }
 
 TEST_CASE_TEMPLATE("read_obj: names the line at fault", S, float, double) {
-  CHECK(error_of<S>("") == "part.obj: file is empty");
-  CHECK(contains(error_of<S>(square), "no faces"));
-  CHECK(contains(error_of<S>(square + "f 1 2 0\n"), "part.obj:5: corner '0' names vertex 0"));
-  CHECK(contains(error_of<S>(square + "f 1 2 5\n"), "part.obj:5: corner '5' names a vertex"));
-  CHECK(contains(error_of<S>(square + "f 1 2 -5\n"), "not among the 4 defined so far"));
-  CHECK(contains(error_of<S>(square + "f 1 2 99999999999999999999\n"), "part.obj:5: corner"));
-  CHECK(contains(error_of<S>(square + "f 1 2\n"), "part.obj:5: face with 2 corners"));
-  CHECK(contains(error_of<S>(square + "f\n"), "face with 0 corners"));
+  CHECK(obj_error<S>("") == "part.obj: file is empty");
+  CHECK(contains(obj_error<S>(square), "no faces"));
+  CHECK(contains(obj_error<S>(square + "f 1 2 0\n"), "part.obj:5: corner '0' names vertex 0"));
+  CHECK(contains(obj_error<S>(square + "f 1 2 5\n"), "part.obj:5: corner '5' names a vertex"));
+  CHECK(contains(obj_error<S>(square + "f 1 2 -5\n"), "not among the 4 defined so far"));
+  CHECK(contains(obj_error<S>(square + "f 1 2 99999999999999999999\n"), "part.obj:5: corner"));
+  CHECK(contains(obj_error<S>(square + "f 1 2\n"), "part.obj:5: face with 2 corners"));
+  CHECK(contains(obj_error<S>(square + "f\n"), "face with 0 corners"));
   for (const std::string corner : {"x", "1x", "1/x", "1/2/3/4", "/1", "1//x", "1.5", "1-2"}) {
     CAPTURE(corner);
-    CHECK(contains(error_of<S>(square + "f 1 2 " + corner + "\n"), "is not of the form"));
+    CHECK(contains(obj_error<S>(square + "f 1 2 " + corner + "\n"), "is not of the form"));
   }
-  CHECK(contains(error_of<S>("v 0 0\nv 1 1 1\n"), "part.obj:1: number missing"));
-  CHECK(contains(error_of<S>("\n\nv 0 nan 0\n"), "part.obj:3: 'nan' is not a finite number"));
-  CHECK(contains(error_of<S>("v 0 1,5 0\n"), "'1,5'"));
-  CHECK(contains(error_of<S>("v 0 1e999 0\n"), "part.obj:1"));
-  CHECK(contains(error_of<S>("v 0 0 # 0\n"), "number missing"));
+  CHECK(contains(obj_error<S>("v 0 0\nv 1 1 1\n"), "part.obj:1: number missing"));
+  CHECK(contains(obj_error<S>("\n\nv 0 nan 0\n"), "part.obj:3: 'nan' is not a finite number"));
+  CHECK(contains(obj_error<S>("v 0 1,5 0\n"), "'1,5'"));
+  CHECK(contains(obj_error<S>("v 0 1e999 0\n"), "part.obj:1"));
+  CHECK(contains(obj_error<S>("v 0 0 # 0\n"), "number missing"));
 }
 
 TEST_CASE_TEMPLATE("write_obj, read_obj: bring back the same bits", S, float, double) {

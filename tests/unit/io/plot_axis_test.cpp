@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "support/numbers.hpp"
+
 #include <bristle/io/plot_axis.hpp>
 
 #include <doctest/doctest.h>
@@ -9,6 +11,7 @@
 #include <vector>
 
 using namespace bristle;
+using bristle::test::nan_;
 
 namespace {
 
@@ -27,9 +30,6 @@ std::string labels(const PlotAxis& axis) {
   }
   return text;
 }
-
-constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
-constexpr double inf = std::numeric_limits<double>::infinity();
 
 }  // namespace
 
@@ -94,14 +94,14 @@ TEST_CASE("PlotAxis: gives a range to a constant, even with round-off on it, and
 }
 
 TEST_CASE("PlotAxis: ignores values that have no place on it") {
-  const PlotAxis linear = axis_over({not_a_number, inf, -inf, 1e200, 0, 1});
+  const PlotAxis linear = axis_over({nan_, infinity<double>, -infinity<double>, 1e200, 0, 1});
   CHECK(linear.low() == 0);
   CHECK(linear.high() == 1);
-  const PlotAxis logarithmic = axis_over({not_a_number, inf, 0, -5, 1, 100}, {}, true);
+  const PlotAxis logarithmic = axis_over({nan_, infinity<double>, 0, -5, 1, 100}, {}, true);
   CHECK(logarithmic.low() == 1);
   CHECK(logarithmic.high() == 100);
   CHECK_FALSE(logarithmic.shows(0));
-  CHECK_FALSE(linear.shows(not_a_number));
+  CHECK_FALSE(linear.shows(nan_));
   CHECK(linear.shows(-1));
 }
 

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "support/texts.hpp"
+
 #include <bristle/geometry/mesh_shapes.hpp>
 #include <bristle/io/stl.hpp>
 
@@ -13,7 +15,9 @@
 #include <support/temp_folder.hpp>
 
 using namespace bristle;
+using bristle::test::contains;
 using bristle::test::damaged;
+using bristle::test::error_of;
 using bristle::test::Random;
 using bristle::test::rounds;
 using bristle::test::TempFolder;
@@ -32,16 +36,8 @@ const std::string one_facet =
     "endsolid a part\n";
 
 template <typename S>
-std::string error_of(const std::string& bytes) {
-  try {
-    (void)read_stl<S>(bytes, "part.stl");
-  } catch (const IoError& error) {
-    return error.what();
-  }
-  return {};
-}
-bool contains(const std::string& text, const std::string& part) {
-  return text.find(part) != std::string::npos;
+std::string stl_error(const std::string& bytes) {
+  return error_of<IoError>([&] { (void)read_stl<S>(bytes, "part.stl"); });
 }
 std::string replaced(std::string text, const std::string& from, const std::string& to) {
   return text.replace(text.find(from), from.size(), to);
@@ -102,52 +98,52 @@ TEST_CASE_TEMPLATE("read_stl: reads ASCII in any case, spacing and line end", S,
 }
 
 TEST_CASE_TEMPLATE("read_stl: names the line where ASCII goes wrong", S, float, double) {
-  CHECK(contains(error_of<S>(replaced(one_facet, "1.5e0", "nan")), "part.stl:5: 'nan'"));
-  CHECK(contains(error_of<S>(replaced(one_facet, "1.5e0", "1,5")), "part.stl:5: '1,5'"));
-  CHECK(contains(error_of<S>(replaced(one_facet, "1.5e0", "1e999")), "part.stl:5"));
-  CHECK(contains(error_of<S>(replaced(one_facet, "outer", "inner")),
+  CHECK(contains(stl_error<S>(replaced(one_facet, "1.5e0", "nan")), "part.stl:5: 'nan'"));
+  CHECK(contains(stl_error<S>(replaced(one_facet, "1.5e0", "1,5")), "part.stl:5: '1,5'"));
+  CHECK(contains(stl_error<S>(replaced(one_facet, "1.5e0", "1e999")), "part.stl:5"));
+  CHECK(contains(stl_error<S>(replaced(one_facet, "outer", "inner")),
                  "part.stl:3: 'outer' expected, not 'inner'"));
-  CHECK(contains(error_of<S>(replaced(one_facet, "    endloop\n", "    vertex 0 0 0\n")),
+  CHECK(contains(stl_error<S>(replaced(one_facet, "    endloop\n", "    vertex 0 0 0\n")),
                  "part.stl:7: 'endloop' expected"));
-  CHECK(contains(error_of<S>(one_facet + "rubbish"), "'solid' expected, not 'rubbish'"));
-  CHECK(contains(error_of<S>("solid empty\nendsolid empty\n"), "no triangles"));
+  CHECK(contains(stl_error<S>(one_facet + "rubbish"), "'solid' expected, not 'rubbish'"));
+  CHECK(contains(stl_error<S>("solid empty\nendsolid empty\n"), "no triangles"));
   // Cut short anywhere before the last word, it is an error and never a smaller mesh.
   const std::size_t last_word = one_facet.rfind("endsolid") + 8;
   for (std::size_t size = 0; size < last_word; ++size) {
     CAPTURE(size);
-    CHECK(error_of<S>(one_facet.substr(0, size)) != "");
+    CHECK(stl_error<S>(one_facet.substr(0, size)) != "");
   }
 }
 
 TEST_CASE_TEMPLATE("read_stl: names the byte where binary goes wrong", S, float, double) {
   const std::string good = write_stl(box_mesh<S>({1, 1, 1}));
-  CHECK(error_of<S>("") == "part.stl: file is empty");
-  CHECK(contains(error_of<S>(good.substr(0, 50)), "byte 50: file ends within the header"));
+  CHECK(stl_error<S>("") == "part.stl: file is empty");
+  CHECK(contains(stl_error<S>(good.substr(0, 50)), "byte 50: file ends within the header"));
   for (std::size_t size = 84; size < good.size(); ++size) {
     CAPTURE(size);
-    CHECK(contains(error_of<S>(good.substr(0, size)), "announces 12 triangles"));
+    CHECK(contains(stl_error<S>(good.substr(0, size)), "announces 12 triangles"));
   }
-  CHECK(contains(error_of<S>(good + "x"), "the file has 685"));
+  CHECK(contains(stl_error<S>(good + "x"), "the file has 685"));
   std::string bytes = good;
   // The second corner's y of triangle 3: header, triangles, normal and one corner before it.
   const std::size_t at = 84 + 3 * 50 + 12 + 12 + 4;
   for (const float bad : {std::numeric_limits<float>::quiet_NaN(), infinity<float>}) {
     set_float(bytes, at, bad);
-    CHECK(contains(error_of<S>(bytes), "byte " + std::to_string(at)));
-    CHECK(contains(error_of<S>(bytes), "triangle 3"));
+    CHECK(contains(stl_error<S>(bytes), "byte " + std::to_string(at)));
+    CHECK(contains(stl_error<S>(bytes), "triangle 3"));
   }
   bytes = good;
   set_float(bytes, 84 + 4, std::numeric_limits<float>::quiet_NaN());  // a normal: not used
-  CHECK(error_of<S>(bytes) == "");
+  CHECK(stl_error<S>(bytes) == "");
 }
 
 TEST_CASE_TEMPLATE("read_stl: an absurd count is an error, not an allocation", S, float, double) {
   std::string bytes = write_stl(box_mesh<S>({1, 1, 1}));
   bytes.replace(80, 4, "\xff\xff\xff\xff");
-  CHECK(contains(error_of<S>(bytes), "announces 4294967295 triangles, which take 214748364834"));
+  CHECK(contains(stl_error<S>(bytes), "announces 4294967295 triangles, which take 214748364834"));
   bytes.replace(80, 4, std::string(4, '\0'));
-  CHECK(contains(error_of<S>(bytes), "announces 0 triangles"));
-  CHECK(contains(error_of<S>(bytes.substr(0, 84)), "no triangles"));
+  CHECK(contains(stl_error<S>(bytes), "announces 0 triangles"));
+  CHECK(contains(stl_error<S>(bytes.substr(0, 84)), "no triangles"));
 }
 
 TEST_CASE_TEMPLATE("read_stl: keeps degenerate triangles for others to report", S, float, double) {

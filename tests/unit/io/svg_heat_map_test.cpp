@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "support/numbers.hpp"
+#include "support/texts.hpp"
+
 #include <bristle/io/svg_heat_map.hpp>
 
 #include <doctest/doctest.h>
@@ -9,27 +12,15 @@
 #include <string_view>
 
 using namespace bristle;
+using bristle::test::count;
+using bristle::test::error_of;
+using bristle::test::nan_;
 
 namespace {
 
-std::size_t count(const std::string& text, std::string_view part) {
-  std::size_t found = 0;
-  for (std::size_t at = text.find(part); at != std::string::npos; at = text.find(part, at + 1)) {
-    ++found;
-  }
-  return found;
+std::string figure_error(const SvgHeatMaps& figure) {
+  return error_of([&] { (void)figure.svg(); });
 }
-
-std::string error_of(const SvgHeatMaps& figure) {
-  try {
-    (void)figure.svg();
-  } catch (const InvalidArgument& error) {
-    return error.what();
-  }
-  return {};
-}
-
-constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 
 /// Two rows of three cells on a scale from 0 to 1.
 SvgHeatMaps small_figure() {
@@ -38,7 +29,7 @@ SvgHeatMaps small_figure() {
   figure.maps.push_back({.title = "one",
                          .label = "depth [1]",
                          .columns = 3,
-                         .values = {0, 0.5, 1, 2, not_a_number, -1},
+                         .values = {0, 0.5, 1, 2, nan_, -1},
                          .low = 0,
                          .high = 1});
   return figure;
@@ -53,7 +44,7 @@ TEST_CASE("heat_colour: runs from dark to light and knows the ends") {
   CHECK(detail::heat_colour(3) == detail::heat_colour(1));
   CHECK(detail::heat_colour(0.5) == "#21908d");
   CHECK(detail::heat_colour(0.0625) == "#461767");  // half way between the first two stops
-  CHECK(detail::heat_colour(not_a_number) == "#bbbbbb");
+  CHECK(detail::heat_colour(nan_) == "#bbbbbb");
 }
 
 TEST_CASE("SvgHeatMaps: a cell a value, the first row at the bottom") {
@@ -78,7 +69,7 @@ TEST_CASE("SvgHeatMaps: takes its scale from the values, and stands equal ones")
   CHECK(count(figure.svg(), "y=\"0\" width=\"10.7\" height=\"10.7\" fill=\"#fde725\"") == 1);
   figure.maps[0].values.assign(6, 7.0);
   CHECK_NOTHROW((void)figure.svg());
-  figure.maps[0].values.assign(6, not_a_number);
+  figure.maps[0].values.assign(6, nan_);
   CHECK(count(figure.svg(), "fill=\"#bbbbbb\"") == 6);
 }
 
@@ -92,21 +83,21 @@ TEST_CASE("SvgHeatMaps: maps stand in rows") {
 }
 
 TEST_CASE("SvgHeatMaps: refuses what makes no figure") {
-  CHECK(error_of({}).find("SvgHeatMaps::maps") != std::string::npos);
+  CHECK(figure_error({}).find("SvgHeatMaps::maps") != std::string::npos);
   SvgHeatMaps figure = small_figure();
   figure.map_width = 0;
-  CHECK(error_of(figure).find("SvgHeatMaps::map_width") != std::string::npos);
+  CHECK(figure_error(figure).find("SvgHeatMaps::map_width") != std::string::npos);
   figure = small_figure();
   figure.maps_in_row = 0;
-  CHECK(error_of(figure).find("SvgHeatMaps::maps_in_row") != std::string::npos);
+  CHECK(figure_error(figure).find("SvgHeatMaps::maps_in_row") != std::string::npos);
   figure = small_figure();
   figure.maps[0].columns = 0;
-  CHECK(error_of(figure).find("HeatMap::columns") != std::string::npos);
+  CHECK(figure_error(figure).find("HeatMap::columns") != std::string::npos);
   figure.maps[0].columns = 4;
-  CHECK(error_of(figure).find("HeatMap::values") != std::string::npos);
+  CHECK(figure_error(figure).find("HeatMap::values") != std::string::npos);
   figure = small_figure();
-  figure.maps[0].high = not_a_number;
-  CHECK(error_of(figure).find("end of the scale") != std::string::npos);
+  figure.maps[0].high = nan_;
+  CHECK(figure_error(figure).find("end of the scale") != std::string::npos);
   figure.maps[0].high = 0;
-  CHECK(error_of(figure).find("HeatMap::high") != std::string::npos);
+  CHECK(figure_error(figure).find("HeatMap::high") != std::string::npos);
 }

@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "support/numbers.hpp"
+#include "support/texts.hpp"
+
 #include <bristle/io/svg_plot.hpp>
 
 #include <doctest/doctest.h>
@@ -14,28 +17,11 @@
 #include <vector>
 
 using namespace bristle;
+using bristle::test::count;
+using bristle::test::error_of;
+using bristle::test::nan_;
 
 namespace {
-
-constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
-
-template <typename Call>
-std::string error_of(Call&& call) {
-  try {
-    call();
-  } catch (const InvalidArgument& error) {
-    return error.what();
-  }
-  return {};
-}
-
-std::size_t count(const std::string& text, std::string_view part) {
-  std::size_t found = 0;
-  for (std::size_t at = text.find(part); at != std::string::npos; at = text.find(part, at + 1)) {
-    ++found;
-  }
-  return found;
-}
 
 /// Coordinates of the k-th polyline of the text.
 std::vector<std::pair<double, double>> curve(const std::string& svg, std::size_t k) {
@@ -95,11 +81,11 @@ TEST_CASE("SvgPlot: every element that is opened is closed") {
 TEST_CASE("SvgPlot: values that are not finite are gaps") {
   const double inf = std::numeric_limits<double>::infinity();
   const std::string svg =
-      plot_of({"", {0, 1, 2, 3, 4, 5, 6, 7}, {1, 2, not_a_number, 3, 4, inf, 5, 6}}).svg();
+      plot_of({"", {0, 1, 2, 3, 4, 5, 6, 7}, {1, 2, nan_, 3, 4, inf, 5, 6}}).svg();
   CHECK(count(svg, "<polyline") == 3);
   CHECK(svg.find("nan") == std::string::npos);
   CHECK(svg.find("inf") == std::string::npos);
-  CHECK(count(plot_of({"", {0, not_a_number, 2}, {1, 2, 3}}).svg(), "<polyline") == 0);
+  CHECK(count(plot_of({"", {0, nan_, 2}, {1, 2, 3}}).svg(), "<polyline") == 0);
 }
 
 TEST_CASE("SvgPlot: values that are not positive are gaps on a logarithmic axis") {
@@ -198,20 +184,20 @@ TEST_CASE("SvgPlot: names what breaks a rule") {
   CHECK(error([](SvgPlot&) {}) == "");
   CHECK(error([](SvgPlot& p) { p.panels.clear(); }) == "SvgPlot::panels: size = 0: must be > 0");
   CHECK(error([](SvgPlot& p) { p.width = 0; }) == "SvgPlot::width = 0: must be finite and > 0");
-  CHECK(error([](SvgPlot& p) { p.panel_height = not_a_number; }) ==
+  CHECK(error([](SvgPlot& p) { p.panel_height = nan_; }) ==
         "SvgPlot::panel_height = nan: must be finite and > 0");
   CHECK(error([](SvgPlot& p) { p.panels[0].series[0].y.pop_back(); }) ==
         "PlotSeries \"a\": size of y = 1: must be the size of x, 2");
   CHECK(error([](SvgPlot& p) {
-          p.phases = {{not_a_number, 1, ""}};
+          p.phases = {{nan_, 1, ""}};
         }) == "PlotPhase::begin = nan: must have a place on the x axis");
   CHECK(error([](SvgPlot& p) {
           p.phases = {{2, 1, ""}};
         }) == "PlotPhase::end = 1: must be finite and >= begin");
   CHECK(error([](SvgPlot& p) {
-          p.panels[0].references = {{not_a_number, ""}};
+          p.panels[0].references = {{nan_, ""}};
         }) == "PlotReference::y = nan: must have a place on the y axis");
-  CHECK(error([](SvgPlot& p) { p.panels[0].y_low = not_a_number; }) ==
+  CHECK(error([](SvgPlot& p) { p.panels[0].y_low = nan_; }) ==
         "PlotPanel: end of the y range = nan: must have a place on the y axis");
   CHECK(error([](SvgPlot& p) {
           p.panels[0].is_logarithmic = true;

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "support/texts.hpp"
+
 #include <bristle/io/trace.hpp>
 
 #include <doctest/doctest.h>
@@ -13,20 +15,7 @@
 #include <vector>
 
 using namespace bristle;
-
-namespace {
-
-template <typename Call>
-std::string error_of(Call&& call) {
-  try {
-    call();
-  } catch (const InvalidArgument& error) {
-    return error.what();
-  }
-  return {};
-}
-
-}  // namespace
+using bristle::test::error_of;
 
 TEST_CASE("Trace: writes the labels of its channels, then one line a row") {
   Trace trace{{"time", "s"}, {"height", "m"}, {"count", ""}};

@@ -21,7 +21,7 @@ namespace {
 
 /// What a sensor's force depends on, in the order of its variables.
 enum Input : std::size_t { K_N, K_D, mu_S, mu_V, sigma, distance, slip, speed, press, inputs };
-using D = Dual<double, inputs>;
+using Derived = Dual<double, inputs>;
 
 constexpr double ray_length = 0.01;
 
@@ -41,9 +41,9 @@ Vec3<S> force_after_slip(const std::array<S, inputs>& x, SlipReset reset) {
   return sensor_wrench<S>(p, options, ray, x[distance], normal, A, B, S(1e-3), memory).force;
 }
 
-std::array<D, inputs> as_variables(const std::array<double, inputs>& x) {
-  std::array<D, inputs> result;
-  for (std::size_t i = 0; i < inputs; ++i) result[i] = D::variable(x[i], i);
+std::array<Derived, inputs> as_variables(const std::array<double, inputs>& x) {
+  std::array<Derived, inputs> result;
+  for (std::size_t i = 0; i < inputs; ++i) result[i] = Derived::variable(x[i], i);
   return result;
 }
 
@@ -52,7 +52,7 @@ std::array<D, inputs> as_variables(const std::array<double, inputs>& x) {
 TEST_CASE("sensor_wrench: a bristle that sticks has the derivatives of Eqs. 1, 3 and 5") {
   const std::array<double, inputs> x{20, 0.05, 800, 1.5, 1e-3, 0.004, 4e-4, 0.03, 0.02};
   for (const SlipReset reset : {SlipReset::release, SlipReset::drag}) {
-    const Vec3<D> f = force_after_slip<D>(as_variables(x), reset);
+    const Vec3<Derived> f = force_after_slip<Derived>(as_variables(x), reset);
     const double e = 1 - x[distance] / ray_length;
     const double F_N = x[K_N] * e + x[K_D] * x[press] / ray_length;
     const auto near = [](double value) { return doctest::Approx(value).epsilon(1e-12); };
@@ -83,11 +83,11 @@ TEST_CASE("sensor_wrench: a bristle that slips has the derivatives of its reset"
   // Dragged along at sigma_a, or let go once: what is left of the stretch is slip - sigma_a.
   const std::array<double, inputs> x{20, 0, 800, 0, 1e-3, 0.004, 1.3e-3, 0, 0};
   const double F_N = 20 * 0.6;
-  const Vec3<D> dragged = force_after_slip<D>(as_variables(x), SlipReset::drag);
+  const Vec3<Derived> dragged = force_after_slip<Derived>(as_variables(x), SlipReset::drag);
   CHECK(dragged.y().value() == doctest::Approx(-800 * F_N * 1e-3).epsilon(1e-12));
   CHECK(dragged.y().partial(sigma) == doctest::Approx(-800 * F_N).epsilon(1e-12));
   CHECK(std::abs(dragged.y().partial(slip)) < 1e-9);
-  const Vec3<D> released = force_after_slip<D>(as_variables(x), SlipReset::release);
+  const Vec3<Derived> released = force_after_slip<Derived>(as_variables(x), SlipReset::release);
   CHECK(released.y().value() == doctest::Approx(-800 * F_N * 0.3e-3).epsilon(1e-12));
   CHECK(released.y().partial(sigma) == doctest::Approx(800 * F_N).epsilon(1e-12));
   CHECK(released.y().partial(slip) == doctest::Approx(-800 * F_N).epsilon(1e-12));
@@ -95,10 +95,10 @@ TEST_CASE("sensor_wrench: a bristle that slips has the derivatives of its reset"
 
 TEST_CASE("sensor_wrench: without a hit, or unloaded, derivatives are 0 and never NaN") {
   std::array<double, inputs> x{20, 0.05, 800, 1.5, 1e-3, 0.02, 0, 0, 0};
-  CHECK(force_after_slip<D>(as_variables(x), SlipReset::release).isZero(D(0)));
+  CHECK(force_after_slip<Derived>(as_variables(x), SlipReset::release).isZero(Derived(0)));
   // Rooted and at rest: stretch and speed have no length, but do grow with what they depend on.
   x[distance] = 0.004;
-  const Vec3<D> f = force_after_slip<D>(as_variables(x), SlipReset::drag);
+  const Vec3<Derived> f = force_after_slip<Derived>(as_variables(x), SlipReset::drag);
   for (std::size_t i = 0; i < inputs; ++i) {
     CHECK(std::isfinite(f.x().partial(i)));
     CHECK(std::isfinite(f.y().partial(i)));

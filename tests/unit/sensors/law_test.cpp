@@ -10,7 +10,7 @@ using namespace bristle;
 namespace {
 
 template <typename S>
-constexpr S eps = S(8) * Tolerance<S>::round_off();
+constexpr S law_round_off = S(8) * Tolerance<S>::round_off();
 
 template <typename S>
 SensorParameters<S> constants() {
@@ -44,10 +44,10 @@ TEST_CASE_TEMPLATE("depth_gradient: is n head-on, and g . n = 1 always", S, floa
     Vec3<S> m = random.direction<S>();
     if (m.dot(d) > S(-0.1)) continue;
     const Vec3<S> g = depth_gradient<S>(d, m);
-    CHECK(std::abs(g.dot(d) - S(1)) < eps<S> / -m.dot(d));
+    CHECK(std::abs(g.dot(d) - S(1)) < law_round_off<S> / -m.dot(d));
     // Moving the sensor along the surface does not change the depth.
     Vec3<S> along = m.cross(d);
-    CHECK(std::abs(g.dot(along)) < S(10) * eps<S>);
+    CHECK(std::abs(g.dot(along)) < S(10) * law_round_off<S>);
   }
 }
 
@@ -91,13 +91,14 @@ TEST_CASE_TEMPLATE("wrapped: keeps what exceeds whole multiples; clipped: at mos
   const Vec3<S> h = Vec3<S>(S(0.6), 0, S(-0.8));
   const S sigma = S(0.5);
   CHECK(wrapped<S>(S(0.4) * h, sigma) == S(0.4) * h);
-  CHECK(wrapped<S>(S(0.7) * h, sigma).isApprox(S(0.2) * h, eps<S>));
-  CHECK(wrapped<S>(S(1.9) * h, sigma).isApprox(S(0.4) * h, S(4) * eps<S>));
+  CHECK(wrapped<S>(S(0.7) * h, sigma).isApprox(S(0.2) * h, law_round_off<S>));
+  CHECK(wrapped<S>(S(1.9) * h, sigma).isApprox(S(0.4) * h, S(4) * law_round_off<S>));
   CHECK(clipped<S>(S(0.4) * h, sigma) == S(0.4) * h);
-  CHECK(clipped<S>(S(1.9) * h, sigma).isApprox(sigma * h, eps<S>));
+  CHECK(clipped<S>(S(1.9) * h, sigma).isApprox(sigma * h, law_round_off<S>));
   CHECK(wrapped<S>(Vec3<S>::Zero(), sigma) == Vec3<S>::Zero());
-  CHECK(after_reset<S>(S(0.7) * h, sigma, SlipReset::drag).isApprox(sigma * h, eps<S>));
-  CHECK(after_reset<S>(S(0.7) * h, sigma, SlipReset::release).isApprox(S(0.2) * h, eps<S>));
+  CHECK(after_reset<S>(S(0.7) * h, sigma, SlipReset::drag).isApprox(sigma * h, law_round_off<S>));
+  CHECK(
+      after_reset<S>(S(0.7) * h, sigma, SlipReset::release).isApprox(S(0.2) * h, law_round_off<S>));
 }
 
 TEST_CASE_TEMPLATE("rooted: an anchor has the stretch it was given, whatever the poses", S, float,
@@ -109,7 +110,7 @@ TEST_CASE_TEMPLATE("rooted: an anchor has the stretch it was given, whatever the
     const Vec3<S> n = random.direction<S>();
     const Vec3<S> stretch = tangential<S>(random.in_cube(S(0.01)), n);
     const Anchor<S> anchor = rooted<S>(pair, r_A, stretch);
-    CHECK((anchor_stretch(anchor, pair, n) - stretch).norm() < S(0.2) * eps<S>);
+    CHECK((anchor_stretch(anchor, pair, n) - stretch).norm() < S(0.2) * law_round_off<S>);
   }
 }
 
@@ -121,7 +122,7 @@ TEST_CASE_TEMPLATE("anchor_stretch: A displaced by +x against B is stretched by 
   const Anchor<S> anchor = rooted<S>(pair, Vec3<S>(0, 0, S(-0.05)), Vec3<S>::Zero());
   pair.p_AB.x() -= S(0.01);
   pair.p_AB.z() += S(0.02);  // Along n: no stretch.
-  CHECK(anchor_stretch(anchor, pair, n).isApprox(Vec3<S>(S(0.01), 0, 0), S(10) * eps<S>));
+  CHECK(anchor_stretch(anchor, pair, n).isApprox(Vec3<S>(S(0.01), 0, 0), S(10) * law_round_off<S>));
 }
 
 TEST_CASE_TEMPLATE("advance_anchor: roots, keeps, and resets beyond sigma", S, float, double) {
@@ -137,7 +138,7 @@ TEST_CASE_TEMPLATE("advance_anchor: roots, keeps, and resets beyond sigma", S, f
   pair.p_AB.x() = -S(0.9e-3);
   const Anchor<S> before = anchor;
   Vec3<S> stretch = advance_anchor(anchor, true, pair, n, r_A, sigma, SlipReset::release, did_slip);
-  CHECK(std::abs(stretch.x() - S(0.9e-3)) < S(1e-3) * eps<S>);
+  CHECK(std::abs(stretch.x() - S(0.9e-3)) < S(1e-3) * law_round_off<S>);
   CHECK_FALSE(did_slip);
   CHECK(anchor.q_A == before.q_A);
   CHECK(anchor.q_B == before.q_B);
@@ -147,9 +148,9 @@ TEST_CASE_TEMPLATE("advance_anchor: roots, keeps, and resets beyond sigma", S, f
     stretch = advance_anchor(moved, true, pair, n, r_A, sigma, reset, did_slip);
     const S kept = reset == SlipReset::drag ? sigma : S(0.3e-3);
     CHECK(did_slip);
-    CHECK(std::abs(stretch.x() - kept) < S(1e-2) * eps<S>);
+    CHECK(std::abs(stretch.x() - kept) < S(1e-2) * law_round_off<S>);
     // The new roots say the same in the next step.
-    CHECK(std::abs(anchor_stretch(moved, pair, n).x() - kept) < S(1e-2) * eps<S>);
+    CHECK(std::abs(anchor_stretch(moved, pair, n).x() - kept) < S(1e-2) * law_round_off<S>);
   }
 }
 
@@ -166,10 +167,10 @@ TEST_CASE_TEMPLATE("sensor_force: F_N n + k_t e_T + mu_V v_T, normal damping as 
   const SensorForce<S> f = sensor_force(p, LawOptions{}, c, stretch, S(1e-3));
   // de_N/dt = g.v / L = 3 / s; F_N = 2 * 0.5 + 0.05 * 3.
   const S normal = S(1.15);
-  CHECK(std::abs(f.normal - normal) < eps<S>);
-  CHECK(f.normal_vector.isApprox(Vec3<S>(0, 0, -normal), eps<S>));
+  CHECK(std::abs(f.normal - normal) < law_round_off<S>);
+  CHECK(f.normal_vector.isApprox(Vec3<S>(0, 0, -normal), law_round_off<S>));
   CHECK(f.shear.isApprox(Vec3<S>(S(3000) * normal * S(2e-4) + S(0.4) * S(0.1), S(0.4) * S(-0.2), 0),
-                         eps<S>));
+                         law_round_off<S>));
   CHECK(f.total() == f.normal_vector + f.shear);
   // Halving the step changes nothing: all terms are rates.
   const SensorForce<S> half = sensor_force(p, LawOptions{}, c, stretch, S(5e-4));
@@ -186,13 +187,14 @@ TEST_CASE_TEMPLATE("sensor_force: along the ray, or along the gradient", S, floa
   c.n = Vec3<S>(S(0.6), 0, S(-0.8));
   c.g = depth_gradient<S>(c.n, Vec3<S>(0, 0, 1));
   LawOptions options;
-  CHECK(
-      sensor_force(p, options, c, Vec3<S>(Vec3<S>::Zero()), S(1e-3)).total().isApprox(c.n, eps<S>));
+  CHECK(sensor_force(p, options, c, Vec3<S>(Vec3<S>::Zero()), S(1e-3))
+            .total()
+            .isApprox(c.n, law_round_off<S>));
   options.normal = NormalDirection::gradient;
   const SensorForce<S> f = sensor_force(p, options, c, Vec3<S>(Vec3<S>::Zero()), S(1e-3));
-  CHECK(f.total().isApprox(Vec3<S>(0, 0, S(-1.25)), eps<S>));
+  CHECK(f.total().isApprox(Vec3<S>(0, 0, S(-1.25)), law_round_off<S>));
   // The same component along the ray either way.
-  CHECK(std::abs(f.total().dot(c.n) - S(1)) < eps<S>);
+  CHECK(std::abs(f.total().dot(c.n) - S(1)) < law_round_off<S>);
 }
 
 TEST_CASE_TEMPLATE("sensor_force: a bristle that passes whole stretches has its mean one", S, float,
@@ -208,10 +210,10 @@ TEST_CASE_TEMPLATE("sensor_force: a bristle that passes whole stretches has its 
   LawOptions options;
   // 3 mm a step: sigma_a / 2 along the slip.
   const SensorForce<S> fast = sensor_force(p, options, c, stretch, S(1e-3));
-  CHECK(fast.shear.isApprox(Vec3<S>(0, S(3000) * S(5e-4), 0), eps<S>));
+  CHECK(fast.shear.isApprox(Vec3<S>(0, S(3000) * S(5e-4), 0), law_round_off<S>));
   options.reset = SlipReset::drag;
   CHECK(sensor_force(p, options, c, stretch, S(1e-3))
-            .shear.isApprox(Vec3<S>(S(3000) * S(9e-4), 0, 0), eps<S>));
+            .shear.isApprox(Vec3<S>(S(3000) * S(9e-4), 0, 0), law_round_off<S>));
 }
 
 TEST_CASE_TEMPLATE("sensor_wrench: is exactly zero without a hit, and forgets", S, float, double) {
@@ -246,14 +248,14 @@ TEST_CASE_TEMPLATE("sensor_wrench: opposes displacement and turns A as r x F", S
   Wrench<S> w = sensor_wrench(p, LawOptions{}, ray, S(0.005), m, A, B, S(1e-3), memory);
   CHECK(memory.is_anchored);
   // Pushed back along the ray by K_N / 2 = 1 N at (0.1, 0, -0.005).
-  CHECK(w.force.isApprox(Vec3<S>(0, 0, 1), eps<S>));
-  CHECK(w.torque.isApprox(Vec3<S>(0, S(-0.1), 0), eps<S>));
+  CHECK(w.force.isApprox(Vec3<S>(0, 0, 1), law_round_off<S>));
+  CHECK(w.torque.isApprox(Vec3<S>(0, S(-0.1), 0), law_round_off<S>));
   A.pose.translation.y() = S(5e-4);
   w = sensor_wrench(p, LawOptions{}, ray, S(0.005), m, A, B, S(1e-3), memory);
-  CHECK(w.force.isApprox(Vec3<S>(0, S(-1.5), 1), S(1e3) * eps<S>));
+  CHECK(w.force.isApprox(Vec3<S>(0, S(-1.5), 1), S(1e3) * law_round_off<S>));
   CHECK(w.torque.isApprox(
       Vec3<S>(0, S(0.1), 0).cross(Vec3<S>::Zero()) + Vec3<S>(S(0.1), 0, S(-0.005)).cross(w.force),
-      S(1e2) * eps<S>));
+      S(1e2) * law_round_off<S>));
 }
 
 TEST_CASE("sensor_wrench: does not depend on where the world's origin is") {

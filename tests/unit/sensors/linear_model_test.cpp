@@ -11,7 +11,7 @@ namespace {
 
 /// [1] Of a handful of operations on numbers of one sign.
 template <typename S>
-constexpr S eps = Tolerance<S>::round_off();
+constexpr S model_round_off = Tolerance<S>::round_off();
 
 /// A contact with a flat face at the given depth, in A's axes.
 template <typename S>
@@ -42,7 +42,7 @@ TEST_CASE_TEMPLATE("linearise_normal: implicit Euler on the depth", S, float, do
     const S found = c.normal_constant + c.a_normal * (rate / c.inverse_length);
     // A sensor that does not touch yet is pressed in from 0, at the mean rate end / dt.
     const S expected = dt * normal_force(p, end, start > S(0) ? rate : end / dt);
-    CHECK(std::abs(found - expected) <= eps<S> * (expected + dt * p.normal_stiffness));
+    CHECK(std::abs(found - expected) <= model_round_off<S> * (expected + dt * p.normal_stiffness));
   }
 }
 
@@ -65,7 +65,7 @@ TEST_CASE_TEMPLATE("linearise_stuck: implicit Euler where bristles are stiff", S
     const S k_t = p.static_friction * c.force;
     const Vec3<S> expected = dt * k_t * (c.stretch + dt * v) + dt * p.sliding_friction * v;
     CHECK((constant + c.a_across * v - expected).norm() <=
-          S(4) * eps<S> * dt * (k_t * (S(1e-3) + dt) + p.sliding_friction));
+          S(4) * model_round_off<S> * dt * (k_t * (S(1e-3) + dt) + p.sliding_friction));
     CHECK(c.a_along == c.a_across);
   }
 }

@@ -14,7 +14,7 @@ namespace {
 
 /// [1] Of sums of a few hundred terms that partly cancel.
 template <typename S>
-constexpr S eps = S(50) * Tolerance<S>::round_off();
+constexpr S contact_round_off = S(50) * Tolerance<S>::round_off();
 
 /// Which sensors have a contact in a pair, and where: tile of contacts and lane.
 template <typename S, typename Visit>
@@ -61,22 +61,23 @@ TEST_CASE_TEMPLATE("collect_contacts: every hit that does not graze, at its body
         for (const auto& [point_found, g_found, depth_found] :
              {std::tuple(touches.point[i - at], touches.g[i - at], touches.depth[i - at]),
               std::tuple(touch.point, touch.g, touch.depth)}) {
-          CHECK((point_found - point).norm() < eps<S>);
-          CHECK((g_found - depth_gradient<S>(patch.direction[k], m)).norm() < S(100) * eps<S>);
-          CHECK(std::abs(depth_found - depth) < eps<S>);
+          CHECK((point_found - point).norm() < contact_round_off<S>);
+          CHECK((g_found - depth_gradient<S>(patch.direction[k], m)).norm() <
+                S(100) * contact_round_off<S>);
+          CHECK(std::abs(depth_found - depth) < contact_round_off<S>);
         }
         center += point;
         // The motion at the point, from that of both bodies in the world.
         const Vec3<S> r_W = a.center_pose.rotate(point);
         const Vec3<S> p_AB = b.center_pose.translation - a.center_pose.translation;
         const Vec3<S> v = a.twist.at(r_W) - b.twist.at(r_W - p_AB);
-        CHECK((pair.R_WA * pair.start_motion.at(point) - v).norm() < eps<S>);
+        CHECK((pair.R_WA * pair.start_motion.at(point) - v).norm() < contact_round_off<S>);
       });
       center /= S(count);
-      CHECK((pair.center - center).norm() < eps<S>);
-      CHECK((pair.arm_a - a.center_pose.rotate(center)).norm() < eps<S>);
+      CHECK((pair.center - center).norm() < contact_round_off<S>);
+      CHECK((pair.arm_a - a.center_pose.rotate(center)).norm() < contact_round_off<S>);
       const Vec3<S> arm_b = pair.arm_a + a.center_pose.translation - b.center_pose.translation;
-      CHECK((pair.arm_b - arm_b).norm() < eps<S>);
+      CHECK((pair.arm_b - arm_b).norm() < contact_round_off<S>);
     }
     std::size_t expected = 0;
     for (std::size_t k = 0; k < patch.size(); ++k) {
@@ -104,8 +105,9 @@ TEST_CASE_TEMPLATE("collect_contacts: bristles are rooted while they touch, and 
         // Rooted with the stretch that is reported.
         const Anchor<S> anchor{patch.tiles[tile.tile].root_a[i], patch.tiles[tile.tile].root_b[i]};
         const Vec3<S> stretch = anchor_stretch(anchor, pair.pose, Vec3<S>(patch.direction[k]));
-        CHECK((stretch - tile.stretch[i]).norm() < eps<S>);
-        CHECK(tile.stretch[i].norm() <= patch.def.parameters.breakaway_distance * (1 + eps<S>));
+        CHECK((stretch - tile.stretch[i]).norm() < contact_round_off<S>);
+        CHECK(tile.stretch[i].norm() <=
+              patch.def.parameters.breakaway_distance * (1 + contact_round_off<S>));
       });
     }
     for (std::size_t k = 0; k < rooted_in.size(); ++k) {
@@ -150,7 +152,9 @@ TEST_CASE_TEMPLATE("collect_contacts: stiffness is summed about the middle of th
         expected.tangential_second += tangential * arm.squaredNorm();
       });
       const PairStiffness<S>& found = pair.stiffness;
-      const auto same = [](S x, S y) { return std::abs(x - y) <= eps<S> * std::abs(y); };
+      const auto same = [](S x, S y) {
+        return std::abs(x - y) <= contact_round_off<S> * std::abs(y);
+      };
       CHECK(same(found.bristle_sum, expected.bristle_sum));
       CHECK(same(found.viscous_sum, expected.viscous_sum));
       CHECK(same(found.tangential, expected.tangential));
@@ -158,9 +162,9 @@ TEST_CASE_TEMPLATE("collect_contacts: stiffness is summed about the middle of th
       CHECK(same(found.tangential_second, expected.tangential_second));
       CHECK(same(found.normal_second, expected.normal_second));
       CHECK((found.tangential_first - expected.tangential_first).norm() <=
-            eps<S> * S(0.1) * expected.tangential);
+            contact_round_off<S> * S(0.1) * expected.tangential);
       CHECK((found.normal_first - expected.normal_first).norm() <=
-            eps<S> * S(0.1) * expected.normal);
+            contact_round_off<S> * S(0.1) * expected.normal);
     }
   }
 }

@@ -12,7 +12,7 @@ using namespace bristle;
 namespace {
 
 template <typename S>
-constexpr S near_zero = S(16) * Tolerance<S>::round_off();
+constexpr S near_zero_of_rays = S(16) * Tolerance<S>::round_off();
 
 /// Whether triangles look the way their vertices' normals do.
 template <typename S>
@@ -53,10 +53,10 @@ TEST_CASE_TEMPLATE("cylinder_patch: an open strip lies on its cylinder, about +z
   CHECK(looks_outwards(patch));
   for (std::size_t v = 0; v < patch.mesh.vertices.size(); ++v) {
     const Vec3<S>& p = patch.mesh.vertices[v];
-    CHECK(std::abs(std::hypot(p.x(), p.z()) - r) <= near_zero<S>);
-    CHECK(std::abs(p.y()) <= S(0.2) + near_zero<S>);
-    CHECK(std::abs(std::atan2(p.x(), p.z())) <= arc / S(2) + near_zero<S>);
-    CHECK((r * patch.normals[v] - Vec3<S>(p.x(), 0, p.z())).norm() <= near_zero<S>);
+    CHECK(std::abs(std::hypot(p.x(), p.z()) - r) <= near_zero_of_rays<S>);
+    CHECK(std::abs(p.y()) <= S(0.2) + near_zero_of_rays<S>);
+    CHECK(std::abs(std::atan2(p.x(), p.z())) <= arc / S(2) + near_zero_of_rays<S>);
+    CHECK((r * patch.normals[v] - Vec3<S>(p.x(), 0, p.z())).norm() <= near_zero_of_rays<S>);
   }
   // Six chords of 15 degrees, 0.4 m long.
   const double chord = 2 * 0.3 * std::sin(std::numbers::pi / 24);
@@ -86,7 +86,7 @@ TEST_CASE_TEMPLATE("half_sphere_patch: rings from the pole to the rim", S, float
   CHECK(looks_outwards(patch));
   for (std::size_t v = 0; v < patch.mesh.vertices.size(); ++v) {
     CHECK(patch.normals[v].norm() == doctest::Approx(1.0));
-    CHECK((S(0.3) * patch.normals[v] - patch.mesh.vertices[v]).norm() <= near_zero<S>);
+    CHECK((S(0.3) * patch.normals[v] - patch.mesh.vertices[v]).norm() <= near_zero_of_rays<S>);
     CHECK(patch.mesh.vertices[v].z() >= S(0));
   }
   for (std::size_t v = 25; v < 33; ++v) CHECK(patch.mesh.vertices[v].z() == S(0));
@@ -102,10 +102,10 @@ TEST_CASE_TEMPLATE("patch_from_mesh: joins seams and takes the mean normals of t
       {{0, 1, 2}, {3, 4, 5}}};
   const PatchMesh<S> patch = patch_from_mesh(roof);
   REQUIRE(patch.mesh.vertices.size() == 4);
-  CHECK((patch.normals[1] - Vec3<S>::UnitZ()).norm() <= near_zero<S>);
-  CHECK((patch.normals[2] - Vec3<S>::UnitZ()).norm() <= near_zero<S>);
+  CHECK((patch.normals[1] - Vec3<S>::UnitZ()).norm() <= near_zero_of_rays<S>);
+  CHECK((patch.normals[2] - Vec3<S>::UnitZ()).norm() <= near_zero_of_rays<S>);
   const S half = std::sqrt(S(0.5));
-  CHECK((patch.normals[0] - Vec3<S>(-half, 0, half)).norm() <= near_zero<S>);
+  CHECK((patch.normals[0] - Vec3<S>(-half, 0, half)).norm() <= near_zero_of_rays<S>);
   // Both sides of one sheet leave no direction.
   const TriangleMesh<S> sheet{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {{0, 1, 2}, {0, 2, 1}}};
   for (const Vec3<S>& n : patch_from_mesh(sheet).normals) CHECK(n == Vec3<S>::Zero());

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "support/texts.hpp"
+
 #include <bristle/geometry/mesh_shapes.hpp>
 #include <bristle/math/rotation.hpp>
 #include <bristle/sensors/placement.hpp>
@@ -13,12 +15,14 @@
 #include <vector>
 
 using namespace bristle;
+using bristle::test::contains;
+using bristle::test::error_of;
 using bristle::test::Random;
 
 namespace {
 
 template <typename S>
-constexpr S near_zero = S(4) * Tolerance<S>::round_off();
+constexpr S near_zero_of_placement = S(4) * Tolerance<S>::round_off();
 
 /// Where the ray of a sensor crosses the surface it was placed on.
 template <typename S>
@@ -27,16 +31,8 @@ Vec3<S> surface_point(const SensorLayout<S>& layout, std::size_t i, S depth) {
 }
 
 template <typename S>
-std::string error_of(const TriangleMesh<S>& mesh, const PlacementDef<S>& def) {
-  try {
-    (void)sensors_from_mesh(mesh, def);
-  } catch (const InvalidArgument& error) {
-    return error.what();
-  }
-  return {};
-}
-bool contains(const std::string& text, const std::string& part) {
-  return text.find(part) != std::string::npos;
+std::string placement_error(const TriangleMesh<S>& mesh, const PlacementDef<S>& def) {
+  return error_of([&] { (void)sensors_from_mesh(mesh, def); });
 }
 
 }  // namespace
@@ -48,8 +44,8 @@ TEST_CASE_TEMPLATE("sensors_from_mesh: puts one sensor on each face, as in Algor
   layout.validate();
   REQUIRE(layout.size() == 1);
   // Midpoint (1, 1, 0): the mean of the corners, not their sum (3, 3, 0).
-  CHECK((layout.start[0] - Vec3<S>(1, 1, S(-0.5))).norm() <= near_zero<S>);
-  CHECK((layout.direction[0] - Vec3<S>(0, 0, 1)).norm() <= near_zero<S>);
+  CHECK((layout.start[0] - Vec3<S>(1, 1, S(-0.5))).norm() <= near_zero_of_placement<S>);
+  CHECK((layout.direction[0] - Vec3<S>(0, 0, 1)).norm() <= near_zero_of_placement<S>);
   CHECK(layout.length[0] == S(1.25));
 }
 
@@ -65,7 +61,8 @@ TEST_CASE_TEMPLATE("sensors_from_mesh: faces of a cube, in the order of its tria
   CHECK(report.vertex_sensors == 0);
   CHECK(report.edge_sensors == 0);
   for (std::size_t i = 0; i < 12; ++i) {
-    CHECK((surface_point(layout, i, S(0.1)) - triangle_centroid(mesh, i)).norm() <= near_zero<S>);
+    CHECK((surface_point(layout, i, S(0.1)) - triangle_centroid(mesh, i)).norm() <=
+          near_zero_of_placement<S>);
     // The start is 0.1 below the face, the end 0.15 above it.
     CHECK(layout.start[i].cwiseAbs().maxCoeff() == doctest::Approx(0.2));
     const Vec3<S> end = layout.start[i] + layout.length[i] * layout.direction[i];
@@ -90,15 +87,15 @@ TEST_CASE_TEMPLATE("sensors_from_mesh: corners and edges of a cube look along th
   for (std::size_t i = 0; i < 8; ++i) {
     // Weights by angle make the diagonal exact, however the faces are cut into triangles.
     const Vec3<S> corner = surface_point(layout, i, S(0.1));
-    CHECK((corner - box_mesh<S>({h, h, h}).vertices[i]).norm() <= near_zero<S>);
-    CHECK((layout.direction[i] - third / h * corner).norm() <= near_zero<S>);
+    CHECK((corner - box_mesh<S>({h, h, h}).vertices[i]).norm() <= near_zero_of_placement<S>);
+    CHECK((layout.direction[i] - third / h * corner).norm() <= near_zero_of_placement<S>);
   }
   int on_faces = 0;
   for (std::size_t i = 8; i < 26; ++i) {
     // Middles of edges have two coordinates at h, middles of faces one; the normals are parallel.
     const Vec3<S> middle = surface_point(layout, i, S(0.1));
-    CHECK((layout.direction[i] - middle.normalized()).norm() <= S(4) * near_zero<S>);
-    if (std::abs(middle.norm() - h) <= near_zero<S>) ++on_faces;
+    CHECK((layout.direction[i] - middle.normalized()).norm() <= S(4) * near_zero_of_placement<S>);
+    if (std::abs(middle.norm() - h) <= near_zero_of_placement<S>) ++on_faces;
   }
   CHECK(on_faces == 6);
 }
@@ -117,18 +114,19 @@ TEST_CASE_TEMPLATE("sensors_from_mesh: on a flat grid all look up, in documented
   CHECK(report.edge_sensors == edges);
   REQUIRE(layout.size() == faces + vertices + edges);
   for (std::size_t i = 0; i < layout.size(); ++i) {
-    CHECK((layout.direction[i] - Vec3<S>::UnitZ()).norm() <= near_zero<S>);
-    CHECK(std::abs(layout.start[i].z() + depth) <= near_zero<S>);
+    CHECK((layout.direction[i] - Vec3<S>::UnitZ()).norm() <= near_zero_of_placement<S>);
+    CHECK(std::abs(layout.start[i].z() + depth) <= near_zero_of_placement<S>);
   }
   for (std::size_t v = 0; v < vertices; ++v) {
-    CHECK((surface_point(layout, faces + v, depth) - mesh.vertices[v]).norm() <= near_zero<S>);
+    CHECK((surface_point(layout, faces + v, depth) - mesh.vertices[v]).norm() <=
+          near_zero_of_placement<S>);
   }
   // Vertex 0 meets 1 along the side, 5 up the other and 6 along the diagonal.
   const std::uint32_t others[] = {1, 5, 6};
   for (std::size_t e = 0; e < 3; ++e) {
     const Vec3<S> middle = S(0.5) * (mesh.vertices[0] + mesh.vertices[others[e]]);
     const Vec3<S> found = surface_point(layout, faces + vertices + e, depth);
-    CHECK((found - middle).norm() <= near_zero<S>);
+    CHECK((found - middle).norm() <= near_zero_of_placement<S>);
   }
 }
 
@@ -197,8 +195,9 @@ TEST_CASE_TEMPLATE("sensors_from_mesh: moves with the mesh's pose in the body", 
   moved.validate();
   REQUIRE(moved.size() == own.size());
   for (std::size_t i = 0; i < own.size(); ++i) {
-    CHECK((moved.start[i] - def.X_AM * own.start[i]).norm() <= near_zero<S>);
-    CHECK((moved.direction[i] - def.X_AM.rotate(own.direction[i])).norm() <= near_zero<S>);
+    CHECK((moved.start[i] - def.X_AM * own.start[i]).norm() <= near_zero_of_placement<S>);
+    CHECK((moved.direction[i] - def.X_AM.rotate(own.direction[i])).norm() <=
+          near_zero_of_placement<S>);
     CHECK(moved.length[i] == own.length[i]);
   }
 }
@@ -217,8 +216,8 @@ TEST_CASE_TEMPLATE("sensors_from_mesh: gives the same sensors at x0.001 and x100
     const SensorLayout<S> layout = sensors_from_mesh(scaled, scaled_def);
     REQUIRE(layout.size() == one.size());
     for (std::size_t i = 0; i < one.size(); ++i) {
-      CHECK((layout.start[i] / k - one.start[i]).norm() <= near_zero<S>);
-      CHECK((layout.direction[i] - one.direction[i]).norm() <= near_zero<S>);
+      CHECK((layout.start[i] / k - one.start[i]).norm() <= near_zero_of_placement<S>);
+      CHECK((layout.direction[i] - one.direction[i]).norm() <= near_zero_of_placement<S>);
     }
   }
 }
@@ -227,21 +226,22 @@ TEST_CASE_TEMPLATE("sensors_from_mesh: refuses a bad definition or mesh by name"
                    double) {
   const TriangleMesh<S> mesh = box_mesh<S>({1, 1, 1});
   const S nan = std::numeric_limits<S>::quiet_NaN();
-  CHECK(contains(error_of<S>(mesh, {.depth = S(-1)}), "PlacementDef::depth"));
-  CHECK(contains(error_of<S>(mesh, {.depth = nan}), "PlacementDef::depth"));
-  CHECK(contains(error_of<S>(mesh, {.range = S(0)}), "PlacementDef::range"));
-  CHECK(contains(error_of<S>(mesh, {.range = infinity<S>}), "PlacementDef::range"));
-  CHECK(contains(error_of<S>(mesh, {.depth = S(1), .range = S(1)}), "must exceed depth = 1"));
-  CHECK(contains(error_of<S>(mesh, {.faces = false}), "PlacementDef::faces"));
+  CHECK(contains(placement_error<S>(mesh, {.depth = S(-1)}), "PlacementDef::depth"));
+  CHECK(contains(placement_error<S>(mesh, {.depth = nan}), "PlacementDef::depth"));
+  CHECK(contains(placement_error<S>(mesh, {.range = S(0)}), "PlacementDef::range"));
+  CHECK(contains(placement_error<S>(mesh, {.range = infinity<S>}), "PlacementDef::range"));
+  CHECK(
+      contains(placement_error<S>(mesh, {.depth = S(1), .range = S(1)}), "must exceed depth = 1"));
+  CHECK(contains(placement_error<S>(mesh, {.faces = false}), "PlacementDef::faces"));
   PlacementDef<S> def;
   def.X_AM.translation.x() = nan;
-  CHECK(contains(error_of(mesh, def), "PlacementDef::X_AM.translation[0]"));
+  CHECK(contains(placement_error(mesh, def), "PlacementDef::X_AM.translation[0]"));
   def = {};
   def.X_AM.rotation.w() = nan;
-  CHECK(contains(error_of(mesh, def), "PlacementDef::X_AM.rotation"));
+  CHECK(contains(placement_error(mesh, def), "PlacementDef::X_AM.rotation"));
   def.X_AM.rotation.w() = S(2);
-  CHECK(contains(error_of(mesh, def), "PlacementDef::X_AM.rotation: length = 2"));
-  CHECK(contains(error_of<S>(TriangleMesh<S>{}, {}), "at least one triangle"));
+  CHECK(contains(placement_error(mesh, def), "PlacementDef::X_AM.rotation: length = 2"));
+  CHECK(contains(placement_error<S>(TriangleMesh<S>{}, {}), "at least one triangle"));
 }
 
 TEST_CASE_TEMPLATE("sensor_grid: fills the underside of a box with cells", S, float, double) {
@@ -259,16 +259,18 @@ TEST_CASE_TEMPLATE("sensor_grid: fills the underside of a box with cells", S, fl
     Vec3<S> mean = Vec3<S>::Zero();
     for (std::size_t i = 0; i < layout.size(); ++i) {
       mean += layout.start[i] / S(n * n);
-      CHECK((layout.direction[i] + Vec3<S>::UnitZ()).norm() <= near_zero<S>);
+      CHECK((layout.direction[i] + Vec3<S>::UnitZ()).norm() <= near_zero_of_placement<S>);
       CHECK(layout.length[i] == S(0.01));
     }
-    CHECK((mean - Vec3<S>(0, 0, -h + S(0.002))).norm() <= near_zero<S>);
+    CHECK((mean - Vec3<S>(0, 0, -h + S(0.002))).norm() <= near_zero_of_placement<S>);
     const S cell = 2 * h / S(n);
     CHECK((layout.start[0] - Vec3<S>(-h + cell / 2, h - cell / 2, -h + S(0.002))).norm() <=
-          near_zero<S>);
+          near_zero_of_placement<S>);
     // Along side_u first.
-    CHECK((layout.start[1] - layout.start[0] - Vec3<S>(cell, 0, 0)).norm() <= near_zero<S>);
-    CHECK((layout.start[n] - layout.start[0] - Vec3<S>(0, -cell, 0)).norm() <= near_zero<S>);
+    CHECK((layout.start[1] - layout.start[0] - Vec3<S>(cell, 0, 0)).norm() <=
+          near_zero_of_placement<S>);
+    CHECK((layout.start[n] - layout.start[0] - Vec3<S>(0, -cell, 0)).norm() <=
+          near_zero_of_placement<S>);
   }
 }
 

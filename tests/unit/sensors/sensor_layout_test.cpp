@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "support/texts.hpp"
+
 #include <bristle/sensors/sensor_layout.hpp>
 
 #include <doctest/doctest.h>
@@ -7,20 +9,14 @@
 #include <string>
 
 using namespace bristle;
+using bristle::test::contains;
+using bristle::test::error_of;
 
 namespace {
 
 template <typename S>
-std::string error_of(const SensorLayout<S>& layout) {
-  try {
-    layout.validate();
-  } catch (const InvalidArgument& error) {
-    return error.what();
-  }
-  return {};
-}
-bool contains(const std::string& text, const std::string& part) {
-  return text.find(part) != std::string::npos;
+std::string layout_error(const SensorLayout<S>& layout) {
+  return error_of([&] { layout.validate(); });
 }
 
 template <typename S>
@@ -44,8 +40,8 @@ TEST_CASE_TEMPLATE("SensorLayout: keeps start, unit direction and length of each
   CHECK(layout.start[1] == Vec3<S>(1, 1, 1));
   CHECK(layout.direction[1] == Vec3<S>::UnitX());
   CHECK(layout.length[1] == S(0.25));
-  CHECK(error_of(layout) == "");
-  CHECK(error_of(SensorLayout<S>{}) == "");
+  CHECK(layout_error(layout) == "");
+  CHECK(layout_error(SensorLayout<S>{}) == "");
 }
 
 TEST_CASE_TEMPLATE("SensorLayout: appends another layout behind its own", S, float, double) {
@@ -57,7 +53,7 @@ TEST_CASE_TEMPLATE("SensorLayout: appends another layout behind its own", S, flo
   CHECK(layout.start[2] == Vec3<S>(2, 0, 0));
   CHECK(layout.start[3] == Vec3<S>(7, 8, 9));
   CHECK(layout.length[3] == S(2));
-  CHECK(error_of(layout) == "");
+  CHECK(layout_error(layout) == "");
   layout.add(layout);
   CHECK(layout.size() == 8);
   CHECK(layout.start[7] == Vec3<S>(7, 8, 9));
@@ -66,22 +62,22 @@ TEST_CASE_TEMPLATE("SensorLayout: appends another layout behind its own", S, flo
 TEST_CASE_TEMPLATE("SensorLayout::validate: names the sensor at fault", S, float, double) {
   SensorLayout<S> layout = three_sensors<S>();
   layout.add({1, 1, 1}, {1, 1, 1});
-  CHECK(contains(error_of(layout), "SensorLayout::length[3] = 0: must be finite and > 0"));
+  CHECK(contains(layout_error(layout), "SensorLayout::length[3] = 0: must be finite and > 0"));
 
   const S nan = std::numeric_limits<S>::quiet_NaN();
   layout = three_sensors<S>();
   layout.start.y[1] = nan;
-  CHECK(contains(error_of(layout), "SensorLayout::start[1][1]"));
+  CHECK(contains(layout_error(layout), "SensorLayout::start[1][1]"));
   layout = three_sensors<S>();
   layout.direction.z[2] = nan;
-  CHECK(contains(error_of(layout), "SensorLayout::direction[2]"));
+  CHECK(contains(layout_error(layout), "SensorLayout::direction[2]"));
   layout = three_sensors<S>();
   layout.direction.z[2] = S(2);
-  CHECK(contains(error_of(layout), "SensorLayout::direction[2]: length = 2"));
+  CHECK(contains(layout_error(layout), "SensorLayout::direction[2]: length = 2"));
   layout = three_sensors<S>();
   layout.length[0] = infinity<S>;
-  CHECK(contains(error_of(layout), "SensorLayout::length[0]"));
+  CHECK(contains(layout_error(layout), "SensorLayout::length[0]"));
   layout = three_sensors<S>();
   layout.start.x.pop_back();
-  CHECK(contains(error_of(layout), "number of lengths, 3"));
+  CHECK(contains(layout_error(layout), "number of lengths, 3"));
 }

@@ -17,7 +17,7 @@ using namespace bristle;
 namespace {
 
 template <typename S>
-constexpr S near_zero = S(64) * Tolerance<S>::round_off();
+constexpr S near_zero_of_wrapping = S(64) * Tolerance<S>::round_off();
 
 /// Pose of a patch moved along z.
 template <typename S>
@@ -52,12 +52,12 @@ TEST_CASE_TEMPLATE("wrap_patch: a plane over a box lies on its top, and is cut w
   REQUIRE(skin.vertices.size() == 7 * 3);
   REQUIRE(skin.triangles.size() == 2 * 6 * 2);
   for (const Vec3<S>& p : skin.vertices) {
-    CHECK(std::abs(p.z() - S(0.21)) <= near_zero<S>);
-    CHECK(std::abs(p.x()) <= S(0.3) + near_zero<S>);
-    CHECK(std::abs(p.y()) <= S(0.1) + near_zero<S>);
+    CHECK(std::abs(p.z() - S(0.21)) <= near_zero_of_wrapping<S>);
+    CHECK(std::abs(p.x()) <= S(0.3) + near_zero_of_wrapping<S>);
+    CHECK(std::abs(p.y()) <= S(0.1) + near_zero_of_wrapping<S>);
   }
   for (std::size_t t = 0; t < skin.triangles.size(); ++t) {
-    CHECK((triangle_normal(skin, t) - Vec3<S>::UnitZ()).norm() <= near_zero<S>);
+    CHECK((triangle_normal(skin, t) - Vec3<S>::UnitZ()).norm() <= near_zero_of_wrapping<S>);
   }
 }
 
@@ -81,14 +81,14 @@ TEST_CASE_TEMPLATE(
       const Vec3<S>& p = skin.vertices[v];
       if (along == WrapOffset::ray) {
         // Straight above where it was met, which lies between the two radii.
-        CHECK((p - patch.mesh.vertices[v]).template head<2>().norm() <= near_zero<S>);
+        CHECK((p - patch.mesh.vertices[v]).template head<2>().norm() <= near_zero_of_wrapping<S>);
         const S met = (p - offset * Vec3<S>::UnitZ()).norm();
-        CHECK(met >= inner - near_zero<S>);
-        CHECK(met <= radius + near_zero<S>);
+        CHECK(met >= inner - near_zero_of_wrapping<S>);
+        CHECK(met <= radius + near_zero_of_wrapping<S>);
       } else {
         // |q + offset n|^2 = |q|^2 + 2 offset q . n + offset^2, and inner <= q . n <= |q|.
-        CHECK(p.norm() >= inner + offset - near_zero<S>);
-        CHECK(p.norm() <= radius + offset + near_zero<S>);
+        CHECK(p.norm() >= inner + offset - near_zero_of_wrapping<S>);
+        CHECK(p.norm() <= radius + offset + near_zero_of_wrapping<S>);
       }
     }
     for (std::size_t t = 0; t < skin.triangles.size(); ++t) {
@@ -117,8 +117,8 @@ TEST_CASE_TEMPLATE("wrap_patch: a cylinder shrinks onto a cylinder of facets", S
       const S r = std::hypot(p.x(), p.y()) - offset;
       const bool is_on_edge = r > (radius + face) / S(2);
       on_edges += is_on_edge ? 1 : 0;
-      CHECK(std::abs(r - (is_on_edge ? radius : face)) <= near_zero<S>);
-      CHECK(std::abs(p.z()) <= S(0.25) + near_zero<S>);
+      CHECK(std::abs(r - (is_on_edge ? radius : face)) <= near_zero_of_wrapping<S>);
+      CHECK(std::abs(p.z()) <= S(0.25) + near_zero_of_wrapping<S>);
     }
     CHECK(on_edges == int(n) * 6);
     for (std::size_t t = 0; t < skin.triangles.size(); ++t) {
@@ -141,7 +141,7 @@ TEST_CASE_TEMPLATE(
   for (std::size_t v = 0; v < skin.vertices.size(); ++v) {
     const Vec3<S>& d = patch.normals[v];
     const S met = half.cwiseQuotient(d.cwiseAbs()).minCoeff();
-    CHECK((skin.vertices[v] - (met + offset) * d).norm() <= near_zero<S>);
+    CHECK((skin.vertices[v] - (met + offset) * d).norm() <= near_zero_of_wrapping<S>);
   }
   for (std::size_t t = 0; t < skin.triangles.size(); ++t) {
     CHECK(triangle_normal(skin, t).dot(triangle_centroid(skin, t)) > S(0));
@@ -197,7 +197,7 @@ TEST_CASE_TEMPLATE("wrap_patch: turns with its pose", S, float, double) {
       wrap_patch<S>(patch, turned_sphere, {.offset = S(0.01), .X_SM = X});
   REQUIRE(turned.vertices.size() == skin.vertices.size());
   for (std::size_t v = 0; v < skin.vertices.size(); ++v) {
-    CHECK((turned.vertices[v] - X * skin.vertices[v]).norm() <= near_zero<S>);
+    CHECK((turned.vertices[v] - X * skin.vertices[v]).norm() <= near_zero_of_wrapping<S>);
   }
 }
 

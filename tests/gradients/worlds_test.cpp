@@ -24,7 +24,7 @@ namespace {
 using D = Dual<double, 2>;
 
 template <typename S>
-void run(World<S>& world, double seconds) {
+void advance(World<S>& world, double seconds) {
   const long steps = std::lround(seconds / static_cast<double>(world.time_step()));
   for (long i = 0; i < steps; ++i) world.step();
 }
@@ -55,7 +55,7 @@ constexpr auto thrown = [](auto gravity, auto speed) {
   World<S> world({.gravity = {S(0), S(0), -gravity}, .time_step = S(1e-3)});
   const BodyId ball =
       world.add_body({.mass = S(2), .shape = Sphere<S>{S(0.1)}, .velocity = {S(0), S(0), speed}});
-  run(world, 0.5);
+  advance(world, 0.5);
   return world.pose(ball).translation.z();
 };
 
@@ -70,7 +70,7 @@ constexpr auto bounced = [](auto restitution, auto height) {
   const BodyId ball = world.add_body({.shape = Sphere<S>{radius},
                                       .material = {.friction = S(0), .restitution = restitution},
                                       .position = {S(0), S(0), radius + height}});
-  run(world, 0.5);
+  advance(world, 0.5);
   return world.pose(ball).translation.z() - radius;
 };
 
@@ -85,7 +85,7 @@ constexpr auto slid = [](auto friction, auto speed) {
                                      .material = {.friction = friction},
                                      .position = {S(0), S(0), S(0.02)},
                                      .velocity = {speed, S(0), S(0)}});
-  run(world, 0.6);
+  advance(world, 0.6);
   return world.pose(box).translation.x();
 };
 
@@ -102,7 +102,7 @@ constexpr auto slid_down = [](auto friction, auto angle) {
                                      .shape = Box<S>{{S(0.1), S(0.1), S(0.02)}},
                                      .material = {.friction = friction},
                                      .position = {S(0), S(0), S(0.02)}});
-  run(world, 0.3);
+  advance(world, 0.3);
   return world.pose(box).translation.x();
 };
 
@@ -118,7 +118,7 @@ constexpr auto swung = [](auto length, auto gravity) {
                    .body_a = wall,
                    .body_b = rod,
                    .X_BJ = {Quat<S>::Identity(), {-length / S(2), S(0), S(0)}}});
-  run(world, 0.4);
+  advance(world, 0.4);
   return (world.pose(rod) * Vec3<S>(length / S(2), S(0), S(0))).z();
 };
 
