@@ -11,6 +11,8 @@
 #include <bristle/core/kernel_scratch.hpp>
 #include <bristle/core/parallel.hpp>
 #include <bristle/core/version.hpp>
+#include <bristle/dynamics/coulomb_branch.hpp>
+#include <bristle/dynamics/coulomb_newton.hpp>
 #include <bristle/geometry/mesh_shapes.hpp>
 #include <bristle/geometry/quickhull.hpp>
 #include <bristle/geometry/shapes.hpp>
@@ -22,6 +24,7 @@
 #include <bristle/io/svg_heat_map.hpp>
 #include <bristle/io/svg_plot.hpp>
 #include <bristle/io/trace.hpp>
+#include <bristle/math/envelope_lu.hpp>
 #include <bristle/math/rotation.hpp>
 #include <bristle/sensors/elastic_skin.hpp>
 #include <bristle/sensors/neighbour_order.hpp>

@@ -528,38 +528,67 @@ Sum sum_in_slices(std::size_t count, std::size_t size, std::size_t fewest_shared
 #define BRISTLE_TEXT_OF(number) BRISTLE_TEXT_OF_(number)
 #define BRISTLE_TEXT_OF_(number) #number
 
-// === bristle/geometry/mesh_shapes.hpp
+// === bristle/dynamics/coulomb_branch.hpp
 
 /// @file
-/// Meshes of simple shapes, for examples, tests and comparison with the exact shapes.
-// SPDX-License-Identifier: BSD-3-Clause
-
-// === bristle/geometry/shapes.hpp
-
-/// @file
-/// The shapes a body can have, as plain structs in their own frame.
+/// The branches of a row's law, on each of which it is linear.
 ///
-/// Axes of revolution run along z. Sizes are checked when a shape is given to a backend
-/// (`validate`), never silently repaired.
+/// With the response K of a row by itself and w~ = w + eps K (l - c) for the velocity w that it
+/// still has, its impulse l and a centre c, p = l - w~ / K tells the branch:
+///     open   (p_n <= 0):         l + dl = 0
+///     normal:                    w~ + J dv + eps K dl = 0
+///     stick  (|p_t| <= mu p_n):  the same of both tangents
+///     slip   (d = p_t / |p_t|, e across, a = mu p_n / |p_t|):
+///         d . (l_t + dl_t) = mu (l_n + dl_n)
+///         e . (l_t + dl_t) = a e . (p_t + dp_t), by which the direction turns
+///     bounded rows: as normal within their bounds, l + dl = bound beyond.
 // SPDX-License-Identifier: BSD-3-Clause
 
-// === bristle/geometry/convex_hull.hpp
+// === bristle/dynamics/island_row.hpp
 
 /// @file
-/// Convex solid with polygons as faces. Quickhull (geometry/quickhull.hpp) makes one from points.
+/// One constraint row of `IslandRows`: its Jacobian, its multiplier and the rule for it.
 // SPDX-License-Identifier: BSD-3-Clause
 
-// === bristle/geometry/aabb.hpp
+// === bristle/math/envelope_cholesky.hpp
 
 /// @file
-/// Axis-aligned box.
+/// Cholesky factorisation of a sparse symmetric matrix within its envelope.
+///
+/// Row i is kept from its first entry that is not zero up to the diagonal; all fill of the
+/// factorisation falls inside (Jennings 1966). Stacks and chains numbered end to end give narrow
+/// envelopes, so their cost grows with their length and not with its cube.
 // SPDX-License-Identifier: BSD-3-Clause
 
-// === bristle/math/transform.hpp
+// === bristle/core/refill.hpp
 
 /// @file
-/// Rigid transform: where one frame stands in another.
+/// Vectors filled with what is always the same: scratch that stops allocating, and numbers.
 // SPDX-License-Identifier: BSD-3-Clause
+
+#include <algorithm>
+#include <cstddef>
+#include <vector>
+
+namespace bristle::inline BRISTLE_ABI::detail {
+
+/// Makes a vector `count` equal values. Unlike `assign` it grows to twice what it was, so that
+/// sizes which wander (contacts of a pile) settle below it.
+template <typename T>
+void refill(std::vector<T>& vector, std::size_t count, const T& value) {
+  if (vector.capacity() < count) vector.reserve(std::max(count, 2 * vector.capacity()));
+  vector.assign(count, value);
+}
+
+/// Makes the elements of a vector 0, 1, 2, ... (`std::iota` would bring all of <numeric>, five
+/// hundred lines, into every file of a user.)
+template <typename T>
+void fill_numbers(std::vector<T>& vector) {
+  T next = T(0);
+  for (T& element : vector) element = next++;
+}
+
+}  // namespace bristle::inline BRISTLE_ABI::detail
 
 // === bristle/math/types.hpp
 
@@ -807,6 +836,1057 @@ template <typename Derived>
 }
 
 }  // namespace bristle::inline BRISTLE_ABI
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace bristle::inline BRISTLE_ABI {
+
+namespace detail {
+
+/// Sum of products, as four sums side by side: the compiler may not reorder one sum to fill its
+/// vector lanes.
+template <Scalar S>
+[[nodiscard]] S sum_of_products(const S* a, const S* b, std::size_t n) {
+  S sum[4] = {S(0), S(0), S(0), S(0)};
+  std::size_t i = 0;
+  for (; i + 4 <= n; i += 4) {
+    for (std::size_t k = 0; k < 4; ++k) sum[k] += a[i + k] * b[i + k];
+  }
+  for (; i < n; ++i) sum[0] += a[i] * b[i];
+  return (sum[0] + sum[1]) + (sum[2] + sum[3]);
+}
+
+}  // namespace detail
+
+/// Lower triangle of a symmetric positive definite matrix, and its factor in the same place.
+template <Scalar S>
+class EnvelopeMatrix {
+ public:
+  /// Sets the shape and all entries to zero.
+  /// @param first  Column of the first entry of each row, at most the row's own number.
+  void reset(std::span<const std::uint32_t> first) {
+    first_.assign(first.begin(), first.end());
+    start_.resize(first.size());
+    std::size_t size = 0;
+    for (std::size_t i = 0; i < first.size(); ++i) {
+      start_[i] = size - first[i];  // Wraps around; only sums with a column are used.
+      size += i - first[i] + 1;
+    }
+    detail::refill(values_, size, S(0));
+  }
+
+  [[nodiscard]] std::size_t size() const { return first_.size(); }
+  [[nodiscard]] std::uint32_t first(std::size_t row) const { return first_[row]; }
+  /// Entry of the lower triangle: first(i) <= j <= i.
+  [[nodiscard]] S& at(std::size_t i, std::size_t j) { return values_[start_[i] + j]; }
+  [[nodiscard]] S at(std::size_t i, std::size_t j) const { return values_[start_[i] + j]; }
+
+  /// y := A x, before it is factored.
+  void multiply(const S* x, S* y) const {
+    for (std::size_t i = 0; i < size(); ++i) {
+      const S* row_i = row(i);
+      y[i] = detail::sum_of_products(row_i + first_[i], x + first_[i], i - first_[i] + 1);
+      for (std::size_t k = first_[i]; k < i; ++k) y[k] += row_i[k] * x[i];
+    }
+  }
+
+  /// Replaces the matrix A by its factor L, A = L L^T.
+  /// @param floor  [1] As for `factor_cholesky`.
+  /// @return False when a pivot is not positive or not finite; the matrix is then spoilt.
+  [[nodiscard]] bool factor(S floor = S(0)) {
+    using std::sqrt;
+    for (std::size_t i = 0; i < size(); ++i) {
+      S* row_i = row(i);
+      for (std::size_t j = first_[i]; j < i; ++j) {
+        const S* row_j = row(j);
+        const std::size_t from = std::max(first_[i], first_[j]);
+        row_i[j] =
+            (row_i[j] - detail::sum_of_products(row_i + from, row_j + from, j - from)) / row_j[j];
+      }
+      const S diagonal = row_i[i];
+      S pivot =
+          diagonal - detail::sum_of_products(row_i + first_[i], row_i + first_[i], i - first_[i]);
+      if (pivot < floor * diagonal) pivot = floor * diagonal;
+      if (!(pivot > S(0)) || !(pivot < infinity<S>)) return false;
+      row_i[i] = sqrt(pivot);
+    }
+    return true;
+  }
+
+  /// x := A^-1 x, once factored.
+  void solve(S* x) const {
+    for (std::size_t i = 0; i < size(); ++i) {
+      const S* row_i = row(i);
+      x[i] = (x[i] - detail::sum_of_products(row_i + first_[i], x + first_[i], i - first_[i])) /
+             row_i[i];
+    }
+    for (std::size_t i = size(); i-- > 0;) {
+      const S* row_i = row(i);
+      x[i] /= row_i[i];
+      for (std::size_t k = first_[i]; k < i; ++k) x[k] -= row_i[k] * x[i];
+    }
+  }
+
+ private:
+  /// Pointer such that row(i)[j] is entry (i, j).
+  [[nodiscard]] S* row(std::size_t i) { return values_.data() + start_[i]; }
+  [[nodiscard]] const S* row(std::size_t i) const { return values_.data() + start_[i]; }
+
+  std::vector<std::uint32_t> first_;
+  std::vector<std::size_t> start_;  // Of each row in `values_`, less its first column.
+  std::vector<S> values_;
+};
+
+}  // namespace bristle::inline BRISTLE_ABI
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace bristle::inline BRISTLE_ABI {
+
+/// What the multiplier of a row may be.
+enum class RowKind : std::uint8_t {
+  /// Anything.
+  free,
+  /// What lies within [lower, upper].
+  bounded,
+  /// The normal part of a point of Coulomb's cone; two `tangent` rows follow.
+  cone,
+  /// See `cone`.
+  tangent
+};
+
+/// On which part of its rule a row is.
+enum class RowSide : std::uint8_t { inside, at_bound, sliding };
+
+/// A row over the velocities of two bodies. Velocities are relative to the row's target.
+template <typename Real>
+struct IslandRow {
+  static constexpr std::uint32_t none = 0xffffffffu;
+
+  std::uint32_t a = none;  // First unknown of each body, `none` where it has no unknowns.
+  std::uint32_t b = none;
+  RowKind kind = RowKind::free;
+  RowSide side = RowSide::inside;
+  std::array<Real, 6> jacobian_a{};
+  std::array<Real, 6> jacobian_b{};
+  Real target = Real(0);
+  Real aim = Real(0);       // Of it, what is not the motion of a body: a bounce, or a gap to close.
+  Real response = Real(0);  // K: velocity per own impulse; 0 for a row that is left out.
+  Real compliance = Real(0);  // What the velocity gives way by per impulse.
+  Real lower = Real(0);
+  Real upper = Real(0);
+  Real friction = Real(0);
+  Real shift = Real(0);  // Of a cone: what sliding adds to the normal velocity.
+  Real lambda = Real(0);
+  Real velocity = Real(0);
+  Real change = Real(0);  // Of the velocity, along the whole step of Newton's.
+
+  /// J v.
+  [[nodiscard]] Real times(const std::vector<Real>& v) const {
+    Real sum = Real(0);
+    if (a != none) {
+      for (std::size_t i = 0; i < 6; ++i) sum += jacobian_a[i] * v[a + i];
+    }
+    if (b != none) {
+      for (std::size_t i = 0; i < 6; ++i) sum += jacobian_b[i] * v[b + i];
+    }
+    return sum;
+  }
+  /// g += J^T x.
+  void add_to(std::vector<Real>& g, Real x) const {
+    if (a != none) {
+      for (std::size_t i = 0; i < 6; ++i) g[a + i] += x * jacobian_a[i];
+    }
+    if (b != none) {
+      for (std::size_t i = 0; i < 6; ++i) g[b + i] += x * jacobian_b[i];
+    }
+  }
+  /// The nearest value that a row without a cone may have.
+  [[nodiscard]] Real clamped(Real x) const {
+    return kind == RowKind::free ? x : std::min(std::max(x, lower), upper);
+  }
+  /// [velocity per impulse] R and what the row itself gives way by: the inverse of the slope of
+  /// lambda+.
+  [[nodiscard]] Real softness(Real eps) const { return eps * response + compliance; }
+  /// What the multiplier would be without its rule, a part s of the way along the step.
+  [[nodiscard]] Real proposed(Real eps, Real s) const {
+    if (!(response > Real(0))) return Real(0);
+    return lambda - (velocity + shift + s * change + compliance * lambda) / softness(eps);
+  }
+};
+
+namespace detail {
+
+/// Moves a point into a disk, radially.
+template <typename Real>
+void shrink(Real radius, Real& x, Real& y) {
+  using std::hypot;
+  const Real length = hypot(x, y);
+  if (length <= radius) return;
+  x *= radius / length;
+  y *= radius / length;
+}
+
+/// Moves (n, x, y) to the nearest point of a friction cone, which may be as narrow as a line.
+template <typename Real>
+void project_on_cone(Real friction, Real& n, Real& x, Real& y) {
+  using std::hypot;
+  const Real t = hypot(x, y);
+  if (n >= Real(0) && t <= friction * n) return;
+  if (friction * t <= -n) {
+    n = x = y = Real(0);
+    return;
+  }
+  n = (n + friction * t) / (Real(1) + friction * friction);
+  const Real scale = t > Real(0) ? friction * n / t : Real(0);
+  x *= scale;
+  y *= scale;
+}
+
+/// h += weight j j^T, j the Jacobian of a row.
+template <typename Real>
+void add_square(EnvelopeMatrix<Real>& h, Real weight, const IslandRow<Real>& row) {
+  const std::uint32_t unknown[2] = {row.a, row.b};
+  const std::array<Real, 6>* j[2] = {&row.jacobian_a, &row.jacobian_b};
+  for (std::size_t k = 0; k < 2; ++k) {
+    if (unknown[k] == row.none) continue;
+    for (std::size_t l = 0; l < 2; ++l) {
+      if (unknown[l] == row.none || unknown[l] > unknown[k]) continue;
+      for (std::size_t p = 0; p < 6; ++p) {
+        const Real left = weight * (*j[k])[p];
+        const std::size_t end = k == l ? p + 1 : 6;
+        Real* out = &h.at(unknown[k] + p, unknown[l]);
+        for (std::size_t q = 0; q < end; ++q) out[q] += left * (*j[l])[q];
+      }
+    }
+  }
+}
+
+}  // namespace detail
+
+/// Largest distance of a row from its law, as the velocity that its own response makes of it.
+/// @param lambda, velocity  Multipliers and velocities of all rows.
+template <typename Real>
+[[nodiscard]] Real distance_from_law(std::span<const IslandRow<Real>> rows,
+                                     std::span<const Real> lambda, std::span<const Real> velocity) {
+  using std::abs;
+  using std::hypot;
+  Real largest = Real(0);
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    const IslandRow<Real>& row = rows[i];
+    const Real K = row.response;
+    if (!(K > Real(0)) || row.kind == RowKind::tangent) continue;
+    const Real proposed =
+        lambda[i] - (velocity[i] + row.compliance * lambda[i]) / (K + row.compliance);
+    if (row.kind != RowKind::cone) {
+      largest = std::max(largest, K * abs(lambda[i] - row.clamped(proposed)));
+      continue;
+    }
+    largest = std::max(largest, K * abs(lambda[i] - std::max(Real(0), proposed)));
+    Real x = lambda[i + 1] - velocity[i + 1] / K;
+    Real y = lambda[i + 2] - velocity[i + 2] / K;
+    detail::shrink(row.friction * std::max(Real(0), lambda[i]), x, y);
+    largest = std::max(largest, K * hypot(lambda[i + 1] - x, lambda[i + 2] - y));
+  }
+  return largest;
+}
+
+}  // namespace bristle::inline BRISTLE_ABI
+
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+
+namespace bristle::inline BRISTLE_ABI {
+
+/// On which branch a row is.
+enum class CoulombState : std::uint8_t { unknown, open, stick, slip, inside, at_lower, at_upper };
+
+/// The law of a row on its branch: dl = constant + D J dv. Of a cone the whole of its three rows.
+template <typename Real>
+struct CoulombBranch {
+  CoulombState state = CoulombState::unknown;
+  /// D of the normal, or of a single row; of the tangents by the normal; of the tangents.
+  Real normal = Real(0);
+  std::array<Real, 2> drag{};
+  Real xx = Real(0), xy = Real(0), yy = Real(0);
+  std::array<Real, 3> constant{};
+};
+
+/// Of a row without a cone.
+/// @param l, w  Its impulse, and w~.
+template <typename Real>
+[[nodiscard]] CoulombBranch<Real> branch_of_single(const IslandRow<Real>& row, Real l, Real w,
+                                                   Real eps) {
+  CoulombBranch<Real> branch;
+  branch.state = CoulombState::open;
+  if (!(row.response > Real(0))) return branch;
+  const Real left = w + row.compliance * l;
+  if (row.kind == RowKind::bounded) {
+    const Real proposed = l - left / (row.response + row.compliance);
+    if (!(proposed > row.lower) || !(proposed < row.upper)) {
+      branch.state = proposed > row.lower ? CoulombState::at_upper : CoulombState::at_lower;
+      branch.constant[0] = row.clamped(proposed) - l;
+      return branch;
+    }
+  }
+  branch.state = CoulombState::inside;
+  branch.normal = Real(-1) / row.softness(eps);
+  branch.constant[0] = branch.normal * left;
+  return branch;
+}
+
+/// Of a contact.
+/// @param row   The row of its normal.
+/// @param l, w  Impulses, and w~, of the normal and the tangents.
+template <typename Real>
+[[nodiscard]] CoulombBranch<Real> branch_of_cone(const IslandRow<Real>& row,
+                                                 const std::array<Real, 3>& l,
+                                                 const std::array<Real, 3>& w, Real eps) {
+  using std::hypot;
+  CoulombBranch<Real> branch;
+  branch.state = CoulombState::open;
+  const Real K = row.response;
+  if (!(K > Real(0))) return branch;
+  const Real normal = l[0] - w[0] / K;
+  if (!(normal > Real(0))) {
+    branch.constant = {-l[0], -l[1], -l[2]};
+    return branch;
+  }
+  const Real slope = Real(-1) / (eps * K);
+  branch.normal = slope;
+  branch.constant[0] = slope * w[0];
+  const Real px = l[1] - w[1] / K;
+  const Real py = l[2] - w[2] / K;
+  const Real length = hypot(px, py);
+  const Real bound = row.friction * normal;
+  if (length <= bound) {
+    branch.state = CoulombState::stick;
+    branch.xx = branch.yy = slope;
+    branch.constant[1] = slope * w[1];
+    branch.constant[2] = slope * w[2];
+    return branch;
+  }
+  branch.state = CoulombState::slip;
+  const std::array<Real, 2> along{px / length, py / length};
+  const std::array<Real, 2> across{-along[1], along[0]};
+  const Real share = bound / length;
+  const Real rest = Real(1) - share * (Real(1) - eps);
+  const Real give = share / (K * rest);
+  const Real to_bound =
+      row.friction * (l[0] + branch.constant[0]) - l[1] * along[0] - l[2] * along[1];
+  const Real to_line = -(l[1] * across[0] + l[2] * across[1]) / rest;
+  branch.xx = -give * across[0] * across[0];
+  branch.xy = -give * across[0] * across[1];
+  branch.yy = -give * across[1] * across[1];
+  for (std::size_t i = 0; i < 2; ++i) {
+    branch.drag[i] = along[i] * row.friction * slope;
+    branch.constant[i + 1] = along[i] * to_bound + across[i] * to_line;
+  }
+  return branch;
+}
+
+}  // namespace bristle::inline BRISTLE_ABI
+
+// === bristle/dynamics/coulomb_newton.hpp
+
+/// @file
+/// Newton's method on Coulomb's law as it is, for islands in which contacts slide.
+///
+/// Unknown are the velocities v of the bodies and the impulses l of all rows. On the branch that a
+/// row is on (coulomb_branch.hpp) its law is linear, dl = q + D J dv, so that
+///     [Mt - J^T D J] dv = r - Mt v + J^T (l + q).
+/// The bound of friction moves with the normal impulse, which makes the matrix nonsymmetric and
+/// convergence fast: where the bound lags a pass behind, pushed blocks converge by a factor of
+/// about mu^2 a pass only.
+///
+/// Newton's method finds nothing from far away. It begins where the last step ended, moves the
+/// centre and makes eps smaller once the problem with eps is solved, and judges impulses alone:
+/// those within their bounds, with the velocities that they give. The best that take energy are
+/// kept.
+// SPDX-License-Identifier: BSD-3-Clause
+
+// === bristle/math/envelope_lu.hpp
+
+/// @file
+/// LU factorisation of a sparse matrix of 6x6 blocks within its envelope.
+///
+/// The pattern of the matrix is symmetric, its numbers are not. Lower blocks are kept in rows,
+/// upper blocks in columns, both from the first block that is not zero to the diagonal: all fill
+/// falls inside (Jennings 1966), and every inner product runs over contiguous memory. Pivots are
+/// chosen within the blocks of the diagonal, which single entries of the diagonal would not
+/// survive: that of a contact which slides at the friction angle is zero.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <utility>
+#include <vector>
+
+namespace bristle::inline BRISTLE_ABI {
+
+/// A 6x6 matrix, row by row.
+template <Scalar S>
+using Block6 = std::array<S, 36>;
+
+/// The matrix, and its factors in the same place. A = L U, L with unit blocks on its diagonal.
+template <Scalar S>
+class EnvelopeLu {
+ public:
+  /// Sets the shape and the numbers to those of a symmetric matrix whose rows begin at multiples of
+  /// six, not factored.
+  void assign(const EnvelopeMatrix<S>& symmetric) {
+    blocks_ = symmetric.size() / 6;
+    first_.resize(blocks_);
+    start_.resize(6 * blocks_);
+    std::size_t size = 0;
+    for (std::size_t i = 0; i < blocks_; ++i) {
+      first_[i] = symmetric.first(6 * i) / 6;
+      for (std::size_t k = 6 * i; k < 6 * i + 6; ++k) {
+        start_[k] = size - 6 * first_[i];  // Wraps around; only sums with a column are used.
+        size += 6 * (i - first_[i] + 1);
+      }
+    }
+    detail::refill(rows_, size, S(0));
+    detail::refill(columns_, size, S(0));
+    inverses_.resize(blocks_);
+    for (std::size_t i = 0; i < 6 * blocks_; ++i) {
+      const std::size_t diagonal = i / 6 * 6;
+      for (std::size_t j = symmetric.first(i); j < diagonal; ++j) {
+        row(i)[j] = column(i)[j] = symmetric.at(i, j);
+      }
+      for (std::size_t j = diagonal; j <= i; ++j) row(i)[j] = row(j)[i] = symmetric.at(i, j);
+    }
+  }
+
+  /// Adds to a block within the envelope.
+  void add(std::size_t block_row, std::size_t block_column, const Block6<S>& x) {
+    const bool is_lower = block_row >= block_column;
+    for (std::size_t i = 0; i < 6; ++i) {
+      for (std::size_t j = 0; j < 6; ++j) {
+        if (is_lower) {
+          row(6 * block_row + i)[6 * block_column + j] += x[6 * i + j];
+        } else {
+          column(6 * block_column + j)[6 * block_row + i] += x[6 * i + j];
+        }
+      }
+    }
+  }
+
+  /// Replaces the matrix by its factors.
+  /// @return False when a block of the diagonal is singular or not finite; the matrix is then
+  /// spoilt.
+  [[nodiscard]] bool factor() {
+    for (std::size_t i = 0; i < blocks_; ++i) {
+      for (std::size_t j = first_[i]; j < i; ++j) {
+        const std::size_t from = 6 * std::max(first_[i], first_[j]);
+        const std::size_t count = 6 * j - from;
+        for (std::size_t k = 6 * i; k < 6 * i + 6; ++k) {
+          S below[6];
+          for (std::size_t b = 0; b < 6; ++b) {
+            const std::size_t c = 6 * j + b;
+            below[b] = row(k)[c] - detail::sum_of_products(row(k) + from, column(c) + from, count);
+            column(k)[c] -= detail::sum_of_products(column(k) + from, row(c) + from, count);
+          }
+          times_inverse(below, inverses_[j], row(k) + 6 * j);
+        }
+      }
+      const std::size_t from = 6 * first_[i];
+      const std::size_t count = 6 * i - from;
+      Block6<S> pivot;
+      for (std::size_t a = 0; a < 6; ++a) {
+        for (std::size_t b = 0; b < 6; ++b) {
+          pivot[6 * a + b] =
+              row(6 * i + a)[6 * i + b] -
+              detail::sum_of_products(row(6 * i + a) + from, column(6 * i + b) + from, count);
+        }
+      }
+      if (!invert(pivot, inverses_[i])) return false;
+    }
+    return true;
+  }
+
+  /// x := A^-1 x, once factored.
+  void solve(S* x) const {
+    for (std::size_t i = 0; i < 6 * blocks_; ++i) {
+      const std::size_t from = 6 * first_[i / 6];
+      x[i] -= detail::sum_of_products(row(i) + from, x + from, i / 6 * 6 - from);
+    }
+    for (std::size_t i = blocks_; i-- > 0;) {
+      S found[6];
+      for (std::size_t a = 0; a < 6; ++a)
+        found[a] = detail::sum_of_products(&inverses_[i][6 * a], x + 6 * i, 6);
+      for (std::size_t a = 0; a < 6; ++a) {
+        x[6 * i + a] = found[a];
+        const S* above = column(6 * i + a);
+        for (std::size_t k = 6 * first_[i]; k < 6 * i; ++k) x[k] -= above[k] * found[a];
+      }
+    }
+  }
+
+ private:
+  /// Pointers such that row(i)[j] is entry (i, j) for j up to the end of the diagonal's block, and
+  /// column(i)[j] is entry (j, i) above it.
+  [[nodiscard]] S* row(std::size_t i) { return rows_.data() + start_[i]; }
+  [[nodiscard]] const S* row(std::size_t i) const { return rows_.data() + start_[i]; }
+  [[nodiscard]] S* column(std::size_t i) { return columns_.data() + start_[i]; }
+  [[nodiscard]] const S* column(std::size_t i) const { return columns_.data() + start_[i]; }
+
+  static void times_inverse(const S (&x)[6], const Block6<S>& inverse, S* out) {
+    for (std::size_t b = 0; b < 6; ++b) {
+      S sum = S(0);
+      for (std::size_t k = 0; k < 6; ++k) sum += x[k] * inverse[6 * k + b];
+      out[b] = sum;
+    }
+  }
+
+  /// Inverse by Gauss and Jordan, with the largest pivot of each column.
+  [[nodiscard]] static bool invert(Block6<S>& m, Block6<S>& inverse) {
+    using std::abs;
+    inverse.fill(S(0));
+    for (std::size_t i = 0; i < 6; ++i) inverse[7 * i] = S(1);
+    const auto swap_rows = [](Block6<S>& x, std::size_t i, std::size_t j) {
+      for (std::size_t k = 0; k < 6; ++k) std::swap(x[6 * i + k], x[6 * j + k]);
+    };
+    for (std::size_t c = 0; c < 6; ++c) {
+      std::size_t best = c;
+      for (std::size_t i = c + 1; i < 6; ++i) {
+        if (abs(m[6 * i + c]) > abs(m[6 * best + c])) best = i;
+      }
+      const S pivot = m[6 * best + c];
+      if (!(abs(pivot) > S(0)) || !(abs(pivot) < infinity<S>)) return false;
+      if (best != c) {
+        swap_rows(m, c, best);
+        swap_rows(inverse, c, best);
+      }
+      const S scale = S(1) / pivot;
+      for (std::size_t k = 0; k < 6; ++k) {
+        m[6 * c + k] *= scale;
+        inverse[6 * c + k] *= scale;
+      }
+      for (std::size_t i = 0; i < 6; ++i) {
+        if (i == c) continue;
+        const S share = m[6 * i + c];
+        for (std::size_t k = 0; k < 6; ++k) {
+          m[6 * i + k] -= share * m[6 * c + k];
+          inverse[6 * i + k] -= share * inverse[6 * c + k];
+        }
+      }
+    }
+    return true;
+  }
+
+  std::size_t blocks_ = 0;
+  std::vector<std::size_t> first_;   // Of each block row, in blocks.
+  std::vector<std::size_t> start_;   // Of each row in `rows_`, less its first column.
+  std::vector<S> rows_, columns_;    // Lower blocks with the diagonal, upper blocks.
+  std::vector<Block6<S>> inverses_;  // Of the blocks on the diagonal of U.
+};
+
+}  // namespace bristle::inline BRISTLE_ABI
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace bristle::inline BRISTLE_ABI {
+
+/// An island as `CoulombNewton` takes it.
+template <typename Real>
+struct CoulombProblem {
+  /// With the impulses to start from.
+  std::span<const IslandRow<Real>> rows;
+  /// Mt and r: masses with what is linear in the velocities, and the momentum without constraints.
+  const EnvelopeMatrix<Real>* matrix;
+  std::span<const Real> rhs;
+  /// Whether Mt is M: bodies act on each other through the rows alone.
+  bool is_uncoupled;
+  /// [m/s, rad/s] Velocities at the start of the step, and after it without constraints.
+  const std::vector<Real>*start, *free;
+  /// [m/s] Residual that does not count.
+  Real tolerance;
+  /// [m/s] By how much forces and drives change velocities in the step.
+  Real speed_change;
+
+  /// [m/s] Residual that is worth no more work: a thousandth of the slip, or of what forces change
+  /// in the step. What rests is never left like that: its errors would add up.
+  [[nodiscard]] Real good_enough(Real slip) const {
+    return std::max(tolerance, Real(1e-3) * std::min(speed_change, slip));
+  }
+};
+
+/// What `CoulombNewton` found.
+template <typename Real>
+struct CoulombAnswer {
+  /// [m/s] Largest distance of a row from its law.
+  Real residual = infinity<Real>;
+  /// [m/s] Speed of the fastest contact that slides.
+  Real slip = Real(0);
+  /// [m/s, rad/s] By how much the impulses change velocities along the rows.
+  Real change = Real(0);
+  /// With which the last factorisation was done.
+  Real eps = Real(0);
+  /// [-] Factorisations.
+  int factorisations = 0;
+};
+
+/// Scratch memory and the algorithm.
+template <typename Real>
+class CoulombNewton {
+ public:
+  using Row = IslandRow<Real>;
+
+  /// Finds impulses and velocities.
+  CoulombAnswer<Real> solve(const CoulombProblem<Real>& problem) {
+    CoulombAnswer<Real> answer;
+    const std::span<const Row> rows = problem.rows;
+    start(problem);
+    Real eps = Real(1e-3);
+    evaluate(rows, v_, velocity_);
+    // Where the last step's impulses are far from any answer they are none to seek it near.
+    if (distance_from_law<Real>(rows, impulse_, velocity_) > Real(3) * problem.speed_change) {
+      eps = Real(1e-2);
+      std::fill(centre_.begin(), centre_.end(), Real(0));
+    }
+    if (!factor_response(problem)) return answer;
+    // What stays as it was needs no factorisation.
+    judge(problem, answer);
+    const Real nothing = Real(1e-2) * problem.tolerance;
+    if (answer.residual <= nothing && is_steady(problem, nothing)) return answer;
+    answer.residual = infinity<Real>;
+
+    Real factored_eps = Real(-1);  // None is factored.
+    Real least_eps = Real(1e-6);
+    Real nearest = infinity<Real>;  // To the law with eps, of all steps from this centre.
+    Real before = infinity<Real>;
+    Real at_centre = infinity<Real>;
+    int centres = 0;
+    for (int i = 0; i < most_iterations; ++i) {
+      const bool has_switched = linearise(rows, eps);
+      const bool is_fresh = has_switched || factored_eps != eps;
+      find_gradient(problem);
+      if (is_fresh) {
+        if (!factor(problem)) break;
+        ++answer.factorisations;
+        factored_ = branches_;
+        factored_eps = answer.eps = eps;
+      }
+      solve_linear(step_);
+      if (!advance(rows)) break;
+      evaluate(rows, v_, velocity_);
+      answer.slip = fastest_slip(rows);
+
+      const Real left = distance_from_law<Real>(rows, impulse_, velocity_);
+      if (left <= problem.tolerance) {
+        answer.residual = left;
+        best_ = impulse_;
+        move_into_bounds(rows, best_);
+        best_v_ = v_;
+        answer.change = largest_change(velocity_);
+        break;
+      }
+      judge(problem, answer);
+      if (answer.residual <= Real(1e-2) * problem.good_enough(answer.slip)) break;
+
+      for (std::size_t k = 0; k < rows.size(); ++k) compliant_[k] = compliant(rows[k], k, eps);
+      const Real of_compliant = distance_from_law<Real>(rows, impulse_, compliant_);
+      if (of_compliant > Real(3) * nearest && eps < Real(largest_eps)) {
+        // A step that leads away from the law was too long: a larger eps keeps the next near the
+        // centre, which moves to where the law was nearest.
+        v_ = nearest_v_;
+        impulse_ = centre_ = nearest_impulse_;
+        evaluate(rows, v_, velocity_);
+        eps = least_eps = Real(10) * eps;
+        nearest = before = infinity<Real>;
+        continue;
+      }
+      if (of_compliant < nearest) keep_nearest(of_compliant, nearest);
+      // A factor that no longer helps is made anew.
+      if (!is_fresh && of_compliant > Real(0.1) * before) factored_eps = Real(-1);
+      before = of_compliant;
+      if (of_compliant > std::max(Real(0.1) * problem.tolerance, Real(0.1) * left)) continue;
+      if (centres++ > 0 && left > Real(0.5) * at_centre) break;
+      // The factor serves on where it converges fast.
+      if (left > Real(0.03) * at_centre) eps = std::max(least_eps, Real(0.1) * eps);
+      at_centre = left;
+      centre_ = impulse_;
+      before = infinity<Real>;
+      keep_nearest(left, nearest);
+    }
+    return answer;
+  }
+
+  /// The impulses that were found, and the velocities [m/s, rad/s] that they give.
+  [[nodiscard]] Real impulse(std::size_t row) const { return best_[row]; }
+  /// x := H^-1 x with the last matrix that was factored, H = Mt - J^T D J.
+  void solve_linear(std::vector<Real>& x) const {
+    if (is_symmetric_) {
+      cholesky_.solve(x.data());
+    } else {
+      lu_.solve(x.data());
+    }
+  }
+  [[nodiscard]] const std::vector<Real>& velocities() const { return best_v_; }
+
+ private:
+  static constexpr int most_iterations = 30;
+  static constexpr double largest_eps = 0.1;
+
+  using State = CoulombState;
+  using Branch = CoulombBranch<Real>;
+
+  void start(const CoulombProblem<Real>& problem) {
+    const std::size_t count = problem.rows.size();
+    v_ = *problem.start;
+    detail::refill(impulse_, count, Real(0));
+    detail::refill(best_, count, Real(0));
+    for (std::size_t k = 0; k < count; ++k) {
+      best_[k] = problem.rows[k].lambda;
+      if (problem.rows[k].response > Real(0)) impulse_[k] = best_[k];
+    }
+    best_v_ = v_;
+    centre_ = impulse_;
+    velocity_.resize(count);
+    compliant_.resize(count);
+    candidate_.resize(count);
+    detail::refill(branches_, count, Branch{});
+    step_.resize(v_.size());
+    free_velocity_.resize(count);
+    evaluate(problem.rows, *problem.free, free_velocity_);
+  }
+
+  static void evaluate(std::span<const Row> rows, const std::vector<Real>& v,
+                       std::vector<Real>& out) {
+    for (std::size_t k = 0; k < rows.size(); ++k) out[k] = rows[k].times(v) - rows[k].target;
+  }
+
+  /// Whether the best answer leaves the velocities as they were at the start of the step.
+  [[nodiscard]] bool is_steady(const CoulombProblem<Real>& problem, Real nothing) const {
+    using std::abs;
+    for (std::size_t i = 0; i < best_v_.size(); ++i) {
+      if (abs(best_v_[i] - (*problem.start)[i]) > nothing) return false;
+    }
+    return true;
+  }
+
+  void keep_nearest(Real distance, Real& nearest) {
+    nearest = distance;
+    nearest_v_ = v_;
+    nearest_impulse_ = impulse_;
+  }
+
+  /// w~ of a row.
+  [[nodiscard]] Real compliant(const Row& row, std::size_t k, Real eps) const {
+    return velocity_[k] + eps * row.response * (impulse_[k] - centre_[k]);
+  }
+
+  /// Finds the branch of each row.
+  /// @return Whether any has changed.
+  bool linearise(std::span<const Row> rows, Real eps) {
+    bool has_switched = false;
+    for (std::size_t k = 0; k < rows.size(); ++k) {
+      const Row& row = rows[k];
+      if (row.kind == RowKind::tangent) continue;
+      Branch& branch = branches_[k];
+      const State last = branch.state;
+      const Real w = compliant(row, k, eps);
+      if (row.kind == RowKind::cone) {
+        const std::array<Real, 3> velocities{w, compliant(rows[k + 1], k + 1, eps),
+                                             compliant(rows[k + 2], k + 2, eps)};
+        branch =
+            branch_of_cone(row, {impulse_[k], impulse_[k + 1], impulse_[k + 2]}, velocities, eps);
+      } else {
+        branch = branch_of_single(row, impulse_[k], w, eps);
+      }
+      has_switched |= branch.state != last;
+    }
+    return has_switched;
+  }
+
+  /// step := r - Mt v + J^T (l + constant).
+  void find_gradient(const CoulombProblem<Real>& problem) {
+    problem.matrix->multiply(v_.data(), step_.data());
+    for (std::size_t i = 0; i < step_.size(); ++i) step_[i] = problem.rhs[i] - step_[i];
+    for_each_part(problem.rows, [&](std::size_t k, std::size_t part) {
+      const Real x = impulse_[k + part] + branches_[k].constant[part];
+      if (x != Real(0)) problem.rows[k + part].add_to(step_, x);
+    });
+  }
+
+  /// Factors Mt - J^T D J, which is symmetric where nothing slides.
+  [[nodiscard]] bool factor(const CoulombProblem<Real>& problem) {
+    is_symmetric_ = std::none_of(branches_.begin(), branches_.end(),
+                                 [](const Branch& b) { return b.state == State::slip; });
+    if (!is_symmetric_) {
+      assemble(problem);
+      return lu_.factor();
+    }
+    cholesky_ = *problem.matrix;
+    const std::span<const Row> rows = problem.rows;
+    for (std::size_t k = 0; k < rows.size(); ++k) {
+      const Branch& branch = branches_[k];
+      if (rows[k].kind == RowKind::tangent || branch.normal == Real(0)) continue;
+      detail::add_square(cholesky_, -branch.normal, rows[k]);
+      if (rows[k].kind != RowKind::cone) continue;
+      detail::add_square(cholesky_, -branch.xx, rows[k + 1]);
+      detail::add_square(cholesky_, -branch.yy, rows[k + 2]);
+    }
+    return cholesky_.factor();
+  }
+
+  /// The matrix in which contacts slide.
+  void assemble(const CoulombProblem<Real>& problem) {
+    lu_.assign(*problem.matrix);
+    const std::span<const Row> rows = problem.rows;
+    const Row* of_pair = nullptr;
+    for (std::size_t k = 0; k < rows.size(); ++k) {
+      const Row& row = rows[k];
+      const Branch& branch = branches_[k];
+      if (row.kind == RowKind::tangent || branch.normal == Real(0)) continue;
+      // Rows between the same two bodies follow each other and are summed first.
+      if (of_pair == nullptr || row.a != of_pair->a || row.b != of_pair->b) {
+        if (of_pair != nullptr) add_pair(*of_pair);
+        of_pair = &row;
+        for (Block6<Real>& x : pair_) x.fill(Real(0));
+      }
+      if (row.kind != RowKind::cone) {
+        add_product(row, sides(row, -branch.normal));
+        continue;
+      }
+      add_product(row, sides(rows, k, {-branch.normal, Real(0), Real(0)}));
+      if (branch.state == State::open) continue;
+      add_product(rows[k + 1], sides(rows, k, {-branch.drag[0], -branch.xx, -branch.xy}));
+      add_product(rows[k + 2], sides(rows, k, {-branch.drag[1], -branch.xy, -branch.yy}));
+    }
+    if (of_pair != nullptr) add_pair(*of_pair);
+  }
+
+  /// Combinations of Jacobians, over both bodies.
+  using Sides = std::array<std::array<Real, 6>, 2>;
+  [[nodiscard]] static Sides sides(const Row& row, Real weight) {
+    Sides out;
+    for (std::size_t i = 0; i < 6; ++i) {
+      out[0][i] = weight * row.jacobian_a[i];
+      out[1][i] = weight * row.jacobian_b[i];
+    }
+    return out;
+  }
+  [[nodiscard]] static Sides sides(std::span<const Row> rows, std::size_t k,
+                                   const std::array<Real, 3>& weights) {
+    Sides out = sides(rows[k], weights[0]);
+    for (std::size_t part = 1; part < 3; ++part) {
+      if (weights[part] == Real(0)) continue;
+      for (std::size_t i = 0; i < 6; ++i) {
+        out[0][i] += weights[part] * rows[k + part].jacobian_a[i];
+        out[1][i] += weights[part] * rows[k + part].jacobian_b[i];
+      }
+    }
+    return out;
+  }
+
+  /// Adds left^T right to the sums of the pair: blocks aa, ab, ba, bb.
+  void add_product(const Row& left, const Sides& right) {
+    const std::array<Real, 6>* l[2] = {&left.jacobian_a, &left.jacobian_b};
+    const bool moves[2] = {left.a != Row::none, left.b != Row::none};
+    for (std::size_t s = 0; s < 2; ++s) {
+      for (std::size_t t = 0; t < 2; ++t) {
+        if (!moves[s] || !moves[t]) continue;
+        Block6<Real>& out = pair_[2 * s + t];
+        for (std::size_t i = 0; i < 6; ++i) {
+          for (std::size_t j = 0; j < 6; ++j) out[6 * i + j] += (*l[s])[i] * right[t][j];
+        }
+      }
+    }
+  }
+
+  void add_pair(const Row& of) {
+    const std::uint32_t bodies[2] = {of.a, of.b};
+    for (std::size_t s = 0; s < 2; ++s) {
+      for (std::size_t t = 0; t < 2; ++t) {
+        if (bodies[s] == Row::none || bodies[t] == Row::none) continue;
+        lu_.add(bodies[s] / 6, bodies[t] / 6, pair_[2 * s + t]);
+      }
+    }
+  }
+
+  /// Takes the step. With a factor of an earlier iteration its slopes belong to it, too.
+  /// @return False where the step is not finite; nothing has changed then.
+  bool advance(std::span<const Row> rows) {
+    using std::abs;
+    Real size = Real(0);
+    for (const Real x : step_) size = std::max(size, abs(x));
+    if (!(size < infinity<Real>)) return false;
+    for (std::size_t i = 0; i < v_.size(); ++i) v_[i] += step_[i];
+    for (std::size_t k = 0; k < rows.size(); ++k) {
+      const Row& row = rows[k];
+      if (row.kind == RowKind::tangent || !(row.response > Real(0))) continue;
+      const Branch& slope = factored_[k];
+      const Real n = row.times(step_);
+      impulse_[k] += branches_[k].constant[0] + slope.normal * n;
+      if (row.kind != RowKind::cone) continue;
+      const Real x = rows[k + 1].times(step_);
+      const Real y = rows[k + 2].times(step_);
+      impulse_[k + 1] += branches_[k].constant[1] + slope.drag[0] * n + slope.xx * x + slope.xy * y;
+      impulse_[k + 2] += branches_[k].constant[2] + slope.drag[1] * n + slope.xy * x + slope.yy * y;
+    }
+    return true;
+  }
+
+  /// Prepares `respond`: factors Mt, without its empty places where bodies are not coupled by it.
+  bool factor_response(const CoulombProblem<Real>& problem) {
+    const EnvelopeMatrix<Real>& matrix = *problem.matrix;
+    first_.resize(matrix.size());
+    for (std::size_t i = 0; i < matrix.size(); ++i) {
+      first_[i] = problem.is_uncoupled ? static_cast<std::uint32_t>(i / 6 * 6) : matrix.first(i);
+    }
+    response_.reset(first_);
+    for (std::size_t i = 0; i < matrix.size(); ++i) {
+      for (std::size_t j = first_[i]; j <= i; ++j) response_.at(i, j) = matrix.at(i, j);
+    }
+    return response_.factor();
+  }
+
+  static void move_into_bounds(std::span<const Row> rows, std::vector<Real>& impulse) {
+    for (std::size_t k = 0; k < rows.size(); ++k) {
+      const Row& row = rows[k];
+      if (row.kind == RowKind::tangent || !(row.response > Real(0))) continue;
+      if (row.kind != RowKind::cone) {
+        impulse[k] = row.clamped(impulse[k]);
+        continue;
+      }
+      impulse[k] = std::max(Real(0), impulse[k]);
+      detail::shrink(row.friction * impulse[k], impulse[k + 1], impulse[k + 2]);
+    }
+  }
+
+  /// Keeps the impulses of the present iterate, moved into their bounds, if with the velocities
+  /// that they give they are nearer to the law than the best, and take energy, to the error that a
+  /// solution may have anyway. What rows do to the bodies' energy is sum l . (w_free + w) / 2 in
+  /// velocities that are not relative to what they aim at.
+  void judge(const CoulombProblem<Real>& problem, CoulombAnswer<Real>& answer) {
+    using std::abs;
+    const std::span<const Row> rows = problem.rows;
+    candidate_v_.assign(problem.rhs.begin(), problem.rhs.end());
+    candidate_ = impulse_;
+    move_into_bounds(rows, candidate_);
+    for_each_part(rows, [&](std::size_t k, std::size_t part) {
+      const Real x = candidate_[k + part];
+      if (x != Real(0)) rows[k + part].add_to(candidate_v_, x);
+    });
+    response_.solve(candidate_v_.data());
+    evaluate(rows, candidate_v_, compliant_);
+    const Real error = problem.good_enough(answer.slip);
+    Real work = Real(0);
+    for (std::size_t k = 0; k < rows.size(); ++k) {
+      if (rows[k].kind == RowKind::bounded) continue;
+      work += candidate_[k] * ((free_velocity_[k] + compliant_[k]) / Real(2) + rows[k].aim);
+      work -= abs(candidate_[k]) * error;
+    }
+    if (work > Real(0)) return;
+    const Real left = distance_from_law<Real>(rows, candidate_, compliant_);
+    if (!(left < answer.residual)) return;
+    answer.residual = left;
+    answer.change = largest_change(compliant_);
+    best_ = candidate_;
+    best_v_ = candidate_v_;
+  }
+
+  [[nodiscard]] Real largest_change(const std::vector<Real>& velocity) const {
+    using std::abs;
+    Real largest = Real(0);
+    for (std::size_t k = 0; k < velocity.size(); ++k) {
+      largest = std::max(largest, abs(velocity[k] - free_velocity_[k]));
+    }
+    return largest;
+  }
+
+  /// [m/s] Of the contacts that slide.
+  [[nodiscard]] Real fastest_slip(std::span<const Row> rows) const {
+    using std::hypot;
+    Real fastest = Real(0);
+    for (std::size_t k = 0; k < rows.size(); ++k) {
+      if (branches_[k].state != State::slip) continue;
+      fastest = std::max(fastest, hypot(velocity_[k + 1], velocity_[k + 2]));
+    }
+    return fastest;
+  }
+
+  /// Calls use(number of the branch, part) for all rows that can act: parts of a cone are its three
+  /// rows.
+  template <typename Use>
+  static void for_each_part(std::span<const Row> rows, Use&& use) {
+    for (std::size_t k = 0; k < rows.size(); ++k) {
+      if (rows[k].kind == RowKind::tangent || !(rows[k].response > Real(0))) continue;
+      const std::size_t parts = rows[k].kind == RowKind::cone ? 3 : 1;
+      for (std::size_t part = 0; part < parts; ++part) use(k, part);
+    }
+  }
+
+  EnvelopeLu<Real> lu_;
+  EnvelopeMatrix<Real> cholesky_;
+  bool is_symmetric_ = false;      // Which of them was factored last.
+  EnvelopeMatrix<Real> response_;  // Mt, factored.
+  std::vector<std::uint32_t> first_;
+  std::vector<Branch> branches_, factored_;
+  std::array<Block6<Real>, 4> pair_{};
+  std::vector<Real> v_, step_, nearest_v_, candidate_v_, best_v_;
+  std::vector<Real> impulse_, centre_, nearest_impulse_, candidate_, best_;
+  std::vector<Real> velocity_, compliant_, free_velocity_;
+};
+
+}  // namespace bristle::inline BRISTLE_ABI
+
+// === bristle/geometry/mesh_shapes.hpp
+
+/// @file
+/// Meshes of simple shapes, for examples, tests and comparison with the exact shapes.
+// SPDX-License-Identifier: BSD-3-Clause
+
+// === bristle/geometry/shapes.hpp
+
+/// @file
+/// The shapes a body can have, as plain structs in their own frame.
+///
+/// Axes of revolution run along z. Sizes are checked when a shape is given to a backend
+/// (`validate`), never silently repaired.
+// SPDX-License-Identifier: BSD-3-Clause
+
+// === bristle/geometry/convex_hull.hpp
+
+/// @file
+/// Convex solid with polygons as faces. Quickhull (geometry/quickhull.hpp) makes one from points.
+// SPDX-License-Identifier: BSD-3-Clause
+
+// === bristle/geometry/aabb.hpp
+
+/// @file
+/// Axis-aligned box.
+// SPDX-License-Identifier: BSD-3-Clause
+
+// === bristle/math/transform.hpp
+
+/// @file
+/// Rigid transform: where one frame stands in another.
+// SPDX-License-Identifier: BSD-3-Clause
 
 #include <cmath>
 #include <string>
@@ -1316,6 +2396,8 @@ TriangleMesh<S> weld(const TriangleMesh<S>& mesh, S tolerance) {
 /// Whether vectors and matrices hold numbers that can be computed with.
 // SPDX-License-Identifier: BSD-3-Clause
 
+#include <cmath>
+
 namespace bristle::inline BRISTLE_ABI {
 
 /// Whether no entry is infinite or NaN: only of finite ones is 0 times the entry 0.
@@ -1331,6 +2413,14 @@ template <Scalar S, int rows, int columns, int options>
 template <Scalar S>
 [[nodiscard]] inline bool has_finite_square(const Vec3<S>& v) {
   return (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]) * S(0) == S(0);
+}
+
+/// Whether a vector has the length 1. One that is not finite has not.
+template <typename Vector>
+[[nodiscard]] bool is_unit(const Vector& v) {
+  using S = typename Vector::Scalar;
+  using std::abs;
+  return abs(v.squaredNorm() - S(1)) <= Tolerance<S>::equal();
 }
 
 }  // namespace bristle::inline BRISTLE_ABI
@@ -2063,36 +3153,6 @@ class TriangleHull {
 /// @file
 /// Joins the coplanar triangles of a convex hull to polygons: the second half of `convex_hull`.
 // SPDX-License-Identifier: BSD-3-Clause
-
-// === bristle/core/refill.hpp
-
-/// @file
-/// Vectors filled with what is always the same: scratch that stops allocating, and numbers.
-// SPDX-License-Identifier: BSD-3-Clause
-
-#include <algorithm>
-#include <cstddef>
-#include <vector>
-
-namespace bristle::inline BRISTLE_ABI::detail {
-
-/// Makes a vector `count` equal values. Unlike `assign` it grows to twice what it was, so that
-/// sizes which wander (contacts of a pile) settle below it.
-template <typename T>
-void refill(std::vector<T>& vector, std::size_t count, const T& value) {
-  if (vector.capacity() < count) vector.reserve(std::max(count, 2 * vector.capacity()));
-  vector.assign(count, value);
-}
-
-/// Makes the elements of a vector 0, 1, 2, ... (`std::iota` would bring all of <numeric>, five
-/// hundred lines, into every file of a user.)
-template <typename T>
-void fill_numbers(std::vector<T>& vector) {
-  T next = T(0);
-  for (T& element : vector) element = next++;
-}
-
-}  // namespace bristle::inline BRISTLE_ABI::detail
 
 #include <algorithm>
 #include <cmath>
@@ -3889,9 +4949,9 @@ struct SolverDef {
   /// alone. Positions do not act back on velocities, so this may be looser.
   S position_tolerance = std::numeric_limits<S>::digits > 30 ? S(1e-6) : S(1e-3);
   /// [-] Most multiply-adds of one factorisation of the matrix of an island that is solved by
-  /// factorisation where sweeps converge too slowly: a tower of some four hundred bodies, a heap
-  /// of some thirty. Larger islands are swept. 0 for plain sequential impulses.
-  std::uint64_t max_direct_work = 500000;
+  /// factorisation where sweeps converge too slowly: a tower of some five hundred bodies, a heap
+  /// of some forty. Larger islands are swept. 0 for plain sequential impulses.
+  std::uint64_t max_direct_work = 700000;
   /// [-] Most Newton steps of one such solve: the bound on the cost of the worst step.
   int max_newton_steps = 60;
   /// [-] Most sweeps over a larger island in each part of a step; `max_sweeps` where most of its
@@ -4005,6 +5065,8 @@ struct SolveContext {
   Integrator integrator = Integrator::trapezoidal;
   /// [m/s] By how much forces change the velocity of any of the island's bodies within the step.
   S speed_change = S(0);
+  /// [m/s, rad/s] The same with what drives did in the last step.
+  S driven_change = S(0);
   /// [m/s] Velocity changes below this do not count.
   S velocity_tolerance = S(0);
   /// [m] Position errors below this do not count.
@@ -4022,10 +5084,20 @@ struct SolveContext {
     SolveContext result = *this;
     result.dt /= parts;
     result.speed_change /= parts;
+    result.driven_change /= parts;
     result.velocity_tolerance /= parts;
     return result;
   }
 };
+
+/// Velocity along a row per impulse of its own when only its two bodies move.
+template <Scalar S>
+[[nodiscard]] S row_response(const ConstraintRow<S>& row, const SolverBody<S>& a,
+                             const SolverBody<S>& b) {
+  return row.direction.dot((a.inverse_mass + b.inverse_mass).cwiseProduct(row.direction)) +
+         row.angular_a.dot(a.inverse_inertia * row.angular_a) +
+         row.angular_b.dot(b.inverse_inertia * row.angular_b);
+}
 
 /// Response of a block's rows to its own impulses when only its two bodies move.
 template <Scalar S>
@@ -4700,15 +5772,15 @@ struct Body {
   }
 };
 
-/// Whether poses and velocities are numbers that a step can compute with.
+/// Whether velocities are numbers that a step can compute with.
 template <Scalar S>
 [[nodiscard]] bool has_finite_square(const Twist<S>& twist) {
   return has_finite_square<S>(twist.linear) && has_finite_square<S>(twist.angular);
 }
+/// Whether a step can start from a pose: one with a finite square, and a rotation.
 template <Scalar S>
-[[nodiscard]] bool has_finite_square(const Transform<S>& X) {
-  return has_finite_square<S>(X.translation) && has_finite_square<S>(X.rotation.vec()) &&
-         X.rotation.w() * S(0) == S(0);
+[[nodiscard]] bool is_pose(const Transform<S>& X) {
+  return has_finite_square<S>(X.translation) && is_unit(X.rotation.coeffs());
 }
 
 /// Checks a definition and turns it into a body.
@@ -6743,7 +7815,7 @@ struct SensorParameters {
   /// [N s/m] Sliding friction, mu_V in Eq. 5. Finite, >= 0.
   T sliding_friction = T(0);
   /// [m] Stretch at which a stuck bristle lets go, sigma_a in Eq. 2. Finite, > 0.
-  T breakaway_distance = T(1e-3);
+  T breakaway_distance = T(ScalarOf<T>(1e-3));
 };
 
 /// What the static friction of a sensor grows with.
@@ -16240,231 +17312,6 @@ class IslandOrder {
 
 }  // namespace bristle::inline BRISTLE_ABI
 
-// === bristle/dynamics/island_row.hpp
-
-/// @file
-/// One constraint row of `IslandRows`: its Jacobian, its multiplier and the rule for it.
-// SPDX-License-Identifier: BSD-3-Clause
-
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
-#include <vector>
-
-namespace bristle::inline BRISTLE_ABI {
-
-/// What the multiplier of a row may be.
-enum class RowKind : std::uint8_t {
-  /// Anything.
-  free,
-  /// What lies within [lower, upper].
-  bounded,
-  /// The normal part of a point of Coulomb's cone; two `tangent` rows follow.
-  cone,
-  /// See `cone`.
-  tangent
-};
-
-/// On which part of its rule a row is.
-enum class RowSide : std::uint8_t { inside, at_bound, sliding };
-
-/// A row over the velocities of two bodies. Velocities are relative to the row's target.
-template <typename Real>
-struct IslandRow {
-  static constexpr std::uint32_t none = 0xffffffffu;
-
-  std::uint32_t a = none;  // First unknown of each body, `none` where it has no unknowns.
-  std::uint32_t b = none;
-  RowKind kind = RowKind::free;
-  RowSide side = RowSide::inside;
-  std::array<Real, 6> jacobian_a{};
-  std::array<Real, 6> jacobian_b{};
-  Real target = Real(0);
-  Real response = Real(0);    // K: velocity per own impulse; 0 for a row that is left out.
-  Real compliance = Real(0);  // What the velocity gives way by per impulse.
-  Real lower = Real(0);
-  Real upper = Real(0);
-  Real friction = Real(0);
-  Real shift = Real(0);  // Of a cone: what sliding adds to the normal velocity.
-  Real lambda = Real(0);
-  Real velocity = Real(0);
-  Real change = Real(0);  // Of the velocity, along the whole step of Newton's.
-
-  /// J v.
-  [[nodiscard]] Real times(const std::vector<Real>& v) const {
-    Real sum = Real(0);
-    if (a != none) {
-      for (std::size_t i = 0; i < 6; ++i) sum += jacobian_a[i] * v[a + i];
-    }
-    if (b != none) {
-      for (std::size_t i = 0; i < 6; ++i) sum += jacobian_b[i] * v[b + i];
-    }
-    return sum;
-  }
-  /// g += J^T x.
-  void add_to(std::vector<Real>& g, Real x) const {
-    if (a != none) {
-      for (std::size_t i = 0; i < 6; ++i) g[a + i] += x * jacobian_a[i];
-    }
-    if (b != none) {
-      for (std::size_t i = 0; i < 6; ++i) g[b + i] += x * jacobian_b[i];
-    }
-  }
-  /// The nearest value that a row without a cone may have.
-  [[nodiscard]] Real clamped(Real x) const {
-    return kind == RowKind::free ? x : std::min(std::max(x, lower), upper);
-  }
-  /// [velocity per impulse] R and what the row itself gives way by: the inverse of the slope of
-  /// lambda+.
-  [[nodiscard]] Real softness(Real eps) const { return eps * response + compliance; }
-  /// What the multiplier would be without its rule, a part s of the way along the step.
-  [[nodiscard]] Real proposed(Real eps, Real s) const {
-    if (!(response > Real(0))) return Real(0);
-    return lambda - (velocity + shift + s * change + compliance * lambda) / softness(eps);
-  }
-};
-
-namespace detail {
-
-/// Moves a point into a disk, radially.
-template <typename Real>
-void shrink(Real radius, Real& x, Real& y) {
-  using std::hypot;
-  const Real length = hypot(x, y);
-  if (length <= radius) return;
-  x *= radius / length;
-  y *= radius / length;
-}
-
-/// Moves (n, x, y) to the nearest point of a friction cone, which may be as narrow as a line.
-template <typename Real>
-void project_on_cone(Real friction, Real& n, Real& x, Real& y) {
-  using std::hypot;
-  const Real t = hypot(x, y);
-  if (n >= Real(0) && t <= friction * n) return;
-  if (friction * t <= -n) {
-    n = x = y = Real(0);
-    return;
-  }
-  n = (n + friction * t) / (Real(1) + friction * friction);
-  const Real scale = t > Real(0) ? friction * n / t : Real(0);
-  x *= scale;
-  y *= scale;
-}
-
-}  // namespace detail
-
-}  // namespace bristle::inline BRISTLE_ABI
-
-// === bristle/math/envelope_cholesky.hpp
-
-/// @file
-/// Cholesky factorisation of a sparse symmetric matrix within its envelope.
-///
-/// Row i is kept from its first entry that is not zero up to the diagonal; all fill of the
-/// factorisation falls inside (Jennings 1966). Stacks and chains numbered end to end give narrow
-/// envelopes, so their cost grows with their length and not with its cube.
-// SPDX-License-Identifier: BSD-3-Clause
-
-#include <algorithm>
-#include <cstddef>
-#include <cstdint>
-#include <span>
-#include <vector>
-
-namespace bristle::inline BRISTLE_ABI {
-
-/// Lower triangle of a symmetric positive definite matrix, and its factor in the same place.
-template <Scalar S>
-class EnvelopeMatrix {
- public:
-  /// Sets the shape and all entries to zero.
-  /// @param first  Column of the first entry of each row, at most the row's own number.
-  void reset(std::span<const std::uint32_t> first) {
-    first_.assign(first.begin(), first.end());
-    start_.resize(first.size());
-    std::size_t size = 0;
-    for (std::size_t i = 0; i < first.size(); ++i) {
-      start_[i] = size - first[i];  // Wraps around; only sums with a column are used.
-      size += i - first[i] + 1;
-    }
-    detail::refill(values_, size, S(0));
-  }
-
-  [[nodiscard]] std::size_t size() const { return first_.size(); }
-  [[nodiscard]] std::uint32_t first(std::size_t row) const { return first_[row]; }
-  /// Entry of the lower triangle: first(i) <= j <= i.
-  [[nodiscard]] S& at(std::size_t i, std::size_t j) { return values_[start_[i] + j]; }
-  [[nodiscard]] S at(std::size_t i, std::size_t j) const { return values_[start_[i] + j]; }
-
-  /// y := A x, before it is factored.
-  void multiply(const S* x, S* y) const {
-    for (std::size_t i = 0; i < size(); ++i) {
-      const S* row_i = row(i);
-      y[i] = dot(row_i + first_[i], x + first_[i], i - first_[i] + 1);
-      for (std::size_t k = first_[i]; k < i; ++k) y[k] += row_i[k] * x[i];
-    }
-  }
-
-  /// Replaces the matrix A by its factor L, A = L L^T.
-  /// @param floor  [1] As for `factor_cholesky`.
-  /// @return False when a pivot is not positive or not finite; the matrix is then spoilt.
-  [[nodiscard]] bool factor(S floor = S(0)) {
-    using std::sqrt;
-    for (std::size_t i = 0; i < size(); ++i) {
-      S* row_i = row(i);
-      for (std::size_t j = first_[i]; j < i; ++j) {
-        const S* row_j = row(j);
-        const std::size_t from = std::max(first_[i], first_[j]);
-        row_i[j] = (row_i[j] - dot(row_i + from, row_j + from, j - from)) / row_j[j];
-      }
-      const S diagonal = row_i[i];
-      S pivot = diagonal - dot(row_i + first_[i], row_i + first_[i], i - first_[i]);
-      if (pivot < floor * diagonal) pivot = floor * diagonal;
-      if (!(pivot > S(0)) || !(pivot < infinity<S>)) return false;
-      row_i[i] = sqrt(pivot);
-    }
-    return true;
-  }
-
-  /// x := A^-1 x, once factored.
-  void solve(S* x) const {
-    for (std::size_t i = 0; i < size(); ++i) {
-      const S* row_i = row(i);
-      x[i] = (x[i] - dot(row_i + first_[i], x + first_[i], i - first_[i])) / row_i[i];
-    }
-    for (std::size_t i = size(); i-- > 0;) {
-      const S* row_i = row(i);
-      x[i] /= row_i[i];
-      for (std::size_t k = first_[i]; k < i; ++k) x[k] -= row_i[k] * x[i];
-    }
-  }
-
- private:
-  /// Pointer such that row(i)[j] is entry (i, j).
-  [[nodiscard]] S* row(std::size_t i) { return values_.data() + start_[i]; }
-  [[nodiscard]] const S* row(std::size_t i) const { return values_.data() + start_[i]; }
-
-  /// Four sums side by side: the compiler may not reorder one sum to fill its vector lanes.
-  [[nodiscard]] static S dot(const S* a, const S* b, std::size_t n) {
-    S sum[4] = {S(0), S(0), S(0), S(0)};
-    std::size_t i = 0;
-    for (; i + 4 <= n; i += 4) {
-      for (std::size_t k = 0; k < 4; ++k) sum[k] += a[i + k] * b[i + k];
-    }
-    for (; i < n; ++i) sum[0] += a[i] * b[i];
-    return (sum[0] + sum[1]) + (sum[2] + sum[3]);
-  }
-
-  std::vector<std::uint32_t> first_;
-  std::vector<std::size_t> start_;  // Of each row in `values_`, less its first column.
-  std::vector<S> values_;
-};
-
-}  // namespace bristle::inline BRISTLE_ABI
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -16514,7 +17361,10 @@ class IslandRows {
         row.lambda = Real(c.impulse[k]);
         row.friction = Real(c.friction);
         row.kind = k == 0 ? Kind::cone : Kind::tangent;
-        if (k == 0) row.target += Real(c.target);
+        if (k == 0) {
+          row.aim = Real(c.target);
+          row.target += row.aim;
+        }
       }
       // One response for all three, so that a circular cone stays one.
       Row* last = &rows_.back();
@@ -16574,6 +17424,13 @@ class IslandRows {
   /// Whether any row may change its state: without one the problem is linear.
   [[nodiscard]] bool can_switch() const { return can_switch_; }
 
+  /// Whether any multiplier is known from the step before.
+  [[nodiscard]] bool has_impulses() const {
+    return std::any_of(rows_.begin(), rows_.end(),
+                       [](const Row& row) { return row.lambda != Real(0); });
+  }
+  [[nodiscard]] std::span<IslandRow<Real>> rows() { return rows_; }
+
   /// Writes a body's velocity to the unknowns.
   void put(std::uint32_t slot, const Twist<S>& twist, std::vector<Real>& v) const {
     for (std::size_t i = 0; i < 3; ++i) {
@@ -16598,7 +17455,7 @@ class IslandRows {
   void add_joints(Real eps, EnvelopeMatrix<Real>& h) const {
     for (const Row& row : rows_) {
       if (row.kind != Kind::free || !(row.response > Real(0))) continue;
-      add_square(h, Real(1) / (eps * row.response), row);
+      detail::add_square(h, Real(1) / (eps * row.response), row);
     }
   }
   /// Leaves out rows whose response in a factored matrix is less than a share of what it is by
@@ -16657,6 +17514,13 @@ class IslandRows {
   /// Adds J^T D J, D the derivative of -lambda+ by J v, and remembers on which side of their bounds
   /// the rows are.
   void add_hessian(Real eps, EnvelopeMatrix<Real>& h);
+  /// Remembers on which side of their bounds the rows are, without opening speeds.
+  void set_sides(Real eps) {
+    for (Row& row : rows_) row.shift = Real(0);
+    for (std::size_t i = 0; i < rows_.size(); ++i) {
+      if (rows_[i].kind != Kind::tangent) rows_[i].side = side_of(i, eps);
+    }
+  }
   /// Whether lambda+ is still the linear function of J v that `add_hessian` took the slope of.
   [[nodiscard]] bool is_linear(Real eps) const {
     for (std::size_t i = 0; i < rows_.size(); ++i) {
@@ -16670,30 +17534,15 @@ class IslandRows {
   void accept(Real eps) {
     for_each_impulse(eps, Real(0), [this](std::size_t i, Real x) { rows_[i].lambda = x; });
   }
-  /// Largest distance of a row from its rule, as the velocity that its own response makes of it.
-  [[nodiscard]] Real residual() const {
-    using std::abs;
-    using std::hypot;
-    Real largest = Real(0);
+  /// `distance_from_law` of the multipliers and velocities that there are.
+  [[nodiscard]] Real residual() {
+    lambda_.resize(rows_.size());
+    velocity_.resize(rows_.size());
     for (std::size_t i = 0; i < rows_.size(); ++i) {
-      const Row& row = rows_[i];
-      const Real K = row.response;
-      if (!(K > Real(0)) || row.kind == Kind::tangent) continue;
-      const Real proposed =
-          row.lambda - (row.velocity + row.compliance * row.lambda) / (K + row.compliance);
-      if (row.kind != Kind::cone) {
-        largest = std::max(largest, K * abs(row.lambda - row.clamped(proposed)));
-        continue;
-      }
-      largest = std::max(largest, K * abs(row.lambda - std::max(Real(0), proposed)));
-      const Row& first = rows_[i + 1];
-      const Row& second = rows_[i + 2];
-      Real x = first.lambda - first.velocity / K;
-      Real y = second.lambda - second.velocity / K;
-      detail::shrink(row.friction * row.lambda, x, y);
-      largest = std::max(largest, K * hypot(first.lambda - x, second.lambda - y));
+      lambda_[i] = rows_[i].lambda;
+      velocity_[i] = rows_[i].velocity;
     }
-    return largest;
+    return distance_from_law<Real>(rows_, lambda_, velocity_);
   }
 
   /// Calls use(multiplier, response) for all rows.
@@ -16853,13 +17702,11 @@ class IslandRows {
                               [](const Row& row) { return row.kind != Kind::free; });
   }
 
-  /// h += weight j j^T, j the Jacobian of a row.
-  static void add_square(EnvelopeMatrix<Real>& h, Real weight, const Row& row);
-
   IslandOrder order_;
   std::size_t unknowns_ = 0;
   std::vector<std::uint32_t> unknown_, last_, envelope_;
   std::vector<Row> rows_;
+  std::vector<Real> lambda_, velocity_;
   bool can_switch_ = false;
 };
 
@@ -16875,15 +17722,15 @@ void IslandRows<S, Real>::add_hessian(Real eps, EnvelopeMatrix<Real>& h) {
     row.side = side_of(i, eps);
     if (row.side == Side::at_bound) continue;
     if (row.kind != Kind::cone) {
-      add_square(h, stiffness, row);
+      detail::add_square(h, stiffness, row);
       continue;
     }
     const Row& first = rows_[i + 1];
     const Row& second = rows_[i + 2];
     if (row.side == Side::inside) {
-      add_square(h, stiffness, row);
-      add_square(h, stiffness, first);
-      add_square(h, stiffness, second);
+      detail::add_square(h, stiffness, row);
+      detail::add_square(h, stiffness, first);
+      detail::add_square(h, stiffness, second);
       continue;
     }
     // On the side of the cone: along its edge, and across, where only the direction may give.
@@ -16903,26 +17750,8 @@ void IslandRows<S, Real>::add_hessian(Real eps, EnvelopeMatrix<Real>& h) {
       across.jacobian_a[k] = cosine * second.jacobian_a[k] - sine * first.jacobian_a[k];
       across.jacobian_b[k] = cosine * second.jacobian_b[k] - sine * first.jacobian_b[k];
     }
-    add_square(h, stiffness / (Real(1) + mu * mu), edge);
-    if (t > Real(0)) add_square(h, stiffness * mu * on_edge / t, across);
-  }
-}
-
-template <Scalar S, typename Real>
-void IslandRows<S, Real>::add_square(EnvelopeMatrix<Real>& h, Real weight, const Row& row) {
-  const std::uint32_t unknown[2] = {row.a, row.b};
-  const std::array<Real, 6>* j[2] = {&row.jacobian_a, &row.jacobian_b};
-  for (std::size_t k = 0; k < 2; ++k) {
-    if (unknown[k] == none) continue;
-    for (std::size_t l = 0; l < 2; ++l) {
-      if (unknown[l] == none || unknown[l] > unknown[k]) continue;
-      for (std::size_t p = 0; p < 6; ++p) {
-        const Real left = weight * (*j[k])[p];
-        const std::size_t end = k == l ? p + 1 : 6;
-        Real* out = &h.at(unknown[k] + p, unknown[l]);
-        for (std::size_t q = 0; q < end; ++q) out[q] += left * (*j[l])[q];
-      }
-    }
+    detail::add_square(h, stiffness / (Real(1) + mu * mu), edge);
+    if (t > Real(0)) detail::add_square(h, stiffness * mu * on_edge / t, across);
   }
 }
 
@@ -16967,19 +17796,22 @@ class ProximalSolver {
     rows_.set_shifts();
     // Well below what counts, so that a sweep over the result finds nothing to do.
     const Real tolerance = Real(0.1) * Real(context.velocity_tolerance);
+    enough_ = Real(context.velocity_tolerance);
+    if constexpr (derivatives_of<S> == 0) {
+      if (rows_.can_switch() && rows_.has_impulses()) {
+        const Real left = follow(island, constraints, bodies, context, report);
+        if (left < infinity<Real>) return left;
+      }
+    }
     const Real left = iterate(tolerance, context.settings, report);
     if (!(left < infinity<Real>)) return left;
     rows_.store_impulses(island, constraints);
     if (left <= tolerance && island.blocks.empty() && island.soft.empty() &&
         !rows_.has_sliding(eps_, tolerance)) {
-      find_passing(island, constraints, bodies);
+      find_passing(island, constraints, bodies,
+                   [this](std::vector<Real>& x) { hessian_.solve(x.data()); });
     }
-    for (const std::uint32_t s : island.soft) {
-      SoftBlock<S>& soft = constraints.soft[s];
-      soft.motion = relative_motion(soft, rows_.twist(soft.body_a, v_, bodies),
-                                    rows_.twist(soft.body_b, v_, bodies));
-      soft.impulse = soft.offset + soft.matrix * soft.motion;
-    }
+    store_soft(island, constraints, bodies);
     return left;
   }
 
@@ -17007,14 +17839,29 @@ class ProximalSolver {
     return left;
   }
 
+  /// [m/s] What may be left to solve for the last `solve` to count as done: more where surfaces
+  /// slide than where they rest.
+  [[nodiscard]] Real enough() const { return enough_; }
+
  private:
+  Real follow(const Island& island, Constraints<S>& constraints, std::span<SolverBody<S>> bodies,
+              const SolveContext<S>& context, SolveReport<S>& report);
+  void store_soft(const Island& island, Constraints<S>& constraints,
+                  std::span<SolverBody<S>> bodies);
+  /// Whether all of Newton's steps on the convex problem take more than ten of the largest
+  /// factorisations.
+  [[nodiscard]] static bool is_convex_costly(const SolveContext<S>& context) {
+    const auto steps = static_cast<std::uint64_t>(context.settings.max_newton_steps);
+    return steps * context.factor_work > 10 * context.settings.max_direct_work;
+  }
   void make_mass(const Island& island, std::span<const SolverBody<S>> bodies);
   void make_matrix(const Island& island, const Constraints<S>& constraints,
                    std::span<const SolverBody<S>> bodies);
   void add_soft(const SoftBlock<S>& soft, std::span<const SolverBody<S>> bodies);
   void drop_locked_rows();
+  template <typename SolveLinear>
   void find_passing(const Island& island, Constraints<S>& constraints,
-                    std::span<const SolverBody<S>> bodies);
+                    std::span<const SolverBody<S>> bodies, const SolveLinear& solve_linear);
   Real iterate(Real tolerance, const SolverDef<S>& settings, SolveReport<S>& report);
   bool minimise(Real eps, Real tolerance, int& steps, int most_steps);
   [[nodiscard]] Real mismatch() const;
@@ -17023,6 +17870,8 @@ class ProximalSolver {
   Real search_line(Real eps);
 
   IslandRows<S, Real> rows_;
+  CoulombNewton<Real> newton_;
+  Real enough_ = Real(0);
   EnvelopeMatrix<Real> matrix_;   // Mt.
   EnvelopeMatrix<Real> hessian_;  // Mt + J^T D J, then its factor.
   Real eps_ = Real(1);            // With which it was factored.
@@ -17034,6 +17883,65 @@ class ProximalSolver {
 };
 
 // Implementation -----------------------------------------------------------------------------------
+
+/// Solves with Coulomb's law as it is, from the answer of the last step.
+/// @return [m/s] What is left. Infinite where nothing was found that is good enough: the impulses
+///         are as before.
+template <Scalar S>
+auto ProximalSolver<S>::follow(const Island& island, Constraints<S>& constraints,
+                               std::span<SolverBody<S>> bodies, const SolveContext<S>& context,
+                               SolveReport<S>& report) -> Real {
+  const auto change = Real(context.driven_change);
+  product_.resize(rows_.unknowns());
+  for (const std::uint32_t slot : island.bodies) rows_.put(slot, bodies[slot].free, product_);
+  // Contacts alone are swept first in the next step, which ends it where little is left. With
+  // joints no sweep will do, and their rows need not agree to more than that.
+  const bool is_swept_first = island.blocks.empty() && island.soft.empty();
+  const CoulombProblem<Real> problem{
+      .rows = rows_.rows(),
+      .matrix = &matrix_,
+      .rhs = rhs_,
+      .is_uncoupled = island.soft.empty(),
+      .start = &step_,
+      .free = &product_,
+      .tolerance = Real(is_swept_first ? 0.01 : 0.1) * Real(context.velocity_tolerance),
+      .speed_change = change};
+  const CoulombAnswer<Real> answer = newton_.solve(problem);
+  report.factorisations += answer.factorisations;
+  enough_ = std::max(enough_, problem.good_enough(answer.slip));
+  // Many jammed bodies that are hit have no answer that is found in bounded time. Any that takes
+  // energy and stops half of the impact will do for this step: the next begins near its own.
+  if (answer.change > change && is_convex_costly(context)) {
+    enough_ = std::max(enough_, Real(0.5) * answer.change);
+  }
+  if (!(answer.residual <= enough_)) return infinity<Real>;
+  for (std::size_t k = 0; k < rows_.rows().size(); ++k) rows_.rows()[k].lambda = newton_.impulse(k);
+  v_ = newton_.velocities();
+  rows_.store_impulses(island, constraints);
+  const auto tolerance = Real(context.velocity_tolerance);
+  if (answer.factorisations > 0 && answer.residual <= tolerance && answer.slip <= tolerance &&
+      is_swept_first) {
+    eps_ = answer.eps;
+    rows_.evaluate(v_);
+    rows_.set_sides(eps_);
+    find_passing(island, constraints, bodies,
+                 [this](std::vector<Real>& x) { newton_.solve_linear(x); });
+  }
+  store_soft(island, constraints, bodies);
+  return answer.residual;
+}
+
+/// Writes the motions of the soft blocks, and the impulses that belong to them.
+template <Scalar S>
+void ProximalSolver<S>::store_soft(const Island& island, Constraints<S>& constraints,
+                                   std::span<SolverBody<S>> bodies) {
+  for (const std::uint32_t s : island.soft) {
+    SoftBlock<S>& soft = constraints.soft[s];
+    soft.motion = relative_motion(soft, rows_.twist(soft.body_a, v_, bodies),
+                                  rows_.twist(soft.body_b, v_, bodies));
+    soft.impulse = soft.offset + soft.matrix * soft.motion;
+  }
+}
 
 template <Scalar S>
 void ProximalSolver<S>::make_mass(const Island& island, std::span<const SolverBody<S>> bodies) {
@@ -17135,14 +18043,16 @@ void ProximalSolver<S>::drop_locked_rows() {
 /// Without it a step that stops what the last one left of motion would push it the other way in the
 /// next, and heavy bodies on light ones would never come to rest.
 template <Scalar S>
+template <typename SolveLinear>
 void ProximalSolver<S>::find_passing(const Island& island, Constraints<S>& constraints,
-                                     std::span<const SolverBody<S>> bodies) {
+                                     std::span<const SolverBody<S>> bodies,
+                                     const SolveLinear& solve_linear) {
   product_.resize(v_.size());
   step_.resize(v_.size());
   for (const std::uint32_t slot : island.bodies) rows_.put(slot, bodies[slot].start, product_);
   for (std::size_t i = 0; i < v_.size(); ++i) product_[i] = v_[i] - product_[i];
   matrix_.multiply(product_.data(), step_.data());
-  hessian_.solve(step_.data());
+  solve_linear(step_);
   rows_.evaluate_step(step_);
   rows_.store_passing(eps_, island, constraints, product_);
 }
@@ -17335,63 +18245,52 @@ int solve_in_passes(int max_passes, Solve&& solve, Answer&& answer) {
 // === bristle/sensors/lane_parameters.hpp
 
 /// @file
-/// The constants of a patch's sensors as kernels read them: shared by all, or each its own.
+/// The constants of a patch's sensors as kernels read them, lane by lane.
 // SPDX-License-Identifier: BSD-3-Clause
 
 #include <algorithm>
 #include <cstddef>
-#include <utility>
+#include <span>
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
-/// One set of constants for all lanes of all tiles.
+/// Shared by all sensors, or each its own: one type, so that kernels are compiled once.
 template <Scalar S>
-class SharedParameters {
+class LaneParameters {
  public:
-  explicit SharedParameters(const SensorParameters<S>& p)
-      : all_{p.normal_stiffness, p.normal_damping, p.static_friction, p.sliding_friction,
-             p.breakaway_distance} {}
+  explicit LaneParameters(const PatchDef<S>& def)
+      : shared_{def.parameters.normal_stiffness, def.parameters.normal_damping,
+                def.parameters.static_friction, def.parameters.sliding_friction,
+                def.parameters.breakaway_distance},
+        own_(def.per_sensor) {}
 
-  [[nodiscard]] BRISTLE_INLINE const SensorParameters<Pack<S>>& operator()(std::size_t,
-                                                                           std::size_t) const {
-    return all_;
+  /// Of the sensors from lane `at` of a tile; lanes behind the last sensor have its constants.
+  /// @param scratch  Where they are gathered if each sensor has its own.
+  [[nodiscard]] BRISTLE_INLINE const SensorParameters<Pack<S>>& operator()(
+      std::size_t tile, std::size_t at, SensorParameters<Pack<S>>& scratch) const {
+    if (own_.empty()) return shared_;
+    gather(tile * tile_size + at, scratch);
+    return scratch;
   }
 
  private:
-  SensorParameters<Pack<S>> all_;
-};
-
-/// Constants for each sensor, gathered.
-template <Scalar S>
-class OwnParameters {
- public:
-  explicit OwnParameters(const std::vector<SensorParameters<S>>& own) : own_(&own) {}
-
-  /// Of the sensors from lane `at` of a tile; lanes behind the last sensor have its constants.
-  [[nodiscard]] SensorParameters<Pack<S>> operator()(std::size_t tile, std::size_t at) const {
+  void gather(std::size_t first, SensorParameters<Pack<S>>& out) const {
     Row<S> rows[5];
     for (std::size_t i = 0; i < lanes<S>; ++i) {
-      const SensorParameters<S>& p = (*own_)[std::min(tile * tile_size + at + i, own_->size() - 1)];
+      const SensorParameters<S>& p = own_[std::min(first + i, own_.size() - 1)];
       rows[0][i] = p.normal_stiffness;
       rows[1][i] = p.normal_damping;
       rows[2][i] = p.static_friction;
       rows[3][i] = p.sliding_friction;
       rows[4][i] = p.breakaway_distance;
     }
-    return {load_pack(rows[0], 0), load_pack(rows[1], 0), load_pack(rows[2], 0),
-            load_pack(rows[3], 0), load_pack(rows[4], 0)};
+    out = {load_pack(rows[0], 0), load_pack(rows[1], 0), load_pack(rows[2], 0),
+           load_pack(rows[3], 0), load_pack(rows[4], 0)};
   }
 
- private:
-  const std::vector<SensorParameters<S>>* own_;
+  SensorParameters<Pack<S>> shared_;
+  std::span<const SensorParameters<S>> own_;
 };
-
-/// Calls call(parameters) with what `parameters(tile, at)` gives the constants of a pack.
-template <Scalar S, typename Call>
-decltype(auto) with_parameters(const PatchDef<S>& def, Call&& call) {
-  if (def.per_sensor.empty()) return call(SharedParameters<S>(def.parameters));
-  return call(OwnParameters<S>(def.per_sensor));
-}
 
 }  // namespace bristle::inline BRISTLE_ABI::detail
 
@@ -17643,14 +18542,14 @@ BRISTLE_INLINE void give_impulses(ContactTile<S>& tile, std::size_t at,
 }
 
 /// Makes contacts of hits: those of some tiles of one patch with one body.
-template <Scalar S, typename Parameters>
+template <Scalar S>
 class ContactMaker {
  public:
   using T = Pack<S>;
 
   /// @param first  [-] Place of the first contact.
   ContactMaker(SensorPatch<S>& patch, const PatchPair<S>& pair, BodyId id_b,
-               const Parameters& parameters, const CollectDef<S>& def, std::uint32_t first)
+               const LaneParameters<S>& parameters, const CollectDef<S>& def, std::uint32_t first)
       : patch_(patch),
         next_(patch.contacts.data() + first),
         parameters_(parameters),
@@ -17697,7 +18596,8 @@ class ContactMaker {
   BRISTLE_INLINE void add_pack(SensorTile<S>& tile, ContactTile<S>& out, std::size_t at,
                                LaneBits hit, LaneBits anchored) {
     const TouchPack<S> touch(patch_, tile, out.tile, at, hit, true);
-    const SensorParameters<T>& p = parameters_(out.tile, at);
+    SensorParameters<T> scratch;
+    const SensorParameters<T>& p = parameters_(out.tile, at, scratch);
     const Mask<S> is_met = touch.is_met;
     const Mask<S> is_touching = is_met & (touch.depth > T(0));
     const Pack3<S> n = touch.n, g = touch.g, point = touch.point;
@@ -17776,7 +18676,7 @@ class ContactMaker {
 
   SensorPatch<S>& patch_;
   ContactTile<S>* next_;
-  const Parameters parameters_;
+  const LaneParameters<S>& parameters_;
   const LawOptions options_;
   const PairPose<S> pose_;
   const Pack3<S> linear_, angular_, middle_;
@@ -17803,26 +18703,25 @@ std::uint32_t meet_body(SensorPatch<S>& patch, std::uint32_t index, const Body<S
                        R_AW * (A.twist.angular - B.body->twist.angular)};
   const std::uint32_t end = place_contacts(patch, index, first);
   const std::size_t slice = tiles_per_slice(patch.near.size());
-  with_parameters<S>(patch.def, [&](const auto& parameters) {
-    using Maker = ContactMaker<S, std::remove_cvref_t<decltype(parameters)>>;
-    const auto meet = [&](std::size_t from, std::size_t to, ContactSums<S>& sums) {
-      Maker maker(patch, pair, B.id, parameters, def, patch.slice_contacts[from / slice]);
-      for (std::size_t k = from; k < to; ++k) {
-        if (patch.pair_bits[k] != 0) maker.add_tile(patch.near[k], patch.pair_bits[k]);
-      }
-      sums = maker.sums();
-    };
-    const auto sums = sum_in_slices<ContactSums<S>>(patch.near.size(), slice, fewest_shared_slices,
-                                                    parallel_for, meet);
-    pair.stiffness = sums.stiffness();
-    // Moments are taken about the middle of the contacts, where they are smallest.
-    pair.center = sum_of_lanes(sums.point) / S(std::max(sums.count, 1u));
-    pair.is_given = Maker::is_explicit(patch.def);
-    pair.given = sums.given(pair.center);
-    // A body that is met at grazing angles only is not met.
-    pair.first = first;
-    pair.count = sums.count > 0 ? end - first : 0;
-  });
+  using Maker = ContactMaker<S>;
+  const LaneParameters<S> parameters(patch.def);
+  const auto meet = [&](std::size_t from, std::size_t to, ContactSums<S>& sums) {
+    Maker maker(patch, pair, B.id, parameters, def, patch.slice_contacts[from / slice]);
+    for (std::size_t k = from; k < to; ++k) {
+      if (patch.pair_bits[k] != 0) maker.add_tile(patch.near[k], patch.pair_bits[k]);
+    }
+    sums = maker.sums();
+  };
+  const auto sums = sum_in_slices<ContactSums<S>>(patch.near.size(), slice, fewest_shared_slices,
+                                                  parallel_for, meet);
+  pair.stiffness = sums.stiffness();
+  // Moments are taken about the middle of the contacts, where they are smallest.
+  pair.center = sum_of_lanes(sums.point) / S(std::max(sums.count, 1u));
+  pair.is_given = Maker::is_explicit(patch.def);
+  pair.given = sums.given(pair.center);
+  // A body that is met at grazing angles only is not met.
+  pair.first = first;
+  pair.count = sums.count > 0 ? end - first : 0;
   pair.arm_a = pair.R_WA * pair.center;
   pair.arm_b = pair.arm_a - p_AB_W;
   return end;
@@ -18435,22 +19334,23 @@ BRISTLE_INLINE void linearise_at_start(const SensorParameters<Pack<S>>& p,
 }
 
 /// Sum of the first models of some contacts.
-template <Scalar S, typename Parameters>
+template <Scalar S>
 void sum_first_models(const SensorPatch<S>& patch, const PatchPair<S>& pair,
-                      std::span<const ContactTile<S>> tiles, const Parameters& parameters, S dt,
-                      ModelSum<Pack<S>>& total) {
+                      std::span<const ContactTile<S>> tiles, const LaneParameters<S>& parameters,
+                      S dt, ModelSum<Pack<S>>& total) {
   using T = Pack<S>;
   const LawOptions options = patch.def.options;
   const PatchPair<S> scheme = pair;
   const LaneMotion<S> start(pair.start_motion.at(pair.center), pair.start_motion.angular);
   const Pack3<S> center = Pack3<S>::all(pair.center);
   ModelSum<T> sum;
+  SensorParameters<T> scratch;
   for (const ContactTile<S>& tile : tiles) {
     for (std::size_t at = 0; at < tile_size; at += lanes<S>) {
       if (pack_bits<S>(tile.is_met, at) == 0) continue;
       PatchContact<T> c;
       find_geometry(patch, tile, at, center, c);
-      linearise_at_start<S>(parameters(tile.tile, at), options, scheme, start,
+      linearise_at_start<S>(parameters(tile.tile, at, scratch), options, scheme, start,
                             load_mask<S>(tile.is_met, at), dt, c);
       sum.add(c);
     }
@@ -18522,9 +19422,9 @@ BRISTLE_INLINE void find_changes(const SensorParameters<Pack<S>>& p, SlipReset r
 
 /// Impulses of some contacts at the motion that was found, and what they do there.
 /// @tparam is_first  Whether their models are the first ones, which are not kept.
-template <bool is_first, Scalar S, typename Parameters>
+template <bool is_first, Scalar S>
 void evaluate(SensorPatch<S>& patch, const PatchPair<S>& pair, std::span<ContactTile<S>> tiles,
-              const Parameters& parameters, const PassDef<S>& def, Evaluation<S>& total) {
+              const LaneParameters<S>& parameters, const PassDef<S>& def, Evaluation<S>& total) {
   using T = Pack<S>;
   const LawOptions options = patch.def.options;
   const PatchPair<S> scheme = pair;
@@ -18532,11 +19432,12 @@ void evaluate(SensorPatch<S>& patch, const PatchPair<S>& pair, std::span<Contact
   const LaneMotion<S> found(pair, def.motion);
   const Pack3<S> center = Pack3<S>::all(pair.center);
   Evaluation<S> sum;
+  SensorParameters<T> scratch;
   for (ContactTile<S>& tile : tiles) {
     if constexpr (is_first) tile.is_slipping = 0;
     for (std::size_t at = 0; at < tile_size; at += lanes<S>) {
       if (pack_bits<S>(tile.is_met, at) == 0) continue;
-      const SensorParameters<T>& p = parameters(tile.tile, at);
+      const SensorParameters<T>& p = parameters(tile.tile, at, scratch);
       PatchContact<T> c;
       find_geometry(patch, tile, at, center, c);
       if constexpr (is_first) {
@@ -18570,9 +19471,9 @@ struct MovedModels {
 
 /// Models of some contacts around the motion that was found.
 /// @param lagged  [s] The step, or 0 for normal forces that have not settled.
-template <Scalar S, typename Parameters>
+template <Scalar S>
 void linearise_at_motion(SensorPatch<S>& patch, const PatchPair<S>& pair,
-                         std::span<ContactTile<S>> tiles, const Parameters& parameters,
+                         std::span<ContactTile<S>> tiles, const LaneParameters<S>& parameters,
                          const PassDef<S>& def, S lagged, MovedModels<Pack<S>>& total) {
   using T = Pack<S>;
   const LawOptions options = patch.def.options;
@@ -18582,13 +19483,14 @@ void linearise_at_motion(SensorPatch<S>& patch, const PatchPair<S>& pair,
   const LaneMotion<S> start(pair.start_motion.at(pair.center), pair.start_motion.angular);
   const Pack3<S> center = Pack3<S>::all(pair.center);
   MovedModels<T> sum;
+  SensorParameters<T> scratch;
   for (ContactTile<S>& tile : tiles) {
     for (std::size_t at = 0; at < tile_size; at += lanes<S>) {
       if (pack_bits<S>(tile.is_met, at) == 0) continue;
       PatchContact<T> c;
       find_geometry(patch, tile, at, center, c);
       load_states(tile, at, c);
-      const SensorParameters<T>& p = parameters(tile.tile, at);
+      const SensorParameters<T>& p = parameters(tile.tile, at, scratch);
       const Pack3<S> v = found.at(c.rho);
       c.start_velocity = start.at(c.rho);
       linearise_normal<T>(p, c, dt);
@@ -18616,13 +19518,12 @@ void start_linearisation(const SensorPatch<S>& patch, PatchPair<S>& pair, S dt,
                          const ParallelFor& parallel_for) {
   using Sum = detail::ModelSum<Pack<S>>;
   pair.has_moved_models = false;
-  detail::with_parameters<S>(patch.def, [&](const auto& parameters) {
-    const Sum sum = detail::sum_of_contacts<Sum>(
-        detail::contacts_of(patch, pair), parallel_for, [&](auto tiles, Sum& part) {
-          detail::sum_first_models<S>(patch, pair, tiles, parameters, dt, part);
-        });
-    sum.get(pair.matrix, pair.offset);
-  });
+  const detail::LaneParameters<S> parameters(patch.def);
+  const Sum sum = detail::sum_of_contacts<Sum>(
+      detail::contacts_of(patch, pair), parallel_for, [&](auto tiles, Sum& part) {
+        detail::sum_first_models<S>(patch, pair, tiles, parameters, dt, part);
+      });
+  sum.get(pair.matrix, pair.offset);
 }
 
 template <Scalar S>
@@ -18635,33 +19536,32 @@ PairAnswer<S> answer_motion(SensorPatch<S>& patch, PatchPair<S>& pair, const Vec
   const std::span<ContactTile<S>> contacts = detail::contacts_of(patch, pair);
   using Evaluation = detail::Evaluation<S>;
   using Moved = detail::MovedModels<Pack<S>>;
-  return detail::with_parameters<S>(patch.def, [&](const auto& parameters) -> PairAnswer<S> {
-    const Evaluation found = detail::sum_of_contacts<Evaluation>(
-        contacts, parallel_for, [&](std::span<ContactTile<S>> tiles, Evaluation& part) {
-          if (pair.has_moved_models) {
-            detail::evaluate<false, S>(patch, pair, tiles, parameters, def, part);
-          } else {
-            detail::evaluate<true, S>(patch, pair, tiles, parameters, def, part);
-          }
-        });
-    const Wrench<S> impulse = found.impulse.in_world(pair);
-    const detail::PassChange<Pack<S>>& change = found.change;
-    const bool has_changed = change.did_switch || sum_of_lanes(change.force_change) >
-                                                      negligible * sum_of_lanes(change.force_sum);
-    if (!has_changed && !change.has_slip) return {impulse, false};
+  const detail::LaneParameters<S> parameters(patch.def);
+  const Evaluation found = detail::sum_of_contacts<Evaluation>(
+      contacts, parallel_for, [&](std::span<ContactTile<S>> tiles, Evaluation& part) {
+        if (pair.has_moved_models) {
+          detail::evaluate<false, S>(patch, pair, tiles, parameters, def, part);
+        } else {
+          detail::evaluate<true, S>(patch, pair, tiles, parameters, def, part);
+        }
+      });
+  const Wrench<S> impulse = found.impulse.in_world(pair);
+  const detail::PassChange<Pack<S>>& change = found.change;
+  const bool has_changed = change.did_switch || sum_of_lanes(change.force_change) >
+                                                    negligible * sum_of_lanes(change.force_sum);
+  if (!has_changed && !change.has_slip) return {impulse, false};
 
-    // Normal forces that have not settled by the last pass point along the gradient, which cannot
-    // give energy, and not along the ray with an impulse that was wrong the pass before.
-    const S lagged = pass.left == 1 && has_changed ? S(0) : dt;
-    const Moved moved = detail::sum_of_contacts<Moved>(
-        contacts, parallel_for, [&](std::span<ContactTile<S>> tiles, Moved& part) {
-          detail::linearise_at_motion<S>(patch, pair, tiles, parameters, def, lagged, part);
-        });
-    pair.has_moved_models = true;
-    moved.models.get(pair.matrix, pair.offset);
-    return {impulse, has_changed || sum_of_lanes(moved.friction_change) >
-                                        negligible * sum_of_lanes(moved.friction_sum)};
-  });
+  // Normal forces that have not settled by the last pass point along the gradient, which cannot
+  // give energy, and not along the ray with an impulse that was wrong the pass before.
+  const S lagged = pass.left == 1 && has_changed ? S(0) : dt;
+  const Moved moved = detail::sum_of_contacts<Moved>(
+      contacts, parallel_for, [&](std::span<ContactTile<S>> tiles, Moved& part) {
+        detail::linearise_at_motion<S>(patch, pair, tiles, parameters, def, lagged, part);
+      });
+  pair.has_moved_models = true;
+  moved.models.get(pair.matrix, pair.offset);
+  return {impulse, has_changed || sum_of_lanes(moved.friction_change) >
+                                      negligible * sum_of_lanes(moved.friction_sum)};
 }
 
 template <Scalar S>
@@ -18770,20 +19670,21 @@ Wrench<S> ambf_impulses(SensorPatch<S>& patch, const PatchPair<S>& pair, BodyId 
 }
 
 /// Impulses of some contacts at the start of the step, under the paper's law.
-template <Scalar S, typename Parameters>
+template <Scalar S>
 void give_at_start(SensorPatch<S>& patch, const PatchPair<S>& pair, std::span<ContactTile<S>> tiles,
-                   const Parameters& parameters, S dt, LaneWrench<S>& total) {
+                   const LaneParameters<S>& parameters, S dt, LaneWrench<S>& total) {
   const LawOptions options = patch.def.options;
   const LaneMotion<S> start(pair.start_motion.linear, pair.start_motion.angular);
   const Pack3<S> center = Pack3<S>::all(pair.center);
   LaneWrench<S> sum;
+  SensorParameters<Pack<S>> scratch;
   for (ContactTile<S>& tile : tiles) {
     for (std::size_t at = 0; at < tile_size; at += lanes<S>) {
       if (pack_bits<S>(tile.is_met, at) == 0) continue;
       const TouchPack<S> touch(patch, patch.tiles[tile.tile], tile.tile, at, tile.is_met, false);
       const SensorContact<Pack<S>> contact{touch.depth, touch.inverse_length, touch.n, touch.g,
                                            start.at(touch.point)};
-      give_impulses<S>(tile, at, parameters(tile.tile, at), options, contact,
+      give_impulses<S>(tile, at, parameters(tile.tile, at, scratch), options, contact,
                        load_pack(tile.stretch, at), touch.point - center,
                        load_mask<S>(tile.is_touching, at), dt, sum.force, sum.torque);
     }
@@ -18796,13 +19697,12 @@ template <Scalar S>
 Wrench<S> paper_impulses(SensorPatch<S>& patch, const PatchPair<S>& pair, S dt,
                          const ParallelFor& parallel_for) {
   using Sum = LaneWrench<S>;
-  return with_parameters<S>(patch.def, [&](const auto& parameters) {
-    return sum_of_contacts<Sum>(contacts_of(patch, pair), parallel_for,
-                                [&](std::span<ContactTile<S>> tiles, Sum& part) {
-                                  give_at_start<S>(patch, pair, tiles, parameters, dt, part);
-                                })
-        .in_world(pair);
-  });
+  const LaneParameters<S> parameters(patch.def);
+  return sum_of_contacts<Sum>(contacts_of(patch, pair), parallel_for,
+                              [&](std::span<ContactTile<S>> tiles, Sum& part) {
+                                give_at_start<S>(patch, pair, tiles, parameters, dt, part);
+                              })
+      .in_world(pair);
 }
 
 }  // namespace detail
@@ -28326,8 +29226,6 @@ class ManifoldSweeps {
   void start(const Island& island, const Constraints<S>& constraints,
              std::span<const SolverBody<S>> bodies, S parts);
 
-  /// Whether any contact may bounce.
-  [[nodiscard]] bool may_bounce() const { return bounces_; }
   /// Whether most contacts are new, with no impulse to start from.
   [[nodiscard]] bool is_cold() const { return is_cold_; }
 
@@ -28741,8 +29639,6 @@ class SequentialSolver {
   }
   /// Keeps what they found, once nothing calls for others (`ManifoldSweeps::spread_friction`).
   void keep_impulses() { manifolds_.spread_friction(); }
-  /// Whether any contact of those manifolds may bounce.
-  [[nodiscard]] bool may_bounce() const { return manifolds_.may_bounce(); }
   /// Forgets the impulses that contacts would start from.
   void forget_impulses() { manifolds_.forget(); }
 
@@ -29013,7 +29909,7 @@ class IslandSolver {
     if (wants_even_load(island, constraints)) {
       report.residual = S(proximal_.solve(island, constraints, bodies, context, report));
       apply_impulses(island, constraints, bodies);
-      if (report.residual <= context.velocity_tolerance) return;
+      if (report.residual <= S(proximal_.enough())) return;
       // Sweeps repair the rest: the impulses of an iteration that was cut short do not add up to
       // velocities that hold joints and contacts.
     }
@@ -29032,8 +29928,8 @@ class IslandSolver {
       }
       if (may_factor && progress.is_slow()) {
         may_factor = false;
-        try_proximal(island, constraints, bodies, context, residual, report);
-        if (progress.is_done(report.residual)) break;
+        if (try_proximal(island, constraints, bodies, context, residual, report)) return;
+        progress.accept(S(proximal_.enough()));
       }
     }
     if (report.residual > context.velocity_tolerance && has_gained_energy(island, bodies)) {
@@ -29099,7 +29995,7 @@ class IslandSolver {
         body.free_motion = mean_free_motion(body, context.integrator);
       }
       sweep_part(island, constraints, bodies, part, most, report);
-      if (sequential_.may_bounce() && has_blown_up(island, bodies)) {
+      if (has_blown_up(island, bodies)) {
         sequential_.forget_impulses();
         clear_impulses(island, constraints);
         sweep_part(island, constraints, bodies, part, most, report);
@@ -29128,10 +30024,11 @@ class IslandSolver {
     sequential_.finish(island, bodies);
   }
 
-  /// Whether cut-short sweeps have released impulses that earlier ones piled up between bodies that
-  /// should bounce and cannot part. Swept from nothing they get what they ask for in this part and
-  /// no more. Sensors, drives and moving bodies hardly double the energy of a heap within one, but
-  /// from rest, where sweeps from nothing do as well.
+  /// Whether cut-short sweeps have released impulses that they cannot take back: those that earlier
+  /// ones piled up between bodies that should bounce and cannot part, or those of an impact in the
+  /// step before. Swept from nothing they get what they ask for in this part and no more. Sensors,
+  /// drives and moving bodies hardly double the energy of a heap within one, but from rest, where
+  /// sweeps from nothing do as well.
   [[nodiscard]] static bool has_blown_up(const Island& island,
                                          std::span<const SolverBody<S>> bodies) {
     const IslandEnergy<S> energy = energy_of<S>(island, bodies);
@@ -29287,6 +30184,8 @@ class IslandSolver {
     /// @param first  Residual at which the first sweep is the last; `later` is for the others.
     Convergence(S first, S later) : first_(first), tolerance_(later) {}
 
+    /// Residuals up to `enough` are good enough from now on.
+    void accept(S enough) { tolerance_ = std::max(tolerance_, enough); }
     [[nodiscard]] bool is_done(S residual) {
       before_last_ = between_;
       between_ = last_;
@@ -29345,7 +30244,8 @@ class IslandSolver {
 
   /// Factors, and keeps the result if it is exact, or if a sweep finds less to do there than
   /// before.
-  void try_proximal(const Island& island, Constraints<S>& constraints,
+  /// @return Whether nothing is left to do.
+  bool try_proximal(const Island& island, Constraints<S>& constraints,
                     std::span<SolverBody<S>> bodies, const SolveContext<S>& context, S residual,
                     SolveReport<S>& report) {
     saved_.save(island, constraints);
@@ -29353,14 +30253,15 @@ class IslandSolver {
     if (left < infinity<S>) {
       apply_impulses(island, constraints, bodies);
       report.residual = left;
-      if (left <= context.velocity_tolerance) return;
+      if (left <= S(proximal_.enough())) return true;
       report.residual = sequential_.sweep(island, constraints, bodies, false);
       ++report.sweeps;
-      if (report.residual < residual) return;
+      if (report.residual < residual) return report.residual <= context.velocity_tolerance;
     }
     saved_.restore(island, constraints);
     apply_impulses(island, constraints, bodies);
     report.residual = residual;
+    return false;
   }
 
   /// Whether displacements that follow from the velocities leave surfaces overlapping, apart where
@@ -31697,8 +32598,8 @@ class SolveStage {
     mechanisms_.add_impulse(joint, total);
   }
 
-  /// Moves all bodies. A body whose new state is not finite, or has no finite square, stays where
-  /// it is, at rest.
+  /// Moves all bodies. A body whose new state is none that a step can start from stays where it is,
+  /// at rest.
   void integrate(State& state) const {
     for (std::uint32_t i = 0; i < state.bodies.slot_count(); ++i) {
       if (!state.bodies.is_live(i)) continue;
@@ -31716,9 +32617,7 @@ class SolveStage {
       } else {
         step_pose(body, solved.motion, state.def.time_step);
       }
-      if (has_finite_square<S>(body.twist) && has_finite_square<S>(body.center_pose)) {
-        continue;
-      }
+      if (has_finite_square<S>(body.twist) && is_pose(body.center_pose)) continue;
       body.center_pose = start;
       body.twist = {};
       ++state.report.frozen_bodies;
@@ -31764,7 +32663,7 @@ class SolveStage {
       if (body.is_sensed) context.integrator = Integrator::symplectic_euler;
     }
     change = max(change, sqrt(change2));
-    context.speed_change = change;
+    context.speed_change = context.driven_change = change;
     std::uint32_t last_a = 0;
     std::uint32_t last_b = 0;
     S mobility = S(0);
@@ -31787,10 +32686,18 @@ class SolveStage {
       add_impulse(block.body_a, block.body_b, state.constraints.rows[block.first].impulse);
       // Drives and stops decide on the velocity at the end of a step, as if it had been there all
       // along; the mean of two velocities would make them overshoot.
-      if (block.kind != BlockKind::equality) context.integrator = Integrator::symplectic_euler;
+      if (block.kind == BlockKind::equality) continue;
+      context.integrator = Integrator::symplectic_euler;
+      // Nothing else may act where a drive does: a hand that closes before it is weighed. Stops
+      // only answer.
+      if (!(block.upper < infinity<S>) || !(block.lower > -infinity<S>)) continue;
+      const ConstraintRow<S>& row = state.constraints.rows[block.first];
+      const S response =
+          row_response(row, state.solver_bodies[block.body_a], state.solver_bodies[block.body_b]);
+      context.driven_change = max(context.driven_change, response * abs(row.impulse));
     }
     // Relative to that, but not below what the arithmetic of the present state resolves.
-    context.velocity_tolerance = max(context.settings.tolerance * context.speed_change,
+    context.velocity_tolerance = max(context.settings.tolerance * context.driven_change,
                                      Tolerance<S>::round_off() * max(sqrt(speed2), change));
     context.position_tolerance =
         max(context.settings.position_tolerance * context.dt * context.speed_change,
@@ -32844,14 +33751,6 @@ template <Scalar S>
   return is_not_negative(x) && x * largest_number<S> >= S(1);
 }
 
-/// Whether a vector has the length 1.
-template <typename Vector>
-[[nodiscard]] bool is_unit(const Vector& v) {
-  using S = typename Vector::Scalar;
-  using std::abs;
-  return abs(v.squaredNorm() - S(1)) <= Tolerance<S>::equal();
-}
-
 template <Scalar S>
 [[nodiscard]] bool is_rotation(const Mat3<S>& R) {
   return (R.transpose() * R - Mat3<S>::Identity()).cwiseAbs().maxCoeff() <= Tolerance<S>::equal() &&
@@ -32863,10 +33762,9 @@ template <Scalar S>
 template <Scalar S>
 [[nodiscard]] bool is_valid_state(const Body<S>& body, std::uint32_t slots) {
   const bool stays = body.twist.linear.isZero(S(0)) && body.twist.angular.isZero(S(0));
-  return is_unit(body.center_pose.rotation.coeffs()) && has_finite_square<S>(body.center_pose) &&
-         has_finite_square<S>(body.twist) && (body.motion != Motion::fixed || stays) &&
-         has_finite_square<S>(body.applied.force) && has_finite_square<S>(body.applied.torque) &&
-         body.sleep.rest_time >= S(0) &&
+  return is_pose(body.center_pose) && has_finite_square<S>(body.twist) &&
+         (body.motion != Motion::fixed || stays) && has_finite_square<S>(body.applied.force) &&
+         has_finite_square<S>(body.applied.torque) && body.sleep.rest_time >= S(0) &&
          (!body.is_asleep() || (body.is_dynamic() && body.sleep.island < slots));
 }
 
@@ -33854,7 +34752,7 @@ void World<S, Backend>::push(const HapticBody<S>& pushed) {
   Body<S> carried = body;
   step_pose(carried, pushed.carried(), S(1));
   const Transform<S> X_WB = carried.pose();
-  if (!has_finite_square<S>(X_WB) || !has_finite_square<S>(carried.twist)) return;
+  if (!is_pose(X_WB) || !has_finite_square<S>(carried.twist)) return;
   set_pose(id, X_WB);
   set_twist(id, carried.twist);
 }

@@ -4,6 +4,7 @@
 #include "scenes/brick.hpp"
 #include "scenes/grasp.hpp"
 #include "scenes/medley.hpp"
+#include "support/numbers.hpp"
 
 #include <doctest/doctest.h>
 
@@ -13,12 +14,10 @@
 #include <vector>
 
 using namespace bristle;
+using bristle::test::nan_;
 using namespace bristle::scenes;
 
 namespace {
-
-constexpr double nan_ = std::numeric_limits<double>::quiet_NaN();
-constexpr double inf = std::numeric_limits<double>::infinity();
 
 PatchDef<double> one_sensor() {
   PatchDef<double> def;
@@ -86,7 +85,7 @@ TEST_CASE("bad_input: bodies") {
             bad_body("BodyDef::mass", [](auto& d) { d.mass = -1; }),
             bad_body("BodyDef::mass", [](auto& d) { d.mass = 0; }),
             bad_body("BodyDef::mass", [](auto& d) { d.mass = nan_; }),
-            bad_body("BodyDef::mass", [](auto& d) { d.mass = inf; }),
+            bad_body("BodyDef::mass", [](auto& d) { d.mass = infinity<double>; }),
             bad_body("BodyDef::mass",
                      [](auto& d) {
                        d.mass.reset();
@@ -98,7 +97,7 @@ TEST_CASE("bad_input: bodies") {
                        d.density = 0;
                      }),
             bad_body("BodyDef::position", [](auto& d) { d.position.y() = nan_; }),
-            bad_body("BodyDef::velocity", [](auto& d) { d.velocity.x() = inf; }),
+            bad_body("BodyDef::velocity", [](auto& d) { d.velocity.x() = infinity<double>; }),
             bad_body("BodyDef::angular_velocity", [](auto& d) { d.angular_velocity.z() = nan_; }),
             bad_body("BodyDef::orientation", [](auto& d) { d.orientation.w() = 2; }),
             bad_body("BodyDef::orientation", [](auto& d) { d.orientation.w() = nan_; }),
@@ -169,7 +168,7 @@ TEST_CASE("bad_input: patches") {
                bad("SensorParameters::normal_damping",
                    [](auto& d) { d.parameters.normal_damping = nan_; }),
                bad("SensorParameters::static_friction",
-                   [](auto& d) { d.parameters.static_friction = inf; }),
+                   [](auto& d) { d.parameters.static_friction = infinity<double>; }),
                bad("SensorParameters::sliding_friction",
                    [](auto& d) { d.parameters.sliding_friction = -1; }),
                bad("SensorParameters::breakaway_distance",
@@ -292,7 +291,7 @@ TEST_CASE("bad_input: numbers given to calls") {
              }},
             {"twist.linear",
              [=](auto& w) {
-               w.set_velocity(body, {{inf, 0, 0}, {0, 0, 0}});
+               w.set_velocity(body, {{infinity<double>, 0, 0}, {0, 0, 0}});
              }},
             {"twist.angular",
              [=](auto& w) {
@@ -306,7 +305,7 @@ TEST_CASE("bad_input: numbers given to calls") {
              }},
             {"wrench.torque",
              [=](auto& w) {
-               w.apply_wrench(body, {{0, 0, 0}, {0, inf, 0}});
+               w.apply_wrench(body, {{0, 0, 0}, {0, infinity<double>, 0}});
              }},
             {"point",
              [=](auto& w) {

@@ -8,10 +8,9 @@
 #include <string>
 
 using namespace bristle;
+using std::numbers::pi;
 
 namespace {
-
-constexpr double pi = std::numbers::pi;
 
 /// [kg, kg m^2] Box of some density with its centre at `center`, about the origin of the frame.
 struct BoxSolid {

@@ -9,11 +9,10 @@
 #include <numbers>
 
 using namespace bristle;
+using std::numbers::pi;
 using V = Vec3<double>;
 
 namespace {
-
-constexpr double pi = std::numbers::pi;
 
 /// A rod of 2 kg, 0.2 m along its x axis, hangs by its end from something fixed at the origin. The
 /// joint's x axes point upwards on the frame, and from the hanging end into the rod.

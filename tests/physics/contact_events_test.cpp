@@ -2,6 +2,7 @@
 /// Contacts as callers see them: forces against statics and momentum, and touches that come and go.
 // SPDX-License-Identifier: BSD-3-Clause
 #include "scenes/medley.hpp"
+#include "support/numbers.hpp"
 
 #include <doctest/doctest.h>
 
@@ -11,13 +12,12 @@
 #include <vector>
 
 using namespace bristle;
+using bristle::test::g;
 using namespace bristle::scenes;
 
 namespace {
 
-constexpr double g = 9.81;
-
-BodyId add_floor(World<double>& world, const Material<double>& material = {}) {
+BodyId add_ground(World<double>& world, const Material<double>& material = {}) {
   BodyDef<double> floor;
   floor.motion = Motion::fixed;
   floor.shape = HalfSpace<double>{};
@@ -25,7 +25,7 @@ BodyId add_floor(World<double>& world, const Material<double>& material = {}) {
   return world.add_body(floor);
 }
 
-BodyDef<double> box_def(double mass, const Vec3<double>& half, const Vec3<double>& position) {
+BodyDef<double> solid_box(double mass, const Vec3<double>& half, const Vec3<double>& position) {
   BodyDef<double> def;
   def.mass = mass;
   def.shape = Box<double>{half};
@@ -33,7 +33,7 @@ BodyDef<double> box_def(double mass, const Vec3<double>& half, const Vec3<double
   return def;
 }
 
-void run(World<double>& world, int steps) {
+void advance(World<double>& world, int steps) {
   for (int i = 0; i < steps; ++i) world.step();
 }
 
@@ -69,11 +69,11 @@ std::string history_of(World<double>& world, int steps) {
 
 TEST_CASE("contact_forces: a weight on a plate weighs m g, from either side") {
   World<double> world;
-  BodyDef<double> def = box_def(1, {0.5, 0.5, 0.05}, {0, 0, 0});
+  BodyDef<double> def = solid_box(1, {0.5, 0.5, 0.05}, {0, 0, 0});
   def.motion = Motion::fixed;
   const BodyId plate = world.add_body(def);
-  const BodyId weight = world.add_body(box_def(3, {0.1, 0.1, 0.1}, {0.2, -0.1, 0.15}));
-  run(world, 200);
+  const BodyId weight = world.add_body(solid_box(3, {0.1, 0.1, 0.1}, {0.2, -0.1, 0.15}));
+  advance(world, 200);
   const Vec3<double> on_weight = world.contact_impulse(weight, plate).force;
   const Vec3<double> expected(0, 0, 3 * g * world.time_step());
   // Sweeps end at 1e-9 of the speed that gravity gives in a step.
@@ -120,7 +120,7 @@ TEST_CASE("contact_forces: feet share the load as statics says") {
   for (const Vec3<double>& center : {Vec3<double>(0, 0, 0), Vec3<double>(0.11, -0.07, 0.02)}) {
     for (const bool has_three : {false, true}) {
       World<double> world;
-      add_floor(world);
+      add_ground(world);
       BodyDef<double> def;
       def.mass = 8;
       def.inertia = Vec3<double>(0.3, 0.3, 0.5).asDiagonal();
@@ -140,7 +140,7 @@ TEST_CASE("contact_forces: feet share the load as statics says") {
         foot.X_BS.translation = p;
         feet.push_back(world.add_shape(table, foot));
       }
-      run(world, 400);
+      advance(world, 400);
       std::vector<double> load(at.size(), 0);
       world.for_each_contact([&](const ContactReading<double>& contact) {
         for (std::size_t k = 0; k < feet.size(); ++k) {
@@ -172,12 +172,12 @@ TEST_CASE("contact_forces: feet share the load as statics says") {
 TEST_CASE("contact_forces: friction of a sliding box is mu N, of a resting one m g sin") {
   const Material<double> material{0.4, 0};
   World<double> world;
-  const BodyId floor = add_floor(world, material);
-  BodyDef<double> def = box_def(2, {0.1, 0.1, 0.02}, {0, 0, 0.02});
+  const BodyId floor = add_ground(world, material);
+  BodyDef<double> def = solid_box(2, {0.1, 0.1, 0.02}, {0, 0, 0.02});
   def.material = material;
   def.velocity = {0.9, 1.2, 0};
   const BodyId box = world.add_body(def);
-  run(world, 30);
+  advance(world, 30);
   REQUIRE(world.body(box).twist.linear.norm() > 0.5);
   const Vec3<double> force = world.contact_impulse(box, floor).force / world.time_step();
   CHECK(force.z() == doctest::Approx(2 * g).epsilon(1e-6));
@@ -188,7 +188,7 @@ TEST_CASE("contact_forces: friction of a sliding box is mu N, of a resting one m
   const double angle = 0.3;
   world.set_gravity({g * std::sin(angle), 0, -g * std::cos(angle)});
   world.set_velocity(box, {});
-  run(world, 200);
+  advance(world, 200);
   CHECK(world.body(box).twist.linear.norm() < 1e-8);
   Vec3<double> friction = Vec3<double>::Zero();
   double normal = 0;
@@ -207,7 +207,7 @@ TEST_CASE("contact_forces: contacts, joints, sensors and gravity account for all
   auto m = make_medley<double>();
   World<double>& world = m.world;
   // A cube to be hit from the side, so that contacts have all directions.
-  BodyDef<double> bullet = box_def(0.4, {0.05, 0.05, 0.05}, {0.5, 2.02, 0.3});
+  BodyDef<double> bullet = solid_box(0.4, {0.05, 0.05, 0.05}, {0.5, 2.02, 0.3});
   bullet.velocity = {-2, 0, 1};
   bullet.angular_velocity = {3, 5, -2};
   m.bodies.push_back(world.add_body(bullet));
@@ -267,7 +267,7 @@ TEST_CASE("contact_events: a ball that bounces begins and ends its touches") {
   WorldDef<double> def;
   def.time_step = 1e-3;
   World<double> world(def);
-  add_floor(world, {0.5, 0.5});
+  add_ground(world, {0.5, 0.5});
   BodyDef<double> ball;
   ball.mass = 0.1;
   ball.shape = Sphere<double>{0.05};
@@ -279,17 +279,17 @@ TEST_CASE("contact_events: a ball that bounces begins and ends its touches") {
   const std::string bounce = "[b01 ][e01 ][]";
   CHECK(history.substr(0, 2 + 2 * bounce.size()) == "[]" + bounce + bounce);
   // Bounces die out at the speed below which nothing bounces; then it rests.
-  run(world, 1000);
+  advance(world, 1000);
   CHECK(history_of(world, 50) == "[p01 ]");
 }
 
 TEST_CASE("contact_events: a box pushed off a table leaves it and lands") {
   World<double> world;
-  add_floor(world);
-  BodyDef<double> table = box_def(1, {0.3, 0.3, 0.05}, {0, 0, 0.45});
+  add_ground(world);
+  BodyDef<double> table = solid_box(1, {0.3, 0.3, 0.05}, {0, 0, 0.45});
   table.motion = Motion::fixed;
   world.add_body(table);
-  BodyDef<double> def = box_def(1, {0.05, 0.05, 0.05}, {0.2, 0, 0.55});
+  BodyDef<double> def = solid_box(1, {0.05, 0.05, 0.05}, {0.2, 0, 0.55});
   def.velocity = {2.5, 0, 0};
   world.add_body(def);
   // It touches the table, leaves it, falls, and touches the floor.
@@ -306,10 +306,10 @@ TEST_CASE("contact_events: a box pushed off a table leaves it and lands") {
 
 TEST_CASE("contact_events: what is removed while touching ends, under its own name") {
   World<double> world;
-  const BodyId floor = add_floor(world);
-  const BodyId low = world.add_body(box_def(1, {0.1, 0.1, 0.1}, {0, 0, 0.1}));
-  const BodyId high = world.add_body(box_def(1, {0.1, 0.1, 0.1}, {0, 0, 0.3}));
-  run(world, 20);
+  const BodyId floor = add_ground(world);
+  const BodyId low = world.add_body(solid_box(1, {0.1, 0.1, 0.1}, {0, 0, 0.1}));
+  const BodyId high = world.add_body(solid_box(1, {0.1, 0.1, 0.1}, {0, 0, 0.3}));
+  advance(world, 20);
   REQUIRE(events_of(world) == "p01 p12 ");
   std::vector<ShapeId> shapes;
   world.for_each_contact([&](const auto& contact) { shapes.push_back(contact.shape_b); });
@@ -317,7 +317,7 @@ TEST_CASE("contact_events: what is removed while touching ends, under its own na
 
   world.remove_body(low);
   // Another one in its slot, which touches at once.
-  const BodyId successor = world.add_body(box_def(1, {0.1, 0.1, 0.1}, {0, 0, 0.1}));
+  const BodyId successor = world.add_body(solid_box(1, {0.1, 0.1, 0.1}, {0, 0, 0.1}));
   REQUIRE(successor.index == low.index);
   world.step();
   CHECK(events_of(world) == "e01 e12 b01 b12 ");
@@ -345,8 +345,8 @@ TEST_CASE("contact_events: what is removed while touching ends, under its own na
 
 TEST_CASE("contact_events: shapes near each other that do not touch make none") {
   World<double> world({.gravity = {0, 0, 0}});
-  world.add_body(box_def(1, {0.1, 0.1, 0.1}, {0, 0, 0}));
-  BodyDef<double> def = box_def(1, {0.1, 0.1, 0.1}, {0, 0, 0.201});
+  world.add_body(solid_box(1, {0.1, 0.1, 0.1}, {0, 0, 0}));
+  BodyDef<double> def = solid_box(1, {0.1, 0.1, 0.1}, {0, 0, 0.201});
   def.velocity = {0.5, 0, 0};  // Within reach, but past.
   world.add_body(def);
   world.step();

@@ -12,7 +12,7 @@ using namespace bristle::scenes;
 namespace {
 
 template <typename S>
-std::uint64_t hash_of(const Medley<S>& m) {
+std::uint64_t medley_hash(const Medley<S>& m) {
   return m.world.state_hash();
 }
 
@@ -26,24 +26,24 @@ void run(Medley<S>& m, int steps) {
 TEST_CASE_TEMPLATE("determinism: a second run gives the same bits", S, float, double) {
   auto first = make_medley<S>();
   auto second = make_medley<S>();
-  CHECK(hash_of(first) == hash_of(second));
-  const std::uint64_t start = hash_of(first);
+  CHECK(medley_hash(first) == medley_hash(second));
+  const std::uint64_t start = medley_hash(first);
   run(first, 300);
   run(second, 300);
-  CHECK(hash_of(first) == hash_of(second));
-  CHECK(hash_of(first) != start);
+  CHECK(medley_hash(first) == medley_hash(second));
+  CHECK(medley_hash(first) != start);
 }
 
 TEST_CASE_TEMPLATE("determinism: a copy steps on as the original does", S, float, double) {
   auto original = make_medley<S>();
   run(original, 100);
   auto copy = original;
-  CHECK(hash_of(copy) == hash_of(original));
+  CHECK(medley_hash(copy) == medley_hash(original));
   run(original, 100);
   // The copy is not touched by what the original does, and then does the same.
-  CHECK(hash_of(copy) != hash_of(original));
+  CHECK(medley_hash(copy) != medley_hash(original));
   run(copy, 100);
-  CHECK(hash_of(copy) == hash_of(original));
+  CHECK(medley_hash(copy) == medley_hash(original));
 }
 
 TEST_CASE("determinism: the order of bodies matters no more than round-off") {

@@ -4,22 +4,22 @@
 #include "scenes/grasp.hpp"
 
 #include "scenes/plate.hpp"
+#include "support/integrations.hpp"
 
 #include <doctest/doctest.h>
 
 using namespace bristle;
+using bristle::test::both_integrations;
 using namespace bristle::scenes;
 
-namespace {
-constexpr Integration both[] = {Integration::explicit_, Integration::implicit};
-}  // namespace
+namespace {}  // namespace
 
 TEST_CASE("grasp: a part between still fingers sags by m g / (mu_S sum F_N) (R12)") {
   const double sag = 0.5 * 9.81 / (1000 * 2 * 10);
   CHECK(sag == doctest::Approx(245.250e-6).epsilon(1e-9));
   for (const double dt : {1e-3, 1.0 / 60}) {
     for (const double static_friction : {1e3, 1e5}) {
-      for (const Integration integration : both) {
+      for (const Integration integration : both_integrations) {
         // k / m = mu_S sum F_N / m: 4e4 (dt < 10 ms) and 4e6 (dt < 1 ms).
         if (integration == Integration::explicit_ && (dt > 5e-3 || static_friction > 1e4)) continue;
         GraspDef<double> def;
@@ -61,7 +61,7 @@ TEST_CASE("grasp: driven fingers of any mass grip with the force of their drive 
 
 TEST_CASE("grasp: float holds a part as double does (R12)") {
   // Stretches of 245 um out of positions of 40 mm (4e-9 m): 2e-5 relative, and the sum of 50.
-  for (const Integration integration : both) {
+  for (const Integration integration : both_integrations) {
     GraspDef<float> def;
     def.integration = integration;
     auto scene = make_grasp<float>(def);
@@ -113,7 +113,7 @@ TEST_CASE("grasp: bristles resist torsion about the normal (R11)") {
   }
   const double yaw = 0.2 / (5000 * 0.5 * 9.81 / 16 * sum_r2);
   CHECK(yaw == doctest::Approx(1.304791e-3).epsilon(1e-5));
-  for (const Integration integration : both) {
+  for (const Integration integration : both_integrations) {
     PlateDef<double> def;
     def.integration = integration;
     def.parameters.sliding_friction = 5;

@@ -2,6 +2,7 @@
 /// Fig. 7 (b): a plate at rest on its sensors, level and on an incline.
 // SPDX-License-Identifier: BSD-3-Clause
 #include "scenes/plate.hpp"
+#include "support/integrations.hpp"
 
 #include <doctest/doctest.h>
 
@@ -9,12 +10,12 @@
 #include <numbers>
 
 using namespace bristle;
+using bristle::test::both_integrations;
 using namespace bristle::scenes;
 
 namespace {
 
-constexpr Integration both[] = {Integration::explicit_, Integration::implicit};
-constexpr InclineBy ways[] = {InclineBy::gravity, InclineBy::surface};
+constexpr InclineBy inclines[] = {InclineBy::gravity, InclineBy::surface};
 
 template <typename S>
 constexpr S degrees(S angle) {
@@ -39,7 +40,7 @@ TEST_CASE_TEMPLATE("incline_hold: at rest every sensor carries its share (R1)", 
   CHECK(depth == doctest::Approx(0.3065625).epsilon(1e-12));
   // Float: positions of a few mm beside arms of 0.1 m, so a few 1e-8 m, or 1e-5 of the ray.
   const double tolerance = std::is_same_v<S, double> ? 1e-9 : 2e-5;
-  for (const Integration integration : both) {
+  for (const Integration integration : both_integrations) {
     PlateDef<S> def;
     def.integration = integration;
     def.drop = S(0.001);
@@ -59,8 +60,8 @@ TEST_CASE(
     "incline_hold: a plate that cannot tilt stretches its bristles by tan(angle) / mu_S (R4)") {
   const double stretch = std::tan(degrees(30.0)) / 5000;
   CHECK(stretch == doctest::Approx(0.115470e-3).epsilon(1e-5));
-  for (const InclineBy way : ways) {
-    for (const Integration integration : both) {
+  for (const InclineBy way : inclines) {
+    for (const Integration integration : both_integrations) {
       PlateDef<double> def;
       def.incline = degrees(30.0);
       def.incline_by = way;
@@ -78,8 +79,8 @@ TEST_CASE(
 
 TEST_CASE("incline_hold: the centre of a plate that tilts sits where statics puts it (R4)") {
   for (const double dt : {1e-3, 4e-3, 1.0 / 60}) {
-    for (const InclineBy way : ways) {
-      for (const Integration integration : both) {
+    for (const InclineBy way : inclines) {
+      for (const Integration integration : both_integrations) {
         // Explicit only where it is stable: the limit is 8.7 ms here (R13).
         if (integration == Integration::explicit_ && dt > 5e-3) continue;
         PlateDef<double> def;
@@ -108,7 +109,7 @@ TEST_CASE("incline_hold: the centre of a plate that tilts sits where statics put
 
 TEST_CASE("incline_hold: float holds as double does, within its resolution (R4)") {
   // Stretches of 0.14 mm come from differences of arms of 0.1 m: 1e-8 / 1.4e-4 is below 1e-3.
-  for (const Integration integration : both) {
+  for (const Integration integration : both_integrations) {
     PlateDef<float> def;
     def.incline = degrees(30.0F);
     def.integration = integration;
@@ -129,7 +130,7 @@ TEST_CASE("incline_hold: a slow tilt slips where the table says (R7)") {
     double angle;
   };
   for (const Row row : {Row{10, 78.60}, Row{4, 78.13}}) {
-    for (const Integration integration : both) {
+    for (const Integration integration : both_integrations) {
       PlateDef<double> def;
       def.per_side = row.per_side;
       def.integration = integration;
@@ -160,7 +161,7 @@ TEST_CASE("incline_hold: sensors beside a hard contact carry the shear (R16)") {
   const double predicted = 0.5 * 9.81 * std::sin(degrees(25.0)) / (5000 * 4 * 0.5);
   CHECK(predicted == doctest::Approx(0.20729e-3).epsilon(1e-4));
   for (const double dt : {1e-3, 1.0 / 60}) {
-    for (const Integration integration : both) {
+    for (const Integration integration : both_integrations) {
       if (integration == Integration::explicit_ && dt > 5e-3) continue;
       PlateDef<double> def;
       def.per_side = 2;

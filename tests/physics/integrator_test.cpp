@@ -2,6 +2,8 @@
 /// The two integrators in closed form: free fall, landing, bouncing, stopping, and a gap that
 /// closes.
 // SPDX-License-Identifier: BSD-3-Clause
+#include "support/numbers.hpp"
+
 #include <bristle/math/rotation.hpp>
 #include <bristle/world/world.hpp>
 
@@ -14,10 +16,10 @@
 #include <vector>
 
 using namespace bristle;
+using bristle::test::g;
 
 namespace {
 
-constexpr double g = 9.81;
 constexpr double radius = 0.1;
 
 /// One body above a half-space.

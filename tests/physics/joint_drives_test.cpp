@@ -2,6 +2,8 @@
 /// Drives that are springs with dampers and a force limit, and limits of drives in islands that are
 /// swept in parts.
 // SPDX-License-Identifier: BSD-3-Clause
+#include "support/numbers.hpp"
+
 #include <bristle/math/rotation.hpp>
 #include <bristle/world/world.hpp>
 
@@ -11,10 +13,9 @@
 #include <limits>
 
 using namespace bristle;
+using bristle::test::g;
 
 namespace {
-
-constexpr double g = 9.81;
 
 /// A cube of 2 kg that slides along z, or turns about it, on a fixed frame.
 template <typename S>

@@ -1,6 +1,8 @@
 /// @file
 /// Joints that cannot be: each is refused by the name of the field, and the world stays as it was.
 // SPDX-License-Identifier: BSD-3-Clause
+#include "support/numbers.hpp"
+
 #include <bristle/world/world.hpp>
 
 #include <doctest/doctest.h>
@@ -11,13 +13,13 @@
 #include <vector>
 
 using namespace bristle;
+using bristle::test::nan_;
 
 namespace {
 
-constexpr double nan_ = std::numeric_limits<double>::quiet_NaN();
 constexpr double none_ = infinity<double>;
 
-struct Mistake {
+struct JointMistake {
   std::string field;
   JointKind kind;
   std::function<void(JointDef<double>&)> change;
@@ -32,7 +34,7 @@ TEST_CASE("joint_input: limits, springs and bushings that a joint cannot have") 
   const BodyId a = world.add_body(body), b = world.add_body(body);
   using K = JointKind;
   using D = JointDef<double>;
-  const std::vector<Mistake> mistakes{
+  const std::vector<JointMistake> mistakes{
       {"JointDef::lower_limit", K::revolute, [](D& d) { d.lower_limit = none_; }},
       {"JointDef::lower_limit", K::revolute, [](D& d) { d.lower_limit = nan_; }},
       {"JointDef::upper_limit", K::revolute, [](D& d) { d.lower_limit = d.upper_limit = -none_; }},
@@ -52,7 +54,7 @@ TEST_CASE("joint_input: limits, springs and bushings that a joint cannot have") 
       {"JointDef::bushing", K::revolute, [](D& d) { d.bushing.damping[5] = 1; }},
   };
   const auto before = world.state_hash();
-  for (const Mistake& mistake : mistakes) {
+  for (const JointMistake& mistake : mistakes) {
     CAPTURE(mistake.field);
     D def{.kind = mistake.kind, .body_a = a, .body_b = b};
     mistake.change(def);

@@ -12,11 +12,10 @@
 #include <numbers>
 
 using namespace bristle;
+using std::numbers::pi;
 using V = Vec3<double>;
 
 namespace {
-
-constexpr double pi = std::numbers::pi;
 
 /// Principal moments of 0.01, 0.02, 0.03 kg m^2, and 2 kg.
 template <typename S>

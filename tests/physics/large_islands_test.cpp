@@ -2,6 +2,7 @@
 /// Islands beyond `SolverDef::max_direct_work`: swept, in parts of the step.
 // SPDX-License-Identifier: BSD-3-Clause
 #include "support/momentum.hpp"
+
 #include <bristle/world/world.hpp>
 
 #include <doctest/doctest.h>

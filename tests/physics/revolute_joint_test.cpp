@@ -4,6 +4,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "support/mechanism.hpp"
 #include "support/momentum.hpp"
+#include "support/numbers.hpp"
 
 #include <bristle/world/world.hpp>
 
@@ -15,12 +16,11 @@
 #include <vector>
 
 using namespace bristle;
+using bristle::test::g;
+using std::numbers::pi;
 using V = Vec3<double>;
 
 namespace {
-
-constexpr double pi = std::numbers::pi;
-constexpr double g = 9.81;
 
 /// A rod of 2 kg, 0.2 m along x.
 template <typename S>
@@ -108,7 +108,9 @@ TEST_CASE_TEMPLATE("revolute: a level rod on a stop hangs by its hinge", S, floa
   const JointReading<S> reading = world.reading(joint);
   CHECK(static_cast<double>(reading.reaction.force.z()) == doctest::Approx(20).epsilon(100 * eps));
   CHECK(static_cast<double>(reading.reaction.torque.y()) == doctest::Approx(-2).epsilon(100 * eps));
-  CHECK(std::abs(static_cast<double>(reading.position)) < 4 * eps);
+  // Each step may leave a part of what gravity gives in it, for all of the second.
+  const double left = static_cast<double>(world.def().solver.tolerance) * 10 / 240;
+  CHECK(std::abs(static_cast<double>(reading.position)) < 4 * eps + left);
   CHECK(reading.drive_force == S(0));
 }
 

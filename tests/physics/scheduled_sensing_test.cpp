@@ -19,12 +19,12 @@ using namespace bristle::scenes;
 namespace {
 
 /// Two fingers that stand still hold a ball or a box of 60 mm; pads cast every k-th step.
-struct Grip {
+struct ScheduledGrip {
   World<double> world{WorldDef<double>{.time_step = 1e-3}};
   BodyId part{};
   PatchId pads[2]{};
 
-  Grip(std::uint32_t cast_every, bool is_ball) {
+  ScheduledGrip(std::uint32_t cast_every, bool is_ball) {
     const double half = 0.03;
     part =
         world.add_body({.mass = 0.5,
@@ -70,11 +70,11 @@ struct Departure {
 template <typename Check>
 void for_each_schedule(bool is_ball, const Check& check) {
   std::uint64_t all_rays = 0;
-  Grip reference(1, is_ball);
+  ScheduledGrip reference(1, is_ball);
   const std::vector<double> expected = reference.run(all_rays);
   for (const std::uint32_t k : {2u, 4u, 8u}) {
     CAPTURE(k);
-    Grip grip(k, is_ball);
+    ScheduledGrip grip(k, is_ball);
     std::uint64_t rays = 0;
     const std::vector<double> forces = grip.run(rays);
     Departure worst;
@@ -183,8 +183,8 @@ TEST_CASE("scheduled_sensing: what comes into reach between castings is met at o
 
 TEST_CASE("scheduled_sensing: a restored world goes on with the same bits, between castings, too") {
   for (const int before : {40, 41, 42, 43}) {
-    Grip original(4, true);
-    const auto run = [](Grip& grip, int first, int steps) {
+    ScheduledGrip original(4, true);
+    const auto run = [](ScheduledGrip& grip, int first, int steps) {
       std::vector<std::uint64_t> hashes;
       for (int i = first; i < first + steps; ++i) {
         grip.world.apply_wrench(grip.part, {{0, 0, std::sin(0.3 * i)}, {0.01, 0, 0}});
@@ -198,10 +198,10 @@ TEST_CASE("scheduled_sensing: a restored world goes on with the same bits, betwe
     const auto expected = run(original, before, 30);
     original.world.restore(snapshot);
     CHECK(run(original, before, 30) == expected);
-    Grip fresh(4, true);
+    ScheduledGrip fresh(4, true);
     fresh.world.restore(snapshot);
     CHECK(run(fresh, before, 30) == expected);
-    Grip other(3, true);
+    ScheduledGrip other(3, true);
     CHECK_THROWS_AS(other.world.restore(snapshot), InvalidArgument);
   }
 }

@@ -2,6 +2,7 @@
 /// Fig. 7 (a): when and how a plate slips over its bristles.
 // SPDX-License-Identifier: BSD-3-Clause
 #include "scenes/plate.hpp"
+#include "support/integrations.hpp"
 
 #include <doctest/doctest.h>
 
@@ -9,11 +10,10 @@
 #include <numbers>
 
 using namespace bristle;
+using bristle::test::both_integrations;
 using namespace bristle::scenes;
 
 namespace {
-
-constexpr Integration both[] = {Integration::explicit_, Integration::implicit};
 
 /// [N] mu_S sigma_a m g: what the plate's bristles hold if loaded slowly.
 constexpr double full_load = 5000 * 1e-3 * 0.5 * 9.81;
@@ -110,7 +110,7 @@ TEST_CASE("slip: with release, mean friction is half the static one (R8)") {
   // Terminal speed (F - F_max / 2) / (n mu_V) under F = .6 F_max.
   const double terminal = 0.1 * full_load / 1.6;
   CHECK(terminal == doctest::Approx(1.5328).epsilon(1e-4));
-  for (const Integration integration : both) {
+  for (const Integration integration : both_integrations) {
     PlateDef<double> def;
     def.integration = integration;
     def.time_step = 1e-4;
@@ -132,7 +132,7 @@ TEST_CASE("slip: stairs are sigma_a high, and as long as the force says (R9)") {
   // Just above half of F_max the plate nearly stops on every stair. Events are the steps in which
   // sensors let go; all let go at once, since the force at the plane's height does not tilt the
   // plate.
-  for (const Integration integration : both) {
+  for (const Integration integration : both_integrations) {
     PlateDef<double> def;
     def.integration = integration;
     def.time_step = 2e-6;
@@ -161,7 +161,7 @@ TEST_CASE("slip: stairs are sigma_a high, and as long as the force says (R9)") {
 TEST_CASE("slip: a sliding plate stops where the mean friction says (R10)") {
   // With k = mu_S m g, from v0: release stops after m v0^2 / (2 F_max / 2), less the viscous part;
   // drag after half of it, plus the ramp of half a sigma_a. The table has the integrated figures.
-  for (const Integration integration : both) {
+  for (const Integration integration : both_integrations) {
     PlateDef<double> def;
     def.integration = integration;
     def.time_step = 1e-4;
@@ -192,7 +192,7 @@ TEST_CASE("slip: a sliding plate stops where the mean friction says (R10)") {
 
 TEST_CASE("slip: dragging bristles are Coulomb friction") {
   // At constant speed under drag, friction is F_max + n mu_V v, without a saw-tooth.
-  for (const Integration integration : both) {
+  for (const Integration integration : both_integrations) {
     PlateDef<double> def;
     def.integration = integration;
     def.inertia_factor = 1e6;
@@ -216,7 +216,7 @@ TEST_CASE("slip: dragging bristles are Coulomb friction") {
 TEST_CASE("slip: a large step neither loses friction nor holds what must slide") {
   // v dt > sigma_a: the literal reset to zero would lose all friction here (8.5 instead of .77
   // m/s).
-  for (const Integration integration : both) {
+  for (const Integration integration : both_integrations) {
     PlateDef<double> def;
     def.integration = integration;
     def.time_step = 2e-3;

@@ -81,7 +81,7 @@ std::string refusal_of(World& world, std::span<const std::byte> snapshot) {
 
 /// Overwrites the hash of a damaged snapshot, so that the damage gets past the door.
 void pass_the_door(Bytes& bytes) {
-  detail::SnapshotHead head;
+  bristle::detail::SnapshotHead head;
   std::memcpy(&head, bytes.data(), sizeof head);
   head.payload_size = bytes.size() - sizeof head;
   head.payload_hash = hash_of(std::span<const std::byte>(bytes).subspan(sizeof head));
@@ -214,7 +214,7 @@ TEST_CASE("snapshot: truncated, foreign and damaged bytes are refused whole") {
     INFO("size ", size);
     CHECK_FALSE(refusal_of(target.world, std::span(snapshot).first(size)).empty());
     Bytes cut(snapshot.begin(), snapshot.begin() + static_cast<std::ptrdiff_t>(size));
-    if (size < sizeof(detail::SnapshotHead)) continue;
+    if (size < sizeof(bristle::detail::SnapshotHead)) continue;
     pass_the_door(cut);
     CHECK_FALSE(refusal_of(target.world, cut).empty());
   }
@@ -254,7 +254,7 @@ TEST_CASE("snapshot: damage behind the door never leads out of bounds") {
   int accepted = 0;
   for (int round = 0; round < test::rounds(300); ++round) {
     Bytes bytes = snapshot;
-    const std::size_t first = sizeof(detail::SnapshotHead);
+    const std::size_t first = sizeof(bristle::detail::SnapshotHead);
     const std::size_t hits = 1 + random.index(20);
     for (std::size_t k = 0; k < hits; ++k) {
       bytes[first + random.index(bytes.size() - first)] = static_cast<std::byte>(random.index(256));
@@ -318,7 +318,7 @@ TEST_CASE_TEMPLATE("snapshot: a forged one is refused whole, or leaves a world t
                                  S(0),
                                  Limits::denorm_min()};
   test::Random random(23);
-  constexpr std::size_t head = sizeof(detail::SnapshotHead);
+  constexpr std::size_t head = sizeof(bristle::detail::SnapshotHead);
   int accepted = 0;
   const auto check = [&](Bytes bytes) {
     pass_the_door(bytes);
@@ -357,8 +357,8 @@ TEST_CASE("snapshot: a step, a pose and a turn that cannot be are named") {
   const auto refusal_with = [&](double was, double becomes) {
     Bytes bytes = snapshot;
     const auto* first = reinterpret_cast<const std::byte*>(&was);
-    const auto at = std::search(bytes.begin() + sizeof(detail::SnapshotHead), bytes.end(), first,
-                                first + sizeof was);
+    const auto at = std::search(bytes.begin() + sizeof(bristle::detail::SnapshotHead), bytes.end(),
+                                first, first + sizeof was);
     REQUIRE(at != bytes.end());
     std::memcpy(&*at, &becomes, sizeof becomes);
     pass_the_door(bytes);

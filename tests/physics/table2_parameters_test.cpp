@@ -7,10 +7,9 @@
 
 using bristle::Integration;
 using table2::Reading;
-using table2::Task;
 
 TEST_CASE("table2_parameters: every task's part is held still, as given and as tuned") {
-  for (const Task& task : table2::tasks) {
+  for (const table2::Task& task : table2::tasks) {
     for (const Reading reading : {Reading::converted, Reading::tuned}) {
       for (const double dt : {1e-3, 1.0 / 240}) {
         CAPTURE(task.name);
@@ -27,7 +26,7 @@ TEST_CASE("table2_parameters: every task's part is held still, as given and as t
 }
 
 TEST_CASE("table2_parameters: K_D read in N s throws explicit parts off, and is far overcritical") {
-  for (const Task& task : table2::tasks) {
+  for (const table2::Task& task : table2::tasks) {
     CHECK(table2::meaning(task, Reading::literal).normal_damping_ratio > 10);
     const fig6::GripDef def = table2::grip_of(task, Reading::literal, 1e-3, Integration::explicit_);
     CHECK(fig6::hold(def, 0.5, 0.1).is_lost());
@@ -35,7 +34,7 @@ TEST_CASE("table2_parameters: K_D read in N s throws explicit parts off, and is 
 }
 
 TEST_CASE("table2_parameters: tuned sets want what the paper's have") {
-  for (const Task& task : table2::tasks) {
+  for (const table2::Task& task : table2::tasks) {
     const auto given = table2::meaning(task, Reading::converted);
     const auto tuned = table2::meaning(task, Reading::tuned);
     CHECK(tuned.holding_coefficient == doctest::Approx(given.holding_coefficient));

@@ -2,6 +2,7 @@
 /// A plate on its bristles is an oscillator: its frequency and its overshoot.
 // SPDX-License-Identifier: BSD-3-Clause
 #include "scenes/plate.hpp"
+#include "support/integrations.hpp"
 
 #include <doctest/doctest.h>
 
@@ -9,11 +10,10 @@
 #include <numbers>
 
 using namespace bristle;
+using bristle::test::both_integrations;
 using namespace bristle::scenes;
 
 namespace {
-
-constexpr Integration both[] = {Integration::explicit_, Integration::implicit};
 
 /// Undamped plate that does not tilt: mass m on a spring of mu_S m g.
 PlateDef<double> oscillator(Integration integration, double dt) {
@@ -58,7 +58,7 @@ TEST_CASE("vibration: the tangential frequency is sqrt(mu_S g) / 2 pi, whatever 
   };
   // The step shifts the phase: symplectic Euler by (omega dt)^2 / 24 = 0.2 % at 1 ms.
   for (const Row row : {Row{1e-4, 2e-4}, Row{1e-3, 3e-3}}) {
-    for (const Integration integration : both) {
+    for (const Integration integration : both_integrations) {
       auto scene = make_plate<double>(oscillator(integration, row.dt));
       CHECK(measured_frequency(scene, 2) == doctest::Approx(closed).epsilon(row.tolerance));
     }
@@ -79,7 +79,7 @@ TEST_CASE("vibration: a sudden force overshoots to twice its static stretch (R3)
     double tolerance;
   };
   for (const Row row : {Row{1e-4, 1e-4}, Row{1e-3, 1e-2}}) {
-    for (const Integration integration : both) {
+    for (const Integration integration : both_integrations) {
       auto scene = make_plate<double>(oscillator(integration, row.dt));
       // One step, so that the bristles are rooted where the plate stands.
       scene.world.step();
@@ -96,7 +96,7 @@ TEST_CASE("vibration: a sudden force overshoots to twice its static stretch (R3)
 
 TEST_CASE("vibration: along the rays, the frequency is sqrt(n K_N / (L m)) / 2 pi") {
   const double closed = std::sqrt(16 / (0.01 * 0.5)) / (2 * std::numbers::pi);
-  for (const Integration integration : both) {
+  for (const Integration integration : both_integrations) {
     PlateDef<double> def;
     def.integration = integration;
     def.time_step = 1e-5;

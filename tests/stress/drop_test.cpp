@@ -15,7 +15,7 @@ using namespace bristle::scenes;
 
 namespace {
 
-struct Case {
+struct DropCase {
   double tilt;  // rad
   double stiffness;
   double static_friction;
@@ -26,7 +26,7 @@ struct Case {
 };
 
 template <typename Visit>
-void for_each_case(Visit&& visit) {
+void for_each_drop(Visit&& visit) {
   for (const double tilt : {0.0, 0.1}) {
     for (const double stiffness : {1.0, 1e3, 1e5}) {
       for (const double static_friction : {5e3, 1e6}) {
@@ -34,7 +34,8 @@ void for_each_case(Visit&& visit) {
           for (const NormalDirection normal : {NormalDirection::ray, NormalDirection::gradient}) {
             for (const SlipReset reset : {SlipReset::release, SlipReset::drag}) {
               for (const double dt : {1e-3, 1.0 / 60}) {
-                visit(Case{tilt, stiffness, static_friction, normal_damping, normal, reset, dt});
+                visit(
+                    DropCase{tilt, stiffness, static_friction, normal_damping, normal, reset, dt});
               }
             }
           }
@@ -45,7 +46,7 @@ void for_each_case(Visit&& visit) {
 }
 
 /// Highest energy, relative to the initial one, over 1.5 s from 30 mm with spin.
-double highest_energy(const Case& c, Integration integration) {
+double highest_energy(const DropCase& c, Integration integration) {
   PlateDef<double> def;
   def.time_step = c.dt;
   def.integration = integration;
@@ -76,7 +77,7 @@ double highest_energy(const Case& c, Integration integration) {
 
 TEST_CASE("drop: 192 drops never gain energy (R18)") {
   int cases = 0;
-  for_each_case([&](const Case& c) {
+  for_each_drop([&](const DropCase& c) {
     ++cases;
     for (const Integration integration : {Integration::implicit, Integration::automatic}) {
       INFO("tilt = ", c.tilt, ", K_N = ", c.stiffness, ", mu_S = ", c.static_friction,

@@ -3,6 +3,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "scenes/stack.hpp"
 #include "support/momentum.hpp"
+#include "support/numbers.hpp"
 
 #include <doctest/doctest.h>
 
@@ -13,11 +14,10 @@
 #include <vector>
 
 using namespace bristle;
+using bristle::test::g;
 using namespace bristle::scenes;
 
 namespace {
-
-constexpr double g = 9.81;
 
 /// Cubes on top of each other, a little apart, and a cube that slides beside them. Lengths in
 /// `size`; times in sqrt(size / g).

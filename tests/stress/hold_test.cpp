@@ -14,7 +14,7 @@ using namespace bristle::scenes;
 
 namespace {
 
-struct Case {
+struct HoldCase {
   int per_side;
   double static_friction;
   double stiffness;  // Factor on K_N.
@@ -24,7 +24,7 @@ struct Case {
 };
 
 template <typename Visit>
-void for_each_case(Visit&& visit) {
+void for_each_hold(Visit&& visit) {
   for (const int per_side : {4, 10}) {
     for (const double static_friction : {5e3, 2e4, 1e5, 1e6}) {
       for (const double stiffness : {1.0, 1000.0}) {
@@ -34,7 +34,7 @@ void for_each_case(Visit&& visit) {
             for (const double dt : {1e-3, 1.0 / 60}) {
               if (static_friction == 2e4 && dt > 5e-3) continue;
               if (static_friction == 1e6 && dt < 5e-3) continue;
-              visit(Case{per_side, static_friction, stiffness, damping_ratio, reset, dt});
+              visit(HoldCase{per_side, static_friction, stiffness, damping_ratio, reset, dt});
             }
           }
         }
@@ -48,7 +48,7 @@ struct Drift {
   double fastest;  // m/s, likewise
 };
 
-Drift drift_of(const Case& c, Integration integration) {
+Drift drift_of(const HoldCase& c, Integration integration) {
   PlateDef<double> def;
   def.per_side = c.per_side;
   def.incline = 20 * std::numbers::pi / 180;
@@ -78,7 +78,7 @@ Drift drift_of(const Case& c, Integration integration) {
 
 TEST_CASE("hold: 96 cases hold, implicitly and automatically") {
   int cases = 0;
-  for_each_case([&](const Case& c) {
+  for_each_hold([&](const HoldCase& c) {
     ++cases;
     for (const Integration integration : {Integration::implicit, Integration::automatic}) {
       const Drift drift = drift_of(c, integration);

@@ -7,6 +7,7 @@
 #include <bristle/core/slot_map.hpp>
 #include <bristle/dynamics/material.hpp>
 #include <bristle/geometry/shapes.hpp>
+#include <bristle/math/finite.hpp>
 #include <bristle/math/mass_properties.hpp>
 #include <bristle/math/spatial.hpp>
 #include <bristle/math/transform.hpp>
@@ -190,15 +191,15 @@ struct Body {
   }
 };
 
-/// Whether poses and velocities are numbers that a step can compute with.
+/// Whether velocities are numbers that a step can compute with.
 template <Scalar S>
 [[nodiscard]] bool has_finite_square(const Twist<S>& twist) {
   return has_finite_square<S>(twist.linear) && has_finite_square<S>(twist.angular);
 }
+/// Whether a step can start from a pose: one with a finite square, and a rotation.
 template <Scalar S>
-[[nodiscard]] bool has_finite_square(const Transform<S>& X) {
-  return has_finite_square<S>(X.translation) && has_finite_square<S>(X.rotation.vec()) &&
-         X.rotation.w() * S(0) == S(0);
+[[nodiscard]] bool is_pose(const Transform<S>& X) {
+  return has_finite_square<S>(X.translation) && is_unit(X.rotation.coeffs());
 }
 
 /// Checks a definition and turns it into a body.

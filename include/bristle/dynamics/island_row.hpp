@@ -4,12 +4,14 @@
 #pragma once
 
 #include <bristle/core/config.hpp>
+#include <bristle/math/envelope_cholesky.hpp>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 namespace bristle::inline BRISTLE_ABI {
@@ -41,7 +43,8 @@ struct IslandRow {
   std::array<Real, 6> jacobian_a{};
   std::array<Real, 6> jacobian_b{};
   Real target = Real(0);
-  Real response = Real(0);    // K: velocity per own impulse; 0 for a row that is left out.
+  Real aim = Real(0);       // Of it, what is not the motion of a body: a bounce, or a gap to close.
+  Real response = Real(0);  // K: velocity per own impulse; 0 for a row that is left out.
   Real compliance = Real(0);  // What the velocity gives way by per impulse.
   Real lower = Real(0);
   Real upper = Real(0);
@@ -113,6 +116,52 @@ void project_on_cone(Real friction, Real& n, Real& x, Real& y) {
   y *= scale;
 }
 
+/// h += weight j j^T, j the Jacobian of a row.
+template <typename Real>
+void add_square(EnvelopeMatrix<Real>& h, Real weight, const IslandRow<Real>& row) {
+  const std::uint32_t unknown[2] = {row.a, row.b};
+  const std::array<Real, 6>* j[2] = {&row.jacobian_a, &row.jacobian_b};
+  for (std::size_t k = 0; k < 2; ++k) {
+    if (unknown[k] == row.none) continue;
+    for (std::size_t l = 0; l < 2; ++l) {
+      if (unknown[l] == row.none || unknown[l] > unknown[k]) continue;
+      for (std::size_t p = 0; p < 6; ++p) {
+        const Real left = weight * (*j[k])[p];
+        const std::size_t end = k == l ? p + 1 : 6;
+        Real* out = &h.at(unknown[k] + p, unknown[l]);
+        for (std::size_t q = 0; q < end; ++q) out[q] += left * (*j[l])[q];
+      }
+    }
+  }
+}
+
 }  // namespace detail
+
+/// Largest distance of a row from its law, as the velocity that its own response makes of it.
+/// @param lambda, velocity  Tell the multiplier and the velocity of the row of a number.
+template <typename Real, typename Lambda, typename Velocity>
+[[nodiscard]] Real distance_from_law(std::span<const IslandRow<Real>> rows, const Lambda& lambda,
+                                     const Velocity& velocity) {
+  using std::abs;
+  using std::hypot;
+  Real largest = Real(0);
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    const IslandRow<Real>& row = rows[i];
+    const Real K = row.response;
+    if (!(K > Real(0)) || row.kind == RowKind::tangent) continue;
+    const Real l = lambda(i);
+    const Real proposed = l - (velocity(i) + row.compliance * l) / (K + row.compliance);
+    if (row.kind != RowKind::cone) {
+      largest = std::max(largest, K * abs(l - row.clamped(proposed)));
+      continue;
+    }
+    largest = std::max(largest, K * abs(l - std::max(Real(0), proposed)));
+    Real x = lambda(i + 1) - velocity(i + 1) / K;
+    Real y = lambda(i + 2) - velocity(i + 2) / K;
+    detail::shrink(row.friction * std::max(Real(0), l), x, y);
+    largest = std::max(largest, K * hypot(lambda(i + 1) - x, lambda(i + 2) - y));
+  }
+  return largest;
+}
 
 }  // namespace bristle::inline BRISTLE_ABI

@@ -61,7 +61,10 @@ class IslandRows {
         row.lambda = Real(c.impulse[k]);
         row.friction = Real(c.friction);
         row.kind = k == 0 ? Kind::cone : Kind::tangent;
-        if (k == 0) row.target += Real(c.target);
+        if (k == 0) {
+          row.aim = Real(c.target);
+          row.target += row.aim;
+        }
       }
       // One response for all three, so that a circular cone stays one.
       Row* last = &rows_.back();
@@ -121,6 +124,13 @@ class IslandRows {
   /// Whether any row may change its state: without one the problem is linear.
   [[nodiscard]] bool can_switch() const { return can_switch_; }
 
+  /// Whether any multiplier is known from the step before.
+  [[nodiscard]] bool has_impulses() const {
+    return std::any_of(rows_.begin(), rows_.end(),
+                       [](const Row& row) { return row.lambda != Real(0); });
+  }
+  [[nodiscard]] std::span<IslandRow<Real>> rows() { return rows_; }
+
   /// Writes a body's velocity to the unknowns.
   void put(std::uint32_t slot, const Twist<S>& twist, std::vector<Real>& v) const {
     for (std::size_t i = 0; i < 3; ++i) {
@@ -145,7 +155,7 @@ class IslandRows {
   void add_joints(Real eps, EnvelopeMatrix<Real>& h) const {
     for (const Row& row : rows_) {
       if (row.kind != Kind::free || !(row.response > Real(0))) continue;
-      add_square(h, Real(1) / (eps * row.response), row);
+      detail::add_square(h, Real(1) / (eps * row.response), row);
     }
   }
   /// Leaves out rows whose response in a factored matrix is less than a share of what it is by
@@ -204,6 +214,13 @@ class IslandRows {
   /// Adds J^T D J, D the derivative of -lambda+ by J v, and remembers on which side of their bounds
   /// the rows are.
   void add_hessian(Real eps, EnvelopeMatrix<Real>& h);
+  /// Remembers on which side of their bounds the rows are, without opening speeds.
+  void set_sides(Real eps) {
+    for (Row& row : rows_) row.shift = Real(0);
+    for (std::size_t i = 0; i < rows_.size(); ++i) {
+      if (rows_[i].kind != Kind::tangent) rows_[i].side = side_of(i, eps);
+    }
+  }
   /// Whether lambda+ is still the linear function of J v that `add_hessian` took the slope of.
   [[nodiscard]] bool is_linear(Real eps) const {
     for (std::size_t i = 0; i < rows_.size(); ++i) {
@@ -217,30 +234,11 @@ class IslandRows {
   void accept(Real eps) {
     for_each_impulse(eps, Real(0), [this](std::size_t i, Real x) { rows_[i].lambda = x; });
   }
-  /// Largest distance of a row from its rule, as the velocity that its own response makes of it.
+  /// [m/s] `distance_from_law` of the multipliers and velocities that there are.
   [[nodiscard]] Real residual() const {
-    using std::abs;
-    using std::hypot;
-    Real largest = Real(0);
-    for (std::size_t i = 0; i < rows_.size(); ++i) {
-      const Row& row = rows_[i];
-      const Real K = row.response;
-      if (!(K > Real(0)) || row.kind == Kind::tangent) continue;
-      const Real proposed =
-          row.lambda - (row.velocity + row.compliance * row.lambda) / (K + row.compliance);
-      if (row.kind != Kind::cone) {
-        largest = std::max(largest, K * abs(row.lambda - row.clamped(proposed)));
-        continue;
-      }
-      largest = std::max(largest, K * abs(row.lambda - std::max(Real(0), proposed)));
-      const Row& first = rows_[i + 1];
-      const Row& second = rows_[i + 2];
-      Real x = first.lambda - first.velocity / K;
-      Real y = second.lambda - second.velocity / K;
-      detail::shrink(row.friction * row.lambda, x, y);
-      largest = std::max(largest, K * hypot(first.lambda - x, second.lambda - y));
-    }
-    return largest;
+    return distance_from_law<Real>(
+        rows_, [this](std::size_t i) { return rows_[i].lambda; },
+        [this](std::size_t i) { return rows_[i].velocity; });
   }
 
   /// Calls use(multiplier, response) for all rows.
@@ -400,9 +398,6 @@ class IslandRows {
                               [](const Row& row) { return row.kind != Kind::free; });
   }
 
-  /// h += weight j j^T, j the Jacobian of a row.
-  static void add_square(EnvelopeMatrix<Real>& h, Real weight, const Row& row);
-
   IslandOrder order_;
   std::size_t unknowns_ = 0;
   std::vector<std::uint32_t> unknown_, last_, envelope_;
@@ -422,15 +417,15 @@ void IslandRows<S, Real>::add_hessian(Real eps, EnvelopeMatrix<Real>& h) {
     row.side = side_of(i, eps);
     if (row.side == Side::at_bound) continue;
     if (row.kind != Kind::cone) {
-      add_square(h, stiffness, row);
+      detail::add_square(h, stiffness, row);
       continue;
     }
     const Row& first = rows_[i + 1];
     const Row& second = rows_[i + 2];
     if (row.side == Side::inside) {
-      add_square(h, stiffness, row);
-      add_square(h, stiffness, first);
-      add_square(h, stiffness, second);
+      detail::add_square(h, stiffness, row);
+      detail::add_square(h, stiffness, first);
+      detail::add_square(h, stiffness, second);
       continue;
     }
     // On the side of the cone: along its edge, and across, where only the direction may give.
@@ -450,26 +445,8 @@ void IslandRows<S, Real>::add_hessian(Real eps, EnvelopeMatrix<Real>& h) {
       across.jacobian_a[k] = cosine * second.jacobian_a[k] - sine * first.jacobian_a[k];
       across.jacobian_b[k] = cosine * second.jacobian_b[k] - sine * first.jacobian_b[k];
     }
-    add_square(h, stiffness / (Real(1) + mu * mu), edge);
-    if (t > Real(0)) add_square(h, stiffness * mu * on_edge / t, across);
-  }
-}
-
-template <Scalar S, typename Real>
-void IslandRows<S, Real>::add_square(EnvelopeMatrix<Real>& h, Real weight, const Row& row) {
-  const std::uint32_t unknown[2] = {row.a, row.b};
-  const std::array<Real, 6>* j[2] = {&row.jacobian_a, &row.jacobian_b};
-  for (std::size_t k = 0; k < 2; ++k) {
-    if (unknown[k] == none) continue;
-    for (std::size_t l = 0; l < 2; ++l) {
-      if (unknown[l] == none || unknown[l] > unknown[k]) continue;
-      for (std::size_t p = 0; p < 6; ++p) {
-        const Real left = weight * (*j[k])[p];
-        const std::size_t end = k == l ? p + 1 : 6;
-        Real* out = &h.at(unknown[k] + p, unknown[l]);
-        for (std::size_t q = 0; q < end; ++q) out[q] += left * (*j[l])[q];
-      }
-    }
+    detail::add_square(h, stiffness / (Real(1) + mu * mu), edge);
+    if (t > Real(0)) detail::add_square(h, stiffness * mu * on_edge / t, across);
   }
 }
 

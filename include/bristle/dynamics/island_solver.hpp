@@ -87,7 +87,7 @@ class IslandSolver {
     if (wants_even_load(island, constraints)) {
       report.residual = S(proximal_.solve(island, constraints, bodies, context, report));
       apply_impulses(island, constraints, bodies);
-      if (report.residual <= context.velocity_tolerance) return;
+      if (report.residual <= S(proximal_.enough())) return;
       // Sweeps repair the rest: the impulses of an iteration that was cut short do not add up to
       // velocities that hold joints and contacts.
     }
@@ -106,8 +106,8 @@ class IslandSolver {
       }
       if (may_factor && progress.is_slow()) {
         may_factor = false;
-        try_proximal(island, constraints, bodies, context, residual, report);
-        if (progress.is_done(report.residual)) break;
+        if (try_proximal(island, constraints, bodies, context, residual, report)) return;
+        progress.accept(S(proximal_.enough()));
       }
     }
     if (report.residual > context.velocity_tolerance && has_gained_energy(island, bodies)) {
@@ -173,7 +173,7 @@ class IslandSolver {
         body.free_motion = mean_free_motion(body, context.integrator);
       }
       sweep_part(island, constraints, bodies, part, most, report);
-      if (sequential_.may_bounce() && has_blown_up(island, bodies)) {
+      if (has_blown_up(island, bodies)) {
         sequential_.forget_impulses();
         clear_impulses(island, constraints);
         sweep_part(island, constraints, bodies, part, most, report);
@@ -202,10 +202,11 @@ class IslandSolver {
     sequential_.finish(island, bodies);
   }
 
-  /// Whether cut-short sweeps have released impulses that earlier ones piled up between bodies that
-  /// should bounce and cannot part. Swept from nothing they get what they ask for in this part and
-  /// no more. Sensors, drives and moving bodies hardly double the energy of a heap within one, but
-  /// from rest, where sweeps from nothing do as well.
+  /// Whether cut-short sweeps have released impulses that they cannot take back: those that earlier
+  /// ones piled up between bodies that should bounce and cannot part, or those of an impact in the
+  /// step before. Swept from nothing they get what they ask for in this part and no more. Sensors,
+  /// drives and moving bodies hardly double the energy of a heap within one, but from rest, where
+  /// sweeps from nothing do as well.
   [[nodiscard]] static bool has_blown_up(const Island& island,
                                          std::span<const SolverBody<S>> bodies) {
     const IslandEnergy<S> energy = energy_of<S>(island, bodies);
@@ -361,6 +362,8 @@ class IslandSolver {
     /// @param first  Residual at which the first sweep is the last; `later` is for the others.
     Convergence(S first, S later) : first_(first), tolerance_(later) {}
 
+    /// Residuals up to `enough` are good enough from now on.
+    void accept(S enough) { tolerance_ = std::max(tolerance_, enough); }
     [[nodiscard]] bool is_done(S residual) {
       before_last_ = between_;
       between_ = last_;
@@ -419,7 +422,8 @@ class IslandSolver {
 
   /// Factors, and keeps the result if it is exact, or if a sweep finds less to do there than
   /// before.
-  void try_proximal(const Island& island, Constraints<S>& constraints,
+  /// @return Whether nothing is left to do.
+  bool try_proximal(const Island& island, Constraints<S>& constraints,
                     std::span<SolverBody<S>> bodies, const SolveContext<S>& context, S residual,
                     SolveReport<S>& report) {
     saved_.save(island, constraints);
@@ -427,14 +431,15 @@ class IslandSolver {
     if (left < infinity<S>) {
       apply_impulses(island, constraints, bodies);
       report.residual = left;
-      if (left <= context.velocity_tolerance) return;
+      if (left <= S(proximal_.enough())) return true;
       report.residual = sequential_.sweep(island, constraints, bodies, false);
       ++report.sweeps;
-      if (report.residual < residual) return;
+      if (report.residual < residual) return report.residual <= context.velocity_tolerance;
     }
     saved_.restore(island, constraints);
     apply_impulses(island, constraints, bodies);
     report.residual = residual;
+    return false;
   }
 
   /// Whether displacements that follow from the velocities leave surfaces overlapping, apart where

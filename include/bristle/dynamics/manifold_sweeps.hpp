@@ -33,8 +33,6 @@ class ManifoldSweeps {
   void start(const Island& island, const Constraints<S>& constraints,
              std::span<const SolverBody<S>> bodies, S parts);
 
-  /// Whether any contact may bounce.
-  [[nodiscard]] bool may_bounce() const { return bounces_; }
   /// Whether most contacts are new, with no impulse to start from.
   [[nodiscard]] bool is_cold() const { return is_cold_; }
 

@@ -18,6 +18,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <bristle/dynamics/coulomb_newton.hpp>
 #include <bristle/dynamics/derivative_watch.hpp>
 #include <bristle/dynamics/island_rows.hpp>
 #include <bristle/dynamics/solver_types.hpp>
@@ -61,19 +62,22 @@ class ProximalSolver {
     rows_.set_shifts();
     // Well below what counts, so that a sweep over the result finds nothing to do.
     const Real tolerance = Real(0.1) * Real(context.velocity_tolerance);
+    enough_ = Real(context.velocity_tolerance);
+    if constexpr (derivatives_of<S> == 0) {
+      if (rows_.can_switch() && rows_.has_impulses()) {
+        const Real left = follow(island, constraints, bodies, context, report);
+        if (left < infinity<Real>) return left;
+      }
+    }
     const Real left = iterate(tolerance, context.settings, report);
     if (!(left < infinity<Real>)) return left;
     rows_.store_impulses(island, constraints);
     if (left <= tolerance && island.blocks.empty() && island.soft.empty() &&
         !rows_.has_sliding(eps_, tolerance)) {
-      find_passing(island, constraints, bodies);
+      find_passing(island, constraints, bodies,
+                   [this](std::vector<Real>& x) { hessian_.solve(x.data()); });
     }
-    for (const std::uint32_t s : island.soft) {
-      SoftBlock<S>& soft = constraints.soft[s];
-      soft.motion = relative_motion(soft, rows_.twist(soft.body_a, v_, bodies),
-                                    rows_.twist(soft.body_b, v_, bodies));
-      soft.impulse = soft.offset + soft.matrix * soft.motion;
-    }
+    store_soft(island, constraints, bodies);
     return left;
   }
 
@@ -101,14 +105,29 @@ class ProximalSolver {
     return left;
   }
 
+  /// [m/s] What may be left to solve for the last `solve` to count as done: more where surfaces
+  /// slide than where they rest.
+  [[nodiscard]] Real enough() const { return enough_; }
+
  private:
+  Real follow(const Island& island, Constraints<S>& constraints, std::span<SolverBody<S>> bodies,
+              const SolveContext<S>& context, SolveReport<S>& report);
+  void store_soft(const Island& island, Constraints<S>& constraints,
+                  std::span<SolverBody<S>> bodies);
+  /// Whether all of Newton's steps on the convex problem take more than ten of the largest
+  /// factorisations.
+  [[nodiscard]] static bool is_convex_costly(const SolveContext<S>& context) {
+    const auto steps = static_cast<std::uint64_t>(context.settings.max_newton_steps);
+    return context.factor_work / 10 > context.settings.max_direct_work / steps;
+  }
   void make_mass(const Island& island, std::span<const SolverBody<S>> bodies);
   void make_matrix(const Island& island, const Constraints<S>& constraints,
                    std::span<const SolverBody<S>> bodies);
   void add_soft(const SoftBlock<S>& soft, std::span<const SolverBody<S>> bodies);
   void drop_locked_rows();
+  template <typename SolveLinear>
   void find_passing(const Island& island, Constraints<S>& constraints,
-                    std::span<const SolverBody<S>> bodies);
+                    std::span<const SolverBody<S>> bodies, const SolveLinear& solve_linear);
   Real iterate(Real tolerance, const SolverDef<S>& settings, SolveReport<S>& report);
   bool minimise(Real eps, Real tolerance, int& steps, int most_steps);
   [[nodiscard]] Real mismatch() const;
@@ -117,6 +136,8 @@ class ProximalSolver {
   Real search_line(Real eps);
 
   IslandRows<S, Real> rows_;
+  CoulombNewton<Real> newton_;
+  Real enough_ = Real(0);
   EnvelopeMatrix<Real> matrix_;   // Mt.
   EnvelopeMatrix<Real> hessian_;  // Mt + J^T D J, then its factor.
   Real eps_ = Real(1);            // With which it was factored.
@@ -128,6 +149,66 @@ class ProximalSolver {
 };
 
 // Implementation -----------------------------------------------------------------------------------
+
+/// Solves with Coulomb's law as it is, from the answer of the last step.
+/// @return [m/s] What is left. Infinite where nothing was found that is good enough: the impulses
+///         are as before.
+template <Scalar S>
+auto ProximalSolver<S>::follow(const Island& island, Constraints<S>& constraints,
+                               std::span<SolverBody<S>> bodies, const SolveContext<S>& context,
+                               SolveReport<S>& report) -> Real {
+  const auto change = Real(context.driven_change);
+  product_.resize(rows_.unknowns());
+  for (const std::uint32_t slot : island.bodies) rows_.put(slot, bodies[slot].free, product_);
+  // Contacts alone are swept first in the next step, which ends it where little is left. With
+  // joints no sweep will do, and their rows need not agree to more than that.
+  const bool is_swept_first = island.blocks.empty() && island.soft.empty();
+  const CoulombProblem<Real> problem{
+      .rows = rows_.rows(),
+      .matrix = &matrix_,
+      .rhs = rhs_,
+      .is_uncoupled = island.soft.empty(),
+      .start = &step_,
+      .free = &product_,
+      .tolerance = Real(is_swept_first ? 0.01 : 0.1) * Real(context.velocity_tolerance),
+      .speed_change = change};
+  const CoulombAnswer<Real> answer = newton_.solve(problem);
+  report.factorisations += answer.factorisations;
+  enough_ = std::max(enough_, problem.good_enough(answer.slip));
+  // Many jammed bodies that are hit have no answer that is found in bounded time. Any that takes
+  // energy and stops half of the impact will do for this step: the next begins near its own.
+  const bool is_impact = answer.change > change && is_convex_costly(context);
+  if (!(answer.residual <= (is_impact ? Real(0.5) * answer.change : enough_))) {
+    return infinity<Real>;
+  }
+  enough_ = std::max(enough_, answer.residual);
+  for (std::size_t k = 0; k < rows_.rows().size(); ++k) rows_.rows()[k].lambda = newton_.impulse(k);
+  v_ = newton_.velocities();
+  rows_.store_impulses(island, constraints);
+  const auto tolerance = Real(context.velocity_tolerance);
+  if (answer.factorisations > 0 && answer.residual <= tolerance && answer.slip <= tolerance &&
+      is_swept_first) {
+    eps_ = answer.eps;
+    rows_.evaluate(v_);
+    rows_.set_sides(eps_);
+    find_passing(island, constraints, bodies,
+                 [this](std::vector<Real>& x) { newton_.solve_linear(x); });
+  }
+  store_soft(island, constraints, bodies);
+  return answer.residual;
+}
+
+/// Writes the motions of the soft blocks, and the impulses that belong to them.
+template <Scalar S>
+void ProximalSolver<S>::store_soft(const Island& island, Constraints<S>& constraints,
+                                   std::span<SolverBody<S>> bodies) {
+  for (const std::uint32_t s : island.soft) {
+    SoftBlock<S>& soft = constraints.soft[s];
+    soft.motion = relative_motion(soft, rows_.twist(soft.body_a, v_, bodies),
+                                  rows_.twist(soft.body_b, v_, bodies));
+    soft.impulse = soft.offset + soft.matrix * soft.motion;
+  }
+}
 
 template <Scalar S>
 void ProximalSolver<S>::make_mass(const Island& island, std::span<const SolverBody<S>> bodies) {
@@ -229,14 +310,16 @@ void ProximalSolver<S>::drop_locked_rows() {
 /// Without it a step that stops what the last one left of motion would push it the other way in the
 /// next, and heavy bodies on light ones would never come to rest.
 template <Scalar S>
+template <typename SolveLinear>
 void ProximalSolver<S>::find_passing(const Island& island, Constraints<S>& constraints,
-                                     std::span<const SolverBody<S>> bodies) {
+                                     std::span<const SolverBody<S>> bodies,
+                                     const SolveLinear& solve_linear) {
   product_.resize(v_.size());
   step_.resize(v_.size());
   for (const std::uint32_t slot : island.bodies) rows_.put(slot, bodies[slot].start, product_);
   for (std::size_t i = 0; i < v_.size(); ++i) product_[i] = v_[i] - product_[i];
   matrix_.multiply(product_.data(), step_.data());
-  hessian_.solve(step_.data());
+  solve_linear(step_);
   rows_.evaluate_step(step_);
   rows_.store_passing(eps_, island, constraints, product_);
 }

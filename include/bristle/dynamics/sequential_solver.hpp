@@ -91,8 +91,6 @@ class SequentialSolver {
   }
   /// Keeps what they found, once nothing calls for others (`ManifoldSweeps::spread_friction`).
   void keep_impulses() { manifolds_.spread_friction(); }
-  /// Whether any contact of those manifolds may bounce.
-  [[nodiscard]] bool may_bounce() const { return manifolds_.may_bounce(); }
   /// Forgets the impulses that contacts would start from.
   void forget_impulses() { manifolds_.forget(); }
 

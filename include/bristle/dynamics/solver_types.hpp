@@ -43,9 +43,9 @@ struct SolverDef {
   /// alone. Positions do not act back on velocities, so this may be looser.
   S position_tolerance = std::numeric_limits<S>::digits > 30 ? S(1e-6) : S(1e-3);
   /// [-] Most multiply-adds of one factorisation of the matrix of an island that is solved by
-  /// factorisation where sweeps converge too slowly: a tower of some four hundred bodies, a heap
-  /// of some thirty. Larger islands are swept. 0 for plain sequential impulses.
-  std::uint64_t max_direct_work = 500000;
+  /// factorisation where sweeps converge too slowly: a tower of some five hundred bodies, a heap
+  /// of some forty. Larger islands are swept. 0 for plain sequential impulses.
+  std::uint64_t max_direct_work = 700000;
   /// [-] Most Newton steps of one such solve: the bound on the cost of the worst step.
   int max_newton_steps = 60;
   /// [-] Most sweeps over a larger island in each part of a step; `max_sweeps` where most of its
@@ -159,6 +159,8 @@ struct SolveContext {
   Integrator integrator = Integrator::trapezoidal;
   /// [m/s] By how much forces change the velocity of any of the island's bodies within the step.
   S speed_change = S(0);
+  /// [m/s, rad/s] The same with what drives did in the last step.
+  S driven_change = S(0);
   /// [m/s] Velocity changes below this do not count.
   S velocity_tolerance = S(0);
   /// [m] Position errors below this do not count.
@@ -176,10 +178,20 @@ struct SolveContext {
     SolveContext result = *this;
     result.dt /= parts;
     result.speed_change /= parts;
+    result.driven_change /= parts;
     result.velocity_tolerance /= parts;
     return result;
   }
 };
+
+/// Velocity along a row per impulse of its own when only its two bodies move.
+template <Scalar S>
+[[nodiscard]] S row_response(const ConstraintRow<S>& row, const SolverBody<S>& a,
+                             const SolverBody<S>& b) {
+  return row.direction.dot((a.inverse_mass + b.inverse_mass).cwiseProduct(row.direction)) +
+         row.angular_a.dot(a.inverse_inertia * row.angular_a) +
+         row.angular_b.dot(b.inverse_inertia * row.angular_b);
+}
 
 /// Response of a block's rows to its own impulses when only its two bodies move.
 template <Scalar S>

@@ -18,6 +18,23 @@
 
 namespace bristle::inline BRISTLE_ABI {
 
+namespace detail {
+
+/// Sum of products, as four sums side by side: the compiler may not reorder one sum to fill its
+/// vector lanes.
+template <Scalar S>
+[[nodiscard]] S sum_of_products(const S* a, const S* b, std::size_t n) {
+  S sum[4] = {S(0), S(0), S(0), S(0)};
+  std::size_t i = 0;
+  for (; i + 4 <= n; i += 4) {
+    for (std::size_t k = 0; k < 4; ++k) sum[k] += a[i + k] * b[i + k];
+  }
+  for (; i < n; ++i) sum[0] += a[i] * b[i];
+  return (sum[0] + sum[1]) + (sum[2] + sum[3]);
+}
+
+}  // namespace detail
+
 /// Lower triangle of a symmetric positive definite matrix, and its factor in the same place.
 template <Scalar S>
 class EnvelopeMatrix {
@@ -45,7 +62,7 @@ class EnvelopeMatrix {
   void multiply(const S* x, S* y) const {
     for (std::size_t i = 0; i < size(); ++i) {
       const S* row_i = row(i);
-      y[i] = dot(row_i + first_[i], x + first_[i], i - first_[i] + 1);
+      y[i] = detail::sum_of_products(row_i + first_[i], x + first_[i], i - first_[i] + 1);
       for (std::size_t k = first_[i]; k < i; ++k) y[k] += row_i[k] * x[i];
     }
   }
@@ -60,10 +77,12 @@ class EnvelopeMatrix {
       for (std::size_t j = first_[i]; j < i; ++j) {
         const S* row_j = row(j);
         const std::size_t from = std::max(first_[i], first_[j]);
-        row_i[j] = (row_i[j] - dot(row_i + from, row_j + from, j - from)) / row_j[j];
+        row_i[j] =
+            (row_i[j] - detail::sum_of_products(row_i + from, row_j + from, j - from)) / row_j[j];
       }
       const S diagonal = row_i[i];
-      S pivot = diagonal - dot(row_i + first_[i], row_i + first_[i], i - first_[i]);
+      S pivot =
+          diagonal - detail::sum_of_products(row_i + first_[i], row_i + first_[i], i - first_[i]);
       if (pivot < floor * diagonal) pivot = floor * diagonal;
       if (!(pivot > S(0)) || !(pivot < infinity<S>)) return false;
       row_i[i] = sqrt(pivot);
@@ -75,7 +94,8 @@ class EnvelopeMatrix {
   void solve(S* x) const {
     for (std::size_t i = 0; i < size(); ++i) {
       const S* row_i = row(i);
-      x[i] = (x[i] - dot(row_i + first_[i], x + first_[i], i - first_[i])) / row_i[i];
+      x[i] = (x[i] - detail::sum_of_products(row_i + first_[i], x + first_[i], i - first_[i])) /
+             row_i[i];
     }
     for (std::size_t i = size(); i-- > 0;) {
       const S* row_i = row(i);
@@ -88,17 +108,6 @@ class EnvelopeMatrix {
   /// Pointer such that row(i)[j] is entry (i, j).
   [[nodiscard]] S* row(std::size_t i) { return values_.data() + start_[i]; }
   [[nodiscard]] const S* row(std::size_t i) const { return values_.data() + start_[i]; }
-
-  /// Four sums side by side: the compiler may not reorder one sum to fill its vector lanes.
-  [[nodiscard]] static S dot(const S* a, const S* b, std::size_t n) {
-    S sum[4] = {S(0), S(0), S(0), S(0)};
-    std::size_t i = 0;
-    for (; i + 4 <= n; i += 4) {
-      for (std::size_t k = 0; k < 4; ++k) sum[k] += a[i + k] * b[i + k];
-    }
-    for (; i < n; ++i) sum[0] += a[i] * b[i];
-    return (sum[0] + sum[1]) + (sum[2] + sum[3]);
-  }
 
   std::vector<std::uint32_t> first_;
   std::vector<std::size_t> start_;  // Of each row in `values_`, less its first column.

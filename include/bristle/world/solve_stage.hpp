@@ -96,8 +96,8 @@ class SolveStage {
     mechanisms_.add_impulse(joint, total);
   }
 
-  /// Moves all bodies. A body whose new state is not finite, or has no finite square, stays where
-  /// it is, at rest.
+  /// Moves all bodies. A body whose new state is none that a step can start from stays where it is,
+  /// at rest.
   void integrate(State& state) const {
     for (std::uint32_t i = 0; i < state.bodies.slot_count(); ++i) {
       if (!state.bodies.is_live(i)) continue;
@@ -115,9 +115,7 @@ class SolveStage {
       } else {
         step_pose(body, solved.motion, state.def.time_step);
       }
-      if (has_finite_square<S>(body.twist) && has_finite_square<S>(body.center_pose)) {
-        continue;
-      }
+      if (has_finite_square<S>(body.twist) && is_pose(body.center_pose)) continue;
       body.center_pose = start;
       body.twist = {};
       ++state.report.frozen_bodies;
@@ -163,7 +161,7 @@ class SolveStage {
       if (body.is_sensed) context.integrator = Integrator::symplectic_euler;
     }
     change = max(change, sqrt(change2));
-    context.speed_change = change;
+    context.speed_change = context.driven_change = change;
     std::uint32_t last_a = 0;
     std::uint32_t last_b = 0;
     S mobility = S(0);
@@ -186,10 +184,18 @@ class SolveStage {
       add_impulse(block.body_a, block.body_b, state.constraints.rows[block.first].impulse);
       // Drives and stops decide on the velocity at the end of a step, as if it had been there all
       // along; the mean of two velocities would make them overshoot.
-      if (block.kind != BlockKind::equality) context.integrator = Integrator::symplectic_euler;
+      if (block.kind == BlockKind::equality) continue;
+      context.integrator = Integrator::symplectic_euler;
+      // Nothing else may act where a drive does: a hand that closes before it is weighed. Stops
+      // only answer.
+      if (!(block.upper < infinity<S>) || !(block.lower > -infinity<S>)) continue;
+      const ConstraintRow<S>& row = state.constraints.rows[block.first];
+      const S response =
+          row_response(row, state.solver_bodies[block.body_a], state.solver_bodies[block.body_b]);
+      context.driven_change = max(context.driven_change, response * abs(row.impulse));
     }
     // Relative to that, but not below what the arithmetic of the present state resolves.
-    context.velocity_tolerance = max(context.settings.tolerance * context.speed_change,
+    context.velocity_tolerance = max(context.settings.tolerance * context.driven_change,
                                      Tolerance<S>::round_off() * max(sqrt(speed2), change));
     context.position_tolerance =
         max(context.settings.position_tolerance * context.dt * context.speed_change,

@@ -67,14 +67,6 @@ template <Scalar S>
   return is_not_negative(x) && x * largest_number<S> >= S(1);
 }
 
-/// Whether a vector has the length 1.
-template <typename Vector>
-[[nodiscard]] bool is_unit(const Vector& v) {
-  using S = typename Vector::Scalar;
-  using std::abs;
-  return abs(v.squaredNorm() - S(1)) <= Tolerance<S>::equal();
-}
-
 template <Scalar S>
 [[nodiscard]] bool is_rotation(const Mat3<S>& R) {
   return (R.transpose() * R - Mat3<S>::Identity()).cwiseAbs().maxCoeff() <= Tolerance<S>::equal() &&
@@ -86,10 +78,9 @@ template <Scalar S>
 template <Scalar S>
 [[nodiscard]] bool is_valid_state(const Body<S>& body, std::uint32_t slots) {
   const bool stays = body.twist.linear.isZero(S(0)) && body.twist.angular.isZero(S(0));
-  return is_unit(body.center_pose.rotation.coeffs()) && has_finite_square<S>(body.center_pose) &&
-         has_finite_square<S>(body.twist) && (body.motion != Motion::fixed || stays) &&
-         has_finite_square<S>(body.applied.force) && has_finite_square<S>(body.applied.torque) &&
-         body.sleep.rest_time >= S(0) &&
+  return is_pose(body.center_pose) && has_finite_square<S>(body.twist) &&
+         (body.motion != Motion::fixed || stays) && has_finite_square<S>(body.applied.force) &&
+         has_finite_square<S>(body.applied.torque) && body.sleep.rest_time >= S(0) &&
          (!body.is_asleep() || (body.is_dynamic() && body.sleep.island < slots));
 }
 

@@ -372,7 +372,7 @@ void World<S, Backend>::push(const HapticBody<S>& pushed) {
   Body<S> carried = body;
   step_pose(carried, pushed.carried(), S(1));
   const Transform<S> X_WB = carried.pose();
-  if (!has_finite_square<S>(X_WB) || !has_finite_square<S>(carried.twist)) return;
+  if (!is_pose(X_WB) || !has_finite_square<S>(carried.twist)) return;
   set_pose(id, X_WB);
   set_twist(id, carried.twist);
 }

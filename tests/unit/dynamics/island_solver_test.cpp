@@ -13,7 +13,7 @@ using namespace bristle;
 namespace {
 
 template <typename S>
-SolveContext<S> context() {
+SolveContext<S> island_context() {
   SolveContext<S> c;
   c.dt = S(1e-2);
   c.speed_change = S(2);
@@ -27,7 +27,7 @@ template <typename S>
 S solve_proximal(test::ContactIsland<S>& pile, SolveReport<S>& report) {
   ProximalSolver<S> solver;
   const S left =
-      S(solver.solve(pile.island(), pile.constraints, pile.bodies, context<S>(), report));
+      S(solver.solve(pile.island(), pile.constraints, pile.bodies, island_context<S>(), report));
   apply_impulses<S>(pile.island(), pile.constraints, pile.bodies);
   return left;
 }
@@ -47,9 +47,9 @@ TEST_CASE_TEMPLATE("ProximalSolver: meets the rules of contact, whatever the mas
       // Impulses of up to 1000 kg at 1 m/s push bodies of 1 kg: what rounding leaves of that.
       const S round_off = S(16) * heaviest * Tolerance<S>::round_off();
       const S error = test::contact_error(pile);
-      if (error > context<S>().velocity_tolerance + round_off) ++unsolved;
+      if (error > island_context<S>().velocity_tolerance + round_off) ++unsolved;
       // Where friction disks do not settle the iteration stops early, at a millionth of the speed.
-      CHECK(error < S(1e-6) + S(4) * context<S>().velocity_tolerance + round_off);
+      CHECK(error < S(1e-6) + S(4) * island_context<S>().velocity_tolerance + round_off);
     }
   }
   CHECK(unsolved <= 3);
@@ -171,7 +171,7 @@ TEST_CASE("ProximalSolver: a flat load is shared evenly by all the points that c
   }
   IslandSolver<double> solver;
   SolveReport<double> report;
-  solver.solve(plate.island(), plate.constraints, plate.bodies, context<double>(), report);
+  solver.solve(plate.island(), plate.constraints, plate.bodies, island_context<double>(), report);
   for (const auto& c : plate.constraints.contacts) {
     CHECK(c.impulse[0] == doctest::Approx(0.5).epsilon(1e-9));
   }
@@ -185,7 +185,7 @@ TEST_CASE_TEMPLATE("IslandSolver: small piles are solved, from cold and from war
     auto pile = test::random_pile<S>(random, 6, 4, S(0.6), S(100));
     const test::ContactIsland<S> cold = pile;
     SolveReport<S> report;
-    auto c = context<S>();
+    auto c = island_context<S>();
     solver.solve(pile.island(), pile.constraints, pile.bodies, c, report);
     const S bound = S(10) * c.velocity_tolerance + S(1600) * Tolerance<S>::round_off();
     CHECK(test::contact_error(pile) < bound);
@@ -201,7 +201,7 @@ TEST_CASE_TEMPLATE("IslandSolver: small piles are solved, from cold and from war
 TEST_CASE("IslandSolver: large islands keep within their sweeps, and friction within its disks") {
   test::Random random(4);
   auto pile = test::random_pile<double>(random, 100, 4, 0.5, 1.0);
-  auto c = context<double>();
+  auto c = island_context<double>();
   for (auto& contact : pile.constraints.contacts) contact.is_fresh = false;
   IslandSolver<double> solver;
   SolveReport<double> report;
@@ -231,7 +231,7 @@ TEST_CASE("IslandSolver: impulses are exactly what moves the bodies, however the
     auto pile = test::random_pile<double>(random, count, 4, 0.5, 10.0);
     IslandSolver<double> solver;
     SolveReport<double> report;
-    auto c = context<double>();
+    auto c = island_context<double>();
     c.dt = 4 * c.settings.longest_part;
     c.settings.max_direct_work = 100000;
     c.factor_work = solver.factor_work(pile.island(), pile.constraints, pile.bodies.size(),
@@ -254,7 +254,7 @@ TEST_CASE("IslandSolver: placed impulses close gaps and overlaps without a chang
     for (auto& c : pile.constraints.contacts) c.gap = random.uniform(-1e-3, 0.0);
     IslandSolver<double> solver;
     SolveReport<double> report;
-    const auto c = context<double>();
+    const auto c = island_context<double>();
     solver.solve(pile.island(), pile.constraints, pile.bodies, c, report);
     const auto before = pile.bodies;
     solver.place(pile.island(), pile.constraints, pile.bodies, c, report);

@@ -2,19 +2,16 @@
 /// Mechanisms of revolute joints, integrated.
 // SPDX-License-Identifier: BSD-3-Clause
 #include "support/mechanism.hpp"
+#include "support/numbers.hpp"
+
 #include <doctest/doctest.h>
 
 #include <numbers>
 
 using namespace bristle;
+using bristle::test::g;
 using test::Mechanism;
 using V = Vec3<double>;
-
-namespace {
-
-constexpr double g = 9.81;
-
-}  // namespace
 
 TEST_CASE("JointFlow: in a plane hinges do what ball joints do") {
   auto hinges = test::chain<double>(4, true, JointKind::revolute);

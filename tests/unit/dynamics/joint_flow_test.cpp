@@ -1,19 +1,16 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "support/mechanism.hpp"
+#include "support/numbers.hpp"
+
 #include <doctest/doctest.h>
 
 #include <limits>
 #include <numbers>
 
 using namespace bristle;
+using bristle::test::g;
 using test::Mechanism;
 using V = Vec3<double>;
-
-namespace {
-
-constexpr double g = 9.81;
-
-}  // namespace
 
 TEST_CASE("JointFlow: a pendulum keeps its period at large swings") {
   // A bob that counts as a point, and a rod about its end; both start 120 degrees from hanging.

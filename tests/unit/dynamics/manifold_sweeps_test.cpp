@@ -73,7 +73,7 @@ test::ContactIsland<S> random_heap(test::Random& random, std::uint32_t bodies,
 }
 
 template <typename S>
-SolveContext<S> context(Integrator integrator = Integrator::trapezoidal) {
+SolveContext<S> sweep_context(Integrator integrator = Integrator::trapezoidal) {
   SolveContext<S> c;
   c.integrator = integrator;
   c.dt = S(1) / S(240);
@@ -143,7 +143,7 @@ TEST_CASE_TEMPLATE("ManifoldSweeps: in lanes as one after the other, to the last
     const Island island = together.island();
     ManifoldSweeps<S> sweeps;
     sweeps.start(island, together.constraints, together.bodies, S(1));
-    sweeps.aim(together.bodies, context<S>());
+    sweeps.aim(together.bodies, sweep_context<S>());
     sweeps.load(together.bodies, velocity_of);
 
     const auto manifolds = split(apart);
@@ -151,7 +151,7 @@ TEST_CASE_TEMPLATE("ManifoldSweeps: in lanes as one after the other, to the last
     const auto alone = [&](std::size_t k) { return Island{apart.moving, manifolds[k], {}, {}}; };
     for (std::size_t k = 0; k < single.size(); ++k) {
       single[k].start(alone(k), apart.constraints, apart.bodies, S(1));
-      single[k].aim(apart.bodies, context<S>());
+      single[k].aim(apart.bodies, sweep_context<S>());
     }
     const auto turn_of_each = [&](bool backwards, const auto& of, const auto& turn) {
       S largest = S(0);
@@ -173,11 +173,11 @@ TEST_CASE_TEMPLATE("ManifoldSweeps: in lanes as one after the other, to the last
     }
     sweeps.unload(together.bodies, velocity_of);
     sweeps.spread_friction();
-    sweeps.start_placing(together.bodies, context<S>());
+    sweeps.start_placing(together.bodies, sweep_context<S>());
     sweeps.unload(together.bodies, motion_of);
     for (std::size_t k = 0; k < single.size(); ++k) {
       single[k].spread_friction();
-      single[k].start_placing(apart.bodies, context<S>());
+      single[k].start_placing(apart.bodies, sweep_context<S>());
       single[k].unload(apart.bodies, motion_of);
     }
     for (int n = 0; n < 4; ++n) {
@@ -217,7 +217,7 @@ TEST_CASE_TEMPLATE("ManifoldSweeps: without friction, points are solved as conta
     for (auto& c : by_manifold.constraints.contacts) c.friction = S(0);
     auto by_point = by_manifold;
     const Island island = by_manifold.island();
-    const SolveContext<S> solve = context<S>(integrator);
+    const SolveContext<S> solve = sweep_context<S>(integrator);
     SequentialSolver<S> manifolds, points;
     manifolds.start_manifolds(island, by_manifold.constraints, by_manifold.bodies, S(1));
     manifolds.start_part(island, by_manifold.constraints, by_manifold.bodies, solve);
@@ -293,7 +293,7 @@ TEST_CASE_TEMPLATE("ManifoldSweeps: impulses in lanes do what impulses do one by
   auto one_by_one = heap;
   ManifoldSweeps<S> sweeps;
   sweeps.start(island, heap.constraints, heap.bodies, S(1));
-  sweeps.aim(heap.bodies, context<S>());
+  sweeps.aim(heap.bodies, sweep_context<S>());
   sweeps.apply();
   sweeps.unload(heap.bodies, velocity_of);
   const auto check = [&] {
@@ -323,7 +323,7 @@ TEST_CASE("ManifoldSweeps: impulses are divided among the parts of a step, and a
   ManifoldSweeps<double> sweeps;
   sweeps.start(island, heap.constraints, heap.bodies, 4.0);
   for (int part = 0; part < 4; ++part) {
-    sweeps.aim(heap.bodies, context<double>());
+    sweeps.aim(heap.bodies, sweep_context<double>());
     sweeps.spread_friction();
   }
   sweeps.write_back(island, heap.constraints);
@@ -344,7 +344,7 @@ TEST_CASE("ManifoldSweeps: a single point is solved as a contact is") {
     ManifoldSweeps<double> sweeps;
     const Island island = pair.island();
     sweeps.start(island, pair.constraints, pair.bodies, 1.0);
-    sweeps.aim(pair.bodies, context<double>());
+    sweeps.aim(pair.bodies, sweep_context<double>());
     sweeps.load(pair.bodies, velocity_of);
     sweeps.sweep(false);
     sweeps.unload(pair.bodies, velocity_of);
@@ -354,7 +354,7 @@ TEST_CASE("ManifoldSweeps: a single point is solved as a contact is") {
     ContactConstraint<double>& c = expected.constraints.contacts[1];
     SolverBody<double>& a = expected.bodies[1];
     SolverBody<double>& b = expected.bodies[2];
-    aim_contact(c, a, b, context<double>());
+    aim_contact(c, a, b, sweep_context<double>());
     ContactResponse<double> K = contact_response(c, ContactFrame<double>(c, a, b));
     const auto x = solve_contact(c, K, c.velocity(a.twist, b.twist));
     apply_at_contact<double>(c, x[0] * c.axes[0] + x[1] * c.axes[1] + x[2] * c.axes[2], a, b,

@@ -13,13 +13,13 @@ using namespace bristle;
 namespace {
 
 /// Two free bodies with a random soft block between them.
-struct Pair {
+struct SoftPair {
   std::vector<SolverBody<double>> bodies{2};
   Constraints<double> constraints;
 };
 
-Pair random_pair(test::Random& random) {
-  Pair pair;
+SoftPair random_pair(test::Random& random) {
+  SoftPair pair;
   for (SolverBody<double>& body : pair.bodies) {
     body.mass = random.uniform(0.5, 3.0);
     body.inverse_mass.setConstant(1 / body.mass);
@@ -47,7 +47,7 @@ const std::uint32_t both[] = {0, 1};
 const std::uint32_t only[] = {0};
 const Island island{both, {}, {}, only};
 
-SolveContext<double> context() {
+SolveContext<double> soft_context() {
   SolveContext<double> c;
   c.dt = 1e-3;
   c.velocity_tolerance = 1e-10;
@@ -55,7 +55,7 @@ SolveContext<double> context() {
 }
 
 /// How far the solution is from p = offset + matrix u, and from M (v - v_free) = J^T p.
-double residual(const Pair& pair) {
+double residual(const SoftPair& pair) {
   const SoftBlock<double>& s = pair.constraints.soft[0];
   const Vec6<double> u = relative_motion(s, pair.bodies[0].twist, pair.bodies[1].twist);
   double worst = (s.impulse - s.offset - s.matrix * u).norm();
@@ -78,7 +78,7 @@ double residual(const Pair& pair) {
 TEST_CASE("mobility: turns an impulse at a point into the change of motion there") {
   test::Random random(1);
   for (int i = 0; i < 20; ++i) {
-    Pair pair = random_pair(random);
+    SoftPair pair = random_pair(random);
     SolverBody<double>& b = pair.bodies[0];
     const Vec3<double> arm = random.in_cube(0.2);
     Vec6<double> p;
@@ -95,14 +95,14 @@ TEST_CASE("mobility: turns an impulse at a point into the change of motion there
 TEST_CASE("ProximalSolver and SequentialSolver: both solve a soft block exactly, and agree") {
   test::Random random(2);
   for (int i = 0; i < 20; ++i) {
-    const Pair start = random_pair(random);
-    Pair direct = start;
+    const SoftPair start = random_pair(random);
+    SoftPair direct = start;
     ProximalSolver<double> solver;
     SolveReport<double> report;
-    CHECK(solver.solve(island, direct.constraints, direct.bodies, context(), report) < 1e-12);
+    CHECK(solver.solve(island, direct.constraints, direct.bodies, soft_context(), report) < 1e-12);
     apply_impulses<double>(island, direct.constraints, direct.bodies);
     CHECK(residual(direct) < 1e-11);
-    Pair swept = start;
+    SoftPair swept = start;
     SequentialSolver<double> sequential;
     sequential.start(island, swept.constraints, swept.bodies);
     // One block alone is solved by its first sweep.
@@ -118,7 +118,7 @@ TEST_CASE("ProximalSolver and SequentialSolver: both solve a soft block exactly,
 
 TEST_CASE("ProximalSolver: a body that does not move enters with its motion") {
   test::Random random(3);
-  Pair pair = random_pair(random);
+  SoftPair pair = random_pair(random);
   pair.bodies[1].mass = 0;
   pair.bodies[1].inverse_mass.setZero();
   pair.bodies[1].moves = false;
@@ -128,7 +128,7 @@ TEST_CASE("ProximalSolver: a body that does not move enters with its motion") {
   const Island alone{first, {}, {}, only};
   ProximalSolver<double> solver;
   SolveReport<double> report;
-  CHECK(solver.solve(alone, pair.constraints, pair.bodies, context(), report) < 1e-12);
+  CHECK(solver.solve(alone, pair.constraints, pair.bodies, soft_context(), report) < 1e-12);
   apply_impulses<double>(alone, pair.constraints, pair.bodies);
   const SoftBlock<double>& s = pair.constraints.soft[0];
   const Vec6<double> u = relative_motion(s, pair.bodies[0].twist, pair.bodies[1].free);
@@ -140,12 +140,12 @@ TEST_CASE("ProximalSolver: a body that does not move enters with its motion") {
 
 TEST_CASE("ProximalSolver: refuses what is not finite, and changes nothing") {
   test::Random random(4);
-  Pair pair = random_pair(random);
+  SoftPair pair = random_pair(random);
   pair.constraints.soft[0].matrix(0, 0) = std::numeric_limits<double>::quiet_NaN();
   const Vec6<double> before = pair.constraints.soft[0].impulse;
   ProximalSolver<double> solver;
   SolveReport<double> report;
-  CHECK_FALSE(solver.solve(island, pair.constraints, pair.bodies, context(), report) <
+  CHECK_FALSE(solver.solve(island, pair.constraints, pair.bodies, soft_context(), report) <
               infinity<double>);
   CHECK(pair.constraints.soft[0].impulse == before);
 }

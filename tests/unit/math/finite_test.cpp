@@ -23,3 +23,12 @@ TEST_CASE_TEMPLATE("all_finite: finds an infinite or undefined entry in any plac
     CHECK_FALSE(all_finite(last));
   }
 }
+
+TEST_CASE_TEMPLATE("is_unit: a direction that overflowed, or lost its length, is none", S, float,
+                   double) {
+  CHECK(is_unit(Vec3<S>(Vec3<S>::UnitY())));
+  CHECK_FALSE(is_unit(Vec3<S>(Vec3<S>::Zero())));
+  CHECK_FALSE(is_unit(Vec3<S>(0, 0, S(1.01))));
+  CHECK_FALSE(is_unit(Vec3<S>(0, 0, std::numeric_limits<S>::max())));
+  CHECK_FALSE(is_unit(Vec3<S>(0, 0, std::numeric_limits<S>::quiet_NaN())));
+}

@@ -1,0 +1,151 @@
+// Boxes that a plate pushes over the ground, and that a belt pulls at: many contacts slide, and
+// what they give is known in sum.
+// SPDX-License-Identifier: BSD-3-Clause
+#include <bristle/world/world.hpp>
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <random>
+#include <vector>
+
+using namespace bristle;
+
+namespace {
+
+constexpr double g = 9.81;
+constexpr double dt = 1.0 / 240;
+constexpr double half = 0.1;  // [m] Of all boxes.
+
+/// What happened in a part of the simulated time.
+struct Course {
+  double deepest = 0;         // [m]
+  double fastest = 0;         // [m/s]
+  double force = 0;           // [N] Mean of the plate's, along its way.
+  double factorisations = 0;  // [-] In a step, in the mean.
+  std::uint64_t most_factorised = 0;
+};
+
+struct Boxes {
+  World<double> world;
+  std::vector<BodyId> boxes;
+  double mass = 0;
+
+  Boxes() : world(WorldDef<double>{.time_step = dt}) {}
+
+  void add(const Vec3<double>& position, double m, double friction, double turn = 0) {
+    BodyDef<double> box;
+    box.shape = Box<double>{{half, half, half}};
+    box.mass = m;
+    box.position = position;
+    box.orientation = exp_rotation<double>(Vec3<double>(0, 0, turn));
+    box.material = {friction, 0};
+    boxes.push_back(world.add_body(box));
+    mass += m;
+  }
+  Course run(double seconds, BodyId plate) {
+    Course course;
+    const int steps = static_cast<int>(std::lround(seconds / dt));
+    for (int i = 0; i < steps; ++i) {
+      world.step();
+      const StepReport<double>& report = world.report();
+      course.factorisations += static_cast<double>(report.factorisations) / steps;
+      course.most_factorised = std::max(course.most_factorised, report.factorisations);
+      course.force += std::abs(world.contact_impulse(plate).force.x()) / dt / steps;
+      for (const BodyId id : boxes) {
+        course.fastest = std::max(course.fastest, world.body(id).twist.linear.norm());
+      }
+      world.for_each_contact([&](const ContactReading<double>& contact) {
+        contact.for_each_point([&](const ContactPointReading<double>& point) {
+          course.deepest = std::max(course.deepest, -point.gap);
+        });
+      });
+    }
+    return course;
+  }
+};
+
+}  // namespace
+
+TEST_CASE("pushed_boxes: a row that slides along takes Coulomb's force, and few factorisations") {
+  for (const double friction : {0.2, 0.5}) {
+    CAPTURE(friction);
+    Boxes scene;
+    scene.world.add_body(
+        {.motion = Motion::fixed, .shape = HalfSpace<double>{}, .material = {friction, 0}});
+    for (int i = 0; i < 8; ++i) scene.add({0.2001 * i, 0, half}, 1.0 + i % 3, friction);
+    BodyDef<double> plate;
+    plate.motion = Motion::kinematic;
+    plate.shape = Box<double>{{0.05, 0.5, 0.05}};
+    // Without friction it gives a force along its way alone, at the height of the centres.
+    plate.material = {0, 0};
+    plate.position = {-0.16, 0, half};
+    plate.velocity = {0.3, 0, 0};
+    const BodyId pusher = scene.world.add_body(plate);
+    (void)scene.run(1, pusher);  // Until all are reached.
+    const Course course = scene.run(2, pusher);
+    // A thousandth of what gravity gives in a step may be left at each contact.
+    CHECK(course.force == doctest::Approx(friction * scene.mass * g).epsilon(1e-3));
+    CHECK(course.fastest == doctest::Approx(0.3).epsilon(1e-3));
+    CHECK(course.deepest < 2e-5);
+    CHECK(course.factorisations < 3);
+  }
+}
+
+TEST_CASE("pushed_boxes: two layers of unlike masses jam, and stay bodies") {
+  std::mt19937 random(2);
+  std::uniform_real_distribution<double> uniform(-1, 1);
+  Boxes scene;
+  scene.world.add_body({.motion = Motion::fixed, .shape = HalfSpace<double>{}});
+  for (int x = 0; x < 4; ++x) {
+    for (int y = 0; y < 3; ++y) {
+      for (int z = 0; z < 2; ++z) {
+        const double m = std::pow(10.0, uniform(random));
+        const double shift = 0.002 * uniform(random);
+        scene.add({0.205 * x + shift, 0.205 * y, half + 0.2 * z}, m, 0.6, 0.02 * uniform(random));
+      }
+    }
+  }
+  BodyDef<double> plate;
+  plate.motion = Motion::kinematic;
+  plate.shape = Box<double>{{0.05, 1, 0.3}};
+  plate.position = {-0.3, 0.2, 0.35};
+  plate.material = {0.6, 0};
+  plate.velocity = {0.3, 0.05, 0};
+  plate.angular_velocity = {0, 0, 0.1};
+  const Course course = scene.run(3, scene.world.add_body(plate));
+  // The plate's end moves with 0.3 + 0.1 * 1.2 m/s, and nothing else gives energy.
+  CHECK(course.fastest < 0.45);
+  CHECK(course.deepest < 1e-4);
+  // Convex steps for all of it took 63 a step.
+  CHECK(course.factorisations < 30);
+  // All of Newton's steps on both problems, for the velocities and for the positions.
+  CHECK(course.most_factorised < 2 * 60 + 30);
+}
+
+TEST_CASE("pushed_boxes: what a belt holds against a wall presses as hard as the belt can pull") {
+  Boxes scene;
+  const double friction = 0.4;
+  BodyDef<double> belt;
+  belt.motion = Motion::kinematic;
+  belt.shape = Box<double>{{40, 1, 0.05}};
+  belt.position = {20, 0, -0.05};
+  belt.velocity = {1, 0, 0};
+  belt.material = {friction, 0};
+  scene.world.add_body(belt);
+  for (int i = 0; i < 6; ++i) scene.add({0.2005 * i, 0, half}, 2, friction);
+  BodyDef<double> wall;
+  wall.motion = Motion::fixed;
+  wall.shape = Box<double>{{0.05, 1, 0.5}};
+  wall.position = {6 * 0.2005 + 0.2, 0, 0.5};
+  wall.material = {0, 0};
+  const BodyId stop = scene.world.add_body(wall);
+  (void)scene.run(2, stop);
+  const Course course = scene.run(1, stop);
+  CHECK(course.force == doctest::Approx(friction * scene.mass * g).epsilon(1e-3));
+  CHECK(course.fastest < 1e-4);
+  CHECK(course.deepest < 2e-5);
+  CHECK(course.factorisations < 3);
+}

@@ -1,0 +1,201 @@
+// Newton's method on Coulomb's law, on bodies whose answers are known in closed form.
+// SPDX-License-Identifier: BSD-3-Clause
+#include "support/random.hpp"
+
+#include <bristle/dynamics/coulomb_newton.hpp>
+
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+using namespace bristle;
+
+namespace {
+
+using Row = IslandRow<double>;
+
+constexpr double tolerance = 1e-12;
+constexpr double error = 1e-11;
+
+/// Balls of mass and moment of inertia m that move freely but for the rows that are added.
+struct Balls {
+  std::vector<double> mass;
+  std::vector<Row> rows{};
+  std::vector<double> start{}, free{};
+  // Where surfaces slide an error of 1e-5 of this ends the iteration.
+  double speed_change = 1e-6;
+  std::vector<double> rhs{};
+  EnvelopeMatrix<double> matrix{};
+  CoulombNewton<double> newton{};
+
+  explicit Balls(std::vector<double> masses)
+      : mass(std::move(masses)), start(6 * mass.size(), 0.0), free(start) {}
+
+  /// A unit row along an axis of ball b, less that of ball a unless that is `Row::none`.
+  Row along(std::size_t axis, std::uint32_t b, std::uint32_t a = Row::none) const {
+    Row row;
+    row.b = 6 * b;
+    row.jacobian_b[axis] = 1;
+    row.response = 1 / mass[b];
+    if (a != Row::none) {
+      row.a = 6 * a;
+      row.jacobian_a[axis] = -1;
+      row.response += 1 / mass[a];
+    }
+    return row;
+  }
+  void add_contact(std::size_t normal, double friction, std::uint32_t b,
+                   std::uint32_t a = Row::none, double sign = 1) {
+    for (std::size_t part = 0; part < 3; ++part) {
+      Row row = along((normal + part) % 3, b, a);
+      row.kind = part == 0 ? RowKind::cone : RowKind::tangent;
+      row.friction = friction;
+      if (part == 0) {
+        row.jacobian_a[normal] *= sign;
+        row.jacobian_b[normal] *= sign;
+      }
+      rows.push_back(row);
+    }
+  }
+  CoulombAnswer<double> solve() {
+    const std::size_t n = 6 * mass.size();
+    matrix.reset(std::vector<std::uint32_t>(n, 0));
+    rhs.resize(n);
+    for (std::size_t i = 0; i < n; ++i) {
+      matrix.at(i, i) = mass[i / 6];
+      rhs[i] = mass[i / 6] * free[i];
+    }
+    return newton.solve({rows, &matrix, rhs, true, &start, &free, tolerance, speed_change});
+  }
+  [[nodiscard]] double velocity(std::size_t i) const { return newton.velocities()[i]; }
+};
+
+}  // namespace
+
+TEST_CASE("CoulombNewton: a ball on the ground slides on, sticks, or lifts off") {
+  const double m = 2;
+  const double mu = 0.5;
+  SUBCASE("what slides is slowed down against its way") {
+    Balls ball({m});
+    ball.add_contact(2, mu, 0);
+    ball.start = ball.free = {3, 4, -1, 0, 0, 0};
+    CHECK(ball.solve().residual <= error);
+    // The ground takes 1 m/s, so friction takes mu times that off the 5 m/s.
+    CHECK(ball.velocity(0) == doctest::Approx(3 * 0.9).epsilon(1e-10));
+    CHECK(ball.velocity(1) == doctest::Approx(4 * 0.9).epsilon(1e-10));
+    CHECK(std::abs(ball.velocity(2)) < tolerance);
+    CHECK(ball.newton.impulse(0) == doctest::Approx(m * 1).epsilon(1e-10));
+    CHECK(ball.newton.impulse(1) == doctest::Approx(-mu * m * 0.6).epsilon(1e-10));
+    CHECK(ball.newton.impulse(2) == doctest::Approx(-mu * m * 0.8).epsilon(1e-10));
+  }
+  SUBCASE("what friction can stop sticks") {
+    Balls ball({m});
+    ball.add_contact(2, mu, 0);
+    ball.start = ball.free = {0.3, -0.39, -1, 0, 0, 0};
+    CHECK(ball.solve().residual <= error);
+    for (std::size_t i = 0; i < 3; ++i) CHECK(std::abs(ball.velocity(i)) < tolerance);
+    CHECK(ball.newton.impulse(1) == doctest::Approx(-m * 0.3).epsilon(1e-10));
+  }
+  SUBCASE("what leaves is left alone, whatever impulse was there") {
+    Balls ball({m});
+    ball.add_contact(2, mu, 0);
+    ball.rows[0].lambda = 7;
+    ball.start = ball.free = {3, 4, 1, 0, 0, 0};
+    CHECK(ball.solve().residual <= error);
+    for (std::size_t i = 0; i < 3; ++i)
+      CHECK(std::abs(ball.velocity(i) - ball.free[i]) < tolerance);
+    CHECK(ball.newton.impulse(0) == 0);
+  }
+}
+
+// A drive pushes balls on rough ground against each other, and lets go of a fifth of all impulses
+// that the last step found.
+TEST_CASE("CoulombNewton: a pushed row moves as one, or as fast as the drive's force lets it") {
+  const std::size_t n = 5;
+  const double mu = 0.3;
+  const double weight = 0.5;  // [m/s] Of gravity in the step.
+  std::vector<double> masses;
+  for (std::size_t i = 0; i < n; ++i) masses.push_back(1.0 + 0.5 * static_cast<double>(i));
+  double total = 0;
+  for (const double m : masses) total += m;
+  // Over the friction of all.
+  for (const double force : {100.0, 1.5}) {
+    CAPTURE(force);
+    const double speed = std::min(1.0, (force - 1) * mu * weight);
+    const double kept = 0.8;
+    Balls row(masses);
+    double pushed = total;  // From here on.
+    for (std::uint32_t i = 0; i < n; ++i) {
+      row.free[6 * i + 2] = -weight;
+      row.add_contact(2, mu, i);
+      row.rows[row.rows.size() - 3].lambda = kept * masses[i] * weight;
+      row.rows[row.rows.size() - 2].lambda = -kept * mu * masses[i] * weight;
+      if (i > 0) {
+        row.add_contact(0, 0.0, i, i - 1);
+        row.rows[row.rows.size() - 3].lambda = kept * pushed * (speed + mu * weight);
+      }
+      pushed -= masses[i];
+    }
+    Row drive = row.along(0, 0);
+    drive.kind = RowKind::bounded;
+    drive.target = 1;
+    drive.upper = force * total * mu * weight;
+    drive.lambda = kept * total * (speed + mu * weight);
+    row.rows.push_back(drive);
+    for (std::size_t i = 0; i < n; ++i) row.start[6 * i] = speed;
+    CHECK(row.solve().residual <= error);
+    for (std::size_t i = 0; i < n; ++i) {
+      CHECK(row.velocity(6 * i) == doctest::Approx(speed).epsilon(1e-8));
+      CHECK(std::abs(row.velocity(6 * i + 2)) < 1e-8);
+    }
+  }
+}
+
+// Whatever jams, the answer does not add to the energy, and stays within its bounds.
+TEST_CASE("CoulombNewton: answers take energy, solved or not") {
+  test::Random random(3);
+  int solved = 0;
+  const int rounds = 200;
+  for (int round = 0; round < rounds; ++round) {
+    CAPTURE(round);
+    const std::size_t n = 6;
+    std::vector<double> masses(n);
+    for (double& m : masses) m = std::pow(10.0, random.uniform(-1.0, 1.0));
+    Balls heap(masses);
+    heap.speed_change = 0.04;
+    for (double& x : heap.free) x = random.uniform(-1.0, 1.0);
+    heap.start = heap.free;
+    for (std::uint32_t i = 0; i < n; ++i) {
+      heap.add_contact(2, 0.6, i);
+      for (std::uint32_t j = 0; j < i; ++j) {
+        if (random.uniform(0.0, 1.0) < 0.5) heap.add_contact(j % 2, 0.6, i, j);
+      }
+    }
+    heap.add_contact(0, 0.6, 0);
+    heap.add_contact(0, 0.6, n - 1, Row::none, -1);
+    const CoulombAnswer<double> answer = heap.solve();
+    if (!(answer.residual < infinity<double>)) continue;
+    solved += answer.residual <= 1e-3 * heap.speed_change ? 1 : 0;
+    double before = 0;
+    double after = 0;
+    double slack = 0;
+    for (std::size_t i = 0; i < heap.free.size(); ++i) {
+      before += heap.mass[i / 6] * heap.free[i] * heap.free[i] / 2;
+      after += heap.mass[i / 6] * heap.velocity(i) * heap.velocity(i) / 2;
+    }
+    for (std::size_t k = 0; k < heap.rows.size(); k += 3) {
+      const double normal = heap.newton.impulse(k);
+      const double friction = std::hypot(heap.newton.impulse(k + 1), heap.newton.impulse(k + 2));
+      CHECK(normal >= 0);
+      CHECK(friction <= 0.6 * normal * (1 + 1e-12));
+      // An error of a thousandth of what forces do is allowed to do work.
+      slack += 1e-3 * heap.speed_change * (normal + 2 * friction);
+    }
+    CHECK(after <= before + slack);
+  }
+  // Most are, from no impulses at all.
+  CHECK(solved > rounds / 2);
+}
