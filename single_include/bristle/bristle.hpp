@@ -1075,10 +1075,10 @@ void add_square(EnvelopeMatrix<Real>& h, Real weight, const IslandRow<Real>& row
 }  // namespace detail
 
 /// Largest distance of a row from its law, as the velocity that its own response makes of it.
-/// @param lambda, velocity  Multipliers and velocities of all rows.
-template <typename Real>
-[[nodiscard]] Real distance_from_law(std::span<const IslandRow<Real>> rows,
-                                     std::span<const Real> lambda, std::span<const Real> velocity) {
+/// @param lambda, velocity  Tell the multiplier and the velocity of the row of a number.
+template <typename Real, typename Lambda, typename Velocity>
+[[nodiscard]] Real distance_from_law(std::span<const IslandRow<Real>> rows, const Lambda& lambda,
+                                     const Velocity& velocity) {
   using std::abs;
   using std::hypot;
   Real largest = Real(0);
@@ -1086,17 +1086,17 @@ template <typename Real>
     const IslandRow<Real>& row = rows[i];
     const Real K = row.response;
     if (!(K > Real(0)) || row.kind == RowKind::tangent) continue;
-    const Real proposed =
-        lambda[i] - (velocity[i] + row.compliance * lambda[i]) / (K + row.compliance);
+    const Real l = lambda(i);
+    const Real proposed = l - (velocity(i) + row.compliance * l) / (K + row.compliance);
     if (row.kind != RowKind::cone) {
-      largest = std::max(largest, K * abs(lambda[i] - row.clamped(proposed)));
+      largest = std::max(largest, K * abs(l - row.clamped(proposed)));
       continue;
     }
-    largest = std::max(largest, K * abs(lambda[i] - std::max(Real(0), proposed)));
-    Real x = lambda[i + 1] - velocity[i + 1] / K;
-    Real y = lambda[i + 2] - velocity[i + 2] / K;
-    detail::shrink(row.friction * std::max(Real(0), lambda[i]), x, y);
-    largest = std::max(largest, K * hypot(lambda[i + 1] - x, lambda[i + 2] - y));
+    largest = std::max(largest, K * abs(l - std::max(Real(0), proposed)));
+    Real x = lambda(i + 1) - velocity(i + 1) / K;
+    Real y = lambda(i + 2) - velocity(i + 2) / K;
+    detail::shrink(row.friction * std::max(Real(0), l), x, y);
+    largest = std::max(largest, K * hypot(lambda(i + 1) - x, lambda(i + 2) - y));
   }
   return largest;
 }
@@ -1463,7 +1463,7 @@ class CoulombNewton {
     Real eps = Real(1e-3);
     evaluate(rows, v_, velocity_);
     // Where the last step's impulses are far from any answer they are none to seek it near.
-    if (distance_from_law<Real>(rows, impulse_, velocity_) > Real(3) * problem.speed_change) {
+    if (distance(rows, impulse_, velocity_) > Real(3) * problem.speed_change) {
       eps = Real(1e-2);
       std::fill(centre_.begin(), centre_.end(), Real(0));
     }
@@ -1495,7 +1495,7 @@ class CoulombNewton {
       evaluate(rows, v_, velocity_);
       answer.slip = fastest_slip(rows);
 
-      const Real left = distance_from_law<Real>(rows, impulse_, velocity_);
+      const Real left = distance(rows, impulse_, velocity_);
       if (left <= problem.tolerance) {
         answer.residual = left;
         best_ = impulse_;
@@ -1507,8 +1507,9 @@ class CoulombNewton {
       judge(problem, answer);
       if (answer.residual <= Real(1e-2) * problem.good_enough(answer.slip)) break;
 
-      for (std::size_t k = 0; k < rows.size(); ++k) compliant_[k] = compliant(rows[k], k, eps);
-      const Real of_compliant = distance_from_law<Real>(rows, impulse_, compliant_);
+      const Real of_compliant = distance_from_law<Real>(
+          rows, [&](std::size_t k) { return impulse_[k]; },
+          [&](std::size_t k) { return compliant(rows[k], k, eps); });
       if (of_compliant > Real(3) * nearest && eps < Real(largest_eps)) {
         // A step that leads away from the law was too long: a larger eps keeps the next near the
         // centre, which moves to where the law was nearest.
@@ -1566,7 +1567,7 @@ class CoulombNewton {
     best_v_ = v_;
     centre_ = impulse_;
     velocity_.resize(count);
-    compliant_.resize(count);
+    candidate_velocity_.resize(count);
     candidate_.resize(count);
     detail::refill(branches_, count, Branch{});
     step_.resize(v_.size());
@@ -1577,6 +1578,13 @@ class CoulombNewton {
   static void evaluate(std::span<const Row> rows, const std::vector<Real>& v,
                        std::vector<Real>& out) {
     for (std::size_t k = 0; k < rows.size(); ++k) out[k] = rows[k].times(v) - rows[k].target;
+  }
+
+  [[nodiscard]] static Real distance(std::span<const Row> rows, const std::vector<Real>& impulse,
+                                     const std::vector<Real>& velocity) {
+    return distance_from_law<Real>(
+        rows, [&](std::size_t k) { return impulse[k]; },
+        [&](std::size_t k) { return velocity[k]; });
   }
 
   /// Whether the best answer leaves the velocities as they were at the start of the step.
@@ -1668,12 +1676,8 @@ class CoulombNewton {
         of_pair = &row;
         for (Block6<Real>& x : pair_) x.fill(Real(0));
       }
-      if (row.kind != RowKind::cone) {
-        add_product(row, sides(row, -branch.normal));
-        continue;
-      }
-      add_product(row, sides(rows, k, {-branch.normal, Real(0), Real(0)}));
-      if (branch.state == State::open) continue;
+      add_product(row, sides(row, -branch.normal));
+      if (row.kind != RowKind::cone) continue;
       add_product(rows[k + 1], sides(rows, k, {-branch.drag[0], -branch.xx, -branch.xy}));
       add_product(rows[k + 2], sides(rows, k, {-branch.drag[1], -branch.xy, -branch.yy}));
     }
@@ -1751,7 +1755,7 @@ class CoulombNewton {
     return true;
   }
 
-  /// Prepares `respond`: factors Mt, without its empty places where bodies are not coupled by it.
+  /// Factors Mt by itself, without its empty places where bodies are not coupled by it.
   bool factor_response(const CoulombProblem<Real>& problem) {
     const EnvelopeMatrix<Real>& matrix = *problem.matrix;
     first_.resize(matrix.size());
@@ -1793,19 +1797,20 @@ class CoulombNewton {
       if (x != Real(0)) rows[k + part].add_to(candidate_v_, x);
     });
     response_.solve(candidate_v_.data());
-    evaluate(rows, candidate_v_, compliant_);
+    evaluate(rows, candidate_v_, candidate_velocity_);
     const Real error = problem.good_enough(answer.slip);
     Real work = Real(0);
     for (std::size_t k = 0; k < rows.size(); ++k) {
       if (rows[k].kind == RowKind::bounded) continue;
-      work += candidate_[k] * ((free_velocity_[k] + compliant_[k]) / Real(2) + rows[k].aim);
+      work +=
+          candidate_[k] * ((free_velocity_[k] + candidate_velocity_[k]) / Real(2) + rows[k].aim);
       work -= abs(candidate_[k]) * error;
     }
     if (work > Real(0)) return;
-    const Real left = distance_from_law<Real>(rows, candidate_, compliant_);
+    const Real left = distance(rows, candidate_, candidate_velocity_);
     if (!(left < answer.residual)) return;
     answer.residual = left;
-    answer.change = largest_change(compliant_);
+    answer.change = largest_change(candidate_velocity_);
     best_ = candidate_;
     best_v_ = candidate_v_;
   }
@@ -1850,7 +1855,7 @@ class CoulombNewton {
   std::array<Block6<Real>, 4> pair_{};
   std::vector<Real> v_, step_, nearest_v_, candidate_v_, best_v_;
   std::vector<Real> impulse_, centre_, nearest_impulse_, candidate_, best_;
-  std::vector<Real> velocity_, compliant_, free_velocity_;
+  std::vector<Real> velocity_, candidate_velocity_, free_velocity_;
 };
 
 }  // namespace bristle::inline BRISTLE_ABI
@@ -4504,9 +4509,16 @@ struct ContactConstraint {
   /// [-] Slots of the two bodies.
   std::uint32_t body_a = 0;
   std::uint32_t body_b = 0;
-  /// [m] From each centre of mass to the point, world axes.
+  /// [m] From each centre of mass to the point, world axes: at the instant at which its impulse
+  /// acts (`time_contact`).
   Vec3<S> arm_a = Vec3<S>::Zero();
   Vec3<S> arm_b = Vec3<S>::Zero();
+  /// [m] Half of what the arms change by within the step.
+  Vec3<S> mid_offset_a = Vec3<S>::Zero();
+  Vec3<S> mid_offset_b = Vec3<S>::Zero();
+  /// [m/s] Velocity along the axes that surfaces which stay together have at the end of the step,
+  /// as these arms see it: not zero, since the arms go on turning.
+  std::array<S, 3> bias{};
   /// [1] Normal and two tangents, world axes.
   std::array<Vec3<S>, 3> axes{Vec3<S>::Zero(), Vec3<S>::Zero(), Vec3<S>::Zero()};
   /// [1] Coulomb friction coefficient and coefficient of restitution.
@@ -4544,11 +4556,21 @@ struct ContactConstraint {
   [[nodiscard]] S normal_velocity(const Twist<S>& a, const Twist<S>& b) const {
     return axes[0].dot(velocity(a, b));
   }
+  /// [m/s] Least speed at which the surfaces part at the end of the step.
+  [[nodiscard]] S parting_target() const { return target - bias[0]; }
   /// [N s] The impulse as a vector of the world.
   [[nodiscard]] Vec3<S> impulse_W() const {
     return impulse[0] * axes[0] + impulse[1] * axes[1] + impulse[2] * axes[2];
   }
 };
+
+/// Whether a contact's impulse lies within its friction cone, so that its surfaces stick; at the
+/// edge of the cone, to a thousandth, they slide.
+template <Scalar S>
+[[nodiscard]] bool is_within_cone(const ContactConstraint<S>& c) {
+  const S most = S(0.999) * c.friction * c.impulse[0];
+  return c.impulse[1] * c.impulse[1] + c.impulse[2] * c.impulse[2] < most * most;
+}
 
 /// Whether two contacts are between the same bodies along the same axes.
 template <Scalar S>
@@ -4636,7 +4658,8 @@ std::array<S, 3> solve_contact(ContactConstraint<S>& c, const ContactResponse<S>
   const S wanted = before[0] + (c.target - c.axes[0].dot(v)) * K.inverse_nn;
   c.impulse[0] = wanted > S(0) ? wanted : S(0);
   const S change = c.impulse[0] - before[0];
-  detail::solve_friction(K, c.axes[1].dot(v) + K.n1 * change, c.axes[2].dot(v) + K.n2 * change,
+  detail::solve_friction(K, c.axes[1].dot(v) - c.bias[1] + K.n1 * change,
+                         c.axes[2].dot(v) - c.bias[2] + K.n2 * change,
                          c.friction * c.impulse[0], c.impulse[1], c.impulse[2]);
   return {change, c.impulse[1] - before[1], c.impulse[2] - before[2]};
 }
@@ -5206,6 +5229,14 @@ void apply_soft(const SoftBlock<S>& block, const Vec6<S>& p, SolverBody<S>& a, S
 template <Scalar S>
 void apply_impulses(const Island& island, const Constraints<S>& constraints,
                     std::span<SolverBody<S>> bodies);
+
+/// Whether a body turns by more than half a radian in a step. The chord of its way then misses the
+/// arc by an eighth of the radius, and directions of the start say little about the end.
+template <Scalar S>
+[[nodiscard]] bool turns_far(const Twist<S>& motion, S dt) {
+  const S most = S(0.5) / dt;
+  return motion.angular.squaredNorm() > most * most;
+}
 
 /// Displacement of a body in a step, divided by it, from its velocities.
 template <Scalar S>
@@ -7888,6 +7919,14 @@ void validate(const SensorParameters<S>& p) {
   detail::require_positive("SensorParameters::breakaway_distance", p.breakaway_distance);
 }
 
+/// Whether a sensor with these constants can give a force. Static friction that is scaled by the
+/// normal force needs one.
+template <Scalar S>
+[[nodiscard]] bool can_push(const SensorParameters<S>& p, const LawOptions& options) {
+  return p.normal_stiffness > S(0) || p.normal_damping > S(0) || p.sliding_friction > S(0) ||
+         (p.static_friction > S(0) && options.scaling != FrictionScaling::normal_force);
+}
+
 }  // namespace bristle::inline BRISTLE_ABI
 
 namespace bristle::inline BRISTLE_ABI {
@@ -9090,6 +9129,12 @@ struct SensorPatch {
   [[nodiscard]] std::size_t size() const { return length.size(); }
   [[nodiscard]] const SensorParameters<S>& parameters(std::size_t sensor) const {
     return def.per_sensor.empty() ? def.parameters : def.per_sensor[sensor];
+  }
+  /// Whether any sensor can give a force, whatever it touches.
+  [[nodiscard]] bool can_push() const {
+    const auto of = [&](const SensorParameters<S>& p) { return bristle::can_push(p, def.options); };
+    return def.per_sensor.empty() ? of(def.parameters)
+                                  : std::any_of(def.per_sensor.begin(), def.per_sensor.end(), of);
   }
   [[nodiscard]] RayBatch<S> rays(S extra_length) const {
     return {start.x,     start.y, start.z,      direction.x, direction.y,
@@ -13670,9 +13715,13 @@ namespace bristle::inline BRISTLE_ABI {
 /// One point of contact between two bodies.
 template <Scalar S>
 struct CachedPoint {
-  /// [m] From each centre of mass to the point, world axes.
+  /// [m] From each centre of mass to the point at the start of the step, world axes.
   Vec3<S> arm_a = Vec3<S>::Zero();
   Vec3<S> arm_b = Vec3<S>::Zero();
+  /// [m] From these arms to those in the middle of the step: half of what they changed by in the
+  /// last one; zero for a new point. After the step: to the arms at which the impulse acted.
+  Vec3<S> mid_offset_a = Vec3<S>::Zero();
+  Vec3<S> mid_offset_b = Vec3<S>::Zero();
   /// [m] Distance of the surfaces; negative where they overlap.
   S gap = S(0);
   /// [-] Features that meet here; see `ContactPoint::feature`.
@@ -13734,6 +13783,8 @@ class ContactCache {
 
   /// Starts a new generation.
   void begin_step() {
+    ratio_ = step_ratio_;
+    step_ratio_ = S(1);
     manifolds_.swap(old_manifolds_);
     points_.swap(old_points_);
     manifolds_.clear();
@@ -13794,6 +13845,10 @@ class ContactCache {
   [[nodiscard]] std::vector<CachedPoint<S>>& points() { return points_; }
   [[nodiscard]] const std::vector<CachedPoint<S>>& points() const { return points_; }
 
+  /// [1] Length of the next step as a multiple of the last one's.
+  [[nodiscard]] S& step_ratio() { return step_ratio_; }
+  [[nodiscard]] const S& step_ratio() const { return step_ratio_; }
+
   /// The generation of the step before.
   [[nodiscard]] const std::vector<CachedManifold<S>>& last_manifolds() const {
     return is_repeated_ ? manifolds_ : old_manifolds_;
@@ -13852,6 +13907,8 @@ class ContactCache {
             is_taken[k] = true;
             point.is_fresh = false;
             point.impulse = turn(other);
+            point.mid_offset_a = S(0.5) * ratio_ * (point.arm_a - other.arm_a);
+            point.mid_offset_b = S(0.5) * ratio_ * (point.arm_b - other.arm_b);
             --fresh;
           }
           k = k + 1 < old.count ? k + 1 : 0;
@@ -13891,6 +13948,8 @@ class ContactCache {
   std::vector<CachedPoint<S>> points_, old_points_;
   std::size_t cursor_ = 0;
   bool is_repeated_ = false;
+  S step_ratio_ = S(1);
+  S ratio_ = S(1);  // The same for the step at hand.
 };
 
 }  // namespace bristle::inline BRISTLE_ABI
@@ -14073,18 +14132,22 @@ Wrench<S> ContactReading<S>::sum(ArmOf&& arm_of) const {
 template <Scalar S>
 Wrench<S> ContactReading<S>::impulse_about(const Vec3<S>& point) const {
   return sum([&](const CachedManifold<S>& m, const CachedPoint<S>& p) -> Vec3<S> {
-    return m.center_a - point + p.arm_a;
+    return m.center_a - point + p.arm_a + p.mid_offset_a;
   });
 }
 
 template <Scalar S>
 Wrench<S> ContactReading<S>::impulse_on_a() const {
-  return -sum([](const CachedManifold<S>&, const CachedPoint<S>& p) { return p.arm_a; });
+  return -sum([](const CachedManifold<S>&, const CachedPoint<S>& p) -> Vec3<S> {
+    return p.arm_a + p.mid_offset_a;
+  });
 }
 
 template <Scalar S>
 Wrench<S> ContactReading<S>::impulse_on_b() const {
-  return sum([](const CachedManifold<S>&, const CachedPoint<S>& p) { return p.arm_b; });
+  return sum([](const CachedManifold<S>&, const CachedPoint<S>& p) -> Vec3<S> {
+    return p.arm_b + p.mid_offset_b;
+  });
 }
 
 }  // namespace bristle::inline BRISTLE_ABI
@@ -14321,15 +14384,38 @@ template <Scalar S, int size, int columns, int options>
 /// The rows that joints become in a step.
 // SPDX-License-Identifier: BSD-3-Clause
 
-// === bristle/dynamics/joint_pose.hpp
+// === bristle/dynamics/joint_kinematics.hpp
 
 /// @file
-/// Where the two frames of a joint stand to each other.
+/// What a joint says of the positions, velocities and accelerations of its two bodies.
 ///
-/// B's frame is turned from A's by q = swing * twist: first about the common x axis, then about an
-/// axis across it. The twist is 2 atan2(q_x, q_w); with a and b the x axes of both frames its rate
-/// is (a + b) . w / (1 + a . b), w the angular velocity of B relative to A. The swing is the angle
-/// between a and b; its rate is w . (a x b) / |a x b|.
+/// Bodies stand at x with axes R, velocity v of the centre of mass and angular velocity w, all in
+/// the world. B's joint origin is P = x_B + r_B, A's is Q = x_A + r_A. A joint keeps c = P - Q at
+/// zero along axes d of A, all three or, where B slides, the two across the slide. Where it lets
+/// nothing turn, it keeps the turn of B's axes from A's at zero too. As r' = w x r,
+///
+///   u = (v_B + w_B x r_B) - (v_A + w_A x r_A)                                          = J v
+///
+/// is the rate of c. Where B slides, r_A goes to P instead of Q and so slides along: its rate is
+/// P' - v_A = u + w_A x r_A. Then u is the rate of c as seen from A, since what c has beyond it,
+/// w_A x c, is what A's axes turn by: (d . c)' = d . (u + w_A x c) + (w_A x d) . c = d . u.
+///
+/// Once more, with (w_A x d) . u = -d . (w_A x u) and the slide of the arm giving another such
+/// term,
+///
+///   (d . u)' = d . [ (v_B' + w_B' x r_B) - (v_A' + w_A' x r_A)                         = J v'
+///                    + w_B x (w_B x r_B) - w_A x (w_A x r_A) - 2 w_A x u ],            = J' v
+///
+/// the centripetal accelerations of both arms and the Coriolis acceleration of the slide. Where all
+/// of u is kept at zero its last term is zero too; it is used there all the same, as that is the
+/// acceleration of c in the axes of A, and one formula serves all joints. w_B - w_A has no such
+/// terms where it is kept at zero altogether. Where B turns about the axis h of A it is kept at
+/// zero across h, in the axes of A again:
+///
+///   (d . (w_B - w_A))' = d . [ w_B' - w_A' - w_A x (w_B - w_A) ].
+///
+/// Rows are kept in world axes: three that hold mean the same in any axes, and where B slides along
+/// d, or turns about it, I - d d^T takes what is along d out of them.
 // SPDX-License-Identifier: BSD-3-Clause
 
 // === bristle/dynamics/joint.hpp
@@ -14595,6 +14681,203 @@ void validate(const JointDef<S>& def) {
 }
 
 }  // namespace bristle::inline BRISTLE_ABI
+
+#include <cstdint>
+
+namespace bristle::inline BRISTLE_ABI {
+
+/// A joint of a mechanism, between two of its bodies.
+template <Scalar S>
+struct JointFlowJoint {
+  /// [-] What it leaves free.
+  JointKind kind = JointKind::fixed;
+  /// [-] Numbers of its bodies.
+  std::uint32_t body_a = 0;
+  std::uint32_t body_b = 0;
+  /// [m] Joint frames about the centres of mass, along the bodies' axes.
+  Transform<S> X_CmA_J{};
+  Transform<S> X_CmB_J{};
+  /// [-] Spring and damper on its free axis, if it has one.
+  JointSpring<S> spring{};
+  /// [rad] Angle at the start of the step, to within half a turn, of a hinge with a spring.
+  S angle = S(0);
+
+  [[nodiscard]] bool has_spring() const { return spring.stiffness > S(0) || spring.damping > S(0); }
+};
+
+/// Where a body is and how it moves at one instant.
+template <Scalar S>
+struct BodyInstant {
+  /// [m] Centre of mass.
+  Vec3<S> x = Vec3<S>::Zero();
+  /// [1] Axes of the body.
+  Quat<S> q = Quat<S>::Identity();
+  Mat3<S> R = Mat3<S>::Identity();
+  /// [m/s, rad/s] Velocity of the centre of mass and angular velocity.
+  Twist<S> twist{};
+
+  /// Sets the axes from a quaternion of any length but zero.
+  void set_axes(const Quat<S>& rotation);
+};
+
+/// The geometry of a joint at one instant, world axes.
+template <Scalar S>
+struct JointInstant {
+  /// [m] From the centres of mass to the joint origins; that of A to B's origin where B slides.
+  Vec3<S> arm_a = Vec3<S>::Zero();
+  Vec3<S> arm_b = Vec3<S>::Zero();
+  /// [1] Along what B slides; zero where it does not.
+  Vec3<S> slide = Vec3<S>::Zero();
+  /// [1] About what B turns; zero where it does not, or about any axis.
+  Vec3<S> hinge = Vec3<S>::Zero();
+};
+
+/// Whether a joint lets its bodies slide, turn about one axis, or turn about all, relative to each
+/// other.
+[[nodiscard]] constexpr bool lets_slide(JointKind kind) { return kind == JointKind::prismatic; }
+[[nodiscard]] constexpr bool lets_hinge(JointKind kind) { return kind == JointKind::revolute; }
+[[nodiscard]] constexpr bool lets_turn(JointKind kind) {
+  return kind == JointKind::ball || kind == JointKind::cone_twist;
+}
+
+/// A vector without its part along the unit vector d.
+template <Scalar S>
+[[nodiscard]] Vec3<S> across(const Vec3<S>& d, const Vec3<S>& u) {
+  return u - d.dot(u) * d;
+}
+
+template <Scalar S>
+[[nodiscard]] JointInstant<S> joint_instant(const JointFlowJoint<S>& joint, const BodyInstant<S>& a,
+                                            const BodyInstant<S>& b);
+
+/// J v: the relative velocity that the joint keeps at zero. Also J times accelerations.
+template <Scalar S>
+[[nodiscard]] Twist<S> held_velocity(JointKind kind, const JointInstant<S>& at, const Twist<S>& a,
+                                     const Twist<S>& b);
+
+/// [m/s^2, rad/s^2] J' v.
+template <Scalar S>
+[[nodiscard]] Twist<S> held_acceleration_bias(JointKind kind, const JointInstant<S>& at,
+                                              const Twist<S>& a, const Twist<S>& b);
+
+/// [m, rad] How far the bodies are from where the joint holds them.
+template <Scalar S>
+[[nodiscard]] Twist<S> held_gap(const JointFlowJoint<S>& joint, const JointInstant<S>& at,
+                                const BodyInstant<S>& a, const BodyInstant<S>& b);
+
+/// [m or rad] Position along or about the free axis.
+/// @param guess  [rad] Angle of a hinge to within half a turn.
+template <Scalar S>
+[[nodiscard]] S axis_position(const JointFlowJoint<S>& joint, const JointInstant<S>& at,
+                              const BodyInstant<S>& a, const BodyInstant<S>& b, S guess);
+
+/// [m/s or rad/s] Its rate.
+template <Scalar S>
+[[nodiscard]] S axis_rate(const JointInstant<S>& at, const Twist<S>& a, const Twist<S>& b);
+
+// Implementation -----------------------------------------------------------------------------------
+
+template <Scalar S>
+void BodyInstant<S>::set_axes(const Quat<S>& rotation) {
+  q = rotation;
+  // Divided by the squared length, which no root needs: within a Runge-Kutta step quaternions are
+  // not of length one.
+  const S k = S(2) / q.squaredNorm();
+  const S x2 = k * q.x(), y2 = k * q.y(), z2 = k * q.z();
+  const S wx = x2 * q.w(), wy = y2 * q.w(), wz = z2 * q.w();
+  const S xx = x2 * q.x(), xy = y2 * q.x(), xz = z2 * q.x();
+  const S yy = y2 * q.y(), yz = z2 * q.y(), zz = z2 * q.z();
+  R(0, 0) = S(1) - (yy + zz);
+  R(0, 1) = xy - wz;
+  R(0, 2) = xz + wy;
+  R(1, 0) = xy + wz;
+  R(1, 1) = S(1) - (xx + zz);
+  R(1, 2) = yz - wx;
+  R(2, 0) = xz - wy;
+  R(2, 1) = yz + wx;
+  R(2, 2) = S(1) - (xx + yy);
+}
+
+template <Scalar S>
+JointInstant<S> joint_instant(const JointFlowJoint<S>& joint, const BodyInstant<S>& a,
+                              const BodyInstant<S>& b) {
+  JointInstant<S> at;
+  at.arm_b = b.R * joint.X_CmB_J.translation;
+  if (lets_slide(joint.kind)) {
+    at.arm_a = (b.x - a.x) + at.arm_b;
+    at.slide = a.R * (joint.X_CmA_J.rotation * Vec3<S>::UnitX());
+  } else {
+    at.arm_a = a.R * joint.X_CmA_J.translation;
+  }
+  if (lets_hinge(joint.kind)) at.hinge = a.R * (joint.X_CmA_J.rotation * Vec3<S>::UnitX());
+  return at;
+}
+
+template <Scalar S>
+Twist<S> held_velocity(JointKind kind, const JointInstant<S>& at, const Twist<S>& a,
+                       const Twist<S>& b) {
+  const Vec3<S> u = (b.linear - a.linear) + b.angular.cross(at.arm_b) - a.angular.cross(at.arm_a);
+  if (lets_turn(kind)) return {u, Vec3<S>::Zero()};
+  const Vec3<S> w = b.angular - a.angular;
+  return {lets_slide(kind) ? across(at.slide, u) : u, lets_hinge(kind) ? across(at.hinge, w) : w};
+}
+
+template <Scalar S>
+Twist<S> held_acceleration_bias(JointKind kind, const JointInstant<S>& at, const Twist<S>& a,
+                                const Twist<S>& b) {
+  const Vec3<S> turn_a = a.angular.cross(at.arm_a);
+  const Vec3<S> turn_b = b.angular.cross(at.arm_b);
+  const Vec3<S> u = (b.linear - a.linear) + turn_b - turn_a;
+  const Vec3<S> bias = b.angular.cross(turn_b) - a.angular.cross(turn_a + S(2) * u);
+  if (lets_slide(kind)) return {across(at.slide, bias), Vec3<S>::Zero()};
+  if (!lets_hinge(kind)) return {bias, Vec3<S>::Zero()};
+  return {bias, across(at.hinge, Vec3<S>(b.angular.cross(a.angular)))};
+}
+
+template <Scalar S>
+Twist<S> held_gap(const JointFlowJoint<S>& joint, const JointInstant<S>& at,
+                  const BodyInstant<S>& a, const BodyInstant<S>& b) {
+  // Centres of mass are subtracted first, so nothing is lost far from the world's origin.
+  if (lets_turn(joint.kind)) return {(b.x - a.x) + (at.arm_b - at.arm_a), Vec3<S>::Zero()};
+  const Vec3<S> c = (b.x - a.x) + (at.arm_b - a.R * joint.X_CmA_J.translation);
+  if (lets_hinge(joint.kind)) {
+    const Vec3<S> axis_b = b.R * (joint.X_CmB_J.rotation * Vec3<S>::UnitX());
+    return {c, shortest_turn<S>(at.hinge, axis_b)};
+  }
+  const Quat<S> turn = (b.q * joint.X_CmB_J.rotation) * (a.q * joint.X_CmA_J.rotation).conjugate();
+  return {lets_slide(joint.kind) ? across(at.slide, c) : c, log_rotation<S>(turn)};
+}
+
+template <Scalar S>
+S axis_position(const JointFlowJoint<S>& joint, const JointInstant<S>& at, const BodyInstant<S>& a,
+                const BodyInstant<S>& b, S guess) {
+  using std::atan2;
+  if (lets_hinge(joint.kind)) {
+    const Quat<S> turn_J =
+        (a.q * joint.X_CmA_J.rotation).conjugate() * (b.q * joint.X_CmB_J.rotation);
+    return nearest_turn(S(2) * atan2(turn_J.x(), turn_J.w()), guess);
+  }
+  return at.slide.dot((b.x - a.x) + (at.arm_b - a.R * joint.X_CmA_J.translation));
+}
+
+template <Scalar S>
+S axis_rate(const JointInstant<S>& at, const Twist<S>& a, const Twist<S>& b) {
+  // One of the two axes is zero.
+  return at.slide.dot(b.at(at.arm_b) - a.at(at.arm_a)) + at.hinge.dot(b.angular - a.angular);
+}
+
+}  // namespace bristle::inline BRISTLE_ABI
+
+// === bristle/dynamics/joint_pose.hpp
+
+/// @file
+/// Where the two frames of a joint stand to each other.
+///
+/// B's frame is turned from A's by q = swing * twist: first about the common x axis, then about an
+/// axis across it. The twist is 2 atan2(q_x, q_w); with a and b the x axes of both frames its rate
+/// is (a + b) . w / (1 + a . b), w the angular velocity of B relative to A. The swing is the angle
+/// between a and b; its rate is w . (a x b) / |a x b|.
+// SPDX-License-Identifier: BSD-3-Clause
 
 #include <array>
 #include <numbers>
@@ -14872,6 +15155,13 @@ template <Scalar S>
 void turn_joint_rows(const Joint<S>& joint, const Transform<S>& X_WA, const Transform<S>& X_WB,
                      const Twist<S>& motion_a, const Twist<S>& motion_b, S dt, Constraints<S>& out);
 
+/// Takes the rows of the locked axes to the instant at which their impulses act, and tells them
+/// what the joint's own turning makes of its velocities until the end of the step: the same as
+/// `time_contact` for contacts, with J' v of `held_acceleration_bias` for the turning of the arms.
+template <Scalar S>
+void time_joint_rows(const Joint<S>& joint, const Body<S>& a, const Body<S>& b,
+                     Integrator integrator, S dt, Constraints<S>& out);
+
 /// Keeps the impulses that the solver found.
 template <Scalar S>
 void store_joint_impulses(Joint<S>& joint, const Constraints<S>& constraints);
@@ -15062,7 +15352,8 @@ void add_joint_rows(Joint<S>& joint, std::uint32_t joint_slot, const Body<S>& a,
   if (is_driven || has_lower || has_upper || has_spring) {
     const S position = joint_position(kind, pose, joint.angle);
     const ConstraintRow<S> along = position_row(kind, pose);
-    if (is_driven) {
+    // A drive that can give nothing is none.
+    if (is_driven && def.drive.max_force > S(0)) {
       const S limit = def.drive.max_force * dt;
       const detail::DriveAim<S> aim = detail::aim_drive(
           def.drive, position, [&] { return detail::axis_mobility(kind, pose, a, b); }, dt);
@@ -15101,6 +15392,37 @@ void turn_joint_rows(const Joint<S>& joint, const Transform<S>& X_WA, const Tran
                                 row.error = -dt * row.velocity(motion_a, motion_b);
                                 *out_row++ = row;
                               });
+}
+
+template <Scalar S>
+void time_joint_rows(const Joint<S>& joint, const Body<S>& a, const Body<S>& b,
+                     Integrator integrator, S dt, Constraints<S>& out) {
+  if (a.twist.angular.isZero(S(0)) && b.twist.angular.isZero(S(0))) return;
+  if (turns_far(a.twist, dt) || turns_far(b.twist, dt)) return;
+  const bool is_trapezoidal = integrator == Integrator::trapezoidal;
+  const JointKind kind = joint.def.kind;
+  const S half = dt / S(2);
+  const auto acting_pose = [&](const Body<S>& body) -> Transform<S> {
+    if (!is_trapezoidal) return body.center_pose;
+    return {step_rotation(body.center_pose.rotation, body.twist.angular, half),
+            body.center_pose.translation + half * body.twist.linear};
+  };
+  const JointPose<S> pose = joint_pose(joint, acting_pose(a), acting_pose(b));
+  JointInstant<S> at;
+  at.arm_a = pose.arm_a;
+  at.arm_b = pose.arm_b;
+  if (lets_slide(kind)) at.slide = pose.axes_W.col(0);
+  if (lets_hinge(kind)) at.hinge = pose.axes_W.col(0);
+  const Twist<S> turning = held_acceleration_bias(kind, at, a.twist, b.twist);
+  ConstraintRow<S>* out_row = &out.rows[out.blocks[joint.first_block].first];
+  detail::for_each_locked_row(kind, pose, [&](ConstraintRow<S> row) {
+    const bool is_angular = row.direction.isZero(S(0));
+    row.target = -half * (is_angular ? row.angular_b.dot(turning.angular)
+                                     : row.direction.dot(turning.linear));
+    row.impulse = out_row->impulse;
+    row.error = is_trapezoidal ? out_row->error : out_row->error - dt * row.target;
+    *out_row++ = row;
+  });
 }
 
 template <Scalar S>
@@ -17361,10 +17683,8 @@ class IslandRows {
         row.lambda = Real(c.impulse[k]);
         row.friction = Real(c.friction);
         row.kind = k == 0 ? Kind::cone : Kind::tangent;
-        if (k == 0) {
-          row.aim = Real(c.target);
-          row.target += row.aim;
-        }
+        row.aim = Real(k == 0 ? c.target : c.bias[k]);
+        row.target += row.aim;
       }
       // One response for all three, so that a circular cone stays one.
       Row* last = &rows_.back();
@@ -17534,15 +17854,11 @@ class IslandRows {
   void accept(Real eps) {
     for_each_impulse(eps, Real(0), [this](std::size_t i, Real x) { rows_[i].lambda = x; });
   }
-  /// `distance_from_law` of the multipliers and velocities that there are.
-  [[nodiscard]] Real residual() {
-    lambda_.resize(rows_.size());
-    velocity_.resize(rows_.size());
-    for (std::size_t i = 0; i < rows_.size(); ++i) {
-      lambda_[i] = rows_[i].lambda;
-      velocity_[i] = rows_[i].velocity;
-    }
-    return distance_from_law<Real>(rows_, lambda_, velocity_);
+  /// [m/s] `distance_from_law` of the multipliers and velocities that there are.
+  [[nodiscard]] Real residual() const {
+    return distance_from_law<Real>(
+        rows_, [this](std::size_t i) { return rows_[i].lambda; },
+        [this](std::size_t i) { return rows_[i].velocity; });
   }
 
   /// Calls use(multiplier, response) for all rows.
@@ -17706,7 +18022,6 @@ class IslandRows {
   std::size_t unknowns_ = 0;
   std::vector<std::uint32_t> unknown_, last_, envelope_;
   std::vector<Row> rows_;
-  std::vector<Real> lambda_, velocity_;
   bool can_switch_ = false;
 };
 
@@ -17852,7 +18167,7 @@ class ProximalSolver {
   /// factorisations.
   [[nodiscard]] static bool is_convex_costly(const SolveContext<S>& context) {
     const auto steps = static_cast<std::uint64_t>(context.settings.max_newton_steps);
-    return steps * context.factor_work > 10 * context.settings.max_direct_work;
+    return context.factor_work / 10 > context.settings.max_direct_work / steps;
   }
   void make_mass(const Island& island, std::span<const SolverBody<S>> bodies);
   void make_matrix(const Island& island, const Constraints<S>& constraints,
@@ -17911,10 +18226,11 @@ auto ProximalSolver<S>::follow(const Island& island, Constraints<S>& constraints
   enough_ = std::max(enough_, problem.good_enough(answer.slip));
   // Many jammed bodies that are hit have no answer that is found in bounded time. Any that takes
   // energy and stops half of the impact will do for this step: the next begins near its own.
-  if (answer.change > change && is_convex_costly(context)) {
-    enough_ = std::max(enough_, Real(0.5) * answer.change);
+  const bool is_impact = answer.change > change && is_convex_costly(context);
+  if (!(answer.residual <= (is_impact ? Real(0.5) * answer.change : enough_))) {
+    return infinity<Real>;
   }
-  if (!(answer.residual <= enough_)) return infinity<Real>;
+  enough_ = std::max(enough_, answer.residual);
   for (std::size_t k = 0; k < rows_.rows().size(); ++k) rows_.rows()[k].lambda = newton_.impulse(k);
   v_ = newton_.velocities();
   rows_.store_impulses(island, constraints);
@@ -27215,10 +27531,31 @@ void add_contacts(const CachedManifold<S>& manifold, const std::vector<CachedPoi
     c.arm_b = point.arm_b;
     c.gap = point.gap;
     c.impulse = point.impulse;
+    // Where surfaces slide the turning of the normal would count as much, and is not known.
+    const bool sticks = is_within_cone(c);
+    c.mid_offset_a = sticks ? point.mid_offset_a : Vec3<S>(Vec3<S>::Zero());
+    c.mid_offset_b = sticks ? point.mid_offset_b : Vec3<S>(Vec3<S>::Zero());
     c.is_fresh = point.is_fresh;
     out.contacts.push_back(c);
   }
 }
+
+/// Takes a contact to the instant at which its impulse acts, and finds its bias.
+///
+/// Its surfaces stay together as seen from the arms at the end of the step, r1 = rm + d, where rm is
+/// the arm in the middle of the step and d half of what it changes by: in rows with the arm rm the
+/// velocities at the end leave -w x d. The mean of the velocities at both ends leaves nothing, so
+/// that an impulse at rm does no work on what pivots: trapezoidal steps take the arms rm. With
+/// symplectic Euler the displacement follows from the velocities at the end, which are those of the
+/// middle of the step, and impulses act at its start, as in the leapfrog method of Stoermer and
+/// Verlet with constraints (SHAKE; Hairer, Lubich and Wanner, Geometric Numerical Integration,
+/// VII.1): arms stay, and the end leaves the same -w x d.
+/// docs/solver.md derives it.
+///
+/// @param is_swept  Large islands have the arms alone: sweeps that are cut short keep no energy.
+template <Scalar S>
+void time_contact(ContactConstraint<S>& c, const SolverBody<S>& a, const SolverBody<S>& b,
+                  const SolveContext<S>& context, bool is_swept);
 
 /// [m/s] Normal velocities of a contact: at the start of the step, and at its end and in the mean
 /// of it if nothing but free motion acted.
@@ -27264,7 +27601,7 @@ BRISTLE_INLINE ContactPlace<T> place_of(const T& impulse, const T& restitution,
                                         const SolveContext<ScalarOf<T>>& context);
 template <Scalar S>
 void place_contact(ContactConstraint<S>& c, S normal_velocity, const SolveContext<S>& context) {
-  const ContactAim<S> aim{c.target, c.bounce_share, c.is_impact};
+  const ContactAim<S> aim{c.parting_target(), c.bounce_share, c.is_impact};
   const ContactPlace<S> place =
       place_of<S>(c.impulse[0], c.restitution, aim, normal_velocity, context);
   c.placed = place.placed;
@@ -27297,6 +27634,31 @@ template <Value T>
 }
 
 }  // namespace detail
+
+template <Scalar S>
+void time_contact(ContactConstraint<S>& c, const SolverBody<S>& a, const SolverBody<S>& b,
+                  const SolveContext<S>& context, bool is_swept) {
+  // What rests pays nothing.
+  if (c.mid_offset_a.isZero(S(0)) && c.mid_offset_b.isZero(S(0))) return;
+  if (turns_far(a.start, context.dt) || turns_far(b.start, context.dt)) {
+    c.mid_offset_a = c.mid_offset_b = Vec3<S>::Zero();
+    return;
+  }
+  const bool is_trapezoidal = context.integrator == Integrator::trapezoidal;
+  if (!is_swept) {
+    const Vec3<S> bias =
+        a.start.angular.cross(c.mid_offset_a) - b.start.angular.cross(c.mid_offset_b);
+    for (std::size_t k = 0; k < 3; ++k) c.bias[k] = c.axes[k].dot(bias);
+  }
+  if (is_trapezoidal) {
+    c.arm_a += c.mid_offset_a;
+    c.arm_b += c.mid_offset_b;
+    return;
+  }
+  c.mid_offset_a = c.mid_offset_b = Vec3<S>::Zero();
+  // The displacement is the velocity at the end, whose bias closes no gap.
+  c.gap -= context.dt * c.bias[0];
+}
 
 template <Value T>
 BRISTLE_INLINE ContactAim<T> aim_at(const T& gap, const T& restitution, const T& impulse,
@@ -27356,9 +27718,13 @@ void aim_contact(ContactConstraint<S>& c, const SolverBody<S>& a, const SolverBo
   };
   const NormalSpeeds<S> speeds{normal_part(a.start, b.start), normal_part(a.free, b.free),
                                normal_part(a.free_motion, b.free_motion)};
-  const ContactAim<S> aim = aim_at<S>(c.gap, c.restitution, c.impulse[0], speeds,
+  const bool is_trapezoidal = context.integrator == Integrator::trapezoidal;
+  const S gap = is_trapezoidal ? c.gap : c.gap + context.dt * c.bias[0];
+  const ContactAim<S> aim = aim_at<S>(gap, c.restitution, c.impulse[0], speeds,
                                       a.follows_joints || b.follows_joints, context);
   c.target = aim.target;
+  // Surfaces that touch in a trapezoidal step stay together; those that fly on or bounce do not.
+  if (!is_trapezoidal || aim.target == S(0)) c.target += c.bias[0];
   c.bounce_share = aim.bounce_share;
   c.is_impact = aim.is_impact;
   // An impact says nothing about the load that follows, nor the load about the impact.
@@ -27461,6 +27827,8 @@ class ContactStage {
         const ContactConstraint<S>& c = state.constraints.contacts[contact++];
         points[i].impulse = c.impulse;
         points[i].passing = c.passing;
+        points[i].mid_offset_a = c.mid_offset_a;
+        points[i].mid_offset_b = c.mid_offset_b;
         points[i].took_impact = c.is_impact;
       }
     }
@@ -27941,6 +28309,7 @@ class SensorStage {
                                     const PatchPair<S>& pair) const {
     const PatchDef<S>& def = patch.def;
     if (def.integration == Integration::explicit_ || def.options.law == Law::ambf) return false;
+    if (!patch.can_push()) return false;
     if (!state.solver_bodies[patch.body.index].is_moving() &&
         !state.solver_bodies[pair.body_b].is_moving()) {
       return false;  // Nothing to solve for: both move as they are told.
@@ -27955,6 +28324,8 @@ class SensorStage {
                                             state.def.time_step, state.def.parallel_for);
     SolverBody<S>& a = state.solver_bodies[patch.body.index];
     SolverBody<S>& b = state.solver_bodies[pair.body_b];
+    // Sensors that touch and give nothing change nothing.
+    if (sum.force.isZero(S(0)) && sum.torque.isZero(S(0))) return;
     const auto push = [](SolverBody<S>& body, const Vec3<S>& arm, const Wrench<S>& w) {
       body.free.linear += body.inverse_mass.cwiseProduct(w.force);
       body.free.angular += body.inverse_inertia * (w.torque + arm.cross(w.force));
@@ -30493,7 +30864,7 @@ class PassiveBounces {
       return body.moves || (body.twist.linear.isZero(S(0)) && body.twist.angular.isZero(S(0)));
     };
     return std::any_of(island.contacts.begin(), island.contacts.end(),
-                       [&](std::uint32_t i) { return constraints.contacts[i].target > S(0); }) &&
+                       [&](std::uint32_t i) { return constraints.contacts[i].parting_target() > S(0); }) &&
            std::all_of(island.contacts.begin(), island.contacts.end(),
                        [&](std::uint32_t i) {
                          const ContactConstraint<S>& c = constraints.contacts[i];
@@ -30580,226 +30951,6 @@ class PassiveBounces {
 /// @file
 /// Which joints of a mechanism act on each other, and in what order their matrix stays narrow.
 // SPDX-License-Identifier: BSD-3-Clause
-
-// === bristle/dynamics/joint_kinematics.hpp
-
-/// @file
-/// What a joint says of the positions, velocities and accelerations of its two bodies.
-///
-/// Bodies stand at x with axes R, velocity v of the centre of mass and angular velocity w, all in
-/// the world. B's joint origin is P = x_B + r_B, A's is Q = x_A + r_A. A joint keeps c = P - Q at
-/// zero along axes d of A, all three or, where B slides, the two across the slide. Where it lets
-/// nothing turn, it keeps the turn of B's axes from A's at zero too. As r' = w x r,
-///
-///   u = (v_B + w_B x r_B) - (v_A + w_A x r_A)                                          = J v
-///
-/// is the rate of c. Where B slides, r_A goes to P instead of Q and so slides along: its rate is
-/// P' - v_A = u + w_A x r_A. Then u is the rate of c as seen from A, since what c has beyond it,
-/// w_A x c, is what A's axes turn by: (d . c)' = d . (u + w_A x c) + (w_A x d) . c = d . u.
-///
-/// Once more, with (w_A x d) . u = -d . (w_A x u) and the slide of the arm giving another such
-/// term,
-///
-///   (d . u)' = d . [ (v_B' + w_B' x r_B) - (v_A' + w_A' x r_A)                         = J v'
-///                    + w_B x (w_B x r_B) - w_A x (w_A x r_A) - 2 w_A x u ],            = J' v
-///
-/// the centripetal accelerations of both arms and the Coriolis acceleration of the slide. Where all
-/// of u is kept at zero its last term is zero too; it is used there all the same, as that is the
-/// acceleration of c in the axes of A, and one formula serves all joints. w_B - w_A has no such
-/// terms where it is kept at zero altogether. Where B turns about the axis h of A it is kept at
-/// zero across h, in the axes of A again:
-///
-///   (d . (w_B - w_A))' = d . [ w_B' - w_A' - w_A x (w_B - w_A) ].
-///
-/// Rows are kept in world axes: three that hold mean the same in any axes, and where B slides along
-/// d, or turns about it, I - d d^T takes what is along d out of them.
-// SPDX-License-Identifier: BSD-3-Clause
-
-#include <cstdint>
-
-namespace bristle::inline BRISTLE_ABI {
-
-/// A joint of a mechanism, between two of its bodies.
-template <Scalar S>
-struct JointFlowJoint {
-  /// [-] What it leaves free.
-  JointKind kind = JointKind::fixed;
-  /// [-] Numbers of its bodies.
-  std::uint32_t body_a = 0;
-  std::uint32_t body_b = 0;
-  /// [m] Joint frames about the centres of mass, along the bodies' axes.
-  Transform<S> X_CmA_J{};
-  Transform<S> X_CmB_J{};
-  /// [-] Spring and damper on its free axis, if it has one.
-  JointSpring<S> spring{};
-  /// [rad] Angle at the start of the step, to within half a turn, of a hinge with a spring.
-  S angle = S(0);
-
-  [[nodiscard]] bool has_spring() const { return spring.stiffness > S(0) || spring.damping > S(0); }
-};
-
-/// Where a body is and how it moves at one instant.
-template <Scalar S>
-struct BodyInstant {
-  /// [m] Centre of mass.
-  Vec3<S> x = Vec3<S>::Zero();
-  /// [1] Axes of the body.
-  Quat<S> q = Quat<S>::Identity();
-  Mat3<S> R = Mat3<S>::Identity();
-  /// [m/s, rad/s] Velocity of the centre of mass and angular velocity.
-  Twist<S> twist{};
-
-  /// Sets the axes from a quaternion of any length but zero.
-  void set_axes(const Quat<S>& rotation);
-};
-
-/// The geometry of a joint at one instant, world axes.
-template <Scalar S>
-struct JointInstant {
-  /// [m] From the centres of mass to the joint origins; that of A to B's origin where B slides.
-  Vec3<S> arm_a = Vec3<S>::Zero();
-  Vec3<S> arm_b = Vec3<S>::Zero();
-  /// [1] Along what B slides; zero where it does not.
-  Vec3<S> slide = Vec3<S>::Zero();
-  /// [1] About what B turns; zero where it does not, or about any axis.
-  Vec3<S> hinge = Vec3<S>::Zero();
-};
-
-/// Whether a joint lets its bodies slide, turn about one axis, or turn about all, relative to each
-/// other.
-[[nodiscard]] constexpr bool lets_slide(JointKind kind) { return kind == JointKind::prismatic; }
-[[nodiscard]] constexpr bool lets_hinge(JointKind kind) { return kind == JointKind::revolute; }
-[[nodiscard]] constexpr bool lets_turn(JointKind kind) {
-  return kind == JointKind::ball || kind == JointKind::cone_twist;
-}
-
-/// A vector without its part along the unit vector d.
-template <Scalar S>
-[[nodiscard]] Vec3<S> across(const Vec3<S>& d, const Vec3<S>& u) {
-  return u - d.dot(u) * d;
-}
-
-template <Scalar S>
-[[nodiscard]] JointInstant<S> joint_instant(const JointFlowJoint<S>& joint, const BodyInstant<S>& a,
-                                            const BodyInstant<S>& b);
-
-/// J v: the relative velocity that the joint keeps at zero. Also J times accelerations.
-template <Scalar S>
-[[nodiscard]] Twist<S> held_velocity(JointKind kind, const JointInstant<S>& at, const Twist<S>& a,
-                                     const Twist<S>& b);
-
-/// [m/s^2, rad/s^2] J' v.
-template <Scalar S>
-[[nodiscard]] Twist<S> held_acceleration_bias(JointKind kind, const JointInstant<S>& at,
-                                              const Twist<S>& a, const Twist<S>& b);
-
-/// [m, rad] How far the bodies are from where the joint holds them.
-template <Scalar S>
-[[nodiscard]] Twist<S> held_gap(const JointFlowJoint<S>& joint, const JointInstant<S>& at,
-                                const BodyInstant<S>& a, const BodyInstant<S>& b);
-
-/// [m or rad] Position along or about the free axis.
-/// @param guess  [rad] Angle of a hinge to within half a turn.
-template <Scalar S>
-[[nodiscard]] S axis_position(const JointFlowJoint<S>& joint, const JointInstant<S>& at,
-                              const BodyInstant<S>& a, const BodyInstant<S>& b, S guess);
-
-/// [m/s or rad/s] Its rate.
-template <Scalar S>
-[[nodiscard]] S axis_rate(const JointInstant<S>& at, const Twist<S>& a, const Twist<S>& b);
-
-// Implementation -----------------------------------------------------------------------------------
-
-template <Scalar S>
-void BodyInstant<S>::set_axes(const Quat<S>& rotation) {
-  q = rotation;
-  // Divided by the squared length, which no root needs: within a Runge-Kutta step quaternions are
-  // not of length one.
-  const S k = S(2) / q.squaredNorm();
-  const S x2 = k * q.x(), y2 = k * q.y(), z2 = k * q.z();
-  const S wx = x2 * q.w(), wy = y2 * q.w(), wz = z2 * q.w();
-  const S xx = x2 * q.x(), xy = y2 * q.x(), xz = z2 * q.x();
-  const S yy = y2 * q.y(), yz = z2 * q.y(), zz = z2 * q.z();
-  R(0, 0) = S(1) - (yy + zz);
-  R(0, 1) = xy - wz;
-  R(0, 2) = xz + wy;
-  R(1, 0) = xy + wz;
-  R(1, 1) = S(1) - (xx + zz);
-  R(1, 2) = yz - wx;
-  R(2, 0) = xz - wy;
-  R(2, 1) = yz + wx;
-  R(2, 2) = S(1) - (xx + yy);
-}
-
-template <Scalar S>
-JointInstant<S> joint_instant(const JointFlowJoint<S>& joint, const BodyInstant<S>& a,
-                              const BodyInstant<S>& b) {
-  JointInstant<S> at;
-  at.arm_b = b.R * joint.X_CmB_J.translation;
-  if (lets_slide(joint.kind)) {
-    at.arm_a = (b.x - a.x) + at.arm_b;
-    at.slide = a.R * (joint.X_CmA_J.rotation * Vec3<S>::UnitX());
-  } else {
-    at.arm_a = a.R * joint.X_CmA_J.translation;
-  }
-  if (lets_hinge(joint.kind)) at.hinge = a.R * (joint.X_CmA_J.rotation * Vec3<S>::UnitX());
-  return at;
-}
-
-template <Scalar S>
-Twist<S> held_velocity(JointKind kind, const JointInstant<S>& at, const Twist<S>& a,
-                       const Twist<S>& b) {
-  const Vec3<S> u = (b.linear - a.linear) + b.angular.cross(at.arm_b) - a.angular.cross(at.arm_a);
-  if (lets_turn(kind)) return {u, Vec3<S>::Zero()};
-  const Vec3<S> w = b.angular - a.angular;
-  return {lets_slide(kind) ? across(at.slide, u) : u, lets_hinge(kind) ? across(at.hinge, w) : w};
-}
-
-template <Scalar S>
-Twist<S> held_acceleration_bias(JointKind kind, const JointInstant<S>& at, const Twist<S>& a,
-                                const Twist<S>& b) {
-  const Vec3<S> turn_a = a.angular.cross(at.arm_a);
-  const Vec3<S> turn_b = b.angular.cross(at.arm_b);
-  const Vec3<S> u = (b.linear - a.linear) + turn_b - turn_a;
-  const Vec3<S> bias = b.angular.cross(turn_b) - a.angular.cross(turn_a + S(2) * u);
-  if (lets_slide(kind)) return {across(at.slide, bias), Vec3<S>::Zero()};
-  if (!lets_hinge(kind)) return {bias, Vec3<S>::Zero()};
-  return {bias, across(at.hinge, Vec3<S>(b.angular.cross(a.angular)))};
-}
-
-template <Scalar S>
-Twist<S> held_gap(const JointFlowJoint<S>& joint, const JointInstant<S>& at,
-                  const BodyInstant<S>& a, const BodyInstant<S>& b) {
-  // Centres of mass are subtracted first, so nothing is lost far from the world's origin.
-  if (lets_turn(joint.kind)) return {(b.x - a.x) + (at.arm_b - at.arm_a), Vec3<S>::Zero()};
-  const Vec3<S> c = (b.x - a.x) + (at.arm_b - a.R * joint.X_CmA_J.translation);
-  if (lets_hinge(joint.kind)) {
-    const Vec3<S> axis_b = b.R * (joint.X_CmB_J.rotation * Vec3<S>::UnitX());
-    return {c, shortest_turn<S>(at.hinge, axis_b)};
-  }
-  const Quat<S> turn = (b.q * joint.X_CmB_J.rotation) * (a.q * joint.X_CmA_J.rotation).conjugate();
-  return {lets_slide(joint.kind) ? across(at.slide, c) : c, log_rotation<S>(turn)};
-}
-
-template <Scalar S>
-S axis_position(const JointFlowJoint<S>& joint, const JointInstant<S>& at, const BodyInstant<S>& a,
-                const BodyInstant<S>& b, S guess) {
-  using std::atan2;
-  if (lets_hinge(joint.kind)) {
-    const Quat<S> turn_J =
-        (a.q * joint.X_CmA_J.rotation).conjugate() * (b.q * joint.X_CmB_J.rotation);
-    return nearest_turn(S(2) * atan2(turn_J.x(), turn_J.w()), guess);
-  }
-  return at.slide.dot((b.x - a.x) + (at.arm_b - a.R * joint.X_CmA_J.translation));
-}
-
-template <Scalar S>
-S axis_rate(const JointInstant<S>& at, const Twist<S>& a, const Twist<S>& b) {
-  // One of the two axes is zero.
-  return at.slide.dot(b.at(at.arm_b) - a.at(at.arm_a)) + at.hinge.dot(b.angular - a.angular);
-}
-
-}  // namespace bristle::inline BRISTLE_ABI
 
 #include <algorithm>
 #include <cstdint>
@@ -32317,7 +32468,7 @@ class MechanismStage {
   /// them off. It is a line along the directions of the start of the step; a light link that is
   /// struck may turn by radians in one step, and ended far from its joint, through what it lies on.
   void close_wide_gaps(State& state, const Island& island) {
-    if (!turns_far(state, island)) return;
+    if (!has_far_turns(state, island)) return;
     find_groups(state, island);
     for (const std::uint32_t slot : island.bodies) {
       if (parent_[slot] == slot && gather(state, island, slot)) close_wide_gaps(state);
@@ -32442,16 +32593,14 @@ class MechanismStage {
     end_poses_[slot] = poses_[k];
   }
 
-  /// Whether joints hold bodies of which one turns by more than half a radian: the chord of its way
-  /// misses the arc by an eighth of the radius.
-  [[nodiscard]] static bool turns_far(const State& state, const Island& island) {
-    const S most = S(0.5) / state.def.time_step;
+  /// Whether joints hold bodies of which one turns far.
+  [[nodiscard]] static bool has_far_turns(const State& state, const Island& island) {
     return !island.blocks.empty() &&
            std::any_of(island.bodies.begin(), island.bodies.end(), [&](std::uint32_t slot) {
              const SolverBody<S>& body = state.solver_bodies[slot];
              const Twist<S> solved =
                  body.follows_joints ? body.motion - body.free_motion : body.motion;
-             return solved.angular.squaredNorm() > most * most;
+             return turns_far(solved, state.def.time_step);
            });
   }
 
@@ -32719,6 +32868,7 @@ class SolveStage {
     } else if (context.integrator == Integrator::symplectic_euler) {
       for (const std::uint32_t slot : island.bodies) bodies[slot].free_motion = bodies[slot].free;
     }
+    time_constraints(state, island, context);
     SolveReport<S> report;
     const std::span<const std::uint32_t> sensed = sensors.of_patches(island.soft);
     const auto solve_once = [&] {
@@ -32754,6 +32904,29 @@ class SolveStage {
     state.report.factorisations += static_cast<std::uint64_t>(report.factorisations);
     state.report.residual = std::max(state.report.residual, report.residual);
     state.report.capped_islands += report.residual > context.velocity_tolerance ? 1u : 0u;
+  }
+
+  /// Takes contacts and joints to the instants at which their impulses act. The rows of joints that
+  /// follow the motion of their mechanism are there already.
+  static void time_constraints(State& state, const Island& island,
+                               const SolveContext<S>& context) {
+    const bool is_large = IslandSolver<S>::is_large(context);
+    for (const std::uint32_t i : island.contacts) {
+      ContactConstraint<S>& c = state.constraints.contacts[i];
+      time_contact(c, state.solver_bodies[c.body_a], state.solver_bodies[c.body_b], context,
+                   is_large);
+    }
+    if (is_large) return;
+    for (const std::uint32_t i : island.blocks) {
+      const ConstraintBlock<S>& block = state.constraints.blocks[i];
+      if (block.kind != BlockKind::equality || state.solver_bodies[block.body_a].follows_joints ||
+          state.solver_bodies[block.body_b].follows_joints) {
+        continue;
+      }
+      time_joint_rows(state.joints.at(block.joint), state.bodies.at(block.body_a),
+                      state.bodies.at(block.body_b), context.integrator, context.dt,
+                      state.constraints);
+    }
   }
 
   /// Takes position corrections of joined bodies a part of the way where they would turn one by
@@ -32824,6 +32997,11 @@ class SolveStage {
       excess += body.mass * (body.motion.linear.cross(body.twist.linear) -
                              body.free_motion.linear.cross(body.free.linear));
       inertia += body.inertia + point_inertia<S>(body.mass, end_of(slot) - center);
+    }
+    // Impulses that act in the middle of the step count from where the bodies stand at its start.
+    for (const std::uint32_t i : island.contacts) {
+      const ContactConstraint<S>& c = state.constraints.contacts[i];
+      excess += (S(1) / dt) * Vec3<S>(c.mid_offset_b - c.mid_offset_a).cross(c.impulse_W());
     }
     const Vec3<S> turn = inverse_inertia<S>(inertia) * (-dt * excess);
     for (const std::uint32_t slot : island.bodies) {
@@ -34062,9 +34240,14 @@ template <Scalar S, typename State>
 
 template <typename State, typename Cache, typename Visitor>
 void visit_contacts(const State& state, Cache& cache, Visitor& visit) {
+  visit.item(
+      "contacts (step ratio)", cache.step_ratio(), [&](auto& ratio) { visit.value(ratio); },
+      [](const auto& ratio) { return has_finite_square(ratio) && is_not_negative(ratio); });
   const std::size_t points = visit.list("contacts (points)", cache.points(), [&](auto& point) {
     visit.value(point.arm_a);
     visit.value(point.arm_b);
+    visit.value(point.mid_offset_a);
+    visit.value(point.mid_offset_b);
     visit.value(point.gap);
     visit.value(point.feature);
     visit.value(std::span(point.impulse));
@@ -34072,6 +34255,8 @@ void visit_contacts(const State& state, Cache& cache, Visitor& visit) {
     visit.value(point.took_impact);
     visit.require("contacts (points)", has_finite_square(point.arm_a) &&
                                            has_finite_square(point.arm_b) &&
+                                           has_finite_square(point.mid_offset_a) &&
+                                           has_finite_square(point.mid_offset_b) &&
                                            has_finite_square(point.gap));
   });
   std::size_t next = 0;
@@ -34650,6 +34835,7 @@ void World<S, Backend>::set_time_step(S dt) {
   });
   detail::wake_all(state_);
   for_each_impulse(state_, [&](S& impulse) { impulse *= ratio; });
+  state_.contacts.step_ratio() *= ratio;
   state_.def.time_step = dt;
 }
 

@@ -26,7 +26,7 @@ BodyDef<S> block(S mass, const Vec3<S>& position) {
 }
 
 template <typename S>
-void run(World<S>& world, double seconds) {
+void run_for(World<S>& world, double seconds) {
   const long steps = std::lround(seconds / static_cast<double>(world.time_step()));
   for (long i = 0; i < steps; ++i) world.step();
 }
@@ -76,7 +76,7 @@ TEST_CASE_TEMPLATE("joints: a fixed joint holds a cantilever and reports its wei
   def.body_b = arm;
   def.X_BJ.translation = {S(-0.3), 0, 0};
   const JointId joint = world.add_joint(def);
-  run(world, 5);
+  run_for(world, 5);
   const double eps = static_cast<double>(Tolerance<S>::round_off());
   CHECK(static_cast<double>((world.pose(arm).translation - Vec3<S>(S(1.3), 1, 1)).norm()) <
         4 * eps);
@@ -102,11 +102,11 @@ TEST_CASE("joints: a pushed fixed joint comes back to where it was") {
   const JointId joint = world.add_joint(def);
   world.set_pose(arm, {exp_rotation<double>({0.02, -0.03, 0.01}), {0.31, 0.02, -0.01}});
   world.set_velocity(arm, {{0.5, 0, 0}, {1, 2, 3}});
-  run(world, 1);
+  run_for(world, 1);
   CHECK((world.pose(arm).translation - Vec3<double>(0.3, 0, 0)).norm() < 1e-9);
   CHECK(log_rotation<double>(world.pose(arm).rotation).norm() < 1e-9);
   world.remove_joint(joint);
-  run(world, 1);
+  run_for(world, 1);
   CHECK(world.pose(arm).translation.z() < -4);
 }
 
@@ -126,7 +126,7 @@ TEST_CASE("joints: a heavy body hangs from light ones without stretching the cha
     if (k == 1) top = joint;
     last = next;
   }
-  run(world, 3);
+  run_for(world, 3);
   CHECK((world.pose(last).translation - Vec3<double>(0, 0, -0.8)).norm() < 1e-9);
   CHECK(world.reading(top).reaction.force.z() == doctest::Approx(1000.3 * 9.81).epsilon(1e-9));
 }
@@ -147,7 +147,7 @@ TEST_CASE("joints: a joint between two free bodies keeps their momentum") {
   world.step();  // The jolt that makes them one body.
   const auto before = test::momentum_of(world, std::span<const BodyId>(bodies));
   const double energy = test::energy_of(world, std::span<const BodyId>(bodies));
-  run(world, 2);
+  run_for(world, 2);
   const auto after = test::momentum_of(world, std::span<const BodyId>(bodies));
   CHECK((after.force - before.force).norm() < 1e-12);
   // Two bodies that circle each other leave their arc by (omega dt)^2 a step; the correction that
@@ -161,7 +161,7 @@ TEST_CASE("joints: a joint between two free bodies keeps their momentum") {
 
 TEST_CASE("joints: a slide falls freely along its axis and not across it") {
   auto slide = make_slide<double>(Vec3<double>(1, 0, -1).normalized(), {});
-  run(slide.world, 0.5);
+  run_for(slide.world, 0.5);
   // g sin 45 along the axis for 0.5 s; g cos 45 is the joint's, on 2 kg.
   const JointReading<double> reading = slide.world.reading(slide.joint);
   const double root_half = std::numbers::sqrt2 / 2;
@@ -176,25 +176,25 @@ TEST_CASE("joints: a slide falls freely along its axis and not across it") {
 TEST_CASE("joints: a velocity drive holds its speed within its force limit") {
   // Upwards at 0.1 m/s against 20 N: 50 N suffice.
   auto strong = make_slide<double>({0, 0, 1}, {DriveMode::velocity, 0.1, 50, 1});
-  run(strong.world, 0.5);
+  run_for(strong.world, 0.5);
   CHECK(strong.world.reading(strong.joint).velocity == doctest::Approx(0.1).epsilon(1e-12));
   CHECK(strong.world.reading(strong.joint).drive_force == doctest::Approx(20).epsilon(1e-9));
   // 12 N do not: it falls with (20 - 12) / 2 = 4 m/s^2.
   auto weak = make_slide<double>({0, 0, 1}, {DriveMode::velocity, 0.1, 12, 1});
-  run(weak.world, 0.5);
+  run_for(weak.world, 0.5);
   CHECK(weak.world.reading(weak.joint).velocity == doctest::Approx(-2).epsilon(1e-9));
   CHECK(weak.world.reading(weak.joint).drive_force == doctest::Approx(12).epsilon(1e-12));
 }
 
 TEST_CASE("joints: a position drive arrives at its speed limit and stays") {
   auto slide = make_slide<double>({0, 0, 1}, {DriveMode::position, 0.2, 100, 0.5});
-  run(slide.world, 0.2);
+  run_for(slide.world, 0.2);
   CHECK(slide.world.reading(slide.joint).velocity == doctest::Approx(0.5).epsilon(1e-9));
-  run(slide.world, 0.8);
+  run_for(slide.world, 0.8);
   CHECK(slide.world.reading(slide.joint).position == doctest::Approx(0.2).epsilon(1e-9));
   CHECK(std::abs(slide.world.reading(slide.joint).velocity) < 1e-9);
   slide.world.set_drive(slide.joint, {DriveMode::position, 0.0, 100, 0.5});
-  run(slide.world, 1);
+  run_for(slide.world, 1);
   CHECK(std::abs(slide.world.reading(slide.joint).position) < 1e-9);
 }
 
@@ -271,7 +271,7 @@ TEST_CASE("joints: connected bodies touch only if told to") {
     def.body_b = b;
     def.bodies_collide = collide;
     world.add_joint(def);
-    run(world, 1);
+    run_for(world, 1);
     const double distance = world.pose(b).translation.x() - world.pose(a).translation.x();
     CHECK(distance == doctest::Approx(collide ? 0.1 : 0.09).epsilon(1e-6));
   }

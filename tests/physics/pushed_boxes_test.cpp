@@ -1,6 +1,8 @@
 // Boxes that a plate pushes over the ground, and that a belt pulls at: many contacts slide, and
 // what they give is known in sum.
 // SPDX-License-Identifier: BSD-3-Clause
+#include "support/numbers.hpp"
+
 #include <bristle/world/world.hpp>
 
 #include <doctest/doctest.h>
@@ -12,10 +14,10 @@
 #include <vector>
 
 using namespace bristle;
+using bristle::test::g;
 
 namespace {
 
-constexpr double g = 9.81;
 constexpr double dt = 1.0 / 240;
 constexpr double half = 0.1;  // [m] Of all boxes.
 

@@ -26,7 +26,7 @@ namespace {
 using Bytes = std::vector<std::byte>;
 
 template <typename World>
-void run(World& world, int steps) {
+void run_steps(World& world, int steps) {
   for (int i = 0; i < steps; ++i) world.step();
 }
 
@@ -45,7 +45,7 @@ std::vector<std::uint64_t> hashes_of(World& world, int steps) {
 /// later in time, and a fresh one.
 template <typename World>
 void check_resumes(World& original, World fresh, int before, int after) {
-  run(original, before);
+  run_steps(original, before);
   const Bytes snapshot = original.snapshot();
   const std::uint64_t hash = original.state_hash();
   const std::vector<std::uint64_t> expected = hashes_of(original, after);
@@ -115,7 +115,7 @@ TEST_CASE("snapshot: stacks and grasps resume with the same bits") {
 TEST_CASE("snapshot: what callers set between steps is state") {
   auto original = make_medley<double>();
   auto& world = original.world;
-  run(world, 50);
+  run_steps(world, 50);
   world.apply_force(original.bodies[0], {3, 0, 0}, {0, 0, 0.1});
   world.set_drive(original.joints[0], {DriveMode::position, 0.02, 4, 0.1});
   world.set_filter(original.bodies[3], {2, 1, 0});
@@ -165,7 +165,7 @@ TEST_CASE("snapshot: what touched can let go in a restored world") {
 
 TEST_CASE("snapshot: a world of other things is named and left alone") {
   auto m = make_medley<double>();
-  run(m.world, 50);
+  run_steps(m.world, 50);
   const Bytes snapshot = m.world.snapshot();
 
   auto fewer = make_medley<double>();
@@ -206,7 +206,7 @@ TEST_CASE("snapshot: a world of other things is named and left alone") {
 
 TEST_CASE("snapshot: truncated, foreign and damaged bytes are refused whole") {
   auto m = make_medley<double>();
-  run(m.world, 60);
+  run_steps(m.world, 60);
   const Bytes snapshot = m.world.snapshot();
   auto target = make_medley<double>();
   test::Random random(7);
@@ -247,7 +247,7 @@ TEST_CASE("snapshot: damage behind the door never leads out of bounds") {
   slow.parameters = m.world.patch(m.patches[0]).def.parameters;
   slow.cast_every = 4;
   m.world.add_patch(m.bodies[0], slow);
-  run(m.world, 60);
+  run_steps(m.world, 60);
   const Bytes snapshot = m.world.snapshot();
   test::Random random(11);
   int refused = 0;
@@ -265,7 +265,7 @@ TEST_CASE("snapshot: damage behind the door never leads out of bounds") {
       copy.restore(bytes);
       ++accepted;
       // Numbers may be any, and the world copes; the sanitizers watch.
-      run(copy, 3);
+      run_steps(copy, 3);
     } catch (const InvalidArgument& error) {
       CHECK(names(error, "snapshot"));
       CHECK(copy.state_hash() == m.world.state_hash());
@@ -303,7 +303,7 @@ TEST_CASE_TEMPLATE("snapshot: a forged one is refused whole, or leaves a world t
   const PatchId sensors = world.add_patch(box, patch);
   patch.cast_every = 3;
   const PatchId slow = world.add_patch(box, patch);
-  run(world, 20);
+  run_steps(world, 20);
   REQUIRE(world.reading(sensors).touching() == 5);
   REQUIRE(world.reading(slow).touching() == 5);
   const Bytes snapshot = world.snapshot();
@@ -327,7 +327,7 @@ TEST_CASE_TEMPLATE("snapshot: a forged one is refused whole, or leaves a world t
     ++accepted;
     CHECK(copy.time_step() > S(0));
     for (const PatchId id : {sensors, slow}) CHECK(copy.largest_stable_step(id) >= S(0));
-    run(copy, 2);
+    run_steps(copy, 2);
     for (const BodyId id : {floor, box}) {
       const Transform<S> X = copy.pose(id);
       CHECK(X.translation.allFinite());

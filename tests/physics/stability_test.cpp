@@ -116,12 +116,13 @@ TEST_CASE("stability: locked axes leave the limit of what can still move") {
 }
 
 TEST_CASE("stability: a damping of 50 N s, read as a rate, throws an explicit plate (R14)") {
+  // How far it flies depends on where in its growth it leaves the sensors, and the hard contact.
   // a + 2 b = n (K_N dt^2 + 2 K_D dt) / (L m) = 80, 320, 2000 for n = 4, 16, 100; the limit is 4.
   struct Row {
     int per_side;
     double height;
   };
-  for (const Row row : {Row{2, 20}, Row{4, 100}, Row{10, 500}}) {
+  for (const Row row : {Row{2, 5}, Row{4, 100}, Row{10, 500}}) {
     double highest = 0;
     // Each step overshoots the last by a + 2 b; the last kick before the plate leaves the sensors
     // depends on where the growth began, so the table has the worst of several starts.

@@ -19,9 +19,13 @@ namespace bristle::inline BRISTLE_ABI {
 /// One point of contact between two bodies.
 template <Scalar S>
 struct CachedPoint {
-  /// [m] From each centre of mass to the point, world axes.
+  /// [m] From each centre of mass to the point at the start of the step, world axes.
   Vec3<S> arm_a = Vec3<S>::Zero();
   Vec3<S> arm_b = Vec3<S>::Zero();
+  /// [m] From these arms to those in the middle of the step: half of what they changed by in the
+  /// last one; zero for a new point. After the step: to the arms at which the impulse acted.
+  Vec3<S> mid_offset_a = Vec3<S>::Zero();
+  Vec3<S> mid_offset_b = Vec3<S>::Zero();
   /// [m] Distance of the surfaces; negative where they overlap.
   S gap = S(0);
   /// [-] Features that meet here; see `ContactPoint::feature`.
@@ -83,6 +87,8 @@ class ContactCache {
 
   /// Starts a new generation.
   void begin_step() {
+    ratio_ = step_ratio_;
+    step_ratio_ = S(1);
     manifolds_.swap(old_manifolds_);
     points_.swap(old_points_);
     manifolds_.clear();
@@ -143,6 +149,10 @@ class ContactCache {
   [[nodiscard]] std::vector<CachedPoint<S>>& points() { return points_; }
   [[nodiscard]] const std::vector<CachedPoint<S>>& points() const { return points_; }
 
+  /// [1] Length of the next step as a multiple of the last one's.
+  [[nodiscard]] S& step_ratio() { return step_ratio_; }
+  [[nodiscard]] const S& step_ratio() const { return step_ratio_; }
+
   /// The generation of the step before.
   [[nodiscard]] const std::vector<CachedManifold<S>>& last_manifolds() const {
     return is_repeated_ ? manifolds_ : old_manifolds_;
@@ -201,6 +211,8 @@ class ContactCache {
             is_taken[k] = true;
             point.is_fresh = false;
             point.impulse = turn(other);
+            point.mid_offset_a = S(0.5) * ratio_ * (point.arm_a - other.arm_a);
+            point.mid_offset_b = S(0.5) * ratio_ * (point.arm_b - other.arm_b);
             --fresh;
           }
           k = k + 1 < old.count ? k + 1 : 0;
@@ -240,6 +252,8 @@ class ContactCache {
   std::vector<CachedPoint<S>> points_, old_points_;
   std::size_t cursor_ = 0;
   bool is_repeated_ = false;
+  S step_ratio_ = S(1);
+  S ratio_ = S(1);  // The same for the step at hand.
 };
 
 }  // namespace bristle::inline BRISTLE_ABI

@@ -39,10 +39,31 @@ void add_contacts(const CachedManifold<S>& manifold, const std::vector<CachedPoi
     c.arm_b = point.arm_b;
     c.gap = point.gap;
     c.impulse = point.impulse;
+    // Where surfaces slide the turning of the normal would count as much, and is not known.
+    const bool sticks = is_within_cone(c);
+    c.mid_offset_a = sticks ? point.mid_offset_a : Vec3<S>(Vec3<S>::Zero());
+    c.mid_offset_b = sticks ? point.mid_offset_b : Vec3<S>(Vec3<S>::Zero());
     c.is_fresh = point.is_fresh;
     out.contacts.push_back(c);
   }
 }
+
+/// Takes a contact to the instant at which its impulse acts, and finds its bias.
+///
+/// Its surfaces stay together as seen from the arms at the end of the step, r1 = rm + d, where rm is
+/// the arm in the middle of the step and d half of what it changes by: in rows with the arm rm the
+/// velocities at the end leave -w x d. The mean of the velocities at both ends leaves nothing, so
+/// that an impulse at rm does no work on what pivots: trapezoidal steps take the arms rm. With
+/// symplectic Euler the displacement follows from the velocities at the end, which are those of the
+/// middle of the step, and impulses act at its start, as in the leapfrog method of Stoermer and
+/// Verlet with constraints (SHAKE; Hairer, Lubich and Wanner, Geometric Numerical Integration,
+/// VII.1): arms stay, and the end leaves the same -w x d.
+/// docs/solver.md derives it.
+///
+/// @param is_swept  Large islands have the arms alone: sweeps that are cut short keep no energy.
+template <Scalar S>
+void time_contact(ContactConstraint<S>& c, const SolverBody<S>& a, const SolverBody<S>& b,
+                  const SolveContext<S>& context, bool is_swept);
 
 /// [m/s] Normal velocities of a contact: at the start of the step, and at its end and in the mean
 /// of it if nothing but free motion acted.
@@ -88,7 +109,7 @@ BRISTLE_INLINE ContactPlace<T> place_of(const T& impulse, const T& restitution,
                                         const SolveContext<ScalarOf<T>>& context);
 template <Scalar S>
 void place_contact(ContactConstraint<S>& c, S normal_velocity, const SolveContext<S>& context) {
-  const ContactAim<S> aim{c.target, c.bounce_share, c.is_impact};
+  const ContactAim<S> aim{c.parting_target(), c.bounce_share, c.is_impact};
   const ContactPlace<S> place =
       place_of<S>(c.impulse[0], c.restitution, aim, normal_velocity, context);
   c.placed = place.placed;
@@ -121,6 +142,31 @@ template <Value T>
 }
 
 }  // namespace detail
+
+template <Scalar S>
+void time_contact(ContactConstraint<S>& c, const SolverBody<S>& a, const SolverBody<S>& b,
+                  const SolveContext<S>& context, bool is_swept) {
+  // What rests pays nothing.
+  if (c.mid_offset_a.isZero(S(0)) && c.mid_offset_b.isZero(S(0))) return;
+  if (turns_far(a.start, context.dt) || turns_far(b.start, context.dt)) {
+    c.mid_offset_a = c.mid_offset_b = Vec3<S>::Zero();
+    return;
+  }
+  const bool is_trapezoidal = context.integrator == Integrator::trapezoidal;
+  if (!is_swept) {
+    const Vec3<S> bias =
+        a.start.angular.cross(c.mid_offset_a) - b.start.angular.cross(c.mid_offset_b);
+    for (std::size_t k = 0; k < 3; ++k) c.bias[k] = c.axes[k].dot(bias);
+  }
+  if (is_trapezoidal) {
+    c.arm_a += c.mid_offset_a;
+    c.arm_b += c.mid_offset_b;
+    return;
+  }
+  c.mid_offset_a = c.mid_offset_b = Vec3<S>::Zero();
+  // The displacement is the velocity at the end, whose bias closes no gap.
+  c.gap -= context.dt * c.bias[0];
+}
 
 template <Value T>
 BRISTLE_INLINE ContactAim<T> aim_at(const T& gap, const T& restitution, const T& impulse,
@@ -180,9 +226,13 @@ void aim_contact(ContactConstraint<S>& c, const SolverBody<S>& a, const SolverBo
   };
   const NormalSpeeds<S> speeds{normal_part(a.start, b.start), normal_part(a.free, b.free),
                                normal_part(a.free_motion, b.free_motion)};
-  const ContactAim<S> aim = aim_at<S>(c.gap, c.restitution, c.impulse[0], speeds,
+  const bool is_trapezoidal = context.integrator == Integrator::trapezoidal;
+  const S gap = is_trapezoidal ? c.gap : c.gap + context.dt * c.bias[0];
+  const ContactAim<S> aim = aim_at<S>(gap, c.restitution, c.impulse[0], speeds,
                                       a.follows_joints || b.follows_joints, context);
   c.target = aim.target;
+  // Surfaces that touch in a trapezoidal step stay together; those that fly on or bounce do not.
+  if (!is_trapezoidal || aim.target == S(0)) c.target += c.bias[0];
   c.bounce_share = aim.bounce_share;
   c.is_impact = aim.is_impact;
   // An impact says nothing about the load that follows, nor the load about the impact.

@@ -30,9 +30,16 @@ struct ContactConstraint {
   /// [-] Slots of the two bodies.
   std::uint32_t body_a = 0;
   std::uint32_t body_b = 0;
-  /// [m] From each centre of mass to the point, world axes.
+  /// [m] From each centre of mass to the point, world axes: at the instant at which its impulse
+  /// acts (`time_contact`).
   Vec3<S> arm_a = Vec3<S>::Zero();
   Vec3<S> arm_b = Vec3<S>::Zero();
+  /// [m] Half of what the arms change by within the step.
+  Vec3<S> mid_offset_a = Vec3<S>::Zero();
+  Vec3<S> mid_offset_b = Vec3<S>::Zero();
+  /// [m/s] Velocity along the axes that surfaces which stay together have at the end of the step,
+  /// as these arms see it: not zero, since the arms go on turning.
+  std::array<S, 3> bias{};
   /// [1] Normal and two tangents, world axes.
   std::array<Vec3<S>, 3> axes{Vec3<S>::Zero(), Vec3<S>::Zero(), Vec3<S>::Zero()};
   /// [1] Coulomb friction coefficient and coefficient of restitution.
@@ -70,11 +77,21 @@ struct ContactConstraint {
   [[nodiscard]] S normal_velocity(const Twist<S>& a, const Twist<S>& b) const {
     return axes[0].dot(velocity(a, b));
   }
+  /// [m/s] Least speed at which the surfaces part at the end of the step.
+  [[nodiscard]] S parting_target() const { return target - bias[0]; }
   /// [N s] The impulse as a vector of the world.
   [[nodiscard]] Vec3<S> impulse_W() const {
     return impulse[0] * axes[0] + impulse[1] * axes[1] + impulse[2] * axes[2];
   }
 };
+
+/// Whether a contact's impulse lies within its friction cone, so that its surfaces stick; at the
+/// edge of the cone, to a thousandth, they slide.
+template <Scalar S>
+[[nodiscard]] bool is_within_cone(const ContactConstraint<S>& c) {
+  const S most = S(0.999) * c.friction * c.impulse[0];
+  return c.impulse[1] * c.impulse[1] + c.impulse[2] * c.impulse[2] < most * most;
+}
 
 /// Whether two contacts are between the same bodies along the same axes.
 template <Scalar S>
@@ -162,7 +179,8 @@ std::array<S, 3> solve_contact(ContactConstraint<S>& c, const ContactResponse<S>
   const S wanted = before[0] + (c.target - c.axes[0].dot(v)) * K.inverse_nn;
   c.impulse[0] = wanted > S(0) ? wanted : S(0);
   const S change = c.impulse[0] - before[0];
-  detail::solve_friction(K, c.axes[1].dot(v) + K.n1 * change, c.axes[2].dot(v) + K.n2 * change,
+  detail::solve_friction(K, c.axes[1].dot(v) - c.bias[1] + K.n1 * change,
+                         c.axes[2].dot(v) - c.bias[2] + K.n2 * change,
                          c.friction * c.impulse[0], c.impulse[1], c.impulse[2]);
   return {change, c.impulse[1] - before[1], c.impulse[2] - before[2]};
 }

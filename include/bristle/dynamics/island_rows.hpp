@@ -61,10 +61,8 @@ class IslandRows {
         row.lambda = Real(c.impulse[k]);
         row.friction = Real(c.friction);
         row.kind = k == 0 ? Kind::cone : Kind::tangent;
-        if (k == 0) {
-          row.aim = Real(c.target);
-          row.target += row.aim;
-        }
+        row.aim = Real(k == 0 ? c.target : c.bias[k]);
+        row.target += row.aim;
       }
       // One response for all three, so that a circular cone stays one.
       Row* last = &rows_.back();

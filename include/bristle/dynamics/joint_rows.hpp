@@ -3,6 +3,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <bristle/dynamics/joint_kinematics.hpp>
 #include <bristle/dynamics/joint_pose.hpp>
 #include <bristle/dynamics/joint_spring.hpp>
 #include <bristle/dynamics/solver_types.hpp>
@@ -24,6 +25,13 @@ void add_joint_rows(Joint<S>& joint, std::uint32_t joint_slot, const Body<S>& a,
 template <Scalar S>
 void turn_joint_rows(const Joint<S>& joint, const Transform<S>& X_WA, const Transform<S>& X_WB,
                      const Twist<S>& motion_a, const Twist<S>& motion_b, S dt, Constraints<S>& out);
+
+/// Takes the rows of the locked axes to the instant at which their impulses act, and tells them
+/// what the joint's own turning makes of its velocities until the end of the step: the same as
+/// `time_contact` for contacts, with J' v of `held_acceleration_bias` for the turning of the arms.
+template <Scalar S>
+void time_joint_rows(const Joint<S>& joint, const Body<S>& a, const Body<S>& b,
+                     Integrator integrator, S dt, Constraints<S>& out);
 
 /// Keeps the impulses that the solver found.
 template <Scalar S>
@@ -215,7 +223,8 @@ void add_joint_rows(Joint<S>& joint, std::uint32_t joint_slot, const Body<S>& a,
   if (is_driven || has_lower || has_upper || has_spring) {
     const S position = joint_position(kind, pose, joint.angle);
     const ConstraintRow<S> along = position_row(kind, pose);
-    if (is_driven) {
+    // A drive that can give nothing is none.
+    if (is_driven && def.drive.max_force > S(0)) {
       const S limit = def.drive.max_force * dt;
       const detail::DriveAim<S> aim = detail::aim_drive(
           def.drive, position, [&] { return detail::axis_mobility(kind, pose, a, b); }, dt);
@@ -254,6 +263,37 @@ void turn_joint_rows(const Joint<S>& joint, const Transform<S>& X_WA, const Tran
                                 row.error = -dt * row.velocity(motion_a, motion_b);
                                 *out_row++ = row;
                               });
+}
+
+template <Scalar S>
+void time_joint_rows(const Joint<S>& joint, const Body<S>& a, const Body<S>& b,
+                     Integrator integrator, S dt, Constraints<S>& out) {
+  if (a.twist.angular.isZero(S(0)) && b.twist.angular.isZero(S(0))) return;
+  if (turns_far(a.twist, dt) || turns_far(b.twist, dt)) return;
+  const bool is_trapezoidal = integrator == Integrator::trapezoidal;
+  const JointKind kind = joint.def.kind;
+  const S half = dt / S(2);
+  const auto acting_pose = [&](const Body<S>& body) -> Transform<S> {
+    if (!is_trapezoidal) return body.center_pose;
+    return {step_rotation(body.center_pose.rotation, body.twist.angular, half),
+            body.center_pose.translation + half * body.twist.linear};
+  };
+  const JointPose<S> pose = joint_pose(joint, acting_pose(a), acting_pose(b));
+  JointInstant<S> at;
+  at.arm_a = pose.arm_a;
+  at.arm_b = pose.arm_b;
+  if (lets_slide(kind)) at.slide = pose.axes_W.col(0);
+  if (lets_hinge(kind)) at.hinge = pose.axes_W.col(0);
+  const Twist<S> turning = held_acceleration_bias(kind, at, a.twist, b.twist);
+  ConstraintRow<S>* out_row = &out.rows[out.blocks[joint.first_block].first];
+  detail::for_each_locked_row(kind, pose, [&](ConstraintRow<S> row) {
+    const bool is_angular = row.direction.isZero(S(0));
+    row.target = -half * (is_angular ? row.angular_b.dot(turning.angular)
+                                     : row.direction.dot(turning.linear));
+    row.impulse = out_row->impulse;
+    row.error = is_trapezoidal ? out_row->error : out_row->error - dt * row.target;
+    *out_row++ = row;
+  });
 }
 
 template <Scalar S>

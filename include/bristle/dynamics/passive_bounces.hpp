@@ -65,7 +65,7 @@ class PassiveBounces {
       return body.moves || (body.twist.linear.isZero(S(0)) && body.twist.angular.isZero(S(0)));
     };
     return std::any_of(island.contacts.begin(), island.contacts.end(),
-                       [&](std::uint32_t i) { return constraints.contacts[i].target > S(0); }) &&
+                       [&](std::uint32_t i) { return constraints.contacts[i].parting_target() > S(0); }) &&
            std::all_of(island.contacts.begin(), island.contacts.end(),
                        [&](std::uint32_t i) {
                          const ContactConstraint<S>& c = constraints.contacts[i];

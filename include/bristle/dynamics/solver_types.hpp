@@ -301,6 +301,14 @@ template <Scalar S>
 void apply_impulses(const Island& island, const Constraints<S>& constraints,
                     std::span<SolverBody<S>> bodies);
 
+/// Whether a body turns by more than half a radian in a step. The chord of its way then misses the
+/// arc by an eighth of the radius, and directions of the start say little about the end.
+template <Scalar S>
+[[nodiscard]] bool turns_far(const Twist<S>& motion, S dt) {
+  const S most = S(0.5) / dt;
+  return motion.angular.squaredNorm() > most * most;
+}
+
 /// Displacement of a body in a step, divided by it, from its velocities.
 template <Scalar S>
 [[nodiscard]] Twist<S> mean_motion(const SolverBody<S>& body, Integrator integrator) {

@@ -209,6 +209,12 @@ struct SensorPatch {
   [[nodiscard]] const SensorParameters<S>& parameters(std::size_t sensor) const {
     return def.per_sensor.empty() ? def.parameters : def.per_sensor[sensor];
   }
+  /// Whether any sensor can give a force, whatever it touches.
+  [[nodiscard]] bool can_push() const {
+    const auto of = [&](const SensorParameters<S>& p) { return bristle::can_push(p, def.options); };
+    return def.per_sensor.empty() ? of(def.parameters)
+                                  : std::any_of(def.per_sensor.begin(), def.per_sensor.end(), of);
+  }
   [[nodiscard]] RayBatch<S> rays(S extra_length) const {
     return {start.x,     start.y, start.z,      direction.x, direction.y,
             direction.z, length,  extra_length, &bundles};

@@ -100,4 +100,12 @@ void validate(const SensorParameters<S>& p) {
   detail::require_positive("SensorParameters::breakaway_distance", p.breakaway_distance);
 }
 
+/// Whether a sensor with these constants can give a force. Static friction that is scaled by the
+/// normal force needs one.
+template <Scalar S>
+[[nodiscard]] bool can_push(const SensorParameters<S>& p, const LawOptions& options) {
+  return p.normal_stiffness > S(0) || p.normal_damping > S(0) || p.sliding_friction > S(0) ||
+         (p.static_friction > S(0) && options.scaling != FrictionScaling::normal_force);
+}
+
 }  // namespace bristle::inline BRISTLE_ABI

@@ -100,7 +100,7 @@ class MechanismStage {
   /// them off. It is a line along the directions of the start of the step; a light link that is
   /// struck may turn by radians in one step, and ended far from its joint, through what it lies on.
   void close_wide_gaps(State& state, const Island& island) {
-    if (!turns_far(state, island)) return;
+    if (!has_far_turns(state, island)) return;
     find_groups(state, island);
     for (const std::uint32_t slot : island.bodies) {
       if (parent_[slot] == slot && gather(state, island, slot)) close_wide_gaps(state);
@@ -225,16 +225,14 @@ class MechanismStage {
     end_poses_[slot] = poses_[k];
   }
 
-  /// Whether joints hold bodies of which one turns by more than half a radian: the chord of its way
-  /// misses the arc by an eighth of the radius.
-  [[nodiscard]] static bool turns_far(const State& state, const Island& island) {
-    const S most = S(0.5) / state.def.time_step;
+  /// Whether joints hold bodies of which one turns far.
+  [[nodiscard]] static bool has_far_turns(const State& state, const Island& island) {
     return !island.blocks.empty() &&
            std::any_of(island.bodies.begin(), island.bodies.end(), [&](std::uint32_t slot) {
              const SolverBody<S>& body = state.solver_bodies[slot];
              const Twist<S> solved =
                  body.follows_joints ? body.motion - body.free_motion : body.motion;
-             return solved.angular.squaredNorm() > most * most;
+             return turns_far(solved, state.def.time_step);
            });
   }
 

@@ -354,6 +354,7 @@ class SensorStage {
                                     const PatchPair<S>& pair) const {
     const PatchDef<S>& def = patch.def;
     if (def.integration == Integration::explicit_ || def.options.law == Law::ambf) return false;
+    if (!patch.can_push()) return false;
     if (!state.solver_bodies[patch.body.index].is_moving() &&
         !state.solver_bodies[pair.body_b].is_moving()) {
       return false;  // Nothing to solve for: both move as they are told.
@@ -368,6 +369,8 @@ class SensorStage {
                                             state.def.time_step, state.def.parallel_for);
     SolverBody<S>& a = state.solver_bodies[patch.body.index];
     SolverBody<S>& b = state.solver_bodies[pair.body_b];
+    // Sensors that touch and give nothing change nothing.
+    if (sum.force.isZero(S(0)) && sum.torque.isZero(S(0))) return;
     const auto push = [](SolverBody<S>& body, const Vec3<S>& arm, const Wrench<S>& w) {
       body.free.linear += body.inverse_mass.cwiseProduct(w.force);
       body.free.angular += body.inverse_inertia * (w.torque + arm.cross(w.force));

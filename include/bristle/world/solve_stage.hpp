@@ -217,6 +217,7 @@ class SolveStage {
     } else if (context.integrator == Integrator::symplectic_euler) {
       for (const std::uint32_t slot : island.bodies) bodies[slot].free_motion = bodies[slot].free;
     }
+    time_constraints(state, island, context);
     SolveReport<S> report;
     const std::span<const std::uint32_t> sensed = sensors.of_patches(island.soft);
     const auto solve_once = [&] {
@@ -252,6 +253,29 @@ class SolveStage {
     state.report.factorisations += static_cast<std::uint64_t>(report.factorisations);
     state.report.residual = std::max(state.report.residual, report.residual);
     state.report.capped_islands += report.residual > context.velocity_tolerance ? 1u : 0u;
+  }
+
+  /// Takes contacts and joints to the instants at which their impulses act. The rows of joints that
+  /// follow the motion of their mechanism are there already.
+  static void time_constraints(State& state, const Island& island,
+                               const SolveContext<S>& context) {
+    const bool is_large = IslandSolver<S>::is_large(context);
+    for (const std::uint32_t i : island.contacts) {
+      ContactConstraint<S>& c = state.constraints.contacts[i];
+      time_contact(c, state.solver_bodies[c.body_a], state.solver_bodies[c.body_b], context,
+                   is_large);
+    }
+    if (is_large) return;
+    for (const std::uint32_t i : island.blocks) {
+      const ConstraintBlock<S>& block = state.constraints.blocks[i];
+      if (block.kind != BlockKind::equality || state.solver_bodies[block.body_a].follows_joints ||
+          state.solver_bodies[block.body_b].follows_joints) {
+        continue;
+      }
+      time_joint_rows(state.joints.at(block.joint), state.bodies.at(block.body_a),
+                      state.bodies.at(block.body_b), context.integrator, context.dt,
+                      state.constraints);
+    }
   }
 
   /// Takes position corrections of joined bodies a part of the way where they would turn one by
@@ -322,6 +346,11 @@ class SolveStage {
       excess += body.mass * (body.motion.linear.cross(body.twist.linear) -
                              body.free_motion.linear.cross(body.free.linear));
       inertia += body.inertia + point_inertia<S>(body.mass, end_of(slot) - center);
+    }
+    // Impulses that act in the middle of the step count from where the bodies stand at its start.
+    for (const std::uint32_t i : island.contacts) {
+      const ContactConstraint<S>& c = state.constraints.contacts[i];
+      excess += (S(1) / dt) * Vec3<S>(c.mid_offset_b - c.mid_offset_a).cross(c.impulse_W());
     }
     const Vec3<S> turn = inverse_inertia<S>(inertia) * (-dt * excess);
     for (const std::uint32_t slot : island.bodies) {

@@ -378,9 +378,14 @@ template <Scalar S, typename State>
 
 template <typename State, typename Cache, typename Visitor>
 void visit_contacts(const State& state, Cache& cache, Visitor& visit) {
+  visit.item(
+      "contacts (step ratio)", cache.step_ratio(), [&](auto& ratio) { visit.value(ratio); },
+      [](const auto& ratio) { return has_finite_square(ratio) && is_not_negative(ratio); });
   const std::size_t points = visit.list("contacts (points)", cache.points(), [&](auto& point) {
     visit.value(point.arm_a);
     visit.value(point.arm_b);
+    visit.value(point.mid_offset_a);
+    visit.value(point.mid_offset_b);
     visit.value(point.gap);
     visit.value(point.feature);
     visit.value(std::span(point.impulse));
@@ -388,6 +393,8 @@ void visit_contacts(const State& state, Cache& cache, Visitor& visit) {
     visit.value(point.took_impact);
     visit.require("contacts (points)", has_finite_square(point.arm_a) &&
                                            has_finite_square(point.arm_b) &&
+                                           has_finite_square(point.mid_offset_a) &&
+                                           has_finite_square(point.mid_offset_b) &&
                                            has_finite_square(point.gap));
   });
   std::size_t next = 0;

@@ -17,7 +17,8 @@ using bristle::test::Random;
 namespace {
 
 template <typename S>
-ContactManifolds<S> contacts(const Box<S>& a, const Box<S>& b, const Transform<S>& X_AB, S margin) {
+ContactManifolds<S> box_contacts(const Box<S>& a, const Box<S>& b, const Transform<S>& X_AB,
+                                 S margin) {
   ContactManifolds<S> out;
   collide_shapes(a, b, X_AB, margin, out);
   return out;
@@ -64,7 +65,7 @@ TEST_CASE_TEMPLATE("collide_shapes: two boxes face to face have four contacts at
     for (const S sign : {S(1), S(-1)}) {
       Transform<S> X_AB;
       X_AB.translation = sign * S(1.49) * Vec3<S>::Unit(axis);
-      const auto out = contacts(a, b, X_AB, S(0));
+      const auto out = box_contacts(a, b, X_AB, S(0));
       REQUIRE(out.size() == 1);
       CHECK(out[0].size == 4);
       CHECK(out[0].normal == sign * Vec3<S>::Unit(axis));
@@ -82,7 +83,7 @@ TEST_CASE_TEMPLATE("collide_shapes: boxes at rest on each other meet in the same
     const Transform<S> X_AB{exp_rotation<S>(S(1e-4) * random.direction<S>()),
                             {random.uniform(S(-0.01), S(0.01)), random.uniform(S(-0.01), S(0.01)),
                              S(0.06) - random.uniform(S(0), S(1e-5))}};
-    const auto out = contacts(box, box, X_AB, S(1e-4));
+    const auto out = box_contacts(box, box, X_AB, S(1e-4));
     REQUIRE(out.size() == 1);
     // The normal is that of one of the two faces, which is as good as the other.
     CHECK((out[0].normal - Vec3<S>::UnitZ()).norm() <= S(1.1e-4));
@@ -99,7 +100,7 @@ TEST_CASE_TEMPLATE("collide_shapes: the depth of two boxes is the least over all
     const Box<S> b{random.in_cube(S(0.4)) + Vec3<S>::Constant(S(0.5))};
     const Transform<S> X_AB = random.pose(S(0.8));
     const S separation = sampled_separation(a, b, X_AB, random);
-    const auto out = contacts(a, b, X_AB, S(0));
+    const auto out = box_contacts(a, b, X_AB, S(0));
     CAPTURE(i);
     if (separation > S(0)) {
       CHECK(out.empty());
@@ -123,7 +124,7 @@ TEST_CASE_TEMPLATE("collide_shapes: crossed edges of two boxes, apart, have thei
   for (const S gap : {S(0.02), S(-0.02)}) {
     const Transform<S> X_WB{exp_rotation<S>({S(0), quarter, S(0)}),
                             {S(0.1), S(0.2), std::sqrt(S(2)) + gap}};
-    const auto out = contacts(a, b, relative_pose(X_WA, X_WB), S(0.03));
+    const auto out = box_contacts(a, b, relative_pose(X_WA, X_WB), S(0.03));
     REQUIRE(out.size() == 1);
     REQUIRE(out[0].size == 1);
     CHECK(std::abs(out[0].points[0].gap - gap) <= S(4) * Tolerance<S>::round_off());
@@ -144,16 +145,16 @@ TEST_CASE_TEMPLATE(
   for (const Vec3<S>& away : {Vec3<S>(S(1), S(-1), S(0)), Vec3<S>(S(1), S(-1), S(1))}) {
     const Vec3<S> normal = away.normalized();
     X_AB.translation = S(2) * away + apart * normal;
-    const auto found = contacts(box, box, X_AB, S(0.05));
+    const auto found = box_contacts(box, box, X_AB, S(0.05));
     REQUIRE(found.size() == 1);
     CHECK(found[0].size == (away.z() == S(0) ? 2 : 1));
     CHECK(std::abs(deepest(found) - apart) <= tolerance);
     // The direction of a distance is its error relative to that distance.
     CHECK((found[0].normal - normal).norm() <= tolerance / apart);
-    CHECK(contacts(box, box, X_AB, S(0.009)).empty());
+    CHECK(box_contacts(box, box, X_AB, S(0.009)).empty());
   }
   X_AB.translation = {S(2.01), S(1.99), S(0)};
-  CHECK(contacts(box, box, X_AB, S(0.05)).size() == 1);
+  CHECK(box_contacts(box, box, X_AB, S(0.05)).size() == 1);
 }
 
 TEST_CASE_TEMPLATE("collide_shapes: no box comes within the margin without a contact", S, float,
@@ -178,7 +179,7 @@ TEST_CASE_TEMPLATE("collide_shapes: no box comes within the margin without a con
     const S tolerance = S(2) * Tolerance<S>::equal();
     if (!(distance < margin - tolerance)) continue;
     ++near;
-    CHECK(deepest(contacts(a, b, X, margin)) <= distance + tolerance);
+    CHECK(deepest(box_contacts(a, b, X, margin)) <= distance + tolerance);
   }
   CHECK(near > 1000);
 }
@@ -197,7 +198,7 @@ TEST_CASE("collide_shapes: two boxes have the contacts that clipping of any shap
     Transform<S> X_AB = random.pose(S(1.1) * size);
     if (i % 3 == 0) X_AB.rotation = exp_rotation<S>(S(0.02) * random.direction<S>());
     const S margin = S(0.03) * size;
-    const auto out = contacts(a, b, X_AB, margin);
+    const auto out = box_contacts(a, b, X_AB, margin);
     if (out.empty()) continue;
     CAPTURE(i);
     REQUIRE(out.size() == 1);
@@ -252,7 +253,7 @@ TEST_CASE_TEMPLATE("collide_shapes: equal boxes that jitter keep their four cont
       Transform<S> X_AB{exp_rotation<S>(jitter * random.direction<S>()),
                         size * jitter * random.direction<S>()};
       X_AB.translation[axis] += S(2) * side * box.half_extents[axis];
-      const auto out = contacts(box, box, X_AB, S(0.01) * size);
+      const auto out = box_contacts(box, box, X_AB, S(0.01) * size);
       REQUIRE(out.size() == 1);
       REQUIRE(out[0].size == 4);
       std::set<std::uint32_t> now;
@@ -275,7 +276,7 @@ TEST_CASE_TEMPLATE("collide_shapes: names of contacts stay when the other box gi
   for (int i = -25; i <= 25; ++i) {
     const Transform<S> X_AB{exp_rotation<S>({S(1e-3) * S(i), S(-4e-3) * S(i), S(0.1)}),
                             {S(1), S(0.5), S(1.95)}};
-    const auto out = contacts(box, box, X_AB, S(0.5));
+    const auto out = box_contacts(box, box, X_AB, S(0.5));
     REQUIRE(out.size() == 1);
     REQUIRE(out[0].size == 4);
     (out[0].normal == Vec3<S>::UnitZ() ? taken_from_a : taken_from_b) += 1;
