@@ -71,6 +71,7 @@
 #include <bristle/dynamics/joint.hpp>
 #include <bristle/dynamics/joint_flow.hpp>
 #include <bristle/dynamics/joint_kinematics.hpp>
+#include <bristle/dynamics/joint_groups.hpp>
 #include <bristle/dynamics/joint_order.hpp>
 #include <bristle/dynamics/joint_pose.hpp>
 #include <bristle/dynamics/joint_projection.hpp>
@@ -152,6 +153,7 @@
 #include <bristle/math/pack3.hpp>
 #include <bristle/math/simd.hpp>
 #include <bristle/math/spatial.hpp>
+#include <bristle/math/tall_qr.hpp>
 #include <bristle/math/transform.hpp>
 #include <bristle/math/types.hpp>
 #include <bristle/sensors/ambf_law.hpp>

@@ -76,7 +76,8 @@ struct BodyInstant {
 /// The geometry of a joint at one instant, world axes.
 template <Scalar S>
 struct JointInstant {
-  /// [m] From the centres of mass to the joint origins; that of A to B's origin where B slides.
+  /// [m] From the centres of mass to the joint origins; that of A to B's origin where B slides, or
+  /// where other joints connect the two bodies, too.
   Vec3<S> arm_a = Vec3<S>::Zero();
   Vec3<S> arm_b = Vec3<S>::Zero();
   /// [1] Along what B slides; zero where it does not.
@@ -191,8 +192,8 @@ template <Scalar S>
 Twist<S> held_gap(const JointFlowJoint<S>& joint, const JointInstant<S>& at,
                   const BodyInstant<S>& a, const BodyInstant<S>& b) {
   // Centres of mass are subtracted first, so nothing is lost far from the world's origin.
-  if (lets_turn(joint.kind)) return {(b.x - a.x) + (at.arm_b - at.arm_a), Vec3<S>::Zero()};
   const Vec3<S> c = (b.x - a.x) + (at.arm_b - a.R * joint.X_CmA_J.translation);
+  if (lets_turn(joint.kind)) return {c, Vec3<S>::Zero()};
   if (lets_hinge(joint.kind)) {
     const Vec3<S> axis_b = b.R * (joint.X_CmB_J.rotation * Vec3<S>::UnitX());
     return {c, shortest_turn<S>(at.hinge, axis_b)};

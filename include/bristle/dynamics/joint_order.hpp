@@ -37,6 +37,12 @@ class JointOrder {
   /// For each row of three, the first column where the matrix may not be zero.
   [[nodiscard]] std::span<const std::uint32_t> envelope() const { return envelope_; }
   [[nodiscard]] std::span<const JointCoupling> couplings() const { return couplings_; }
+  /// [-] Multiply-adds of a factorisation of the matrix within its envelope. Where that is more than
+  /// `most_work` the order is not finished: a hub with hundreds of neighbours, say.
+  [[nodiscard]] std::uint64_t factor_work() const { return factor_work_; }
+  [[nodiscard]] bool is_too_wide() const { return factor_work_ > most_work; }
+  /// Some hundredths of a second: what is wider is left to solvers whose cost has a bound.
+  static constexpr std::uint64_t most_work = 20'000'000;
   /// Whether some joint closes a loop, the bodies that forces do not move counting as one. The
   /// joints may then hold more than is free.
   [[nodiscard]] bool has_loop() const { return has_loop_; }
@@ -60,6 +66,7 @@ class JointOrder {
   std::vector<std::uint32_t> parent_;           // Of each body, towards the root of its tree.
   std::vector<std::uint32_t> first_row_, envelope_;
   std::vector<JointCoupling> couplings_;
+  std::uint64_t factor_work_ = 0;
   bool has_loop_ = false;
 };
 
@@ -136,10 +143,18 @@ void JointOrder::build(std::span<const JointFlowJoint<S>> joints, const std::vec
   first_end_.assign(moves.size() + 1, 0);
   for (const End& end : ends_) ++first_end_[end.body + 1];
   for (std::size_t i = 0; i < moves.size(); ++i) first_end_[i + 1] += first_end_[i];
-  number_joints(joints.size());
 
   first_row_.resize(joints.size());
   envelope_.clear();
+  couplings_.clear();
+  // The joints of one body all couple: that is dense, a sixth of the cube of their number.
+  factor_work_ = 0;
+  for (std::size_t i = 0; i < moves.size(); ++i) {
+    const std::uint64_t degree = first_end_[i + 1] - first_end_[i];
+    factor_work_ = std::max(factor_work_, 27 * degree * degree / 6 * degree);
+  }
+  if (is_too_wide()) return;
+  number_joints(joints.size());
   for (const std::uint32_t joint : order_) {
     const std::uint32_t row = static_cast<std::uint32_t>(envelope_.size());
     first_row_[joint] = row;
@@ -150,8 +165,13 @@ void JointOrder::build(std::span<const JointFlowJoint<S>> joints, const std::vec
     envelope_.push_back(first);
     if (!lets_turn(joints[joint].kind)) envelope_.push_back(first);
   }
+  // Half the square of what each row holds, in blocks of three by three.
+  factor_work_ = 0;
+  for (std::uint32_t row = 0; row < envelope_.size(); ++row) {
+    const std::uint64_t width = row - envelope_[row];
+    factor_work_ += 27 * width * width / 2;
+  }
 
-  couplings_.clear();
   for (const End& row : ends_) {
     for (std::uint32_t e = first_end_[row.body]; e < first_end_[row.body + 1]; ++e) {
       const End& column = ends_[e];

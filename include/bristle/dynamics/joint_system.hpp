@@ -4,9 +4,11 @@
 /// With J the rows of all joints (joint_kinematics.hpp) and M the masses, the wrenches that give
 /// the joints a wanted relative motion b solve K x = b, K = J M^-1 J^T. Two joints meet in K only
 /// where they share a body, so that K is as sparse as the mechanism and its envelope stays narrow.
+/// Joints between the same two bodies are one there (joint_groups.hpp).
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <bristle/dynamics/joint_groups.hpp>
 #include <bristle/dynamics/joint_order.hpp>
 #include <bristle/math/block_envelope.hpp>
 
@@ -56,11 +58,12 @@ class JointSystem {
     bool is_diagonal = false;  // Its axes are the principal axes: cheaper to turn.
   };
 
-  /// Starts with bodies and joints, at their first instant. They must stay alive while in use.
+  /// Starts with bodies and joints, at their first instant. Bodies must stay alive while in use.
   void set(std::span<const JointFlowBody<S>> bodies, std::span<const JointFlowJoint<S>> joints);
 
   [[nodiscard]] std::span<Node> nodes() { return nodes_; }
   [[nodiscard]] std::span<const Node> nodes() const { return nodes_; }
+  /// Joints as they are solved for: `JointGroups::orient`.
   [[nodiscard]] std::span<const JointFlowJoint<S>> joints() const { return joints_; }
   [[nodiscard]] const JointInstant<S>& at(std::size_t joint) const { return at_[joint]; }
   /// [m] Largest arm of a joint at present: the size of the mechanism's parts.
@@ -69,12 +72,13 @@ class JointSystem {
   /// Takes over the positions in `Node::now`: arms of joints and inertias in world axes.
   void place();
   /// Builds and factors the matrix where the bodies were placed last.
-  /// @return False when it is singular or not finite.
+  /// @return False when it is singular, not finite, or too wide (`JointOrder::most_work`).
   [[nodiscard]] bool factor();
   /// Finds the wrenches, or impulses, that give each joint the relative motion b, and the `change`
   /// of motion that they give each body.
   void solve(std::span<const Twist<S>> b);
-  /// What `solve` found, of each joint on B about B's joint origin, world axes.
+  /// What `solve` found, of each joint on its B as it was given to `set`, about B's joint origin,
+  /// world axes.
   [[nodiscard]] std::span<const Wrench<S>> wrenches() const { return wrenches_; }
 
   /// J times some motion of the bodies: `motion(node)` is a twist.
@@ -93,14 +97,33 @@ class JointSystem {
   [[nodiscard]] bool has_same_topology(std::span<const JointFlowBody<S>> bodies,
                                        std::span<const JointFlowJoint<S>> joints) const;
   void set_inverse_inertia(Node& node) const;
+  /// lever [r], and I^-1 [r].
+  [[nodiscard]] static Mat3<S> linear_coupling(const Mat3<S>& lever, const Vec3<S>& r) {
+    Mat3<S> out;
+    out.col(0) = r.z() * lever.col(1) - r.y() * lever.col(2);
+    out.col(1) = r.x() * lever.col(2) - r.z() * lever.col(0);
+    out.col(2) = r.y() * lever.col(0) - r.x() * lever.col(1);
+    return out;
+  }
+  [[nodiscard]] static Mat3<S> angular_coupling(const Node& node, const Vec3<S>& r) {
+    Mat3<S> out;
+    for (Eigen::Index k = 0; k < 3; ++k) {
+      out.row(k) = node.inverse_inertia.col(k).cross(r).transpose();
+    }
+    return out;
+  }
+  [[nodiscard]] JointKind kind(std::size_t group) const { return groups_.joints()[group].kind; }
   void couple(const JointCoupling& coupling, const Mat3<S>& lever);
+  void couple_merged(const JointCoupling& coupling, const Mat3<S>& lever);
   void fill_free_rows();
   void add_solution(std::span<const Twist<S>> b);
+  void add_wrench(std::size_t joint, const Vec3<S>& linear, const Vec3<S>& angular);
 
-  std::span<const JointFlowJoint<S>> joints_;
+  std::vector<JointFlowJoint<S>> joints_;
   std::vector<Node> nodes_;
   std::vector<JointInstant<S>> at_;
-  JointOrder order_;
+  JointGroups<S> groups_;
+  JointOrder order_;  // Of groups.
   std::vector<bool> moves_;  // The topology that `order_` was made for, with the two below.
   std::vector<JointKind> kinds_;
   std::vector<std::array<std::uint32_t, 2>> pairs_;
@@ -148,7 +171,6 @@ bool JointSystem<S>::has_same_topology(std::span<const JointFlowBody<S>> bodies,
 template <Scalar S>
 void JointSystem<S>::set(std::span<const JointFlowBody<S>> bodies,
                          std::span<const JointFlowJoint<S>> joints) {
-  joints_ = joints;
   if (!has_same_topology(bodies, joints)) {
     moves_.clear();
     kinds_.clear();
@@ -158,10 +180,12 @@ void JointSystem<S>::set(std::span<const JointFlowBody<S>> bodies,
       kinds_.push_back(joint.kind);
       pairs_.push_back({joint.body_a, joint.body_b});
     }
-    order_.build(joints, moves_);
+    groups_.build(joints, moves_);
+    order_.build(groups_.joints(), moves_);
     matrix_.set_shape(order_.envelope());
   }
-  may_be_singular_ = order_.has_loop();
+  groups_.orient(joints, joints_);
+  may_be_singular_ = order_.has_loop() || groups_.has_merged();
   nodes_.resize(bodies.size());
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     const JointFlowBody<S>& def = bodies[i];
@@ -228,10 +252,7 @@ void JointSystem<S>::place() {
   for (Node& node : nodes_) {
     if (node.def->moves_by_forces) set_inverse_inertia(node);
   }
-  for (std::size_t i = 0; i < joints_.size(); ++i) {
-    at_[i] =
-        joint_instant(joints_[i], nodes_[joints_[i].body_a].now, nodes_[joints_[i].body_b].now);
-  }
+  groups_.place(joints_, nodes_, at_);
 }
 
 /// Adds what a body lets an impulse in one joint change in another. A unit impulse at the arm r
@@ -240,39 +261,33 @@ void JointSystem<S>::place() {
 template <Scalar S>
 void JointSystem<S>::couple(const JointCoupling& coupling, const Mat3<S>& lever) {
   const Node& node = nodes_[coupling.body];
-  const JointInstant<S>& row = at_[coupling.row];
-  const JointInstant<S>& column = at_[coupling.column];
-  const bool row_slides = lets_slide(joints_[coupling.row].kind);
-  const bool column_slides = lets_slide(joints_[coupling.column].kind);
+  const JointInstant<S>& row = groups_.at(coupling.row);
+  const JointInstant<S>& column = groups_.at(coupling.column);
+  const bool row_slides = lets_slide(kind(coupling.row));
+  const bool column_slides = lets_slide(kind(coupling.column));
   const std::size_t i = order_.first_row(coupling.row);
   const std::size_t j = order_.first_row(coupling.column);
   const S sign = coupling.is_b_of_row == coupling.is_b_of_column ? S(1) : S(-1);
   const Vec3<S> r = sign * (coupling.is_b_of_column ? column.arm_b : column.arm_a);
 
-  Mat3<S> linear;  // 1/m + lever [r]
-  linear.col(0) = r.z() * lever.col(1) - r.y() * lever.col(2);
-  linear.col(1) = r.x() * lever.col(2) - r.z() * lever.col(0);
-  linear.col(2) = r.y() * lever.col(0) - r.x() * lever.col(1);
+  Mat3<S> linear = linear_coupling(lever, r);
   linear.diagonal() += sign * node.inverse_mass;
   if (row_slides) linear -= row.slide * (row.slide.transpose() * linear);
   if (column_slides) linear -= (linear * column.slide) * column.slide.transpose();
   matrix_.at(i, j) += linear;
 
-  const bool row_turns = lets_turn(joints_[coupling.row].kind);
-  const bool column_turns = lets_turn(joints_[coupling.column].kind);
+  const bool row_turns = lets_turn(kind(coupling.row));
+  const bool column_turns = lets_turn(kind(coupling.column));
   if (!row_turns) {
-    const bool row_hinges = lets_hinge(joints_[coupling.row].kind);
-    Mat3<S> block;
-    for (Eigen::Index k = 0; k < 3; ++k) {
-      block.row(k) = node.inverse_inertia.col(k).cross(r).transpose();  // I^-1 [r]
-    }
+    const bool row_hinges = lets_hinge(kind(coupling.row));
+    Mat3<S> block = angular_coupling(node, r);
     if (column_slides) block -= (block * column.slide) * column.slide.transpose();
     if (row_hinges) block -= row.hinge * (row.hinge.transpose() * block);
     matrix_.at(i + 1, j) += block;
     if (!column_turns) {
       block = sign * node.inverse_inertia;
       if (row_hinges) block -= row.hinge * (row.hinge.transpose() * block);
-      if (lets_hinge(joints_[coupling.column].kind)) {
+      if (lets_hinge(kind(coupling.column))) {
         block -= (block * column.hinge) * column.hinge.transpose();
       }
       matrix_.at(i + 1, j + 1) += block;
@@ -281,11 +296,47 @@ void JointSystem<S>::couple(const JointCoupling& coupling, const Mat3<S>& lever)
   if (!column_turns && i != j) {
     Mat3<S> block = sign * lever;
     if (row_slides) block -= row.slide * (row.slide.transpose() * block);
-    if (lets_hinge(joints_[coupling.column].kind)) {
+    if (lets_hinge(kind(coupling.column))) {
       block -= (block * column.hinge) * column.hinge.transpose();
     }
     matrix_.at(i, j + 1) += block;
   }
+}
+
+/// The same where one of the two is a group of several joints, whose rows are a triangle of what
+/// `couple` finds for a joint that holds all.
+template <Scalar S>
+void JointSystem<S>::couple_merged(const JointCoupling& coupling, const Mat3<S>& lever) {
+  const Node& node = nodes_[coupling.body];
+  const JointInstant<S>& column = groups_.at(coupling.column);
+  const std::size_t i = order_.first_row(coupling.row);
+  const std::size_t j = order_.first_row(coupling.column);
+  const S sign = coupling.is_b_of_row == coupling.is_b_of_column ? S(1) : S(-1);
+  const Vec3<S> r = sign * (coupling.is_b_of_column ? column.arm_b : column.arm_a);
+  Mat6<S> block;
+  block.template topLeftCorner<3, 3>() = linear_coupling(lever, r);
+  block.template topLeftCorner<3, 3>().diagonal() += sign * node.inverse_mass;
+  block.template topRightCorner<3, 3>() = sign * lever;
+  block.template bottomLeftCorner<3, 3>() = angular_coupling(node, r);
+  block.template bottomRightCorner<3, 3>() = sign * node.inverse_inertia;
+  const auto rows_of = [&](std::size_t group) -> Mat6<S> {
+    if (groups_.is_merged(group)) return groups_.triangle(group);
+    const JointInstant<S>& at = groups_.at(group);
+    Mat6<S> rows = Mat6<S>::Identity();
+    rows.template topLeftCorner<3, 3>() -= at.slide * at.slide.transpose();
+    rows.template bottomRightCorner<3, 3>() -= at.hinge * at.hinge.transpose();
+    return rows;
+  };
+  const Mat6<S> half = rows_of(coupling.row) * block;
+  block = half * rows_of(coupling.column).transpose();
+  const bool has_below = !lets_turn(kind(coupling.row));
+  const bool has_right = !lets_turn(kind(coupling.column));
+  matrix_.at(i, j) += block.template topLeftCorner<3, 3>();
+  if (has_below) matrix_.at(i + 1, j) += block.template bottomLeftCorner<3, 3>();
+  if (has_below && has_right) {
+    matrix_.at(i + 1, j + 1) += block.template bottomRightCorner<3, 3>();
+  }
+  if (has_right && i != j) matrix_.at(i, j + 1) += block.template topRightCorner<3, 3>();
 }
 
 /// Makes the matrix regular where it is not by design: along slides and about hinges, which no row
@@ -294,16 +345,20 @@ void JointSystem<S>::couple(const JointCoupling& coupling, const Mat3<S>& lever)
 template <Scalar S>
 void JointSystem<S>::fill_free_rows() {
   const S share = may_be_singular_ ? Tolerance<S>::equal() : S(0);
-  for (std::size_t i = 0; i < joints_.size(); ++i) {
-    const JointKind kind = joints_[i].kind;
+  for (std::size_t i = 0; i < groups_.size(); ++i) {
+    const JointKind kind = this->kind(i);
     if (!may_be_singular_ && !lets_slide(kind) && !lets_hinge(kind)) continue;
     const std::size_t row = order_.first_row(i);
     const std::size_t rows = lets_turn(kind) ? 1 : 2;
+    // Rows of a triangle may all be zero but for the first three.
+    const S mean = groups_.is_merged(i)
+                       ? S((matrix_.at(row, row).trace() + matrix_.at(row + 1, row + 1).trace()) / S(6))
+                       : S(0);
     for (std::size_t r = row; r < row + rows; ++r) {
       Mat3<S>& block = matrix_.at(r, r);
-      S scale = block.trace() / S(3);
+      S scale = groups_.is_merged(i) ? mean : S(block.trace() / S(3));
       if (value_of(scale) == 0) scale = S(1);
-      const Vec3<S>& axis = r == row ? at_[i].slide : at_[i].hinge;
+      const Vec3<S>& axis = r == row ? groups_.at(i).slide : groups_.at(i).hinge;
       block += (scale * axis) * axis.transpose();
       block.diagonal().array() += share * scale;
     }
@@ -312,50 +367,82 @@ void JointSystem<S>::fill_free_rows() {
 
 template <Scalar S>
 bool JointSystem<S>::factor() {
+  if (order_.is_too_wide()) return false;
+  groups_.reduce(joints_, at_);
   matrix_.set_zero();
   Mat3<S> lever;
   const JointCoupling* before = nullptr;
   for (const JointCoupling& coupling : order_.couplings()) {
     if (before == nullptr || before->row != coupling.row || before->body != coupling.body) {
-      const JointInstant<S>& at = at_[coupling.row];
+      const JointInstant<S>& at = groups_.at(coupling.row);
       const Vec3<S>& s = coupling.is_b_of_row ? at.arm_b : at.arm_a;
       const Mat3<S>& inverse = nodes_[coupling.body].inverse_inertia;
       for (Eigen::Index k = 0; k < 3; ++k) lever.col(k) = inverse.col(k).cross(s);
     }
-    couple(coupling, lever);
+    if (groups_.is_merged(coupling.row) || groups_.is_merged(coupling.column)) {
+      couple_merged(coupling, lever);
+    } else {
+      couple(coupling, lever);
+    }
     before = &coupling;
   }
   fill_free_rows();
   return matrix_.factor();
 }
 
+/// Adds what a joint gives: the impulses of its rows, of which those along what it leaves free mean
+/// nothing.
+template <Scalar S>
+void JointSystem<S>::add_wrench(std::size_t i, const Vec3<S>& linear, const Vec3<S>& angular) {
+  const JointInstant<S>& at = at_[i];
+  const JointKind kind = joints_[i].kind;
+  const Vec3<S> force = lets_slide(kind) ? across(at.slide, linear) : linear;
+  Wrench<S>& push_a = nodes_[joints_[i].body_a].push;
+  Wrench<S>& push_b = nodes_[joints_[i].body_b].push;
+  Wrench<S> wrench{force, Vec3<S>::Zero()};
+  push_b.force += force;
+  push_a.force -= force;
+  push_b.torque += at.arm_b.cross(force);
+  push_a.torque -= at.arm_a.cross(force);
+  if (!lets_turn(kind)) {
+    wrench.torque = lets_hinge(kind) ? across(at.hinge, angular) : angular;
+    push_b.torque += wrench.torque;
+    push_a.torque -= wrench.torque;
+  }
+  if (groups_.is_exchanged(i)) {
+    // On the other body about its own origin.
+    const Node& a = nodes_[joints_[i].body_a];
+    const Vec3<S> origin = a.now.R * joints_[i].X_CmA_J.translation;
+    wrench = -wrench.shifted(origin - at.arm_a);
+  }
+  wrenches_[i] += wrench;
+}
+
 /// Solves for b and adds the wrenches and what they do to the bodies.
 template <Scalar S>
 void JointSystem<S>::add_solution(std::span<const Twist<S>> b) {
-  for (std::size_t i = 0; i < joints_.size(); ++i) {
-    const std::size_t row = order_.first_row(i);
-    rows_[row] = b[i].linear;
-    if (!lets_turn(joints_[i].kind)) rows_[row + 1] = b[i].angular;
+  for (std::size_t g = 0; g < groups_.size(); ++g) {
+    const std::size_t row = order_.first_row(g);
+    if (groups_.is_merged(g)) {
+      groups_.gather(g, joints_, b, rows_[row], rows_[row + 1]);
+      continue;
+    }
+    rows_[row] = b[groups_.joint(g)].linear;
+    if (!lets_turn(kind(g))) rows_[row + 1] = b[groups_.joint(g)].angular;
   }
   matrix_.solve(rows_);
   for (Node& node : nodes_) node.push = {};
-  for (std::size_t i = 0; i < joints_.size(); ++i) {
-    const std::size_t row = order_.first_row(i);
-    const JointInstant<S>& at = at_[i];
-    const JointKind kind = joints_[i].kind;
-    const Vec3<S> force = lets_slide(kind) ? across(at.slide, rows_[row]) : rows_[row];
-    Wrench<S>& push_a = nodes_[joints_[i].body_a].push;
-    Wrench<S>& push_b = nodes_[joints_[i].body_b].push;
-    wrenches_[i].force += force;
-    push_b.force += force;
-    push_a.force -= force;
-    push_b.torque += at.arm_b.cross(force);
-    push_a.torque -= at.arm_a.cross(force);
-    if (lets_turn(kind)) continue;
-    const Vec3<S> torque = lets_hinge(kind) ? across(at.hinge, rows_[row + 1]) : rows_[row + 1];
-    wrenches_[i].torque += torque;
-    push_b.torque += torque;
-    push_a.torque -= torque;
+  for (std::size_t g = 0; g < groups_.size(); ++g) {
+    const std::size_t row = order_.first_row(g);
+    const std::size_t last = row + (lets_turn(kind(g)) ? 0 : 1);
+    if (groups_.is_merged(g)) {
+      groups_.spread(g, joints_, rows_[row], rows_[last],
+                     [this](std::size_t joint, const Vec3<S>& linear, const Vec3<S>& angular) {
+                       add_wrench(joint, linear, angular);
+                     });
+    } else {
+      add_wrench(groups_.joint(g), rows_[row], rows_[last]);
+    }
   }
   for (Node& node : nodes_) {
     if (!node.def->moves_by_forces) continue;
