@@ -27,6 +27,13 @@ double median(std::vector<double> values) {
   return *middle;
 }
 
+/// [s] What 99 of 100 of these stay below.
+double percentile99(std::vector<double> values) {
+  const auto at = values.begin() + static_cast<std::ptrdiff_t>(values.size() * 99 / 100);
+  std::nth_element(values.begin(), at, values.end());
+  return *at;
+}
+
 /// Runs of one trial.
 class Runner {
  public:
@@ -47,7 +54,7 @@ class Runner {
     long allocated = 0;
     trial_.observe(*engine, at(0));
     for (long i = 0; i < steps_; ++i) {
-      trial_.push(*engine, at(i));
+      trial_.prepare(*engine, at(i));
       const long before = allocations().value_or(0);
       times[static_cast<std::size_t>(i)] = timed_step(*engine);
       if (i >= steps_ / 2) allocated += allocations().value_or(0) - before;
@@ -72,7 +79,7 @@ class Runner {
   void refine(std::vector<double>& times) {
     const std::unique_ptr<Engine> engine = make();
     for (long i = 0; i < steps_; ++i) {
-      trial_.push(*engine, at(i));
+      trial_.prepare(*engine, at(i));
       double& time = times[static_cast<std::size_t>(i)];
       time = std::min(time, timed_step(*engine));
     }
@@ -83,7 +90,7 @@ class Runner {
     const std::unique_ptr<Engine> engine = make();
     const double start = benchmarks::thread_seconds();
     for (long i = 0; i < steps_; ++i) {
-      trial_.push(*engine, at(i));
+      trial_.prepare(*engine, at(i));
       engine->step();
     }
     return (benchmarks::thread_seconds() - start) / static_cast<double>(steps_);
@@ -124,6 +131,16 @@ void set_outcome(Row& row, const scenes::Outcome& outcome) {
   row.further = outcome.further;
 }
 
+/// Has a trial compare itself with a run of the same engine in fine steps.
+void compare_with_reference(const Task& task, Trial& trial) {
+  Task fine = task;
+  fine.dt = task.recipe->reference_step;
+  const std::unique_ptr<Trial> reference = task.recipe->make(0);
+  Row unused;
+  Runner(fine, *reference).observed_run(unused);
+  trial.compare(*reference);
+}
+
 /// A scene of one trial: the metrics of one run, the times of further ones.
 Row measure_one(const Task& task) {
   Row row = titled(task);
@@ -131,6 +148,7 @@ Row measure_one(const Task& task) {
   const std::unique_ptr<Trial> trial = task.recipe->make(0);
   Runner runner(task, *trial);
   std::vector<double> times = runner.observed_run(row);
+  if (task.recipe->reference_step > 0) compare_with_reference(task, *trial);
   set_outcome(row, trial->outcome());
   row.steps = runner.steps();
 
@@ -149,6 +167,7 @@ Row measure_one(const Task& task) {
   }
   row.best_us = 1e6 * *std::min_element(runs.begin(), runs.end());
   row.median_us = 1e6 * median(runs);
+  row.p99_us = 1e6 * percentile99(times);
   row.worst_us = 1e6 * *std::max_element(times.begin(), times.end());
   return row;
 }
@@ -163,12 +182,14 @@ Row measure_variations(const Task& task) {
   int failures = 0;
   scenes::Outcome worst;
   double slowest = 0;
+  double slow = 0;
   for (int i = 0; i < count; ++i) {
     const std::unique_ptr<Trial> trial = task.recipe->make(i);
     Runner runner(task, *trial);
     const std::vector<double> times = runner.observed_run(row);
     runs.push_back(mean(times));
     slowest = std::max(slowest, *std::max_element(times.begin(), times.end()));
+    slow = std::max(slow, percentile99(times));
     row.steps = runner.steps();
 
     scenes::Outcome outcome = trial->outcome();
@@ -187,6 +208,7 @@ Row measure_variations(const Task& task) {
   row.factorisations /= count;
   row.allocations /= count;
   row.best_us = row.median_us = 1e6 * mean(runs);
+  row.p99_us = 1e6 * slow;
   row.worst_us = 1e6 * slowest;
   return row;
 }

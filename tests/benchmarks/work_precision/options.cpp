@@ -48,6 +48,8 @@ Options parse_options(int argc, const char* const* argv) {
       options.report = value();
     } else if (option == "--plots") {
       options.plots = value();
+    } else if (option == "--markdown") {
+      options.wants_markdown = true;
     } else if (option == "--list") {
       options.wants_list = true;
     } else if (option == "--help" || option == "-h") {
@@ -61,7 +63,7 @@ Options parse_options(int argc, const char* const* argv) {
 
 std::string help() {
   return R"(Usage: benchmark_work_precision [--scenes REGEX] [--engines REGEX] [--dt LIST] [--quick]
-       benchmark_work_precision --report CSV [--plots FOLDER]
+       benchmark_work_precision --report CSV [--plots FOLDER] [--markdown]
 
 Runs scenes of rigid bodies and prints a line of CSV for each engine, setting and step: how wrong
 the result is, and what it costs. tests/benchmarks/run compares with other engines in one go.
@@ -76,9 +78,11 @@ the result is, and what it costs. tests/benchmarks/run compares with other engin
   --report CSV     compares the rows of a file: a line for each scene and step, the stability
                    matrix, and the count of its cells
   --plots FOLDER   with --report: a plot of error against work for each scene
+  --markdown       with --report: a table in markdown of all rows, with their times, instead
 
 The scenes of the group `unseen` are kept for judging: nothing in the library is tuned on them.
-They are groove, rollers, tug, coin, cradle, dominoes, overhang, lintel, wedge and toss.
+They are groove, rollers, tug, coin, cradle, dominoes, overhang, lintel, wedge, toss, turntable,
+shaker and servo.
 )";
 }
 

@@ -27,6 +27,7 @@ struct Options {
   bool wants_list = false;
   std::string report;
   std::string plots;
+  bool wants_markdown = false;
 };
 
 /// @throws std::invalid_argument with a sentence on what is wrong.

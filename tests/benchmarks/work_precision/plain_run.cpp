@@ -35,7 +35,7 @@ int main(int argc, char** argv) {
       const work_precision::EngineFamily family = work_precision::engine_families().front();
       const auto engine = family.make(trial->scene(), dt, family.settings.front());
       for (long i = 0; i < steps; ++i) {
-        trial->push(*engine, {static_cast<double>(i) * dt, dt, i});
+        trial->prepare(*engine, {static_cast<double>(i) * dt, dt, i});
         engine->step();
       }
       return 0;

@@ -28,7 +28,9 @@ constexpr int unsupported_code = 3;
     const std::string line = csv_line(measure(task));
     const ssize_t written = write(pipe_end, line.data(), line.size());
     if (written != static_cast<ssize_t>(line.size())) code = 1;
-  } catch (const scenes::Unsupported&) {
+  } catch (const scenes::Unsupported& e) {
+    std::fprintf(stderr, "%s leaves out %s: %s\n", task.family->name.c_str(),
+                 task.recipe->name.c_str(), e.what());
     code = unsupported_code;
   } catch (const std::exception& e) {
     std::fprintf(stderr, "%s on %s: %s\n", task.family->name.c_str(), task.recipe->name.c_str(),
@@ -109,7 +111,7 @@ int main(int argc, char** argv) {
     } else if (options.wants_list) {
       list_scenes(options);
     } else if (!options.report.empty()) {
-      std::fputs(report(options.report, options.plots).c_str(), stdout);
+      std::fputs(report(options.report, options.plots, options.wants_markdown).c_str(), stdout);
     } else {
       run_scenes(options);
     }

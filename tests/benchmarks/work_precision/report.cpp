@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdio>
 #include <map>
 #include <sstream>
@@ -38,6 +39,7 @@ std::vector<Row> read_rows(const std::filesystem::path& csv) {
     Row& kept = rows[place->second];
     kept.best_us = std::fmin(kept.best_us, row.best_us);
     kept.median_us = std::fmin(kept.median_us, row.median_us);
+    kept.p99_us = std::fmin(kept.p99_us, row.p99_us);
     kept.worst_us = std::fmin(kept.worst_us, row.worst_us);
     kept.error = std::max(kept.error, row.error);
     kept.passes = kept.passes && row.passes;
@@ -111,6 +113,31 @@ std::string comparison(const std::vector<Cell>& cells) {
   return text;
 }
 
+/// "0.0123" or "1.2e-05".
+std::string number_text(double value) {
+  std::array<char, 32> buffer{};
+  std::snprintf(buffer.data(), buffer.size(), "%.3g", value);
+  return buffer.data();
+}
+
+/// A row of a table in markdown for each row of the file.
+std::string markdown(const std::vector<Cell>& cells) {
+  std::string text =
+      "| scene | dt [s] | engine | error | passes | mean [us] | p99 [us] | worst [us] |\n"
+      "|---|---|---|---|---|---|---|---|\n";
+  for (const Cell& cell : cells) {
+    for (const Row* row : cell.rows) {
+      text += "| " + cell.scene + " | " + time_step_text(cell.dt) + " | " + row->who() + " | " +
+              number_text(row->error) + " | " + (row->passes ? "yes" : "no");
+      for (const double time : {row->best_us, row->p99_us, row->worst_us}) {
+        text += " | " + (std::isfinite(time) ? number_text(time) : std::string("-"));
+      }
+      text += " |\n";
+    }
+  }
+  return text;
+}
+
 std::string matrix(const std::vector<Row>& rows, const std::vector<Cell>& cells) {
   std::vector<std::string> scenes;
   for (const scenes::Recipe& recipe : scenes::catalogue()) {
@@ -180,10 +207,12 @@ std::string verdict(const std::vector<Cell>& cells) {
 
 }  // namespace
 
-std::string report(const std::filesystem::path& csv, const std::filesystem::path& plots) {
+std::string report(const std::filesystem::path& csv, const std::filesystem::path& plots,
+                   bool is_markdown) {
   const std::vector<Row> rows = read_rows(csv);
   const std::vector<Cell> cells = cells_of(rows);
   if (!plots.empty()) write_plots(rows, plots);
+  if (is_markdown) return markdown(cells);
   return comparison(cells) + matrix(rows, cells) + verdict(cells);
 }
 

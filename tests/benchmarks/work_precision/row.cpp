@@ -30,14 +30,14 @@ std::vector<std::string> split(std::string_view text, char separator) {
 
 std::string csv_header() {
   return "scene,engine,setting,dt [s],steps,error,passes,step best [us],step median [us],"
-         "step worst [us],sweeps,factorisations,allocations,further\n";
+         "step p99 [us],step worst [us],sweeps,factorisations,allocations,further\n";
 }
 
 std::string csv_line(const Row& row) {
   std::string line = row.scene + ',' + row.engine + ',' + row.setting + ',' + text_of(row.dt) +
                      ',' + std::to_string(row.steps) + ',' + text_of(row.error) + ',' +
                      (row.passes ? '1' : '0');
-  for (const double value : {row.best_us, row.median_us, row.worst_us, row.sweeps,
+  for (const double value : {row.best_us, row.median_us, row.p99_us, row.worst_us, row.sweeps,
                              row.factorisations, row.allocations}) {
     line += ',' + text_of(value);
   }
@@ -50,8 +50,8 @@ std::string csv_line(const Row& row) {
 
 Row parse_row(std::string_view line) {
   const std::vector<std::string> parts = split(line, ',');
-  if (parts.size() < 13) {
-    throw InvalidArgument("row of the benchmark", std::string(line), "must have 13 or 14 columns");
+  if (parts.size() < 14) {
+    throw InvalidArgument("row of the benchmark", std::string(line), "must have 14 or 15 columns");
   }
   const auto number = [&](std::size_t i) { return std::strtod(parts[i].c_str(), nullptr); };
   Row row;
@@ -64,12 +64,13 @@ Row parse_row(std::string_view line) {
   row.passes = parts[6] == "1";
   row.best_us = number(7);
   row.median_us = number(8);
-  row.worst_us = number(9);
-  row.sweeps = number(10);
-  row.factorisations = number(11);
-  row.allocations = number(12);
-  if (parts.size() > 13) {
-    for (const std::string& metric : split(parts[13], ';')) {
+  row.p99_us = number(9);
+  row.worst_us = number(10);
+  row.sweeps = number(11);
+  row.factorisations = number(12);
+  row.allocations = number(13);
+  if (parts.size() > 14) {
+    for (const std::string& metric : split(parts[14], ';')) {
       const std::size_t at = metric.find('=');
       if (at == std::string::npos) continue;
       row.further.push_back({metric.substr(0, at), std::strtod(metric.c_str() + at + 1, nullptr)});

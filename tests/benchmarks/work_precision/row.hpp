@@ -29,6 +29,8 @@ struct Row {
   double best_us = std::numeric_limits<double>::quiet_NaN();
   double median_us = std::numeric_limits<double>::quiet_NaN();
   double worst_us = std::numeric_limits<double>::quiet_NaN();
+  /// [us] What 99 of 100 steps of a run stay below.
+  double p99_us = std::numeric_limits<double>::quiet_NaN();
   /// [-] A step, as far as the engine tells.
   double sweeps = 0;
   double factorisations = 0;

@@ -1,20 +1,20 @@
-# Runs the work-precision benchmark on three short scenes and checks its table: a row for each scene
+# Runs the work-precision benchmark on five short scenes and checks its table: a row for each scene
 # and scalar, finite numbers, closed forms met, and a report that counts them.
 # Usage: cmake -DPROGRAM=<benchmark_work_precision> -P smoke.cmake
 # SPDX-License-Identifier: BSD-3-Clause
 
 set(csv "${CMAKE_CURRENT_BINARY_DIR}/work_precision_smoke.csv")
 execute_process(
-  COMMAND "${PROGRAM}" --quick --scenes "^matrix/(slide|roll|bounce10)$" --dt 1/240
+  COMMAND "${PROGRAM}" --quick --scenes "^(matrix/(slide|roll|bounce10)|moving/(dragged|pendulum))$" --dt 1/240
   OUTPUT_FILE "${csv}" RESULT_VARIABLE code)
 if(NOT code EQUAL 0)
   message(FATAL_ERROR "the benchmark ended with ${code}")
 endif()
 file(STRINGS "${csv}" lines)
 set(number "[0-9.e+-]+")
-foreach(scene slide roll bounce10)
+foreach(scene slide roll bounce10 dragged pendulum)
   foreach(engine bristle64 bristle32)
-    # Steps, error, passes, three times, sweeps, factorisations, allocations; "inf" and "nan" are no
+    # Steps, error, passes, four times, sweeps, factorisations, allocations; "inf" and "nan" are no
     # numbers here.
     set(row "^${scene},${engine},def,0.00416667,[0-9]+,${number},1(,${number})+,[a-zA-Z]")
     set(found ${lines})

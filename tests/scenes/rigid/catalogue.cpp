@@ -2,13 +2,19 @@
 #include "scenes/rigid/catalogue.hpp"
 
 #include "scenes/rigid/chains.hpp"
+#include "scenes/rigid/driven.hpp"
 #include "scenes/rigid/drops.hpp"
 #include "scenes/rigid/flight.hpp"
 #include "scenes/rigid/grips.hpp"
+#include "scenes/rigid/hands.hpp"
 #include "scenes/rigid/heaps.hpp"
+#include "scenes/rigid/linked.hpp"
 #include "scenes/rigid/published.hpp"
 #include "scenes/rigid/sliding.hpp"
 #include "scenes/rigid/stacks.hpp"
+#include "scenes/rigid/swings.hpp"
+#include "scenes/rigid/tumbling.hpp"
+#include "scenes/rigid/unseen_driven.hpp"
 #include "scenes/rigid/unseen_motion.hpp"
 #include "scenes/rigid/unseen_rest.hpp"
 
@@ -151,6 +157,39 @@ void add_perturbed(RecipeBook& book) {
   book.add<ContactChain>("contact_chain", "5 links swing against a plate, joint gap or depth [m]");
 }
 
+void add_moving(RecipeBook& book) {
+  book.open("moving", {1.0 / 60, 1.0 / 240, 1.0 / 1000});
+  book.add<Watched>("push24", "24 cubes pushed by a plate, overlap [m]", pushed_boxes(4),
+                    Bounds{.depth = 5e-3});
+  book.add<Watched>("push48", "48 cubes pushed by a plate, overlap [m]", pushed_boxes(8),
+                    Bounds{.depth = 5e-3});
+  book.add<Watched>("belt48", "48 cubes held back on a moving belt, overlap [m]",
+                    held_back_on_belt(), Bounds{.depth = 5e-3});
+  book.add<DraggedStack>("dragged", "8 boxes on a plate that is dragged, displacement [m]");
+  book.add<Watched>("chain100", "chain of 100 over a cylinder, joint gap or overlap [m]",
+                    chain_over_cylinder(), Bounds{.depth = 5e-3, .gain = 1});
+  book.add<Watched>("ragdolls20", "20 ragdolls fall, joint gap or overlap [m]", falling_ragdolls(),
+                    Bounds{.depth = 0.02, .gain = 100});
+  book.add<HeldInHand>("hand", "hand of 12 drives holds a part and is shaken, displacement [m]",
+                       HandSetup{});
+  book.add<HeldInHand>("hand128", "the same with 128 sensors and weaker drives [m]",
+                       HandSetup{.has_sensors = true, .max_torque = 1.5});
+  book.add<Watched>("bricks20", "ball of 50 bricks' mass hits a wall of 20, overlap [m]",
+                    knocked_down_wall(), Bounds{.depth = 0.02, .gain = 35});
+  book.add<Watched>("bin64", "64 mixed bodies in a bin, overlap [m]", mixed_bin(),
+                    Bounds{.depth = 0.01});
+  book.add<Bowl>("bowl300", "300 bodies in a bowl of triangles, overlap or escape [m]", false);
+  book.add<Bowl>("rings300", "the same, one in eight a ring of triangles [m]", true);
+  book.add<Watched>("drum60", "60 mixed bodies in a turning drum, overlap [m]", drum(),
+                    Bounds{.depth = 0.01});
+  book.add<PinchedPlate>("pinched", "plate swings between two fingertips, amplitude [1]");
+  book.add<TopplingRow>("topple20", "20 dominoes fall, interval against fine steps [1]")
+      .reference_step = 1.0 / 8000;
+  book.add<Pendulum>("pendulum", "pendulum on a hinge, energy [1]", Inert::nothing);
+  book.add<Pendulum>("pendulum_motor", "the same with a drive without torque [1]", Inert::motor);
+  book.add<Pendulum>("pendulum_sensor", "the same with sensors without force [1]", Inert::sensors);
+}
+
 void add_unseen(RecipeBook& book) {
   book.open("unseen", {1.0 / 60, 1.0 / 240, 1.0 / 1000});
   book.add<GrooveRoll>("groove", "ball rolls down a V groove, distance [1]");
@@ -163,6 +202,9 @@ void add_unseen(RecipeBook& book) {
   book.add<StaysPut>("lintel", "loaded beam on pillars, displacement [m]", loaded_lintel());
   book.add<StaysPut>("wedge", "cube between two inclines, displacement [m]", wedged_cube());
   book.add<Toss>("toss", "24 blocks tossed into a bin, deepest overlap at the end [m]");
+  book.add<Turntable>("turntable", "ball on a turning table, distance from its circle [m]");
+  book.add<Shaker>("shaker", "box sticks and slides on a shaken table, distance [m]");
+  book.add<Servo>("servo", "arm driven to an angle, difference from the closed form [rad]");
 }
 
 void add_long(RecipeBook& book) {
@@ -183,6 +225,7 @@ std::vector<Recipe> catalogue() {
   add_drops(book);
   add_published(book);
   add_perturbed(book);
+  add_moving(book);
   add_unseen(book);
   add_long(book);
   return book.take();

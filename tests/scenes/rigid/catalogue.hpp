@@ -10,7 +10,7 @@
 namespace bristle::scenes {
 
 /// Scenes in the order they are reported in. Groups: matrix, load, heap, drop, published,
-/// perturbed, unseen (nothing is ever tuned on these), long.
+/// perturbed, moving, unseen (nothing is ever tuned on these), long.
 [[nodiscard]] std::vector<Recipe> catalogue();
 
 }  // namespace bristle::scenes

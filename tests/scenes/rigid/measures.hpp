@@ -4,11 +4,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include "scenes/rigid/convex_depth.hpp"
 #include "scenes/rigid/trial.hpp"
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <limits>
+#include <numbers>
 #include <vector>
 
 namespace bristle::scenes {
@@ -21,12 +24,20 @@ namespace bristle::scenes {
 [[nodiscard]] double total_energy(const Scene& scene, const Engine& engine);
 [[nodiscard]] double total_kinetic_energy(const Scene& scene, const Engine& engine);
 
-/// [m] How deep two bodies are in each other, < 0 if they are apart. Known for half-spaces with all
-/// other shapes, and for boxes and balls among each other; other pairs are never deep.
+/// [m] How deep two bodies are in each other, < 0 if they are apart. Known for half-spaces and
+/// convex shapes; a body and a `Surface` are never deep.
 [[nodiscard]] double depth(const SceneBody& a, const BodyState& state_a, const SceneBody& b,
                            const BodyState& state_b);
 
-/// Depths of all pairs of a scene that overlap.
+/// Whether two bodies of a scene touch each other where they meet.
+[[nodiscard]] bool may_meet(const Scene& scene, std::size_t i, std::size_t j);
+
+/// [m] Largest distance between the two points that a joint holds together, of all joints.
+[[nodiscard]] double largest_joint_gap(const Scene& scene, const Engine& engine);
+/// [rad] Largest angle by which a hinge or a swing is beyond its stops.
+[[nodiscard]] double largest_stop_excess(const Scene& scene, const Engine& engine);
+
+/// Depths of all pairs of a scene that may meet and overlap.
 struct Overlaps {
   /// [m] Largest and mean depth.
   double largest = 0;
@@ -65,13 +76,6 @@ inline double total_kinetic_energy(const Scene& scene, const Engine& engine) {
 }
 
 namespace detail {
-
-/// A shape where it is.
-template <typename Shape>
-struct Placed {
-  const Shape& shape;
-  const BodyState& at;
-};
 
 [[nodiscard]] inline double placed_depth(const Placed<Sphere<double>>& a,
                                          const Placed<Sphere<double>>& b) {
@@ -114,28 +118,14 @@ struct Placed {
   return least;
 }
 
-/// [m] How far a shape reaches along a direction of its own frame.
-[[nodiscard]] inline double reach(const Sphere<double>& s, const Vector&) { return s.radius; }
-[[nodiscard]] inline double reach(const Box<double>& s, const Vector& n) {
-  return s.half_extents.dot(n.cwiseAbs());
-}
-[[nodiscard]] inline double reach(const Cylinder<double>& s, const Vector& n) {
-  return s.radius * n.head<2>().norm() + s.half_length * std::abs(n.z());
-}
-[[nodiscard]] inline double reach(const TriangleMesh<double>& s, const Vector& n) {
-  double most = -std::numeric_limits<double>::infinity();
-  for (const Vector& v : s.vertices) most = std::max(most, v.dot(n));
-  return most;
-}
-
-template <typename Shape>
+template <Reaching Shape>
 [[nodiscard]] double placed_depth(const Placed<HalfSpace<double>>& ground,
                                   const Placed<Shape>& body) {
   const Vector n = ground.at.orientation * ground.shape.normal;
   const double height = n.dot(body.at.position - ground.at.position) - ground.shape.offset;
-  return reach(body.shape, body.at.orientation.conjugate() * Vector(-n)) - height;
+  return reach(body.shape, Vector(body.at.orientation.conjugate() * Vector(-n))) - height;
 }
-template <typename Shape>
+template <Reaching Shape>
 [[nodiscard]] double placed_depth(const Placed<Shape>& body,
                                   const Placed<HalfSpace<double>>& ground) {
   return placed_depth(ground, body);
@@ -145,13 +135,6 @@ template <typename A, typename B>
 concept KnownDepth = requires(const Placed<A>& a, const Placed<B>& b) {
   placed_depth(a, b);
 };
-
-/// [m] Farthest point of a body from its centre; infinite for a half-space.
-[[nodiscard]] inline double outer_radius(const SceneShape& shape) {
-  if (const auto* ball = std::get_if<Sphere<double>>(&shape)) return ball->radius;
-  if (const auto* box = std::get_if<Box<double>>(&shape)) return box->half_extents.norm();
-  return std::numeric_limits<double>::infinity();
-}
 
 }  // namespace detail
 
@@ -165,11 +148,85 @@ inline double depth(const SceneBody& a, const BodyState& state_a, const SceneBod
         } else if constexpr (detail::KnownDepth<A, B>) {
           return detail::placed_depth(detail::Placed<A>{shape_a, state_a},
                                       detail::Placed<B>{shape_b, state_b});
+        } else if constexpr (detail::Reaching<A> && detail::Reaching<B>) {
+          return detail::convex_depth(detail::Placed<A>{shape_a, state_a},
+                                      detail::Placed<B>{shape_b, state_b});
         } else {
           return -1;
         }
       },
       a.shape, b.shape);
+}
+
+inline bool may_meet(const Scene& scene, std::size_t i, std::size_t j) {
+  const SceneBody& a = scene.bodies[i];
+  const SceneBody& b = scene.bodies[j];
+  if (!a.moves() && !b.moves()) return false;
+  if (a.family != 0 && a.family == b.family) return false;
+  const auto meets = [](const SceneBody& one, const SceneBody& other) {
+    return one.meets == Meets::everything || (one.meets == Meets::fixed_bodies && !other.moves());
+  };
+  if (!meets(a, b) || !meets(b, a)) return false;
+  return std::ranges::none_of(scene.joints, [&](const SceneJoint& joint) {
+    const int first = static_cast<int>(i);
+    const int second = static_cast<int>(j);
+    return (joint.a == first && joint.b == second) || (joint.a == second && joint.b == first);
+  });
+}
+
+namespace detail {
+
+/// State of a body of a joint; the world's for -1.
+[[nodiscard]] inline BodyState joined_state(const Scene& scene, const Engine& engine, int i) {
+  if (i < 0) return {};
+  const SceneBody& body = scene.bodies[static_cast<std::size_t>(i)];
+  const bool is_known = !body.moves() && !body.is_driven();
+  return is_known ? state_at_start(body) : engine.state(static_cast<std::size_t>(i));
+}
+[[nodiscard]] inline BodyState joined_at_start(const Scene& scene, int i) {
+  return i < 0 ? BodyState{} : state_at_start(scene.bodies[static_cast<std::size_t>(i)]);
+}
+/// The turn of a body since the start.
+[[nodiscard]] inline Rotation turn_since(const BodyState& start, const BodyState& now) {
+  return now.orientation * start.orientation.conjugate();
+}
+
+}  // namespace detail
+
+inline double largest_joint_gap(const Scene& scene, const Engine& engine) {
+  double largest = 0;
+  for (const SceneJoint& joint : scene.joints) {
+    const auto end = [&](int i) -> Vector {
+      const BodyState start = detail::joined_at_start(scene, i);
+      const BodyState now = detail::joined_state(scene, engine, i);
+      return now.position + detail::turn_since(start, now) * Vector(joint.anchor - start.position);
+    };
+    const double gap = (end(joint.a) - end(joint.b)).norm();
+    largest = std::isfinite(gap) ? std::max(largest, gap) : std::numeric_limits<double>::infinity();
+  }
+  return largest;
+}
+
+inline double largest_stop_excess(const Scene& scene, const Engine& engine) {
+  double largest = 0;
+  for (const SceneJoint& joint : scene.joints) {
+    if (!joint.has_stops() && !std::isfinite(joint.swing)) continue;
+    const auto turn = [&](int i) {
+      return detail::turn_since(detail::joined_at_start(scene, i),
+                                detail::joined_state(scene, engine, i));
+    };
+    const Rotation relative = turn(joint.a).conjugate() * turn(joint.b);
+    if (joint.kind == SceneJointKind::hinge) {
+      const double angle = 2 * std::atan2(relative.vec().dot(joint.axis), relative.w());
+      const double wrapped = std::remainder(angle, 2 * std::numbers::pi);
+      largest = std::max({largest, joint.lower - wrapped, wrapped - joint.upper});
+    } else {
+      const double swing =
+          std::acos(std::clamp((relative * joint.axis).dot(joint.axis), -1.0, 1.0));
+      largest = std::max(largest, swing - joint.swing);
+    }
+  }
+  return largest;
 }
 
 inline Overlaps overlaps(const Scene& scene, const Engine& engine) {
@@ -178,7 +235,7 @@ inline Overlaps overlaps(const Scene& scene, const Engine& engine) {
   std::vector<double> radii(count);
   for (std::size_t i = 0; i < count; ++i) {
     const SceneBody& body = scene.bodies[i];
-    states[i] = body.moves() ? engine.state(i) : state_at_start(body);
+    states[i] = body.moves() || body.is_driven() ? engine.state(i) : state_at_start(body);
     radii[i] = detail::outer_radius(body.shape);
   }
   Overlaps result;
@@ -188,6 +245,7 @@ inline Overlaps overlaps(const Scene& scene, const Engine& engine) {
       if (!scene.bodies[i].moves() && !scene.bodies[j].moves()) continue;
       const double reach = radii[i] + radii[j];
       if ((states[i].position - states[j].position).squaredNorm() > reach * reach) continue;
+      if (!may_meet(scene, i, j)) continue;
       const double d = depth(scene.bodies[i], states[i], scene.bodies[j], states[j]);
       if (!(d > 0)) continue;
       result.largest = std::max(result.largest, d);

@@ -42,6 +42,16 @@ class Engine {
   [[nodiscard]] virtual BodyState state(std::size_t body) const = 0;
   /// [N] Force at the centre of mass during the next step.
   virtual void push(std::size_t body, const Vector& force) = 0;
+  /// Has a driven body be at a place at the end of the next step of `dt` [s].
+  virtual void move_to(std::size_t body, const Place& place, double dt) {
+    static_cast<void>(body), static_cast<void>(place), static_cast<void>(dt);
+    throw Unsupported("no bodies that follow a path");
+  }
+  /// [m/s^2] Changes gravity.
+  virtual void set_gravity(const Vector& gravity) {
+    static_cast<void>(gravity);
+    throw Unsupported("no change of gravity");
+  }
   [[nodiscard]] virtual StepCounters counters() const { return {}; }
 };
 
@@ -81,11 +91,22 @@ class Trial {
   virtual ~Trial() = default;
 
   [[nodiscard]] const Scene& scene() const { return scene_; }
+  /// What acts on the engine in the step that starts now: paths of driven bodies, and `push`.
+  void prepare(Engine& engine, const Instant& now) const {
+    for (std::size_t i = 0; i < scene_.bodies.size(); ++i) {
+      const SceneBody& body = scene_.bodies[i];
+      if (body.is_driven()) engine.move_to(i, body.path(now.time + now.dt), now.dt);
+    }
+    push(engine, now);
+  }
   /// Forces of the step that starts now.
   virtual void push(Engine&, const Instant&) const {}
   /// Looks at the engine; at the start and after every step.
   virtual void observe(const Engine& engine, const Instant& now) = 0;
   [[nodiscard]] virtual Outcome outcome() const = 0;
+  /// Takes another trial of the same scene, run in fine steps, as what is right
+  /// (`Recipe::reference_step`).
+  virtual void compare(const Trial& reference) { static_cast<void>(reference); }
 
  private:
   Scene scene_;
@@ -106,6 +127,9 @@ struct Recipe {
   std::function<std::unique_ptr<Trial>(int)> make_variation{};
   /// [-] Whether it runs only when asked for.
   bool is_optional = false;
+  /// [s] Step of a run by the same engine in the same setting that the error is measured against;
+  /// 0 where a closed form or an invariant tells.
+  double reference_step = 0;
 
   [[nodiscard]] std::unique_ptr<Trial> make(int variation) const {
     return make_variation ? make_variation(variation) : make_one();

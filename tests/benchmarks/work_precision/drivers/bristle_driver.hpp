@@ -4,10 +4,14 @@
 #pragma once
 
 #include "benchmarks/work_precision/engines.hpp"
-#include <bristle/world/world.hpp>
 
 #include <bristle/geometry/quickhull.hpp>
+#include <bristle/sensors/placement.hpp>
+#include <bristle/world/world.hpp>
 
+#include <algorithm>
+#include <cmath>
+#include <utility>
 #include <variant>
 
 namespace bristle::work_precision {
@@ -41,23 +45,8 @@ class BristleEngine : public scenes::Engine {
     } catch (const InvalidArgument& e) {
       throw scenes::Unsupported(e.what());
     }
-    if (scene.joints.empty()) return;
-    const BodyId ground = world_.add_body({.motion = Motion::fixed});
-    for (const scenes::SceneJoint& joint : scene.joints) {
-      JointDef<S> def;
-      def.kind = JointKind::ball;
-      def.body_a = joint.a < 0 ? ground : bodies_[static_cast<std::size_t>(joint.a)];
-      def.body_b = bodies_[static_cast<std::size_t>(joint.b)];
-      const Transform<double> anchor{Quat<double>::Identity(), joint.anchor};
-      const auto placed = [&](int i) {
-        if (i < 0) return anchor;
-        const scenes::SceneBody& body = scene.bodies[static_cast<std::size_t>(i)];
-        return Transform<double>{body.orientation, body.position}.inverse() * anchor;
-      };
-      def.X_AJ = placed(joint.a).template cast<S>();
-      def.X_BJ = placed(joint.b).template cast<S>();
-      world_.add_joint(def);
-    }
+    add_joints(scene);
+    for (const scenes::SceneSensors& sensors : scene.sensors) add(sensors);
   }
 
   void step() override { world_.step(); }
@@ -71,6 +60,13 @@ class BristleEngine : public scenes::Engine {
   }
   void push(std::size_t i, const scenes::Vector& force) override {
     world_.apply_wrench(bodies_[i], {.force = force.template cast<S>(), .torque = Vec3<S>::Zero()});
+  }
+  void move_to(std::size_t i, const scenes::Place& place, double) override {
+    world_.move_to(bodies_[i], {Quat<S>(place.orientation.template cast<S>()).normalized(),
+                                place.position.template cast<S>()});
+  }
+  void set_gravity(const scenes::Vector& gravity) override {
+    world_.set_gravity(gravity.template cast<S>());
   }
   [[nodiscard]] scenes::StepCounters counters() const override {
     return {world_.report().sweeps, world_.report().factorisations};
@@ -86,7 +82,9 @@ class BristleEngine : public scenes::Engine {
 
   static BodyDef<S> body_def(const scenes::Scene& scene, const scenes::SceneBody& body) {
     BodyDef<S> def;
-    def.motion = body.moves() ? Motion::dynamic : Motion::fixed;
+    def.motion = body.moves()       ? Motion::dynamic
+                 : body.is_driven() ? Motion::kinematic
+                                    : Motion::fixed;
     if (body.moves()) {
       def.mass = S(body.mass);
       def.center_of_mass = Vec3<S>::Zero();
@@ -104,7 +102,67 @@ class BristleEngine : public scenes::Engine {
     def.filter.category = body.moves() ? moving : 1u;
     if (body.meets == scenes::Meets::fixed_bodies) def.filter.mask = ~moving;
     if (body.meets == scenes::Meets::nothing) def.filter.mask = 0;
+    def.filter.group = -body.family;
     return def;
+  }
+
+  void add_joints(const scenes::Scene& scene) {
+    if (scene.joints.empty()) return;
+    const BodyId ground = world_.add_body({.motion = Motion::fixed});
+    for (const scenes::SceneJoint& joint : scene.joints) {
+      JointDef<S> def;
+      def.kind = joint.kind == scenes::SceneJointKind::hinge ? JointKind::revolute
+                 : std::isfinite(joint.swing)                ? JointKind::cone_twist
+                                                             : JointKind::ball;
+      def.body_a = joint.a < 0 ? ground : bodies_[static_cast<std::size_t>(joint.a)];
+      def.body_b = bodies_[static_cast<std::size_t>(joint.b)];
+      const bool has_axis = def.kind != JointKind::ball;
+      scenes::Rotation turn = scenes::Rotation::Identity();
+      if (has_axis) turn = Eigen::Quaterniond::FromTwoVectors(scenes::Vector::UnitX(), joint.axis);
+      const Transform<double> anchor{turn, joint.anchor};
+      const auto placed = [&](int i) {
+        if (i < 0) return anchor;
+        const scenes::SceneBody& body = scene.bodies[static_cast<std::size_t>(i)];
+        return Transform<double>{body.orientation, body.position}.inverse() * anchor;
+      };
+      def.X_AJ = placed(joint.a).template cast<S>();
+      def.X_BJ = placed(joint.b).template cast<S>();
+      if (joint.kind == scenes::SceneJointKind::hinge) {
+        def.lower_limit = S(joint.lower);
+        def.upper_limit = S(joint.upper);
+      }
+      def.swing_limit = S(joint.swing);
+      if (joint.drive) {
+        // One without gains is a motor, if one without torque.
+        def.drive = {.mode = joint.drive->is_inert() ? DriveMode::velocity : DriveMode::spring,
+                     .target = S(joint.drive->target),
+                     .max_force = S(std::min(joint.drive->max_torque, 1e6)),
+                     .stiffness = S(joint.drive->stiffness),
+                     .damping = S(joint.drive->damping)};
+      }
+      world_.add_joint(def);
+    }
+  }
+
+  void add(const scenes::SceneSensors& sensors) {
+    constexpr double depth = 0.005;
+    SensorLayout<S> layout = sensor_grid<S>({.center = sensors.centre.template cast<S>(),
+                                             .side_u = sensors.side_u.template cast<S>(),
+                                             .side_v = sensors.side_v.template cast<S>(),
+                                             .count_u = sensors.count_u,
+                                             .count_v = sensors.count_v,
+                                             .depth = S(depth),
+                                             .range = S(depth + sensors.reach)});
+    const BodyId carrier = bodies_[sensors.body];
+    if (sensors.load > 0) {
+      world_.add_patch(carrier, std::move(layout),
+                       tuned_for<S>({.friction = S(sensors.friction),
+                                     .creep = S(sensors.creep),
+                                     .load = S(sensors.load),
+                                     .mass = S(sensors.mass)}));
+    } else {
+      world_.add_patch(carrier, std::move(layout), SensorParameters<S>{});
+    }
   }
 
   static Shape<S> shape_of(const Sphere<double>& s) { return Sphere<S>{S(s.radius)}; }
@@ -113,6 +171,17 @@ class BristleEngine : public scenes::Engine {
   }
   static Shape<S> shape_of(const Cylinder<double>& s) {
     return Cylinder<S>{S(s.radius), S(s.half_length)};
+  }
+  static Shape<S> shape_of(const Capsule<double>& s) {
+    return Capsule<S>{S(s.radius), S(s.half_length)};
+  }
+  static Shape<S> shape_of(const scenes::Surface& s) {
+    TriangleMesh<S> mesh;
+    for (const scenes::Vector& v : s.mesh.vertices) {
+      mesh.vertices.push_back(v.template cast<S>());
+    }
+    mesh.triangles = s.mesh.triangles;
+    return mesh;
   }
   static Shape<S> shape_of(const HalfSpace<double>& s) {
     return HalfSpace<S>{s.normal.template cast<S>().normalized(), S(s.offset)};

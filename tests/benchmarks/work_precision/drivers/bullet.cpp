@@ -1,5 +1,6 @@
 // Bullet, in the precision it was built for.
 // SPDX-License-Identifier: BSD-3-Clause
+#include "benchmarks/work_precision/drivers/features.hpp"
 #include "benchmarks/work_precision/drivers/slab.hpp"
 #include "benchmarks/work_precision/engines.hpp"
 
@@ -204,6 +205,7 @@ std::vector<EngineFamily> engine_families() {
              if (setting == "gimp" && !has_shape<TriangleMesh<double>>(scene)) {
                throw scenes::Unsupported("gimp differs from def in scenes with meshes only");
              }
+             require_known(scene, {.has_cylinders = true});
              return std::make_unique<BulletEngine>(scene, dt, setting);
            }}};
 }

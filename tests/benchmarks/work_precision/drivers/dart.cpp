@@ -1,5 +1,6 @@
 // DART: generalised coordinates, a direct solver, its own collision detector.
 // SPDX-License-Identifier: BSD-3-Clause
+#include "benchmarks/work_precision/drivers/features.hpp"
 #include "benchmarks/work_precision/drivers/slab.hpp"
 #include "benchmarks/work_precision/engines.hpp"
 
@@ -167,6 +168,7 @@ std::vector<EngineFamily> engine_families() {
        [](const Scene& scene, double dt, const std::string&) -> std::unique_ptr<scenes::Engine> {
          // The cost of a step grows with the cube of the contacts: minutes a step.
          if (scene.bodies.size() > 100) throw scenes::Unsupported("too many bodies");
+         require_known(scene, {});
          return std::make_unique<DartEngine>(scene, dt);
        }}};
 }

@@ -1,5 +1,6 @@
 // MuJoCo. The scene is written as the XML it reads.
 // SPDX-License-Identifier: BSD-3-Clause
+#include "benchmarks/work_precision/drivers/features.hpp"
 #include "benchmarks/work_precision/drivers/slab.hpp"
 #include "benchmarks/work_precision/engines.hpp"
 
@@ -257,6 +258,7 @@ std::vector<EngineFamily> engine_families() {
               const std::string& setting) -> std::unique_ptr<scenes::Engine> {
              // Its buffers are sized by int: 1000 bodies in a heap do not fit.
              if (scene.bodies.size() > 500) throw scenes::Unsupported("too many bodies");
+             require_known(scene, {.has_cylinders = true});
              return std::make_unique<MujocoEngine>(scene, dt, setting);
            }}};
 }

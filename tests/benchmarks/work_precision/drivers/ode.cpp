@@ -1,5 +1,6 @@
 // ODE in double precision.
 // SPDX-License-Identifier: BSD-3-Clause
+#include "benchmarks/work_precision/drivers/features.hpp"
 #include "benchmarks/work_precision/drivers/slab.hpp"
 #include "benchmarks/work_precision/engines.hpp"
 
@@ -196,6 +197,7 @@ std::vector<EngineFamily> engine_families() {
            {"def", "it100", "step"},
            [](const Scene& scene, double dt,
               const std::string& setting) -> std::unique_ptr<scenes::Engine> {
+             require_known(scene, {.has_cylinders = true});
              return std::make_unique<OdeEngine>(scene, dt, setting);
            }}};
 }
