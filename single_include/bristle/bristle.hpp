@@ -8975,6 +8975,10 @@ struct PatchDef {
   std::uint32_t sees = 0xffffffffu;
   /// [-] Bodies the sensors never see, besides their own.
   std::vector<BodyId> excluded{};
+  /// [-] Accepts rays that end inside their own body. `World::add_patch` refuses them otherwise: the
+  /// end of a ray must lie outside of all shapes that the body has then. A ray that never leaves its
+  /// body feels what comes through the body, and presses the body towards that.
+  bool may_point_inwards = false;
   /// [-] Rays are cast in every so many-th step, >= 1; in the steps between, and in all of them the
   /// law is evaluated, the surfaces met move on as planes (docs/sensors.md, section 8). Patches
   /// take turns by their slots. Rays are cast sooner when another shape
@@ -14723,7 +14727,8 @@ struct BodyInstant {
 /// The geometry of a joint at one instant, world axes.
 template <Scalar S>
 struct JointInstant {
-  /// [m] From the centres of mass to the joint origins; that of A to B's origin where B slides.
+  /// [m] From the centres of mass to the joint origins; that of A to B's origin where B slides, or
+  /// where other joints connect the two bodies, too.
   Vec3<S> arm_a = Vec3<S>::Zero();
   Vec3<S> arm_b = Vec3<S>::Zero();
   /// [1] Along what B slides; zero where it does not.
@@ -14838,8 +14843,8 @@ template <Scalar S>
 Twist<S> held_gap(const JointFlowJoint<S>& joint, const JointInstant<S>& at,
                   const BodyInstant<S>& a, const BodyInstant<S>& b) {
   // Centres of mass are subtracted first, so nothing is lost far from the world's origin.
-  if (lets_turn(joint.kind)) return {(b.x - a.x) + (at.arm_b - at.arm_a), Vec3<S>::Zero()};
   const Vec3<S> c = (b.x - a.x) + (at.arm_b - a.R * joint.X_CmA_J.translation);
+  if (lets_turn(joint.kind)) return {c, Vec3<S>::Zero()};
   if (lets_hinge(joint.kind)) {
     const Vec3<S> axis_b = b.R * (joint.X_CmB_J.rotation * Vec3<S>::UnitX());
     return {c, shortest_turn<S>(at.hinge, axis_b)};
@@ -16719,6 +16724,8 @@ class World {
   // Sensors
   // ----------------------------------------------------------------------------------------
 
+  /// Adds sensors to a body, in its frame. Shapes that the body gets later are not looked at.
+  /// @throws InvalidArgument naming the field or the sensor that points into its own body.
   PatchId add_patch(BodyId body, PatchDef<S> def);
   /// A patch whose sensors share constants and integrate automatically.
   PatchId add_patch(BodyId body, SensorLayout<S> sensors, const SensorParameters<S>& parameters);
@@ -30944,7 +30951,394 @@ class PassiveBounces {
 /// With J the rows of all joints (joint_kinematics.hpp) and M the masses, the wrenches that give
 /// the joints a wanted relative motion b solve K x = b, K = J M^-1 J^T. Two joints meet in K only
 /// where they share a body, so that K is as sparse as the mechanism and its envelope stays narrow.
+/// Joints between the same two bodies are one there (joint_groups.hpp).
 // SPDX-License-Identifier: BSD-3-Clause
+
+// === bristle/dynamics/joint_groups.hpp
+
+/// @file
+/// Joints between the same two bodies as one: their rows span six dimensions at most.
+///
+/// With B's velocity u relative to A at a common point and its angular velocity w, all rows of n
+/// such joints are R (u, l w), 6 n by 6. Reduced to R = Q T, Q with orthonormal columns, the joints
+/// ask for T (u, l w) = Q^T b; what they ask for beyond contradicts them, and nothing can give it.
+/// The group is six rows in the matrix of the mechanism, however many joints it has, and the
+/// impulses y of these rows are spread over the joints as x = Q y, the smallest that add up to
+/// them. Bodies that forces do not move count as one: joints from a body to several of them are a
+/// group too.
+// SPDX-License-Identifier: BSD-3-Clause
+
+// === bristle/math/tall_qr.hpp
+
+/// @file
+/// Orthogonal reduction of many rows in few unknowns (Householder 1958).
+///
+/// Rows R of six unknowns are Q T, with orthonormal columns in Q and a triangle T of six rows: the
+/// rows beyond six say nothing new. No pivot is divided by and no rank is decided, so that rows
+/// which repeat each other, nearly or exactly, need no care.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <span>
+
+namespace bristle::inline BRISTLE_ABI {
+
+/// A row of six numbers.
+template <Scalar S>
+using Row6 = std::array<S, 6>;
+
+/// The triangle T, and what Q needs beside the reflections.
+template <Scalar S>
+struct TallQr {
+  /// [-] Row k has its first entry in column k.
+  std::array<Row6<S>, 6> triangle{};
+  /// [1] Of each reflection I - scale v v^T, 0 where there is nothing to reflect.
+  std::array<S, 6> scale{};
+};
+
+/// Reduces rows to a triangle.
+/// @param rows  Six or more. In: R. Out: the reflections, column k from row k on.
+template <Scalar S>
+[[nodiscard]] TallQr<S> reduce_rows(std::span<Row6<S>> rows);
+
+/// x := Q^T x, of which the first six belong to the rows of the triangle. What stands in the others
+/// no unknowns can change.
+template <Scalar S>
+void to_triangle(const TallQr<S>& qr, std::span<const Row6<S>> rows, std::span<S> x);
+
+/// x := Q x, for x that is zero but for the first six.
+template <Scalar S>
+void from_triangle(const TallQr<S>& qr, std::span<const Row6<S>> rows, std::span<S> x);
+
+// Implementation -----------------------------------------------------------------------------------
+
+template <Scalar S>
+TallQr<S> reduce_rows(std::span<Row6<S>> rows) {
+  using std::sqrt;
+  TallQr<S> qr;
+  for (std::size_t k = 0; k < 6; ++k) {
+    S square = S(0);
+    for (std::size_t i = k; i < rows.size(); ++i) square += rows[i][k] * rows[i][k];
+    // A length of zero has no derivative, and nothing is left to reflect.
+    if (square > S(0)) {
+      const S head = rows[k][k];
+      const S length = head > S(0) ? S(-sqrt(square)) : S(sqrt(square));
+      // v = x - length e_k; the sign of the length keeps its head from cancelling.
+      rows[k][k] = head - length;
+      qr.scale[k] = S(-1) / (length * rows[k][k]);
+      Row6<S> sums{};
+      for (std::size_t i = k; i < rows.size(); ++i) {
+        for (std::size_t j = k + 1; j < 6; ++j) sums[j] += rows[i][k] * rows[i][j];
+      }
+      for (S& sum : sums) sum *= qr.scale[k];
+      for (std::size_t i = k; i < rows.size(); ++i) {
+        for (std::size_t j = k + 1; j < 6; ++j) rows[i][j] -= rows[i][k] * sums[j];
+      }
+      qr.triangle[k][k] = length;
+    }
+    for (std::size_t j = k + 1; j < 6; ++j) qr.triangle[k][j] = rows[k][j];
+  }
+  return qr;
+}
+
+namespace detail {
+
+/// Reflects x by reflection k.
+template <Scalar S>
+void reflect(const TallQr<S>& qr, std::span<const Row6<S>> rows, std::size_t k, std::span<S> x) {
+  S sum = S(0);
+  for (std::size_t i = k; i < rows.size(); ++i) sum += rows[i][k] * x[i];
+  sum *= qr.scale[k];
+  for (std::size_t i = k; i < rows.size(); ++i) x[i] -= sum * rows[i][k];
+}
+
+}  // namespace detail
+
+template <Scalar S>
+void to_triangle(const TallQr<S>& qr, std::span<const Row6<S>> rows, std::span<S> x) {
+  for (std::size_t k = 0; k < 6; ++k) detail::reflect(qr, rows, k, x);
+}
+
+template <Scalar S>
+void from_triangle(const TallQr<S>& qr, std::span<const Row6<S>> rows, std::span<S> x) {
+  for (std::size_t k = 6; k-- > 0;) detail::reflect(qr, rows, k, x);
+}
+
+}  // namespace bristle::inline BRISTLE_ABI
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <span>
+#include <utility>
+#include <vector>
+
+namespace bristle::inline BRISTLE_ABI {
+
+/// Joints of a mechanism by the pair of bodies that they connect. Keeps its memory.
+template <Scalar S>
+class JointGroups {
+ public:
+  /// @param moves  For each body, whether forces move it.
+  void build(std::span<const JointFlowJoint<S>> joints, const std::vector<bool>& moves);
+
+  /// Copies joints with the bodies of those exchanged that are in a group and look at it from the
+  /// other side. Axes that are the same then turn with the same body, and stay the same to
+  /// round-off where bodies are slightly off their joints; else they would seem to hold one
+  /// direction more.
+  void orient(std::span<const JointFlowJoint<S>> joints, std::vector<JointFlowJoint<S>>& out) const;
+  /// Whether the bodies of a joint were exchanged.
+  [[nodiscard]] bool is_exchanged(std::size_t joint) const { return is_exchanged_[joint]; }
+
+  [[nodiscard]] std::size_t size() const { return groups_.size(); }
+  /// One joint for each group, for the order of the matrix: the only one, or one of kind `fixed`.
+  [[nodiscard]] std::span<const JointFlowJoint<S>> joints() const { return merged_; }
+  /// Whether a group has more than one joint.
+  [[nodiscard]] bool is_merged(std::size_t group) const { return groups_[group].count > 1; }
+  [[nodiscard]] bool has_merged() const { return groups_.size() < members_.size(); }
+  /// Geometry of a group: that of its joint, or of its common point.
+  [[nodiscard]] const JointInstant<S>& at(std::size_t group) const { return groups_[group].at; }
+  /// T, row by row, for the motion (u, w) at the common point.
+  [[nodiscard]] const Mat6<S>& triangle(std::size_t group) const { return groups_[group].triangle; }
+
+  /// Finds the geometry of all joints: the arms of a joint that is one of several meet in
+  /// one point, B's origin.
+  template <typename Nodes>
+  void place(std::span<const JointFlowJoint<S>> joints, const Nodes& nodes,
+             std::vector<JointInstant<S>>& at);
+
+  /// Reduces groups where `place` put them.
+  void reduce(std::span<const JointFlowJoint<S>> joints, std::span<const JointInstant<S>> at);
+
+  /// What the six rows of a group shall give, if its joints shall give b.
+  void gather(std::size_t group, std::span<const JointFlowJoint<S>> joints,
+              std::span<const Twist<S>> b, Vec3<S>& linear, Vec3<S>& angular);
+  /// Spreads the impulses of the six rows of a group over its joints: calls use(joint, force,
+  /// torque) with what acts on each joint's B.
+  template <typename Use>
+  void spread(std::size_t group, std::span<const JointFlowJoint<S>> joints, const Vec3<S>& linear,
+              const Vec3<S>& angular, const Use& use);
+  /// The joint of a group that is not merged.
+  [[nodiscard]] std::uint32_t joint(std::size_t group) const {
+    return members_[groups_[group].first].joint;
+  }
+
+ private:
+  struct Member {
+    std::uint32_t body_a = 0, body_b = 0;  // One past the last body where forces do not move it.
+    std::uint32_t joint = 0;
+    bool is_reversed = false;  // Its A is the B of the group, also once joints are oriented.
+  };
+  struct Group {
+    std::uint32_t first = 0, count = 0;  // Of `members_`.
+    std::uint32_t first_row = 0, rows = 0;
+    S length = S(1);  // [m] That turns count by.
+    JointInstant<S> at{};
+    Mat6<S> triangle;
+    TallQr<S> qr{};
+  };
+
+  [[nodiscard]] static std::size_t rows_of(JointKind kind) { return lets_turn(kind) ? 3 : 6; }
+  [[nodiscard]] std::span<const Row6<S>> rows_of(const Group& group) const {
+    return std::span<const Row6<S>>(rows_).subspan(group.first_row, group.rows);
+  }
+  void fill_rows(const Group& group, std::span<const JointFlowJoint<S>> joints,
+                 std::span<const JointInstant<S>> at);
+
+  std::vector<Member> members_;  // Sorted by their bodies.
+  std::vector<Group> groups_;
+  std::vector<JointFlowJoint<S>> merged_;
+  std::vector<bool> is_exchanged_;  // By joint.
+  std::vector<Row6<S>> rows_;  // Of all groups that are merged.
+  std::vector<S> values_;      // Of the rows of one group.
+};
+
+// Implementation -----------------------------------------------------------------------------------
+
+template <Scalar S>
+void JointGroups<S>::build(std::span<const JointFlowJoint<S>> joints,
+                           const std::vector<bool>& moves) {
+  const auto anchor = static_cast<std::uint32_t>(moves.size());
+  members_.clear();
+  for (std::uint32_t i = 0; i < joints.size(); ++i) {
+    const std::uint32_t a = moves[joints[i].body_a] ? joints[i].body_a : anchor;
+    const std::uint32_t b = moves[joints[i].body_b] ? joints[i].body_b : anchor;
+    members_.push_back({std::min(a, b), std::max(a, b), i, a > b});
+  }
+  // Joints of a group come in their order, and groups in the order of their first joints, so that
+  // mechanisms without any are as if there were no groups.
+  std::sort(members_.begin(), members_.end(), [](const Member& l, const Member& r) {
+    if (l.body_a != r.body_a) return l.body_a < r.body_a;
+    return l.body_b != r.body_b ? l.body_b < r.body_b : l.joint < r.joint;
+  });
+  groups_.clear();
+  for (std::uint32_t k = 0; k < members_.size(); ++k) {
+    const bool is_next = k > 0 && members_[k].body_a == members_[k - 1].body_a &&
+                         members_[k].body_b == members_[k - 1].body_b;
+    if (!is_next) {
+      groups_.emplace_back();
+      groups_.back().first = k;
+    }
+    ++groups_.back().count;
+  }
+  std::sort(groups_.begin(), groups_.end(), [this](const Group& l, const Group& r) {
+    return members_[l.first].joint < members_[r.first].joint;
+  });
+  merged_.clear();
+  is_exchanged_.assign(joints.size(), false);
+  std::uint32_t rows = 0;
+  for (Group& group : groups_) {
+    const Member& first = members_[group.first];
+    merged_.push_back(joints[first.joint]);
+    if (group.count == 1) continue;
+    merged_.back().kind = JointKind::fixed;
+    if (first.is_reversed) std::swap(merged_.back().body_a, merged_.back().body_b);
+    group.first_row = rows;
+    for (std::uint32_t k = 0; k < group.count; ++k) {
+      Member& member = members_[group.first + k];
+      group.rows += static_cast<std::uint32_t>(rows_of(joints[member.joint].kind));
+      // Springs keep the sign of their position.
+      if (!member.is_reversed || joints[member.joint].has_spring()) continue;
+      member.is_reversed = false;
+      is_exchanged_[member.joint] = true;
+    }
+    rows += group.rows;
+  }
+  rows_.resize(rows);
+}
+
+template <Scalar S>
+void JointGroups<S>::orient(std::span<const JointFlowJoint<S>> joints,
+                            std::vector<JointFlowJoint<S>>& out) const {
+  out.assign(joints.begin(), joints.end());
+  for (std::size_t i = 0; i < out.size(); ++i) {
+    if (!is_exchanged_[i]) continue;
+    std::swap(out[i].body_a, out[i].body_b);
+    std::swap(out[i].X_CmA_J, out[i].X_CmB_J);
+  }
+}
+
+template <Scalar S>
+template <typename Nodes>
+void JointGroups<S>::place(std::span<const JointFlowJoint<S>> joints, const Nodes& nodes,
+                           std::vector<JointInstant<S>>& at) {
+  using std::max;
+  using std::sqrt;
+  for (std::size_t i = 0; i < joints.size(); ++i) {
+    at[i] = joint_instant(joints[i], nodes[joints[i].body_a].now, nodes[joints[i].body_b].now);
+  }
+  for (std::size_t g = 0; g < groups_.size(); ++g) {
+    Group& group = groups_[g];
+    if (group.count == 1) {
+      group.at = at[members_[group.first].joint];
+      continue;
+    }
+    // As seen from A, which forces move: B may be one of several bodies that they do not.
+    const auto& a = nodes[merged_[g].body_a];
+    const auto& b = nodes[merged_[g].body_b];
+    Vec3<S> sum = Vec3<S>::Zero();
+    S arm2 = S(0);
+    for (std::uint32_t k = 0; k < group.count; ++k) {
+      const Member& member = members_[group.first + k];
+      const JointFlowJoint<S>& joint = joints[member.joint];
+      JointInstant<S>& one = at[member.joint];
+      one.arm_a = (nodes[joint.body_b].now.x - nodes[joint.body_a].now.x) + one.arm_b;
+      sum += member.is_reversed ? one.arm_b : one.arm_a;
+      arm2 = max(arm2, max(one.arm_a.squaredNorm(), one.arm_b.squaredNorm()));
+    }
+    group.at = {};
+    group.at.arm_a = sum / S(group.count);
+    group.at.arm_b = group.at.arm_a - (b.now.x - a.now.x);
+    // Impulses then move the joints as much as angular impulses turn them.
+    const S gains = a.inverse_mass.sum() + b.inverse_mass.sum();
+    const S turns = a.inverse_inertia.trace() + b.inverse_inertia.trace();
+    const S length2 = arm2 + gains / turns;
+    group.length = length2 > S(0) && length2 < infinity<S> ? S(sqrt(length2)) : S(1);
+  }
+}
+
+template <Scalar S>
+void JointGroups<S>::fill_rows(const Group& group, std::span<const JointFlowJoint<S>> joints,
+                               std::span<const JointInstant<S>> at) {
+  std::size_t row = group.first_row;
+  for (std::uint32_t k = 0; k < group.count; ++k) {
+    const Member& member = members_[group.first + k];
+    const JointInstant<S>& one = at[member.joint];
+    const S sign = member.is_reversed ? S(-1) : S(1);
+    const Vec3<S> r = (member.is_reversed ? one.arm_b : one.arm_a) - group.at.arm_a;
+    for (Eigen::Index axis = 0; axis < 3; ++axis) {
+      const Vec3<S> e = sign * Vec3<S>::Unit(axis);
+      const Vec3<S> d = across(one.slide, e);
+      const Vec3<S> turn = r.cross(d) / group.length;
+      rows_[row++] = {d.x(), d.y(), d.z(), turn.x(), turn.y(), turn.z()};
+    }
+    if (lets_turn(joints[member.joint].kind)) continue;
+    for (Eigen::Index axis = 0; axis < 3; ++axis) {
+      const Vec3<S> e = sign * Vec3<S>::Unit(axis);
+      const Vec3<S> d = across(one.hinge, e);
+      rows_[row++] = {S(0), S(0), S(0), d.x(), d.y(), d.z()};
+    }
+  }
+}
+
+template <Scalar S>
+void JointGroups<S>::reduce(std::span<const JointFlowJoint<S>> joints,
+                            std::span<const JointInstant<S>> at) {
+  for (Group& group : groups_) {
+    if (group.count == 1) continue;
+    fill_rows(group, joints, at);
+    group.qr = reduce_rows(std::span<Row6<S>>(rows_).subspan(group.first_row, group.rows));
+    for (std::size_t i = 0; i < 6; ++i) {
+      for (std::size_t j = 0; j < 6; ++j) {
+        group.triangle(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)) =
+            (j < 3 ? S(1) : group.length) * group.qr.triangle[i][j];
+      }
+    }
+  }
+}
+
+template <Scalar S>
+void JointGroups<S>::gather(std::size_t g, std::span<const JointFlowJoint<S>> joints,
+                            std::span<const Twist<S>> b, Vec3<S>& linear, Vec3<S>& angular) {
+  const Group& group = groups_[g];
+  values_.clear();
+  for (std::uint32_t k = 0; k < group.count; ++k) {
+    const std::uint32_t joint = members_[group.first + k].joint;
+    for (const S& x : b[joint].linear) values_.push_back(x);
+    if (lets_turn(joints[joint].kind)) continue;
+    for (const S& x : b[joint].angular) values_.push_back(group.length * x);
+  }
+  to_triangle(group.qr, rows_of(group), std::span<S>(values_));
+  linear = {values_[0], values_[1], values_[2]};
+  angular = {values_[3], values_[4], values_[5]};
+}
+
+template <Scalar S>
+template <typename Use>
+void JointGroups<S>::spread(std::size_t g, std::span<const JointFlowJoint<S>> joints,
+                            const Vec3<S>& linear, const Vec3<S>& angular, const Use& use) {
+  const Group& group = groups_[g];
+  values_.assign(group.rows, S(0));
+  for (std::size_t i = 0; i < 3; ++i) {
+    values_[i] = linear[static_cast<Eigen::Index>(i)];
+    values_[i + 3] = angular[static_cast<Eigen::Index>(i)];
+  }
+  from_triangle(group.qr, rows_of(group), std::span<S>(values_));
+  const S* x = values_.data();
+  for (std::uint32_t k = 0; k < group.count; ++k) {
+    const std::uint32_t joint = members_[group.first + k].joint;
+    const bool has_torque = !lets_turn(joints[joint].kind);
+    const Vec3<S> force(x[0], x[1], x[2]);
+    const Vec3<S> torque = has_torque ? Vec3<S>(group.length * Vec3<S>(x[3], x[4], x[5]))
+                                      : Vec3<S>(Vec3<S>::Zero());
+    use(joint, force, torque);
+    x += has_torque ? 6 : 3;
+  }
+}
+
+}  // namespace bristle::inline BRISTLE_ABI
 
 // === bristle/dynamics/joint_order.hpp
 
@@ -30984,6 +31378,12 @@ class JointOrder {
   /// For each row of three, the first column where the matrix may not be zero.
   [[nodiscard]] std::span<const std::uint32_t> envelope() const { return envelope_; }
   [[nodiscard]] std::span<const JointCoupling> couplings() const { return couplings_; }
+  /// [-] Multiply-adds of a factorisation of the matrix within its envelope. Where that is more than
+  /// `most_work` the order is not finished: a hub with hundreds of neighbours, say.
+  [[nodiscard]] std::uint64_t factor_work() const { return factor_work_; }
+  [[nodiscard]] bool is_too_wide() const { return factor_work_ > most_work; }
+  /// Some hundredths of a second: what is wider is left to solvers whose cost has a bound.
+  static constexpr std::uint64_t most_work = 20'000'000;
   /// Whether some joint closes a loop, the bodies that forces do not move counting as one. The
   /// joints may then hold more than is free.
   [[nodiscard]] bool has_loop() const { return has_loop_; }
@@ -31007,6 +31407,7 @@ class JointOrder {
   std::vector<std::uint32_t> parent_;           // Of each body, towards the root of its tree.
   std::vector<std::uint32_t> first_row_, envelope_;
   std::vector<JointCoupling> couplings_;
+  std::uint64_t factor_work_ = 0;
   bool has_loop_ = false;
 };
 
@@ -31083,10 +31484,18 @@ void JointOrder::build(std::span<const JointFlowJoint<S>> joints, const std::vec
   first_end_.assign(moves.size() + 1, 0);
   for (const End& end : ends_) ++first_end_[end.body + 1];
   for (std::size_t i = 0; i < moves.size(); ++i) first_end_[i + 1] += first_end_[i];
-  number_joints(joints.size());
 
   first_row_.resize(joints.size());
   envelope_.clear();
+  couplings_.clear();
+  // The joints of one body all couple: that is dense, a sixth of the cube of their number.
+  factor_work_ = 0;
+  for (std::size_t i = 0; i < moves.size(); ++i) {
+    const std::uint64_t degree = first_end_[i + 1] - first_end_[i];
+    factor_work_ = std::max(factor_work_, 27 * degree * degree / 6 * degree);
+  }
+  if (is_too_wide()) return;
+  number_joints(joints.size());
   for (const std::uint32_t joint : order_) {
     const std::uint32_t row = static_cast<std::uint32_t>(envelope_.size());
     first_row_[joint] = row;
@@ -31097,8 +31506,13 @@ void JointOrder::build(std::span<const JointFlowJoint<S>> joints, const std::vec
     envelope_.push_back(first);
     if (!lets_turn(joints[joint].kind)) envelope_.push_back(first);
   }
+  // Half the square of what each row holds, in blocks of three by three.
+  factor_work_ = 0;
+  for (std::uint32_t row = 0; row < envelope_.size(); ++row) {
+    const std::uint64_t width = row - envelope_[row];
+    factor_work_ += 27 * width * width / 2;
+  }
 
-  couplings_.clear();
   for (const End& row : ends_) {
     for (std::uint32_t e = first_end_[row.body]; e < first_end_[row.body + 1]; ++e) {
       const End& column = ends_[e];
@@ -31286,11 +31700,12 @@ class JointSystem {
     bool is_diagonal = false;  // Its axes are the principal axes: cheaper to turn.
   };
 
-  /// Starts with bodies and joints, at their first instant. They must stay alive while in use.
+  /// Starts with bodies and joints, at their first instant. Bodies must stay alive while in use.
   void set(std::span<const JointFlowBody<S>> bodies, std::span<const JointFlowJoint<S>> joints);
 
   [[nodiscard]] std::span<Node> nodes() { return nodes_; }
   [[nodiscard]] std::span<const Node> nodes() const { return nodes_; }
+  /// Joints as they are solved for: `JointGroups::orient`.
   [[nodiscard]] std::span<const JointFlowJoint<S>> joints() const { return joints_; }
   [[nodiscard]] const JointInstant<S>& at(std::size_t joint) const { return at_[joint]; }
   /// [m] Largest arm of a joint at present: the size of the mechanism's parts.
@@ -31299,12 +31714,13 @@ class JointSystem {
   /// Takes over the positions in `Node::now`: arms of joints and inertias in world axes.
   void place();
   /// Builds and factors the matrix where the bodies were placed last.
-  /// @return False when it is singular or not finite.
+  /// @return False when it is singular, not finite, or too wide (`JointOrder::most_work`).
   [[nodiscard]] bool factor();
   /// Finds the wrenches, or impulses, that give each joint the relative motion b, and the `change`
   /// of motion that they give each body.
   void solve(std::span<const Twist<S>> b);
-  /// What `solve` found, of each joint on B about B's joint origin, world axes.
+  /// What `solve` found, of each joint on its B as it was given to `set`, about B's joint origin,
+  /// world axes.
   [[nodiscard]] std::span<const Wrench<S>> wrenches() const { return wrenches_; }
 
   /// J times some motion of the bodies: `motion(node)` is a twist.
@@ -31323,14 +31739,33 @@ class JointSystem {
   [[nodiscard]] bool has_same_topology(std::span<const JointFlowBody<S>> bodies,
                                        std::span<const JointFlowJoint<S>> joints) const;
   void set_inverse_inertia(Node& node) const;
+  /// lever [r], and I^-1 [r].
+  [[nodiscard]] static Mat3<S> linear_coupling(const Mat3<S>& lever, const Vec3<S>& r) {
+    Mat3<S> out;
+    out.col(0) = r.z() * lever.col(1) - r.y() * lever.col(2);
+    out.col(1) = r.x() * lever.col(2) - r.z() * lever.col(0);
+    out.col(2) = r.y() * lever.col(0) - r.x() * lever.col(1);
+    return out;
+  }
+  [[nodiscard]] static Mat3<S> angular_coupling(const Node& node, const Vec3<S>& r) {
+    Mat3<S> out;
+    for (Eigen::Index k = 0; k < 3; ++k) {
+      out.row(k) = node.inverse_inertia.col(k).cross(r).transpose();
+    }
+    return out;
+  }
+  [[nodiscard]] JointKind kind(std::size_t group) const { return groups_.joints()[group].kind; }
   void couple(const JointCoupling& coupling, const Mat3<S>& lever);
+  void couple_merged(const JointCoupling& coupling, const Mat3<S>& lever);
   void fill_free_rows();
   void add_solution(std::span<const Twist<S>> b);
+  void add_wrench(std::size_t joint, const Vec3<S>& linear, const Vec3<S>& angular);
 
-  std::span<const JointFlowJoint<S>> joints_;
+  std::vector<JointFlowJoint<S>> joints_;
   std::vector<Node> nodes_;
   std::vector<JointInstant<S>> at_;
-  JointOrder order_;
+  JointGroups<S> groups_;
+  JointOrder order_;  // Of groups.
   std::vector<bool> moves_;  // The topology that `order_` was made for, with the two below.
   std::vector<JointKind> kinds_;
   std::vector<std::array<std::uint32_t, 2>> pairs_;
@@ -31378,7 +31813,6 @@ bool JointSystem<S>::has_same_topology(std::span<const JointFlowBody<S>> bodies,
 template <Scalar S>
 void JointSystem<S>::set(std::span<const JointFlowBody<S>> bodies,
                          std::span<const JointFlowJoint<S>> joints) {
-  joints_ = joints;
   if (!has_same_topology(bodies, joints)) {
     moves_.clear();
     kinds_.clear();
@@ -31388,10 +31822,12 @@ void JointSystem<S>::set(std::span<const JointFlowBody<S>> bodies,
       kinds_.push_back(joint.kind);
       pairs_.push_back({joint.body_a, joint.body_b});
     }
-    order_.build(joints, moves_);
+    groups_.build(joints, moves_);
+    order_.build(groups_.joints(), moves_);
     matrix_.set_shape(order_.envelope());
   }
-  may_be_singular_ = order_.has_loop();
+  groups_.orient(joints, joints_);
+  may_be_singular_ = order_.has_loop() || groups_.has_merged();
   nodes_.resize(bodies.size());
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     const JointFlowBody<S>& def = bodies[i];
@@ -31458,10 +31894,7 @@ void JointSystem<S>::place() {
   for (Node& node : nodes_) {
     if (node.def->moves_by_forces) set_inverse_inertia(node);
   }
-  for (std::size_t i = 0; i < joints_.size(); ++i) {
-    at_[i] =
-        joint_instant(joints_[i], nodes_[joints_[i].body_a].now, nodes_[joints_[i].body_b].now);
-  }
+  groups_.place(joints_, nodes_, at_);
 }
 
 /// Adds what a body lets an impulse in one joint change in another. A unit impulse at the arm r
@@ -31470,39 +31903,33 @@ void JointSystem<S>::place() {
 template <Scalar S>
 void JointSystem<S>::couple(const JointCoupling& coupling, const Mat3<S>& lever) {
   const Node& node = nodes_[coupling.body];
-  const JointInstant<S>& row = at_[coupling.row];
-  const JointInstant<S>& column = at_[coupling.column];
-  const bool row_slides = lets_slide(joints_[coupling.row].kind);
-  const bool column_slides = lets_slide(joints_[coupling.column].kind);
+  const JointInstant<S>& row = groups_.at(coupling.row);
+  const JointInstant<S>& column = groups_.at(coupling.column);
+  const bool row_slides = lets_slide(kind(coupling.row));
+  const bool column_slides = lets_slide(kind(coupling.column));
   const std::size_t i = order_.first_row(coupling.row);
   const std::size_t j = order_.first_row(coupling.column);
   const S sign = coupling.is_b_of_row == coupling.is_b_of_column ? S(1) : S(-1);
   const Vec3<S> r = sign * (coupling.is_b_of_column ? column.arm_b : column.arm_a);
 
-  Mat3<S> linear;  // 1/m + lever [r]
-  linear.col(0) = r.z() * lever.col(1) - r.y() * lever.col(2);
-  linear.col(1) = r.x() * lever.col(2) - r.z() * lever.col(0);
-  linear.col(2) = r.y() * lever.col(0) - r.x() * lever.col(1);
+  Mat3<S> linear = linear_coupling(lever, r);
   linear.diagonal() += sign * node.inverse_mass;
   if (row_slides) linear -= row.slide * (row.slide.transpose() * linear);
   if (column_slides) linear -= (linear * column.slide) * column.slide.transpose();
   matrix_.at(i, j) += linear;
 
-  const bool row_turns = lets_turn(joints_[coupling.row].kind);
-  const bool column_turns = lets_turn(joints_[coupling.column].kind);
+  const bool row_turns = lets_turn(kind(coupling.row));
+  const bool column_turns = lets_turn(kind(coupling.column));
   if (!row_turns) {
-    const bool row_hinges = lets_hinge(joints_[coupling.row].kind);
-    Mat3<S> block;
-    for (Eigen::Index k = 0; k < 3; ++k) {
-      block.row(k) = node.inverse_inertia.col(k).cross(r).transpose();  // I^-1 [r]
-    }
+    const bool row_hinges = lets_hinge(kind(coupling.row));
+    Mat3<S> block = angular_coupling(node, r);
     if (column_slides) block -= (block * column.slide) * column.slide.transpose();
     if (row_hinges) block -= row.hinge * (row.hinge.transpose() * block);
     matrix_.at(i + 1, j) += block;
     if (!column_turns) {
       block = sign * node.inverse_inertia;
       if (row_hinges) block -= row.hinge * (row.hinge.transpose() * block);
-      if (lets_hinge(joints_[coupling.column].kind)) {
+      if (lets_hinge(kind(coupling.column))) {
         block -= (block * column.hinge) * column.hinge.transpose();
       }
       matrix_.at(i + 1, j + 1) += block;
@@ -31511,11 +31938,47 @@ void JointSystem<S>::couple(const JointCoupling& coupling, const Mat3<S>& lever)
   if (!column_turns && i != j) {
     Mat3<S> block = sign * lever;
     if (row_slides) block -= row.slide * (row.slide.transpose() * block);
-    if (lets_hinge(joints_[coupling.column].kind)) {
+    if (lets_hinge(kind(coupling.column))) {
       block -= (block * column.hinge) * column.hinge.transpose();
     }
     matrix_.at(i, j + 1) += block;
   }
+}
+
+/// The same where one of the two is a group of several joints, whose rows are a triangle of what
+/// `couple` finds for a joint that holds all.
+template <Scalar S>
+void JointSystem<S>::couple_merged(const JointCoupling& coupling, const Mat3<S>& lever) {
+  const Node& node = nodes_[coupling.body];
+  const JointInstant<S>& column = groups_.at(coupling.column);
+  const std::size_t i = order_.first_row(coupling.row);
+  const std::size_t j = order_.first_row(coupling.column);
+  const S sign = coupling.is_b_of_row == coupling.is_b_of_column ? S(1) : S(-1);
+  const Vec3<S> r = sign * (coupling.is_b_of_column ? column.arm_b : column.arm_a);
+  Mat6<S> block;
+  block.template topLeftCorner<3, 3>() = linear_coupling(lever, r);
+  block.template topLeftCorner<3, 3>().diagonal() += sign * node.inverse_mass;
+  block.template topRightCorner<3, 3>() = sign * lever;
+  block.template bottomLeftCorner<3, 3>() = angular_coupling(node, r);
+  block.template bottomRightCorner<3, 3>() = sign * node.inverse_inertia;
+  const auto rows_of = [&](std::size_t group) -> Mat6<S> {
+    if (groups_.is_merged(group)) return groups_.triangle(group);
+    const JointInstant<S>& at = groups_.at(group);
+    Mat6<S> rows = Mat6<S>::Identity();
+    rows.template topLeftCorner<3, 3>() -= at.slide * at.slide.transpose();
+    rows.template bottomRightCorner<3, 3>() -= at.hinge * at.hinge.transpose();
+    return rows;
+  };
+  const Mat6<S> half = rows_of(coupling.row) * block;
+  block = half * rows_of(coupling.column).transpose();
+  const bool has_below = !lets_turn(kind(coupling.row));
+  const bool has_right = !lets_turn(kind(coupling.column));
+  matrix_.at(i, j) += block.template topLeftCorner<3, 3>();
+  if (has_below) matrix_.at(i + 1, j) += block.template bottomLeftCorner<3, 3>();
+  if (has_below && has_right) {
+    matrix_.at(i + 1, j + 1) += block.template bottomRightCorner<3, 3>();
+  }
+  if (has_right && i != j) matrix_.at(i, j + 1) += block.template topRightCorner<3, 3>();
 }
 
 /// Makes the matrix regular where it is not by design: along slides and about hinges, which no row
@@ -31524,16 +31987,20 @@ void JointSystem<S>::couple(const JointCoupling& coupling, const Mat3<S>& lever)
 template <Scalar S>
 void JointSystem<S>::fill_free_rows() {
   const S share = may_be_singular_ ? Tolerance<S>::equal() : S(0);
-  for (std::size_t i = 0; i < joints_.size(); ++i) {
-    const JointKind kind = joints_[i].kind;
+  for (std::size_t i = 0; i < groups_.size(); ++i) {
+    const JointKind kind = this->kind(i);
     if (!may_be_singular_ && !lets_slide(kind) && !lets_hinge(kind)) continue;
     const std::size_t row = order_.first_row(i);
     const std::size_t rows = lets_turn(kind) ? 1 : 2;
+    // Rows of a triangle may all be zero but for the first three.
+    const S mean = groups_.is_merged(i)
+                       ? S((matrix_.at(row, row).trace() + matrix_.at(row + 1, row + 1).trace()) / S(6))
+                       : S(0);
     for (std::size_t r = row; r < row + rows; ++r) {
       Mat3<S>& block = matrix_.at(r, r);
-      S scale = block.trace() / S(3);
+      S scale = groups_.is_merged(i) ? mean : S(block.trace() / S(3));
       if (value_of(scale) == 0) scale = S(1);
-      const Vec3<S>& axis = r == row ? at_[i].slide : at_[i].hinge;
+      const Vec3<S>& axis = r == row ? groups_.at(i).slide : groups_.at(i).hinge;
       block += (scale * axis) * axis.transpose();
       block.diagonal().array() += share * scale;
     }
@@ -31542,50 +32009,82 @@ void JointSystem<S>::fill_free_rows() {
 
 template <Scalar S>
 bool JointSystem<S>::factor() {
+  if (order_.is_too_wide()) return false;
+  groups_.reduce(joints_, at_);
   matrix_.set_zero();
   Mat3<S> lever;
   const JointCoupling* before = nullptr;
   for (const JointCoupling& coupling : order_.couplings()) {
     if (before == nullptr || before->row != coupling.row || before->body != coupling.body) {
-      const JointInstant<S>& at = at_[coupling.row];
+      const JointInstant<S>& at = groups_.at(coupling.row);
       const Vec3<S>& s = coupling.is_b_of_row ? at.arm_b : at.arm_a;
       const Mat3<S>& inverse = nodes_[coupling.body].inverse_inertia;
       for (Eigen::Index k = 0; k < 3; ++k) lever.col(k) = inverse.col(k).cross(s);
     }
-    couple(coupling, lever);
+    if (groups_.is_merged(coupling.row) || groups_.is_merged(coupling.column)) {
+      couple_merged(coupling, lever);
+    } else {
+      couple(coupling, lever);
+    }
     before = &coupling;
   }
   fill_free_rows();
   return matrix_.factor();
 }
 
+/// Adds what a joint gives: the impulses of its rows, of which those along what it leaves free mean
+/// nothing.
+template <Scalar S>
+void JointSystem<S>::add_wrench(std::size_t i, const Vec3<S>& linear, const Vec3<S>& angular) {
+  const JointInstant<S>& at = at_[i];
+  const JointKind kind = joints_[i].kind;
+  const Vec3<S> force = lets_slide(kind) ? across(at.slide, linear) : linear;
+  Wrench<S>& push_a = nodes_[joints_[i].body_a].push;
+  Wrench<S>& push_b = nodes_[joints_[i].body_b].push;
+  Wrench<S> wrench{force, Vec3<S>::Zero()};
+  push_b.force += force;
+  push_a.force -= force;
+  push_b.torque += at.arm_b.cross(force);
+  push_a.torque -= at.arm_a.cross(force);
+  if (!lets_turn(kind)) {
+    wrench.torque = lets_hinge(kind) ? across(at.hinge, angular) : angular;
+    push_b.torque += wrench.torque;
+    push_a.torque -= wrench.torque;
+  }
+  if (groups_.is_exchanged(i)) {
+    // On the other body about its own origin.
+    const Node& a = nodes_[joints_[i].body_a];
+    const Vec3<S> origin = a.now.R * joints_[i].X_CmA_J.translation;
+    wrench = -wrench.shifted(origin - at.arm_a);
+  }
+  wrenches_[i] += wrench;
+}
+
 /// Solves for b and adds the wrenches and what they do to the bodies.
 template <Scalar S>
 void JointSystem<S>::add_solution(std::span<const Twist<S>> b) {
-  for (std::size_t i = 0; i < joints_.size(); ++i) {
-    const std::size_t row = order_.first_row(i);
-    rows_[row] = b[i].linear;
-    if (!lets_turn(joints_[i].kind)) rows_[row + 1] = b[i].angular;
+  for (std::size_t g = 0; g < groups_.size(); ++g) {
+    const std::size_t row = order_.first_row(g);
+    if (groups_.is_merged(g)) {
+      groups_.gather(g, joints_, b, rows_[row], rows_[row + 1]);
+      continue;
+    }
+    rows_[row] = b[groups_.joint(g)].linear;
+    if (!lets_turn(kind(g))) rows_[row + 1] = b[groups_.joint(g)].angular;
   }
   matrix_.solve(rows_);
   for (Node& node : nodes_) node.push = {};
-  for (std::size_t i = 0; i < joints_.size(); ++i) {
-    const std::size_t row = order_.first_row(i);
-    const JointInstant<S>& at = at_[i];
-    const JointKind kind = joints_[i].kind;
-    const Vec3<S> force = lets_slide(kind) ? across(at.slide, rows_[row]) : rows_[row];
-    Wrench<S>& push_a = nodes_[joints_[i].body_a].push;
-    Wrench<S>& push_b = nodes_[joints_[i].body_b].push;
-    wrenches_[i].force += force;
-    push_b.force += force;
-    push_a.force -= force;
-    push_b.torque += at.arm_b.cross(force);
-    push_a.torque -= at.arm_a.cross(force);
-    if (lets_turn(kind)) continue;
-    const Vec3<S> torque = lets_hinge(kind) ? across(at.hinge, rows_[row + 1]) : rows_[row + 1];
-    wrenches_[i].torque += torque;
-    push_b.torque += torque;
-    push_a.torque -= torque;
+  for (std::size_t g = 0; g < groups_.size(); ++g) {
+    const std::size_t row = order_.first_row(g);
+    const std::size_t last = row + (lets_turn(kind(g)) ? 0 : 1);
+    if (groups_.is_merged(g)) {
+      groups_.spread(g, joints_, rows_[row], rows_[last],
+                     [this](std::size_t joint, const Vec3<S>& linear, const Vec3<S>& angular) {
+                       add_wrench(joint, linear, angular);
+                     });
+    } else {
+      add_wrench(groups_.joint(g), rows_[row], rows_[last]);
+    }
   }
   for (Node& node : nodes_) {
     if (!node.def->moves_by_forces) continue;
@@ -33757,6 +34256,60 @@ void World<S, Backend>::wake(BodyId id) {
 /// Definitions of `World`: joints, patches, queries, time. Included by world.hpp.
 // SPDX-License-Identifier: BSD-3-Clause
 
+// === bristle/world/outward_rays.hpp
+
+/// @file
+/// Refuses sensors that point into their own body.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace bristle::inline BRISTLE_ABI::detail {
+
+/// Checks that the tip of each ray lies outside of the shapes that its body has. Where a ray starts
+/// does not matter: deep in the body, on its surface, or behind a thin plate that it passes through.
+/// What ends outside has left the body there, and feels what comes from there. Each tip is cast at
+/// each shape once.
+///
+/// @param shapes  Tags of the shapes of the body.
+/// @throws InvalidArgument that names the first sensor for which that is not so.
+template <Scalar S, typename Backend>
+void require_outward_rays(const WorldState<S, Backend>& state, const Vec3<S>& center_B,
+                          const SensorPatch<S>& patch, const std::vector<std::uint32_t>& shapes) {
+  if (shapes.empty()) return;
+  // About the centre of mass, as the patch has them.
+  const std::size_t count = patch.length.size();
+  SensorLayout<S> tips;
+  for (std::size_t i = 0; i < count; ++i) {
+    const Vec3<S> start = patch.start[i];
+    const Vec3<S> direction = patch.direction[i];
+    tips.add(start + patch.length[i] * direction, direction, patch.length[i]);
+  }
+  // A solid is closed: what starts inside is hit at the distance 0.
+  RayHits<S> hits;
+  hits.reset(count);
+  for (const std::uint32_t tag : shapes) {
+    const Collider<S, Backend>& c = state.colliders.at(tag);
+    Backend::cast_rays(c.shape, c.X_CmS, tips.rays(), tag, hits);
+  }
+  for (std::size_t i = 0; i < count; ++i) {
+    if (hits.distance[i] > S(0)) continue;
+    const Vec3<S> tip = center_B + tips.start[i];
+    std::string text = "(";
+    for (Eigen::Index axis = 0; axis < 3; ++axis) {
+      text.append(axis > 0 ? ", " : "").append(to_text(tip[axis]));
+    }
+    raise(InvalidArgument("PatchDef::sensors[" + std::to_string(i) + "]: end of the ray",
+                          text + ")",
+                          "must lie outside of the shapes of its own body, unless "
+                          "PatchDef::may_point_inwards"));
+  }
+}
+
+}  // namespace bristle::inline BRISTLE_ABI::detail
+
 // === bristle/world/snapshot.hpp
 
 /// @file
@@ -34700,6 +35253,11 @@ requires ShapeBackend<Backend, S> PatchId World<S, Backend>::add_patch(BodyId bo
   const Body<S>& owner = state_.bodies.get(body, "BodyId");
   for (const BodyId id : def.excluded) (void)state_.bodies.get(id, "PatchDef::excluded");
   SensorPatch<S> patch = make_patch(std::move(def), body, owner.center_B);
+  if (!patch.def.may_point_inwards) {
+    std::vector<std::uint32_t> shapes;
+    for_each_shape_of(body, [&](std::uint32_t tag) { shapes.push_back(tag); });
+    detail::require_outward_rays(state_, owner.center_B, patch, shapes);
+  }
   detail::disturb(state_, body);
   return state_.patches.insert(std::move(patch));
 }
