@@ -13738,6 +13738,10 @@ struct CachedPoint {
   bool is_fresh = true;
   /// Whether the impulse stopped an approach, and says nothing about the step to come.
   bool took_impact = false;
+
+  /// [m] Arms at which the impulse acted.
+  [[nodiscard]] Vec3<S> acting_arm_a() const { return arm_a + mid_offset_a; }
+  [[nodiscard]] Vec3<S> acting_arm_b() const { return arm_b + mid_offset_b; }
 };
 
 /// Points with one normal between two shapes.
@@ -14136,22 +14140,18 @@ Wrench<S> ContactReading<S>::sum(ArmOf&& arm_of) const {
 template <Scalar S>
 Wrench<S> ContactReading<S>::impulse_about(const Vec3<S>& point) const {
   return sum([&](const CachedManifold<S>& m, const CachedPoint<S>& p) -> Vec3<S> {
-    return m.center_a - point + p.arm_a + p.mid_offset_a;
+    return m.center_a - point + p.acting_arm_a();
   });
 }
 
 template <Scalar S>
 Wrench<S> ContactReading<S>::impulse_on_a() const {
-  return -sum([](const CachedManifold<S>&, const CachedPoint<S>& p) -> Vec3<S> {
-    return p.arm_a + p.mid_offset_a;
-  });
+  return -sum([](const CachedManifold<S>&, const CachedPoint<S>& p) { return p.acting_arm_a(); });
 }
 
 template <Scalar S>
 Wrench<S> ContactReading<S>::impulse_on_b() const {
-  return sum([](const CachedManifold<S>&, const CachedPoint<S>& p) -> Vec3<S> {
-    return p.arm_b + p.mid_offset_b;
-  });
+  return sum([](const CachedManifold<S>&, const CachedPoint<S>& p) { return p.acting_arm_b(); });
 }
 
 }  // namespace bristle::inline BRISTLE_ABI

@@ -38,6 +38,10 @@ struct CachedPoint {
   bool is_fresh = true;
   /// Whether the impulse stopped an approach, and says nothing about the step to come.
   bool took_impact = false;
+
+  /// [m] Arms at which the impulse acted.
+  [[nodiscard]] Vec3<S> acting_arm_a() const { return arm_a + mid_offset_a; }
+  [[nodiscard]] Vec3<S> acting_arm_b() const { return arm_b + mid_offset_b; }
 };
 
 /// Points with one normal between two shapes.

@@ -186,22 +186,18 @@ Wrench<S> ContactReading<S>::sum(ArmOf&& arm_of) const {
 template <Scalar S>
 Wrench<S> ContactReading<S>::impulse_about(const Vec3<S>& point) const {
   return sum([&](const CachedManifold<S>& m, const CachedPoint<S>& p) -> Vec3<S> {
-    return m.center_a - point + p.arm_a + p.mid_offset_a;
+    return m.center_a - point + p.acting_arm_a();
   });
 }
 
 template <Scalar S>
 Wrench<S> ContactReading<S>::impulse_on_a() const {
-  return -sum([](const CachedManifold<S>&, const CachedPoint<S>& p) -> Vec3<S> {
-    return p.arm_a + p.mid_offset_a;
-  });
+  return -sum([](const CachedManifold<S>&, const CachedPoint<S>& p) { return p.acting_arm_a(); });
 }
 
 template <Scalar S>
 Wrench<S> ContactReading<S>::impulse_on_b() const {
-  return sum([](const CachedManifold<S>&, const CachedPoint<S>& p) -> Vec3<S> {
-    return p.arm_b + p.mid_offset_b;
-  });
+  return sum([](const CachedManifold<S>&, const CachedPoint<S>& p) { return p.acting_arm_b(); });
 }
 
 }  // namespace bristle::inline BRISTLE_ABI
