@@ -4513,9 +4513,8 @@ struct ContactConstraint {
   /// acts (`time_contact`).
   Vec3<S> arm_a = Vec3<S>::Zero();
   Vec3<S> arm_b = Vec3<S>::Zero();
-  /// [m] Half of what the arms change by within the step.
-  Vec3<S> mid_offset_a = Vec3<S>::Zero();
-  Vec3<S> mid_offset_b = Vec3<S>::Zero();
+  /// [-] Number of its `CachedPoint`.
+  std::uint32_t point = 0;
   /// [m/s] Velocity along the axes that surfaces which stay together have at the end of the step,
   /// as these arms see it: not zero, since the arms go on turning.
   std::array<S, 3> bias{};
@@ -13723,7 +13722,7 @@ struct CachedPoint {
   Vec3<S> arm_a = Vec3<S>::Zero();
   Vec3<S> arm_b = Vec3<S>::Zero();
   /// [m] From these arms to those in the middle of the step: half of what they changed by in the
-  /// last one; zero for a new point. After the step: to the arms at which the impulse acted.
+  /// last one; zero for a new point.
   Vec3<S> mid_offset_a = Vec3<S>::Zero();
   Vec3<S> mid_offset_b = Vec3<S>::Zero();
   /// [m] Distance of the surfaces; negative where they overlap.
@@ -13738,10 +13737,12 @@ struct CachedPoint {
   bool is_fresh = true;
   /// Whether the impulse stopped an approach, and says nothing about the step to come.
   bool took_impact = false;
+  /// Whether the impulse acts in the middle of the step.
+  bool acts_at_mid = false;
 
-  /// [m] Arms at which the impulse acted.
-  [[nodiscard]] Vec3<S> acting_arm_a() const { return arm_a + mid_offset_a; }
-  [[nodiscard]] Vec3<S> acting_arm_b() const { return arm_b + mid_offset_b; }
+  /// [m] Arms at which the impulse acts.
+  [[nodiscard]] Vec3<S> acting_arm_a() const { return acts_at_mid ? arm_a + mid_offset_a : arm_a; }
+  [[nodiscard]] Vec3<S> acting_arm_b() const { return acts_at_mid ? arm_b + mid_offset_b : arm_b; }
 };
 
 /// Points with one normal between two shapes.
@@ -13902,6 +13903,7 @@ class ContactCache {
   /// is left by place.
   void inherit(const CachedManifold<S>& old, const CachedManifold<S>& young) {
     const TangentTurn turn(old.normal, young.normal);
+    const S half = S(0.5) * ratio_;
     std::array<bool, ContactManifold<S>::capacity> is_taken{};
     std::uint32_t fresh = young.count;
     const auto match = [&](const auto& is_same) {
@@ -13915,8 +13917,8 @@ class ContactCache {
             is_taken[k] = true;
             point.is_fresh = false;
             point.impulse = turn(other);
-            point.mid_offset_a = S(0.5) * ratio_ * (point.arm_a - other.arm_a);
-            point.mid_offset_b = S(0.5) * ratio_ * (point.arm_b - other.arm_b);
+            point.mid_offset_a = half * (point.arm_a - other.arm_a);
+            point.mid_offset_b = half * (point.arm_b - other.arm_b);
             --fresh;
           }
           k = k + 1 < old.count ? k + 1 : 0;
@@ -27538,10 +27540,7 @@ void add_contacts(const CachedManifold<S>& manifold, const std::vector<CachedPoi
     c.arm_b = point.arm_b;
     c.gap = point.gap;
     c.impulse = point.impulse;
-    // Where surfaces slide the turning of the normal would count as much, and is not known.
-    const bool sticks = is_within_cone(c);
-    c.mid_offset_a = sticks ? point.mid_offset_a : Vec3<S>(Vec3<S>::Zero());
-    c.mid_offset_b = sticks ? point.mid_offset_b : Vec3<S>(Vec3<S>::Zero());
+    c.point = i;
     c.is_fresh = point.is_fresh;
     out.contacts.push_back(c);
   }
@@ -27559,10 +27558,11 @@ void add_contacts(const CachedManifold<S>& manifold, const std::vector<CachedPoi
 /// VII.1): arms stay, and the end leaves the same -w x d.
 /// docs/solver.md derives it.
 ///
+/// @param point     The point of the contact.
 /// @param is_swept  Large islands have the arms alone: sweeps that are cut short keep no energy.
 template <Scalar S>
-void time_contact(ContactConstraint<S>& c, const SolverBody<S>& a, const SolverBody<S>& b,
-                  const SolveContext<S>& context, bool is_swept);
+void time_contact(ContactConstraint<S>& c, CachedPoint<S>& point, const SolverBody<S>& a,
+                  const SolverBody<S>& b, const SolveContext<S>& context, bool is_swept);
 
 /// [m/s] Normal velocities of a contact: at the start of the step, and at its end and in the mean
 /// of it if nothing but free motion acted.
@@ -27643,28 +27643,25 @@ template <Value T>
 }  // namespace detail
 
 template <Scalar S>
-void time_contact(ContactConstraint<S>& c, const SolverBody<S>& a, const SolverBody<S>& b,
-                  const SolveContext<S>& context, bool is_swept) {
-  // What rests pays nothing.
-  if (c.mid_offset_a.isZero(S(0)) && c.mid_offset_b.isZero(S(0))) return;
-  if (turns_far(a.start, context.dt) || turns_far(b.start, context.dt)) {
-    c.mid_offset_a = c.mid_offset_b = Vec3<S>::Zero();
-    return;
-  }
-  const bool is_trapezoidal = context.integrator == Integrator::trapezoidal;
+void time_contact(ContactConstraint<S>& c, CachedPoint<S>& point, const SolverBody<S>& a,
+                  const SolverBody<S>& b, const SolveContext<S>& context, bool is_swept) {
+  if (turns_far(a.start, context.dt) || turns_far(b.start, context.dt)) return;
+  // Where surfaces slide the turning of the normal counts as much, and is not known.
+  if (!is_within_cone(c)) return;
+  const Vec3<S>& to_mid_a = point.mid_offset_a;
+  const Vec3<S>& to_mid_b = point.mid_offset_b;
   if (!is_swept) {
-    const Vec3<S> bias =
-        a.start.angular.cross(c.mid_offset_a) - b.start.angular.cross(c.mid_offset_b);
+    const Vec3<S> bias = a.start.angular.cross(to_mid_a) - b.start.angular.cross(to_mid_b);
     for (std::size_t k = 0; k < 3; ++k) c.bias[k] = c.axes[k].dot(bias);
   }
-  if (is_trapezoidal) {
-    c.arm_a += c.mid_offset_a;
-    c.arm_b += c.mid_offset_b;
-    return;
+  if (context.integrator == Integrator::trapezoidal) {
+    point.acts_at_mid = true;
+    c.arm_a += to_mid_a;
+    c.arm_b += to_mid_b;
+  } else {
+    // The displacement is the velocity at the end, whose bias closes no gap.
+    c.gap -= context.dt * c.bias[0];
   }
-  c.mid_offset_a = c.mid_offset_b = Vec3<S>::Zero();
-  // The displacement is the velocity at the end, whose bias closes no gap.
-  c.gap -= context.dt * c.bias[0];
 }
 
 template <Value T>
@@ -27834,8 +27831,6 @@ class ContactStage {
         const ContactConstraint<S>& c = state.constraints.contacts[contact++];
         points[i].impulse = c.impulse;
         points[i].passing = c.passing;
-        points[i].mid_offset_a = c.mid_offset_a;
-        points[i].mid_offset_b = c.mid_offset_b;
         points[i].took_impact = c.is_impact;
       }
     }
@@ -33409,11 +33404,27 @@ class SolveStage {
   /// follow the motion of their mechanism are there already.
   static void time_constraints(State& state, const Island& island,
                                const SolveContext<S>& context) {
+    using std::max;
     const bool is_large = IslandSolver<S>::is_large(context);
-    for (const std::uint32_t i : island.contacts) {
-      ContactConstraint<S>& c = state.constraints.contacts[i];
-      time_contact(c, state.solver_bodies[c.body_a], state.solver_bodies[c.body_b], context,
-                   is_large);
+    // An arm r of a body that turns leaves h w^2 r / 2 at most. What that does not count for pays
+    // nothing.
+    const S least = S(2) * context.velocity_tolerance / context.dt;
+    const auto rate2 = [&](std::uint32_t slot) {
+      return state.solver_bodies[slot].start.angular.squaredNorm();
+    };
+    for (std::size_t k = 0; k < island.contacts.size();) {
+      const ContactConstraint<S>& first = state.constraints.contacts[island.contacts[k]];
+      const S w2_a = rate2(first.body_a);
+      const S w2_b = rate2(first.body_b);
+      const S reach2 = max(first.arm_a.squaredNorm(), first.arm_b.squaredNorm());
+      const bool turns = max(w2_a, w2_b) * max(w2_a, w2_b) * reach2 > least * least;
+      for (; k < island.contacts.size(); ++k) {
+        ContactConstraint<S>& c = state.constraints.contacts[island.contacts[k]];
+        if (!are_of_one_manifold(first, c)) break;
+        if (!turns) continue;
+        time_contact(c, state.contacts.points()[c.point], state.solver_bodies[c.body_a],
+                     state.solver_bodies[c.body_b], context, is_large);
+      }
     }
     if (is_large) return;
     for (const std::uint32_t i : island.blocks) {
@@ -33500,7 +33511,9 @@ class SolveStage {
     // Impulses that act in the middle of the step count from where the bodies stand at its start.
     for (const std::uint32_t i : island.contacts) {
       const ContactConstraint<S>& c = state.constraints.contacts[i];
-      excess += (S(1) / dt) * Vec3<S>(c.mid_offset_b - c.mid_offset_a).cross(c.impulse_W());
+      const CachedPoint<S>& point = state.contacts.points()[c.point];
+      if (!point.acts_at_mid) continue;
+      excess += (S(1) / dt) * Vec3<S>(point.mid_offset_b - point.mid_offset_a).cross(c.impulse_W());
     }
     const Vec3<S> turn = inverse_inertia<S>(inertia) * (-dt * excess);
     for (const std::uint32_t slot : island.bodies) {
@@ -34806,6 +34819,7 @@ void visit_contacts(const State& state, Cache& cache, Visitor& visit) {
     visit.value(std::span(point.impulse));
     visit.value(std::span(point.passing));
     visit.value(point.took_impact);
+    visit.value(point.acts_at_mid);
     visit.require("contacts (points)", has_finite_square(point.arm_a) &&
                                            has_finite_square(point.arm_b) &&
                                            has_finite_square(point.mid_offset_a) &&

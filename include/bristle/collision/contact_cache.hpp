@@ -23,7 +23,7 @@ struct CachedPoint {
   Vec3<S> arm_a = Vec3<S>::Zero();
   Vec3<S> arm_b = Vec3<S>::Zero();
   /// [m] From these arms to those in the middle of the step: half of what they changed by in the
-  /// last one; zero for a new point. After the step: to the arms at which the impulse acted.
+  /// last one; zero for a new point.
   Vec3<S> mid_offset_a = Vec3<S>::Zero();
   Vec3<S> mid_offset_b = Vec3<S>::Zero();
   /// [m] Distance of the surfaces; negative where they overlap.
@@ -38,10 +38,12 @@ struct CachedPoint {
   bool is_fresh = true;
   /// Whether the impulse stopped an approach, and says nothing about the step to come.
   bool took_impact = false;
+  /// Whether the impulse acts in the middle of the step.
+  bool acts_at_mid = false;
 
-  /// [m] Arms at which the impulse acted.
-  [[nodiscard]] Vec3<S> acting_arm_a() const { return arm_a + mid_offset_a; }
-  [[nodiscard]] Vec3<S> acting_arm_b() const { return arm_b + mid_offset_b; }
+  /// [m] Arms at which the impulse acts.
+  [[nodiscard]] Vec3<S> acting_arm_a() const { return acts_at_mid ? arm_a + mid_offset_a : arm_a; }
+  [[nodiscard]] Vec3<S> acting_arm_b() const { return acts_at_mid ? arm_b + mid_offset_b : arm_b; }
 };
 
 /// Points with one normal between two shapes.
@@ -202,6 +204,7 @@ class ContactCache {
   /// is left by place.
   void inherit(const CachedManifold<S>& old, const CachedManifold<S>& young) {
     const TangentTurn turn(old.normal, young.normal);
+    const S half = S(0.5) * ratio_;
     std::array<bool, ContactManifold<S>::capacity> is_taken{};
     std::uint32_t fresh = young.count;
     const auto match = [&](const auto& is_same) {
@@ -215,8 +218,8 @@ class ContactCache {
             is_taken[k] = true;
             point.is_fresh = false;
             point.impulse = turn(other);
-            point.mid_offset_a = S(0.5) * ratio_ * (point.arm_a - other.arm_a);
-            point.mid_offset_b = S(0.5) * ratio_ * (point.arm_b - other.arm_b);
+            point.mid_offset_a = half * (point.arm_a - other.arm_a);
+            point.mid_offset_b = half * (point.arm_b - other.arm_b);
             --fresh;
           }
           k = k + 1 < old.count ? k + 1 : 0;

@@ -39,10 +39,7 @@ void add_contacts(const CachedManifold<S>& manifold, const std::vector<CachedPoi
     c.arm_b = point.arm_b;
     c.gap = point.gap;
     c.impulse = point.impulse;
-    // Where surfaces slide the turning of the normal would count as much, and is not known.
-    const bool sticks = is_within_cone(c);
-    c.mid_offset_a = sticks ? point.mid_offset_a : Vec3<S>(Vec3<S>::Zero());
-    c.mid_offset_b = sticks ? point.mid_offset_b : Vec3<S>(Vec3<S>::Zero());
+    c.point = i;
     c.is_fresh = point.is_fresh;
     out.contacts.push_back(c);
   }
@@ -60,10 +57,11 @@ void add_contacts(const CachedManifold<S>& manifold, const std::vector<CachedPoi
 /// VII.1): arms stay, and the end leaves the same -w x d.
 /// docs/solver.md derives it.
 ///
+/// @param point     The point of the contact.
 /// @param is_swept  Large islands have the arms alone: sweeps that are cut short keep no energy.
 template <Scalar S>
-void time_contact(ContactConstraint<S>& c, const SolverBody<S>& a, const SolverBody<S>& b,
-                  const SolveContext<S>& context, bool is_swept);
+void time_contact(ContactConstraint<S>& c, CachedPoint<S>& point, const SolverBody<S>& a,
+                  const SolverBody<S>& b, const SolveContext<S>& context, bool is_swept);
 
 /// [m/s] Normal velocities of a contact: at the start of the step, and at its end and in the mean
 /// of it if nothing but free motion acted.
@@ -144,28 +142,25 @@ template <Value T>
 }  // namespace detail
 
 template <Scalar S>
-void time_contact(ContactConstraint<S>& c, const SolverBody<S>& a, const SolverBody<S>& b,
-                  const SolveContext<S>& context, bool is_swept) {
-  // What rests pays nothing.
-  if (c.mid_offset_a.isZero(S(0)) && c.mid_offset_b.isZero(S(0))) return;
-  if (turns_far(a.start, context.dt) || turns_far(b.start, context.dt)) {
-    c.mid_offset_a = c.mid_offset_b = Vec3<S>::Zero();
-    return;
-  }
-  const bool is_trapezoidal = context.integrator == Integrator::trapezoidal;
+void time_contact(ContactConstraint<S>& c, CachedPoint<S>& point, const SolverBody<S>& a,
+                  const SolverBody<S>& b, const SolveContext<S>& context, bool is_swept) {
+  if (turns_far(a.start, context.dt) || turns_far(b.start, context.dt)) return;
+  // Where surfaces slide the turning of the normal counts as much, and is not known.
+  if (!is_within_cone(c)) return;
+  const Vec3<S>& to_mid_a = point.mid_offset_a;
+  const Vec3<S>& to_mid_b = point.mid_offset_b;
   if (!is_swept) {
-    const Vec3<S> bias =
-        a.start.angular.cross(c.mid_offset_a) - b.start.angular.cross(c.mid_offset_b);
+    const Vec3<S> bias = a.start.angular.cross(to_mid_a) - b.start.angular.cross(to_mid_b);
     for (std::size_t k = 0; k < 3; ++k) c.bias[k] = c.axes[k].dot(bias);
   }
-  if (is_trapezoidal) {
-    c.arm_a += c.mid_offset_a;
-    c.arm_b += c.mid_offset_b;
-    return;
+  if (context.integrator == Integrator::trapezoidal) {
+    point.acts_at_mid = true;
+    c.arm_a += to_mid_a;
+    c.arm_b += to_mid_b;
+  } else {
+    // The displacement is the velocity at the end, whose bias closes no gap.
+    c.gap -= context.dt * c.bias[0];
   }
-  c.mid_offset_a = c.mid_offset_b = Vec3<S>::Zero();
-  // The displacement is the velocity at the end, whose bias closes no gap.
-  c.gap -= context.dt * c.bias[0];
 }
 
 template <Value T>

@@ -34,9 +34,8 @@ struct ContactConstraint {
   /// acts (`time_contact`).
   Vec3<S> arm_a = Vec3<S>::Zero();
   Vec3<S> arm_b = Vec3<S>::Zero();
-  /// [m] Half of what the arms change by within the step.
-  Vec3<S> mid_offset_a = Vec3<S>::Zero();
-  Vec3<S> mid_offset_b = Vec3<S>::Zero();
+  /// [-] Number of its `CachedPoint`.
+  std::uint32_t point = 0;
   /// [m/s] Velocity along the axes that surfaces which stay together have at the end of the step,
   /// as these arms see it: not zero, since the arms go on turning.
   std::array<S, 3> bias{};

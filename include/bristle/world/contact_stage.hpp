@@ -80,8 +80,6 @@ class ContactStage {
         const ContactConstraint<S>& c = state.constraints.contacts[contact++];
         points[i].impulse = c.impulse;
         points[i].passing = c.passing;
-        points[i].mid_offset_a = c.mid_offset_a;
-        points[i].mid_offset_b = c.mid_offset_b;
         points[i].took_impact = c.is_impact;
       }
     }

@@ -391,6 +391,7 @@ void visit_contacts(const State& state, Cache& cache, Visitor& visit) {
     visit.value(std::span(point.impulse));
     visit.value(std::span(point.passing));
     visit.value(point.took_impact);
+    visit.value(point.acts_at_mid);
     visit.require("contacts (points)", has_finite_square(point.arm_a) &&
                                            has_finite_square(point.arm_b) &&
                                            has_finite_square(point.mid_offset_a) &&
