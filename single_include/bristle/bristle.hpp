@@ -8974,10 +8974,6 @@ struct PatchDef {
   std::uint32_t sees = 0xffffffffu;
   /// [-] Bodies the sensors never see, besides their own.
   std::vector<BodyId> excluded{};
-  /// [-] Accepts rays that end inside their own body. `World::add_patch` refuses them otherwise: the
-  /// end of a ray must lie outside of all shapes that the body has then. A ray that never leaves its
-  /// body feels what comes through the body, and presses the body towards that.
-  bool may_point_inwards = false;
   /// [-] Rays are cast in every so many-th step, >= 1; in the steps between, and in all of them the
   /// law is evaluated, the surfaces met move on as planes (docs/sensors.md, section 8). Patches
   /// take turns by their slots. Rays are cast sooner when another shape
@@ -16726,8 +16722,6 @@ class World {
   // Sensors
   // ----------------------------------------------------------------------------------------
 
-  /// Adds sensors to a body, in its frame. Shapes that the body gets later are not looked at.
-  /// @throws InvalidArgument naming the field or the sensor that points into its own body.
   PatchId add_patch(BodyId body, PatchDef<S> def);
   /// A patch whose sensors share constants and integrate automatically.
   PatchId add_patch(BodyId body, SensorLayout<S> sensors, const SensorParameters<S>& parameters);
@@ -34269,60 +34263,6 @@ void World<S, Backend>::wake(BodyId id) {
 /// Definitions of `World`: joints, patches, queries, time. Included by world.hpp.
 // SPDX-License-Identifier: BSD-3-Clause
 
-// === bristle/world/outward_rays.hpp
-
-/// @file
-/// Refuses sensors that point into their own body.
-// SPDX-License-Identifier: BSD-3-Clause
-
-#include <cstdint>
-#include <string>
-#include <vector>
-
-namespace bristle::inline BRISTLE_ABI::detail {
-
-/// Checks that the tip of each ray lies outside of the shapes that its body has. Where a ray starts
-/// does not matter: deep in the body, on its surface, or behind a thin plate that it passes through.
-/// What ends outside has left the body there, and feels what comes from there. Each tip is cast at
-/// each shape once.
-///
-/// @param shapes  Tags of the shapes of the body.
-/// @throws InvalidArgument that names the first sensor for which that is not so.
-template <Scalar S, typename Backend>
-void require_outward_rays(const WorldState<S, Backend>& state, const Vec3<S>& center_B,
-                          const SensorPatch<S>& patch, const std::vector<std::uint32_t>& shapes) {
-  if (shapes.empty()) return;
-  // About the centre of mass, as the patch has them.
-  const std::size_t count = patch.length.size();
-  SensorLayout<S> tips;
-  for (std::size_t i = 0; i < count; ++i) {
-    const Vec3<S> start = patch.start[i];
-    const Vec3<S> direction = patch.direction[i];
-    tips.add(start + patch.length[i] * direction, direction, patch.length[i]);
-  }
-  // A solid is closed: what starts inside is hit at the distance 0.
-  RayHits<S> hits;
-  hits.reset(count);
-  for (const std::uint32_t tag : shapes) {
-    const Collider<S, Backend>& c = state.colliders.at(tag);
-    Backend::cast_rays(c.shape, c.X_CmS, tips.rays(), tag, hits);
-  }
-  for (std::size_t i = 0; i < count; ++i) {
-    if (hits.distance[i] > S(0)) continue;
-    const Vec3<S> tip = center_B + tips.start[i];
-    std::string text = "(";
-    for (Eigen::Index axis = 0; axis < 3; ++axis) {
-      text.append(axis > 0 ? ", " : "").append(to_text(tip[axis]));
-    }
-    raise(InvalidArgument("PatchDef::sensors[" + std::to_string(i) + "]: end of the ray",
-                          text + ")",
-                          "must lie outside of the shapes of its own body, unless "
-                          "PatchDef::may_point_inwards"));
-  }
-}
-
-}  // namespace bristle::inline BRISTLE_ABI::detail
-
 // === bristle/world/snapshot.hpp
 
 /// @file
@@ -35267,11 +35207,6 @@ requires ShapeBackend<Backend, S> PatchId World<S, Backend>::add_patch(BodyId bo
   const Body<S>& owner = state_.bodies.get(body, "BodyId");
   for (const BodyId id : def.excluded) (void)state_.bodies.get(id, "PatchDef::excluded");
   SensorPatch<S> patch = make_patch(std::move(def), body, owner.center_B);
-  if (!patch.def.may_point_inwards) {
-    std::vector<std::uint32_t> shapes;
-    for_each_shape_of(body, [&](std::uint32_t tag) { shapes.push_back(tag); });
-    detail::require_outward_rays(state_, owner.center_B, patch, shapes);
-  }
   detail::disturb(state_, body);
   return state_.patches.insert(std::move(patch));
 }
