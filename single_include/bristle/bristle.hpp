@@ -4563,12 +4563,17 @@ struct ContactConstraint {
   }
 };
 
-/// Whether a contact's impulse lies within its friction cone, so that its surfaces stick; at the
-/// edge of the cone, to a thousandth, they slide.
+/// [1] How far an impulse is from the edge of its friction cone, where surfaces slide: 0 at the edge
+/// and 1 up to nine tenths of the way to it, without a jump that would make small differences large.
+/// @param impulse  [N s] Along the normal and two tangents.
 template <Scalar S>
-[[nodiscard]] bool is_within_cone(const ContactConstraint<S>& c) {
-  const S most = S(0.999) * c.friction * c.impulse[0];
-  return c.impulse[1] * c.impulse[1] + c.impulse[2] * c.impulse[2] < most * most;
+[[nodiscard]] S hold_of(const std::array<S, 3>& impulse, const S& friction) {
+  using std::min;
+  using std::sqrt;
+  const S most = friction * impulse[0];
+  const S friction2 = impulse[1] * impulse[1] + impulse[2] * impulse[2];
+  if (!(friction2 < most * most)) return S(0);
+  return friction2 > S(0) ? min(S(1), S(10) * (S(1) - sqrt(friction2) / most)) : S(1);
 }
 
 /// Whether two contacts are between the same bodies along the same axes.
@@ -27553,10 +27558,13 @@ void add_contacts(const CachedManifold<S>& manifold, const std::vector<CachedPoi
 /// docs/solver.md derives it.
 ///
 /// @param point     The point of the contact.
+/// @param hold      [1] `hold_of` the impulses of its manifold. Where surfaces slide the turning of
+///                  the normal counts as much as that of the arms, and is not known.
 /// @param is_swept  Large islands have the arms alone: sweeps that are cut short keep no energy.
 template <Scalar S>
-void time_contact(ContactConstraint<S>& c, CachedPoint<S>& point, const SolverBody<S>& a,
-                  const SolverBody<S>& b, const SolveContext<S>& context, bool is_swept);
+void time_contact(ContactConstraint<S>& c, CachedPoint<S>& point, const S& hold,
+                  const SolverBody<S>& a, const SolverBody<S>& b, const SolveContext<S>& context,
+                  bool is_swept);
 
 /// [m/s] Normal velocities of a contact: at the start of the step, and at its end and in the mean
 /// of it if nothing but free motion acted.
@@ -27637,13 +27645,11 @@ template <Value T>
 }  // namespace detail
 
 template <Scalar S>
-void time_contact(ContactConstraint<S>& c, CachedPoint<S>& point, const SolverBody<S>& a,
-                  const SolverBody<S>& b, const SolveContext<S>& context, bool is_swept) {
-  if (turns_far(a.start, context.dt) || turns_far(b.start, context.dt)) return;
-  // Where surfaces slide the turning of the normal counts as much, and is not known.
-  if (!is_within_cone(c)) return;
-  const Vec3<S>& to_mid_a = point.mid_offset_a;
-  const Vec3<S>& to_mid_b = point.mid_offset_b;
+void time_contact(ContactConstraint<S>& c, CachedPoint<S>& point, const S& hold,
+                  const SolverBody<S>& a, const SolverBody<S>& b, const SolveContext<S>& context,
+                  bool is_swept) {
+  const Vec3<S>& to_mid_a = point.mid_offset_a *= hold;
+  const Vec3<S>& to_mid_b = point.mid_offset_b *= hold;
   if (!is_swept) {
     const Vec3<S> bias = a.start.angular.cross(to_mid_a) - b.start.angular.cross(to_mid_b);
     for (std::size_t k = 0; k < 3; ++k) c.bias[k] = c.axes[k].dot(bias);
@@ -33403,21 +33409,27 @@ class SolveStage {
     // An arm r of a body that turns leaves h w^2 r / 2 at most. What that does not count for pays
     // nothing.
     const S least = S(2) * context.velocity_tolerance / context.dt;
-    const auto rate2 = [&](std::uint32_t slot) {
-      return state.solver_bodies[slot].start.angular.squaredNorm();
-    };
     for (std::size_t k = 0; k < island.contacts.size();) {
       const ContactConstraint<S>& first = state.constraints.contacts[island.contacts[k]];
-      const S w2_a = rate2(first.body_a);
-      const S w2_b = rate2(first.body_b);
-      const S reach2 = max(first.arm_a.squaredNorm(), first.arm_b.squaredNorm());
-      const bool turns = max(w2_a, w2_b) * max(w2_a, w2_b) * reach2 > least * least;
+      const SolverBody<S>& a = state.solver_bodies[first.body_a];
+      const SolverBody<S>& b = state.solver_bodies[first.body_b];
+      const std::size_t begin = k;
+      // How points share what their manifold carries is not unique: its sum is.
+      std::array<S, 3> impulse{};
       for (; k < island.contacts.size(); ++k) {
-        ContactConstraint<S>& c = state.constraints.contacts[island.contacts[k]];
+        const ContactConstraint<S>& c = state.constraints.contacts[island.contacts[k]];
         if (!are_of_one_manifold(first, c)) break;
-        if (!turns) continue;
-        time_contact(c, state.contacts.points()[c.point], state.solver_bodies[c.body_a],
-                     state.solver_bodies[c.body_b], context, is_large);
+        for (std::size_t axis = 0; axis < 3; ++axis) impulse[axis] += c.impulse[axis];
+      }
+      const S w2 = max(a.start.angular.squaredNorm(), b.start.angular.squaredNorm());
+      const S reach2 = max(first.arm_a.squaredNorm(), first.arm_b.squaredNorm());
+      if (!(w2 * w2 * reach2 > least * least)) continue;
+      if (turns_far(a.start, context.dt) || turns_far(b.start, context.dt)) continue;
+      const S hold = hold_of(impulse, first.friction);
+      if (!(hold > S(0))) continue;
+      for (std::size_t n = begin; n < k; ++n) {
+        ContactConstraint<S>& c = state.constraints.contacts[island.contacts[n]];
+        time_contact(c, state.contacts.points()[c.point], hold, a, b, context, is_large);
       }
     }
     if (is_large) return;

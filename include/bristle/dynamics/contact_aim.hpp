@@ -58,10 +58,13 @@ void add_contacts(const CachedManifold<S>& manifold, const std::vector<CachedPoi
 /// docs/solver.md derives it.
 ///
 /// @param point     The point of the contact.
+/// @param hold      [1] `hold_of` the impulses of its manifold. Where surfaces slide the turning of
+///                  the normal counts as much as that of the arms, and is not known.
 /// @param is_swept  Large islands have the arms alone: sweeps that are cut short keep no energy.
 template <Scalar S>
-void time_contact(ContactConstraint<S>& c, CachedPoint<S>& point, const SolverBody<S>& a,
-                  const SolverBody<S>& b, const SolveContext<S>& context, bool is_swept);
+void time_contact(ContactConstraint<S>& c, CachedPoint<S>& point, const S& hold,
+                  const SolverBody<S>& a, const SolverBody<S>& b, const SolveContext<S>& context,
+                  bool is_swept);
 
 /// [m/s] Normal velocities of a contact: at the start of the step, and at its end and in the mean
 /// of it if nothing but free motion acted.
@@ -142,13 +145,11 @@ template <Value T>
 }  // namespace detail
 
 template <Scalar S>
-void time_contact(ContactConstraint<S>& c, CachedPoint<S>& point, const SolverBody<S>& a,
-                  const SolverBody<S>& b, const SolveContext<S>& context, bool is_swept) {
-  if (turns_far(a.start, context.dt) || turns_far(b.start, context.dt)) return;
-  // Where surfaces slide the turning of the normal counts as much, and is not known.
-  if (!is_within_cone(c)) return;
-  const Vec3<S>& to_mid_a = point.mid_offset_a;
-  const Vec3<S>& to_mid_b = point.mid_offset_b;
+void time_contact(ContactConstraint<S>& c, CachedPoint<S>& point, const S& hold,
+                  const SolverBody<S>& a, const SolverBody<S>& b, const SolveContext<S>& context,
+                  bool is_swept) {
+  const Vec3<S>& to_mid_a = point.mid_offset_a *= hold;
+  const Vec3<S>& to_mid_b = point.mid_offset_b *= hold;
   if (!is_swept) {
     const Vec3<S> bias = a.start.angular.cross(to_mid_a) - b.start.angular.cross(to_mid_b);
     for (std::size_t k = 0; k < 3; ++k) c.bias[k] = c.axes[k].dot(bias);

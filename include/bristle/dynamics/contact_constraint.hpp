@@ -84,12 +84,17 @@ struct ContactConstraint {
   }
 };
 
-/// Whether a contact's impulse lies within its friction cone, so that its surfaces stick; at the
-/// edge of the cone, to a thousandth, they slide.
+/// [1] How far an impulse is from the edge of its friction cone, where surfaces slide: 0 at the edge
+/// and 1 up to nine tenths of the way to it, without a jump that would make small differences large.
+/// @param impulse  [N s] Along the normal and two tangents.
 template <Scalar S>
-[[nodiscard]] bool is_within_cone(const ContactConstraint<S>& c) {
-  const S most = S(0.999) * c.friction * c.impulse[0];
-  return c.impulse[1] * c.impulse[1] + c.impulse[2] * c.impulse[2] < most * most;
+[[nodiscard]] S hold_of(const std::array<S, 3>& impulse, const S& friction) {
+  using std::min;
+  using std::sqrt;
+  const S most = friction * impulse[0];
+  const S friction2 = impulse[1] * impulse[1] + impulse[2] * impulse[2];
+  if (!(friction2 < most * most)) return S(0);
+  return friction2 > S(0) ? min(S(1), S(10) * (S(1) - sqrt(friction2) / most)) : S(1);
 }
 
 /// Whether two contacts are between the same bodies along the same axes.

@@ -264,21 +264,27 @@ class SolveStage {
     // An arm r of a body that turns leaves h w^2 r / 2 at most. What that does not count for pays
     // nothing.
     const S least = S(2) * context.velocity_tolerance / context.dt;
-    const auto rate2 = [&](std::uint32_t slot) {
-      return state.solver_bodies[slot].start.angular.squaredNorm();
-    };
     for (std::size_t k = 0; k < island.contacts.size();) {
       const ContactConstraint<S>& first = state.constraints.contacts[island.contacts[k]];
-      const S w2_a = rate2(first.body_a);
-      const S w2_b = rate2(first.body_b);
-      const S reach2 = max(first.arm_a.squaredNorm(), first.arm_b.squaredNorm());
-      const bool turns = max(w2_a, w2_b) * max(w2_a, w2_b) * reach2 > least * least;
+      const SolverBody<S>& a = state.solver_bodies[first.body_a];
+      const SolverBody<S>& b = state.solver_bodies[first.body_b];
+      const std::size_t begin = k;
+      // How points share what their manifold carries is not unique: its sum is.
+      std::array<S, 3> impulse{};
       for (; k < island.contacts.size(); ++k) {
-        ContactConstraint<S>& c = state.constraints.contacts[island.contacts[k]];
+        const ContactConstraint<S>& c = state.constraints.contacts[island.contacts[k]];
         if (!are_of_one_manifold(first, c)) break;
-        if (!turns) continue;
-        time_contact(c, state.contacts.points()[c.point], state.solver_bodies[c.body_a],
-                     state.solver_bodies[c.body_b], context, is_large);
+        for (std::size_t axis = 0; axis < 3; ++axis) impulse[axis] += c.impulse[axis];
+      }
+      const S w2 = max(a.start.angular.squaredNorm(), b.start.angular.squaredNorm());
+      const S reach2 = max(first.arm_a.squaredNorm(), first.arm_b.squaredNorm());
+      if (!(w2 * w2 * reach2 > least * least)) continue;
+      if (turns_far(a.start, context.dt) || turns_far(b.start, context.dt)) continue;
+      const S hold = hold_of(impulse, first.friction);
+      if (!(hold > S(0))) continue;
+      for (std::size_t n = begin; n < k; ++n) {
+        ContactConstraint<S>& c = state.constraints.contacts[island.contacts[n]];
+        time_contact(c, state.contacts.points()[c.point], hold, a, b, context, is_large);
       }
     }
     if (is_large) return;
