@@ -132,8 +132,9 @@ class Task {
         hands_{Hand(world_, post_, {-reach, height, 0}, thread_radius, def.integration),
                Hand(world_, post_, {reach, height, 0}, thread_radius, def.integration)} {
     using namespace bristle;
+    const Vec3<double> along_x(0, std::numbers::pi / 2, 0);
     world_.add_shape(post_, {.shape = Cylinder<double>{post_radius, 0.25},
-                             .X_BS = {exp_rotation<double>({0, std::numbers::pi / 2, 0}), {}},
+                             .X_BS = {.rotation = exp_rotation(along_x)},
                              .material = {.friction = post_friction}});
   }
 

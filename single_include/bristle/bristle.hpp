@@ -1900,7 +1900,9 @@ namespace bristle::inline BRISTLE_ABI {
 
 /// Pose X_AB of a frame B in a frame A: maps coordinates in B to coordinates in A.
 ///
-/// `X_AC = X_AB * X_BC`, `p_AP = X_AB * p_BP`, and names tell when frames do not meet.
+/// `X_AC = X_AB * X_BC`, `p_AP = X_AB * p_BP`, and names tell when frames do not meet. What is left
+/// out is the identity, as in `{.rotation = r}`; `{r, {}}` is not, since Eigen leaves the numbers of
+/// a vector that is made from `{}` as memory has them.
 template <Scalar S>
 struct Transform {
   /// [1] R_AB as a unit quaternion.
