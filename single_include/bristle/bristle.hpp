@@ -4548,6 +4548,10 @@ struct ContactConstraint {
   bool is_fresh = true;
   /// Whether it stops an approach in this step rather than carrying a load.
   bool is_impact = false;
+  /// Whether the motion of the step was found to leave its surfaces apart, so that it cannot press;
+  /// and whether they come together where it does not.
+  bool is_open = false;
+  bool is_shut = false;
 
   /// [m/s] Velocity of B's material relative to A's at the point.
   [[nodiscard]] Vec3<S> velocity(const Twist<S>& a, const Twist<S>& b) const {
@@ -27725,6 +27729,13 @@ void aim_contact(ContactConstraint<S>& c, const SolverBody<S>& a, const SolverBo
   const NormalSpeeds<S> speeds{normal_part(a.start, b.start), normal_part(a.free, b.free),
                                normal_part(a.free_motion, b.free_motion)};
   const bool is_trapezoidal = context.integrator == Integrator::trapezoidal;
+  if (c.is_open) {
+    c.target = -c.gap / context.dt;
+    c.bounce_share = S(-1);
+    c.is_impact = false;
+    c.impulse = {};
+    return;
+  }
   const S gap = is_trapezoidal ? c.gap : c.gap + context.dt * c.bias[0];
   const ContactAim<S> aim = aim_at<S>(gap, c.restitution, c.impulse[0], speeds,
                                       a.follows_joints || b.follows_joints, context);
@@ -30244,6 +30255,40 @@ class IslandSolver {
       place_part(island, constraints, bodies, context, context.settings.max_position_sweeps,
                  report);
     }
+  }
+
+  /// Finds contacts that press though the displacements of the step leave their surfaces apart and
+  /// need nothing of their impulse: free motion alone would close them, and other contacts do not
+  /// let it. They are open, unless the step without their impulses closes them after all. There is
+  /// no other order to tell it in, since displacements follow from impulses. Gaps that are smaller
+  /// than the way that surfaces slide in the step are not known well enough to tell.
+  ///
+  /// @return Whether any contact was found to be open or shut, so that the velocities are to be
+  ///         solved anew.
+  [[nodiscard]] static bool revise(const Island& island, Constraints<S>& constraints,
+                                   std::span<const SolverBody<S>> bodies,
+                                   const SolveContext<S>& context) {
+    using std::max;
+    using std::min;
+    if (is_large(context) || context.integrator != Integrator::trapezoidal) return false;
+    bool has_changed = false;
+    for (const std::uint32_t i : island.contacts) {
+      ContactConstraint<S>& c = constraints.contacts[i];
+      if (!(c.impulse[0] > S(0))) continue;
+      if (c.is_open) {
+        c.is_open = false;
+        c.is_shut = has_changed = true;
+        continue;
+      }
+      const bool may_open = !c.is_shut && !c.parts && c.parting_target() == S(0);
+      if (!may_open || c.placed > S(0)) continue;
+      const SolverBody<S>& a = bodies[c.body_a];
+      const SolverBody<S>& b = bodies[c.body_b];
+      const S left = min(c.gap, c.gap + context.dt * c.normal_velocity(a.motion, b.motion));
+      const S slid = context.dt * c.velocity(a.start, b.start).norm();
+      if (left > max(context.position_tolerance, slid)) c.is_open = has_changed = true;
+    }
+    return has_changed;
   }
 
   /// [-] Multiply-adds of one assembly and factorisation of an island's matrix, for
@@ -33380,15 +33425,20 @@ class SolveStage {
       }
       return has_changed;
     };
-    solve_in_passes(context.settings.max_passes, solve_once, answer);
-    // What the sensors gave is the sum of their evaluated impulses.
-    if (!island.soft.empty()) apply_impulses(island, constraints, bodies);
-    bounces_.calm(island, constraints, bodies, context, solver_, report);
-    if (!(report.residual < infinity<S>) || !are_finite(bodies, island)) {
-      guard(state, sensors, island, context);
-      return;
+    // Which contacts cannot press is known once displacements are.
+    for (int pass = 0;; ++pass) {
+      solve_in_passes(context.settings.max_passes, solve_once, answer);
+      // What the sensors gave is the sum of their evaluated impulses.
+      if (!island.soft.empty()) apply_impulses(island, constraints, bodies);
+      bounces_.calm(island, constraints, bodies, context, solver_, report);
+      if (!(report.residual < infinity<S>) || !are_finite(bodies, island)) {
+        guard(state, sensors, island, context);
+        return;
+      }
+      solver_.place(island, constraints, bodies, context, report);
+      if (pass == context.settings.max_passes) break;
+      if (!solver_.revise(island, constraints, bodies, context)) break;
     }
-    solver_.place(island, constraints, bodies, context, report);
     if (context.integrator == Integrator::trapezoidal) keep_angular_momentum(state, island);
     if (!island.blocks.empty() && !IslandSolver<S>::is_large(context)) {
       limit_corrections(state, island, context);

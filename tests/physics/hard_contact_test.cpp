@@ -146,6 +146,58 @@ TEST_CASE("hard_contact: a fast body does not tunnel") {
   CHECK(slider.world.pose(slider.box).translation.z() == doctest::Approx(0.01).epsilon(1e-6));
 }
 
+/// Two fingertips that forces press together, with a plate of 10 mm between them.
+TEST_CASE("hard_contact: fingertips do not press on each other through what they hold") {
+  struct Squeeze {
+    double time_step, force;  // [s, N]
+  };
+  // Without the plate each pair would meet within the step: F h^2 / 2 m > 5 mm, half of its gap.
+  for (const Squeeze& squeeze : {Squeeze{1.0 / 60, 30}, Squeeze{1.0 / 240, 120}}) {
+    CAPTURE(squeeze.time_step);
+    const double half_thickness = 0.005;
+    const double radius = 0.01;
+    const double mass = 0.1;
+    REQUIRE(0.5 * squeeze.force / mass * squeeze.time_step * squeeze.time_step > half_thickness);
+    World<double> world({.time_step = squeeze.time_step});
+    const BodyId plate = world.add_body({.mass = 0.2,
+                                         .shape = Box<double>{{half_thickness, 0.05, 0.1}},
+                                         .material = {.friction = 0.8}});
+    std::array<BodyId, 2> tips{};
+    for (const std::size_t k : {0u, 1u}) {
+      BodyDef<double> tip{
+          .mass = mass, .shape = Sphere<double>{radius}, .material = {.friction = 0.8}};
+      tip.gravity_scale = 0;
+      tip.position.x() = (k == 0 ? -1 : 1) * (half_thickness + radius);
+      tip.locked.linear = {false, true, true};
+      tip.locked.angular = {true, true, true};
+      tips[k] = world.add_body(tip);
+    }
+    const double carried = squeeze.force * squeeze.time_step;
+    for (int i = 0; i < 60; ++i) {
+      for (const std::size_t k : {0u, 1u}) {
+        const double inwards = k == 0 ? squeeze.force : -squeeze.force;
+        world.apply_force(tips[k], {inwards, 0, 0}, world.pose(tips[k]).translation);
+      }
+      world.step();
+      int pressing = 0;
+      world.for_each_contact([&](const ContactReading<double>& contact) {
+        if (contact.body_a != plate && contact.body_b != plate) {
+          contact.for_each_point([&](const ContactPointReading<double>& point) {
+            CHECK(point.normal_impulse == 0);
+          });
+          return;
+        }
+        contact.for_each_point([&](const ContactPointReading<double>& point) {
+          CHECK(point.normal_impulse == doctest::Approx(carried).epsilon(1e-6));
+          ++pressing;
+        });
+      });
+      CHECK(pressing == 2);
+    }
+    CHECK(world.pose(plate).translation.norm() < 1e-9);
+  }
+}
+
 TEST_CASE("hard_contact: two bodies that collide keep their momentum, about the origin too") {
   WorldDef<double> world_def;
   world_def.gravity.setZero();

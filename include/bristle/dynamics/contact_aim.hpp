@@ -223,6 +223,13 @@ void aim_contact(ContactConstraint<S>& c, const SolverBody<S>& a, const SolverBo
   const NormalSpeeds<S> speeds{normal_part(a.start, b.start), normal_part(a.free, b.free),
                                normal_part(a.free_motion, b.free_motion)};
   const bool is_trapezoidal = context.integrator == Integrator::trapezoidal;
+  if (c.is_open) {
+    c.target = -c.gap / context.dt;
+    c.bounce_share = S(-1);
+    c.is_impact = false;
+    c.impulse = {};
+    return;
+  }
   const S gap = is_trapezoidal ? c.gap : c.gap + context.dt * c.bias[0];
   const ContactAim<S> aim = aim_at<S>(gap, c.restitution, c.impulse[0], speeds,
                                       a.follows_joints || b.follows_joints, context);

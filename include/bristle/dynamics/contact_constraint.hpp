@@ -67,6 +67,10 @@ struct ContactConstraint {
   bool is_fresh = true;
   /// Whether it stops an approach in this step rather than carrying a load.
   bool is_impact = false;
+  /// Whether the motion of the step was found to leave its surfaces apart, so that it cannot press;
+  /// and whether they come together where it does not.
+  bool is_open = false;
+  bool is_shut = false;
 
   /// [m/s] Velocity of B's material relative to A's at the point.
   [[nodiscard]] Vec3<S> velocity(const Twist<S>& a, const Twist<S>& b) const {

@@ -233,15 +233,20 @@ class SolveStage {
       }
       return has_changed;
     };
-    solve_in_passes(context.settings.max_passes, solve_once, answer);
-    // What the sensors gave is the sum of their evaluated impulses.
-    if (!island.soft.empty()) apply_impulses(island, constraints, bodies);
-    bounces_.calm(island, constraints, bodies, context, solver_, report);
-    if (!(report.residual < infinity<S>) || !are_finite(bodies, island)) {
-      guard(state, sensors, island, context);
-      return;
+    // Which contacts cannot press is known once displacements are.
+    for (int pass = 0;; ++pass) {
+      solve_in_passes(context.settings.max_passes, solve_once, answer);
+      // What the sensors gave is the sum of their evaluated impulses.
+      if (!island.soft.empty()) apply_impulses(island, constraints, bodies);
+      bounces_.calm(island, constraints, bodies, context, solver_, report);
+      if (!(report.residual < infinity<S>) || !are_finite(bodies, island)) {
+        guard(state, sensors, island, context);
+        return;
+      }
+      solver_.place(island, constraints, bodies, context, report);
+      if (pass == context.settings.max_passes) break;
+      if (!solver_.revise(island, constraints, bodies, context)) break;
     }
-    solver_.place(island, constraints, bodies, context, report);
     if (context.integrator == Integrator::trapezoidal) keep_angular_momentum(state, island);
     if (!island.blocks.empty() && !IslandSolver<S>::is_large(context)) {
       limit_corrections(state, island, context);
