@@ -184,6 +184,7 @@
 #include <bristle/world/kernels_impl.hpp>
 #include <bristle/world/mechanism_stage.hpp>
 #include <bristle/world/near_shapes.hpp>
+#include <bristle/world/outward_rays.hpp>
 #include <bristle/world/patch_rays.hpp>
 #include <bristle/world/proximity.hpp>
 #include <bristle/world/ray_query.hpp>

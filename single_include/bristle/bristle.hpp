@@ -8985,6 +8985,10 @@ struct PatchDef {
   std::uint32_t sees = 0xffffffffu;
   /// [-] Bodies the sensors never see, besides their own.
   std::vector<BodyId> excluded{};
+  /// [-] Accepts rays that end inside their own body. `World::add_patch` refuses them otherwise: the
+  /// end of a ray must lie outside of all shapes that the body has then. A ray that never leaves its
+  /// body feels what comes through the body, and presses the body towards that.
+  bool may_point_inwards = false;
   /// [-] Rays are cast in every so many-th step, >= 1; in the steps between, and in all of them the
   /// law is evaluated, the surfaces met move on as planes (docs/sensors.md, section 8). Patches
   /// take turns by their slots. Rays are cast sooner when another shape
@@ -14599,6 +14603,11 @@ struct JointReading {
   S drive_force = S(0);
   /// [N, N m] Wrench of the whole joint on B about B's joint frame's origin, world axes.
   Wrench<S> reaction{};
+  /// [m] How far the origins of the two frames are from each other, and [rad] how far their axes are
+  /// turned, where the joint allows neither. More than round-off is left where a loop cannot be
+  /// closed, where a step could not close it, and before the first step.
+  S gap = S(0);
+  S tilt = S(0);
 };
 
 /// A joint of a world.
@@ -15152,7 +15161,9 @@ void add_joint_bushing(Joint<S>& joint, const JointPose<S>& pose, S dt, Constrai
 }  // namespace bristle::inline BRISTLE_ABI
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <span>
 
 namespace bristle::inline BRISTLE_ABI {
 
@@ -15179,6 +15190,17 @@ void time_joint_rows(const Joint<S>& joint, const Body<S>& a, const Body<S>& b,
 /// Keeps the impulses that the solver found.
 template <Scalar S>
 void store_joint_impulses(Joint<S>& joint, const Constraints<S>& constraints);
+
+/// How far a joint is from what it allows.
+template <Scalar S>
+struct JointGap {
+  /// [m] Distance of the origins of its frames, and [rad] angle between them.
+  S distance = S(0);
+  S angle = S(0);
+};
+/// That of a joint whose rows have been added.
+template <Scalar S>
+[[nodiscard]] JointGap<S> joint_gap(const Joint<S>& joint, const Constraints<S>& constraints);
 
 /// State of a joint from its bodies and the impulses of the last step.
 template <Scalar S>
@@ -15260,6 +15282,19 @@ void for_each_locked_row(JointKind kind, const JointPose<S>& pose, Use&& use) {
   for (int axis = has_hinge ? 1 : 0; axis < 3; ++axis) {
     use(angular_row<S>(pose.axes_W.col(axis), turn_J[axis]));
   }
+}
+
+/// What locked rows say of the gap. It has no derivatives, since a length has none at 0.
+template <Scalar S>
+[[nodiscard]] JointGap<S> gap_of(std::span<const ConstraintRow<S>> locked) {
+  using std::sqrt;
+  auto distance2 = value_of(S(0));
+  auto angle2 = value_of(S(0));
+  for (const ConstraintRow<S>& row : locked) {
+    const auto error = value_of(row.error);
+    (row.direction.isZero(S(0)) ? angle2 : distance2) += error * error;
+  }
+  return {S(sqrt(distance2)), S(sqrt(angle2))};
 }
 
 /// [1/kg or 1/(kg m^2)] Acceleration along a free axis per force there, when only the two bodies
@@ -15460,12 +15495,27 @@ void store_joint_impulses(Joint<S>& joint, const Constraints<S>& constraints) {
 }
 
 template <Scalar S>
+JointGap<S> joint_gap(const Joint<S>& joint, const Constraints<S>& constraints) {
+  const std::size_t count = locked_rows(joint.def.kind);
+  if (count == 0) return {};
+  const std::span<const ConstraintRow<S>> rows = constraints.rows;
+  return detail::gap_of(rows.subspan(constraints.blocks[joint.first_block].first, count));
+}
+
+template <Scalar S>
 JointReading<S> read_joint(const Joint<S>& joint, const Body<S>& a, const Body<S>& b, S dt) {
   const JointKind kind = joint.def.kind;
   JointReading<S> reading;
   reading.reaction = (S(1) / dt) * joint.total;
-  if (!has_free_axis(kind) && !has_angle(kind)) return reading;
   const JointPose<S> pose = joint_pose(joint, a.center_pose, b.center_pose);
+  std::array<ConstraintRow<S>, 6> rows;
+  std::size_t count = 0;
+  detail::for_each_locked_row(kind, pose,
+                              [&](const ConstraintRow<S>& row) { rows[count++] = row; });
+  const JointGap<S> gap = detail::gap_of(std::span<const ConstraintRow<S>>(rows.data(), count));
+  reading.gap = gap.distance;
+  reading.tilt = gap.angle;
+  if (!has_free_axis(kind) && !has_angle(kind)) return reading;
   reading.position = joint_position(kind, pose, joint.angle);
   reading.velocity = position_row(kind, pose).velocity(a.twist, b.twist);
   reading.drive_force = joint.impulses[detail::drive_impulse] / dt;
@@ -15522,6 +15572,11 @@ struct StepReport {
   std::uint64_t factorisations = 0;
   /// [-] Evaluations of accelerations in the smooth motion of mechanisms.
   std::uint64_t flow_evaluations = 0;
+  /// [m] Largest distance between the frames of a joint, and [rad] largest angle, that the joint does
+  /// not allow, when the step began. The step closes what it can of them, however wide they are: by
+  /// displacements that velocities do not show.
+  S joint_gap = S(0);
+  S joint_tilt = S(0);
   /// [-] Sweeps of the position correction; zero in a step without position errors.
   std::uint64_t position_sweeps = 0;
   /// [m/s] What is left to solve in the worst island: the largest velocity change of its last
@@ -16733,6 +16788,8 @@ class World {
   // Sensors
   // ----------------------------------------------------------------------------------------
 
+  /// Adds sensors to a body, in its frame. Shapes that the body gets later are not looked at.
+  /// @throws InvalidArgument naming the field or the sensor that points into its own body.
   PatchId add_patch(BodyId body, PatchDef<S> def);
   /// A patch whose sensors share constants and integrate automatically.
   PatchId add_patch(BodyId body, SensorLayout<S> sensors, const SensorParameters<S>& parameters);
@@ -31750,7 +31807,8 @@ class JointSystem {
   /// Joints as they are solved for: `JointGroups::orient`.
   [[nodiscard]] std::span<const JointFlowJoint<S>> joints() const { return joints_; }
   [[nodiscard]] const JointInstant<S>& at(std::size_t joint) const { return at_[joint]; }
-  /// [m] Largest arm of a joint at present: the size of the mechanism's parts.
+  /// [m] Largest arm of a joint at present, or radius of gyration of a body where that is larger:
+  /// the size of the mechanism's parts, by which turns count as gaps.
   [[nodiscard]] S size() const;
 
   /// Takes over the positions in `Node::now`: arms of joints and inertias in world axes.
@@ -31903,6 +31961,10 @@ S JointSystem<S>::size() const {
   S largest2 = S(0);
   for (const JointInstant<S>& at : at_) {
     largest2 = max(largest2, max(at.arm_a.squaredNorm(), at.arm_b.squaredNorm()));
+  }
+  for (const Node& node : nodes_) {
+    if (!node.def->moves_by_forces) continue;
+    largest2 = max(largest2, S(0.5) * node.def->inertia_B.trace() / node.def->mass);
   }
   return sqrt(largest2);
 }
@@ -33888,6 +33950,7 @@ class SleepStage {
 
 }  // namespace bristle::inline BRISTLE_ABI
 
+#include <algorithm>
 #include <cstdint>
 
 namespace bristle::inline BRISTLE_ABI {
@@ -33964,6 +34027,9 @@ void Stepper<S, Backend>::add_joints(State& state) {
     Joint<S>& joint = state.joints.at(i);
     add_joint_rows(joint, i, state.bodies.at(joint.def.body_a.index),
                    state.bodies.at(joint.def.body_b.index), state.def.time_step, state.constraints);
+    const JointGap<S> gap = joint_gap(joint, state.constraints);
+    state.report.joint_gap = std::max(state.report.joint_gap, gap.distance);
+    state.report.joint_tilt = std::max(state.report.joint_tilt, gap.angle);
   }
 }
 
@@ -34326,6 +34392,60 @@ void World<S, Backend>::wake(BodyId id) {
 /// @file
 /// Definitions of `World`: joints, patches, queries, time. Included by world.hpp.
 // SPDX-License-Identifier: BSD-3-Clause
+
+// === bristle/world/outward_rays.hpp
+
+/// @file
+/// Refuses sensors that point into their own body.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace bristle::inline BRISTLE_ABI::detail {
+
+/// Checks that the tip of each ray lies outside of the shapes that its body has. Where a ray starts
+/// does not matter: deep in the body, on its surface, or behind a thin plate that it passes through.
+/// What ends outside has left the body there, and feels what comes from there. Each tip is cast at
+/// each shape once.
+///
+/// @param shapes  Tags of the shapes of the body.
+/// @throws InvalidArgument that names the first sensor for which that is not so.
+template <Scalar S, typename Backend>
+void require_outward_rays(const WorldState<S, Backend>& state, const Vec3<S>& center_B,
+                          const SensorPatch<S>& patch, const std::vector<std::uint32_t>& shapes) {
+  if (shapes.empty()) return;
+  // About the centre of mass, as the patch has them.
+  const std::size_t count = patch.length.size();
+  SensorLayout<S> tips;
+  for (std::size_t i = 0; i < count; ++i) {
+    const Vec3<S> start = patch.start[i];
+    const Vec3<S> direction = patch.direction[i];
+    tips.add(start + patch.length[i] * direction, direction, patch.length[i]);
+  }
+  // A solid is closed: what starts inside is hit at the distance 0.
+  RayHits<S> hits;
+  hits.reset(count);
+  for (const std::uint32_t tag : shapes) {
+    const Collider<S, Backend>& c = state.colliders.at(tag);
+    Backend::cast_rays(c.shape, c.X_CmS, tips.rays(), tag, hits);
+  }
+  for (std::size_t i = 0; i < count; ++i) {
+    if (hits.distance[i] > S(0)) continue;
+    const Vec3<S> tip = center_B + tips.start[i];
+    std::string text = "(";
+    for (Eigen::Index axis = 0; axis < 3; ++axis) {
+      text.append(axis > 0 ? ", " : "").append(to_text(tip[axis]));
+    }
+    raise(InvalidArgument("PatchDef::sensors[" + std::to_string(i) + "]: end of the ray",
+                          text + ")",
+                          "must lie outside of the shapes of its own body, unless "
+                          "PatchDef::may_point_inwards"));
+  }
+}
+
+}  // namespace bristle::inline BRISTLE_ABI::detail
 
 // === bristle/world/snapshot.hpp
 
@@ -35271,6 +35391,11 @@ requires ShapeBackend<Backend, S> PatchId World<S, Backend>::add_patch(BodyId bo
   const Body<S>& owner = state_.bodies.get(body, "BodyId");
   for (const BodyId id : def.excluded) (void)state_.bodies.get(id, "PatchDef::excluded");
   SensorPatch<S> patch = make_patch(std::move(def), body, owner.center_B);
+  if (!patch.def.may_point_inwards) {
+    std::vector<std::uint32_t> shapes;
+    for_each_shape_of(body, [&](std::uint32_t tag) { shapes.push_back(tag); });
+    detail::require_outward_rays(state_, owner.center_B, patch, shapes);
+  }
   detail::disturb(state_, body);
   return state_.patches.insert(std::move(patch));
 }

@@ -22,6 +22,7 @@ namespace {
 PatchDef<double> one_sensor() {
   PatchDef<double> def;
   def.sensors.add({0, 0, 0}, {0, 0, -1}, 0.01);
+  def.may_point_inwards = true;  // In bodies of any size.
   return def;
 }
 

@@ -156,7 +156,7 @@ class Churn {
   void add_patch() {
     const BodyId id = any_body();
     if (id == BodyId{}) return;
-    PatchDef<double> def;
+    PatchDef<double> def{.may_point_inwards = true};
     for (int i = 0; i < 4; ++i) {
       def.sensors.add(0.04 * random_.direction<double>(), random_.direction<double>(), 0.06);
     }
@@ -256,7 +256,7 @@ TEST_CASE("churn: slots are used again, so a world does not grow by what has lef
     const ShapeId shape = world.add_shape(a, {.shape = Sphere<double>{0.05}});
     const JointId joint = world.add_joint({.body_a = a, .body_b = b});
     PatchDef<double> patch;
-    patch.sensors.add({0, 0, 0}, {0, 0, 1}, 0.1);
+    patch.sensors.add({0, 0, 0}, {0, 0, 1}, 0.2);
     const PatchId skin = world.add_patch(b, patch);
     world.step();
     highest = std::max({highest, a.index, b.index, shape.index, joint.index, skin.index});

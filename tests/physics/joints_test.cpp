@@ -307,3 +307,34 @@ TEST_CASE("joints: a link that turns by radians in a step stays on its joint") {
     CHECK(world.body(link).twist.angular.norm() > 1);
   }
 }
+
+TEST_CASE("joints: how far frames are apart is told before a step closes them") {
+  // A tool stands 1 m from where its joint has it, turned by 0.3 rad about an axis that a hinge
+  // locks. Frames at centres of mass have no arms that turns could show at.
+  for (const JointKind kind : {JointKind::fixed, JointKind::revolute, JointKind::prismatic,
+                               JointKind::ball, JointKind::six_dof}) {
+    CAPTURE(static_cast<int>(kind));
+    World<double> world({.gravity = Vec3<double>::Zero()});
+    const BodyId base = world.add_body({.motion = Motion::fixed});
+    const BodyId tool = world.add_body({.mass = 1.0,
+                                        .shape = Sphere<double>{0.1},
+                                        .position = {0.6, 0.0, 0.8},
+                                        .orientation = exp_rotation<double>({0, 0.3, 0})});
+    const JointId joint = world.add_joint({.kind = kind, .body_a = base, .body_b = tool});
+    const bool is_slide = kind == JointKind::prismatic;
+    const bool is_free = kind == JointKind::six_dof;
+    const double gap = is_free ? 0 : is_slide ? 0.8 : 1.0;  // x is free along a slide
+    const double tilt = is_free || kind == JointKind::ball ? 0 : 0.3;
+    CHECK(world.reading(joint).gap == doctest::Approx(gap));
+    CHECK(world.reading(joint).tilt == doctest::Approx(tilt));
+    world.step();
+    CHECK(world.report().joint_gap == doctest::Approx(gap));
+    CHECK(world.report().joint_tilt == doctest::Approx(tilt));
+    world.step();
+    CHECK(world.report().joint_gap < 1e-9);
+    CHECK(world.report().joint_tilt < 1e-9);
+    CHECK(world.reading(joint).gap < 1e-9);
+    // What closes the gap is no motion.
+    CHECK(world.body(tool).twist.linear.norm() < 1e-12);
+  }
+}

@@ -197,7 +197,8 @@ TEST_CASE("sensing: sensors never see their own body, excluded ones, or other ca
     if (variant == 1) def.excluded = {c.floor};
     // A mask of zero keeps bodies from touching, not from being sensed.
     if (variant == 3) c.world.set_filter(c.floor, {1, 0, 0});
-    // Shapes of its own body lie in the way of every ray.
+    // Shapes of its own body lie in the way of every ray, and one of them around its end.
+    def.may_point_inwards = true;
     c.world.add_shape(c.body, {Sphere<double>{0.02}, {}, {}});
     if (variant == 4) c.world.set_filter(c.floor, {4, 0, 0});
     if (variant == 4) def.sees = 4;

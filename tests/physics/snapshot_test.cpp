@@ -187,6 +187,7 @@ TEST_CASE("snapshot: a world of other things is named and left alone") {
   numb.world.remove_patch(numb.patches[2]);
   CHECK(refusal_of(numb.world, snapshot) == "snapshot: patches");
   PatchDef<double> smaller;
+  smaller.may_point_inwards = true;
   smaller.sensors.add({0, 0, 0}, {0, 0, -1}, 0.01);
   auto resized = make_medley<double>();
   resized.world.remove_patch(resized.patches[2]);
@@ -246,6 +247,7 @@ TEST_CASE("snapshot: damage behind the door never leads out of bounds") {
                                       .range = 0.01});
   slow.parameters = m.world.patch(m.patches[0]).def.parameters;
   slow.cast_every = 4;
+  slow.may_point_inwards = true;
   m.world.add_patch(m.bodies[0], slow);
   run_steps(m.world, 60);
   const Bytes snapshot = m.world.snapshot();

@@ -182,7 +182,7 @@ TEST_CASE("waking: every call that changes an island wakes it, and none that doe
       {"remove_patch", [&](Scene& s) { s.world.remove_patch(s.patch); }},
       {"add_patch",
        [&](Scene& s) {
-         PatchDef<double> def;
+         PatchDef<double> def{.may_point_inwards = true};
          def.sensors.add({0, 0, 0}, {0, 0, -1}, 0.01);
          s.world.add_patch(s.low, def);
        }},

@@ -169,6 +169,11 @@ struct JointReading {
   S drive_force = S(0);
   /// [N, N m] Wrench of the whole joint on B about B's joint frame's origin, world axes.
   Wrench<S> reaction{};
+  /// [m] How far the origins of the two frames are from each other, and [rad] how far their axes are
+  /// turned, where the joint allows neither. More than round-off is left where a loop cannot be
+  /// closed, where a step could not close it, and before the first step.
+  S gap = S(0);
+  S tilt = S(0);
 };
 
 /// A joint of a world.

@@ -9,7 +9,9 @@
 #include <bristle/dynamics/solver_types.hpp>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <span>
 
 namespace bristle::inline BRISTLE_ABI {
 
@@ -36,6 +38,17 @@ void time_joint_rows(const Joint<S>& joint, const Body<S>& a, const Body<S>& b,
 /// Keeps the impulses that the solver found.
 template <Scalar S>
 void store_joint_impulses(Joint<S>& joint, const Constraints<S>& constraints);
+
+/// How far a joint is from what it allows.
+template <Scalar S>
+struct JointGap {
+  /// [m] Distance of the origins of its frames, and [rad] angle between them.
+  S distance = S(0);
+  S angle = S(0);
+};
+/// That of a joint whose rows have been added.
+template <Scalar S>
+[[nodiscard]] JointGap<S> joint_gap(const Joint<S>& joint, const Constraints<S>& constraints);
 
 /// State of a joint from its bodies and the impulses of the last step.
 template <Scalar S>
@@ -117,6 +130,19 @@ void for_each_locked_row(JointKind kind, const JointPose<S>& pose, Use&& use) {
   for (int axis = has_hinge ? 1 : 0; axis < 3; ++axis) {
     use(angular_row<S>(pose.axes_W.col(axis), turn_J[axis]));
   }
+}
+
+/// What locked rows say of the gap. It has no derivatives, since a length has none at 0.
+template <Scalar S>
+[[nodiscard]] JointGap<S> gap_of(std::span<const ConstraintRow<S>> locked) {
+  using std::sqrt;
+  auto distance2 = value_of(S(0));
+  auto angle2 = value_of(S(0));
+  for (const ConstraintRow<S>& row : locked) {
+    const auto error = value_of(row.error);
+    (row.direction.isZero(S(0)) ? angle2 : distance2) += error * error;
+  }
+  return {S(sqrt(distance2)), S(sqrt(angle2))};
 }
 
 /// [1/kg or 1/(kg m^2)] Acceleration along a free axis per force there, when only the two bodies
@@ -317,12 +343,27 @@ void store_joint_impulses(Joint<S>& joint, const Constraints<S>& constraints) {
 }
 
 template <Scalar S>
+JointGap<S> joint_gap(const Joint<S>& joint, const Constraints<S>& constraints) {
+  const std::size_t count = locked_rows(joint.def.kind);
+  if (count == 0) return {};
+  const std::span<const ConstraintRow<S>> rows = constraints.rows;
+  return detail::gap_of(rows.subspan(constraints.blocks[joint.first_block].first, count));
+}
+
+template <Scalar S>
 JointReading<S> read_joint(const Joint<S>& joint, const Body<S>& a, const Body<S>& b, S dt) {
   const JointKind kind = joint.def.kind;
   JointReading<S> reading;
   reading.reaction = (S(1) / dt) * joint.total;
-  if (!has_free_axis(kind) && !has_angle(kind)) return reading;
   const JointPose<S> pose = joint_pose(joint, a.center_pose, b.center_pose);
+  std::array<ConstraintRow<S>, 6> rows;
+  std::size_t count = 0;
+  detail::for_each_locked_row(kind, pose,
+                              [&](const ConstraintRow<S>& row) { rows[count++] = row; });
+  const JointGap<S> gap = detail::gap_of(std::span<const ConstraintRow<S>>(rows.data(), count));
+  reading.gap = gap.distance;
+  reading.tilt = gap.angle;
+  if (!has_free_axis(kind) && !has_angle(kind)) return reading;
   reading.position = joint_position(kind, pose, joint.angle);
   reading.velocity = position_row(kind, pose).velocity(a.twist, b.twist);
   reading.drive_force = joint.impulses[detail::drive_impulse] / dt;

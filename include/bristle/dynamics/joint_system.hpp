@@ -66,7 +66,8 @@ class JointSystem {
   /// Joints as they are solved for: `JointGroups::orient`.
   [[nodiscard]] std::span<const JointFlowJoint<S>> joints() const { return joints_; }
   [[nodiscard]] const JointInstant<S>& at(std::size_t joint) const { return at_[joint]; }
-  /// [m] Largest arm of a joint at present: the size of the mechanism's parts.
+  /// [m] Largest arm of a joint at present, or radius of gyration of a body where that is larger:
+  /// the size of the mechanism's parts, by which turns count as gaps.
   [[nodiscard]] S size() const;
 
   /// Takes over the positions in `Node::now`: arms of joints and inertias in world axes.
@@ -219,6 +220,10 @@ S JointSystem<S>::size() const {
   S largest2 = S(0);
   for (const JointInstant<S>& at : at_) {
     largest2 = max(largest2, max(at.arm_a.squaredNorm(), at.arm_b.squaredNorm()));
+  }
+  for (const Node& node : nodes_) {
+    if (!node.def->moves_by_forces) continue;
+    largest2 = max(largest2, S(0.5) * node.def->inertia_B.trace() / node.def->mass);
   }
   return sqrt(largest2);
 }

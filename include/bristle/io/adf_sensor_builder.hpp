@@ -74,6 +74,8 @@ class AdfSensorBuilder {
                          .static_friction = S(sensor.static_friction),
                          .sliding_friction = S(sensor.dynamic_friction) + bristle_damping(sensor),
                          .breakaway_distance = S(sensor.contact_area)};
+    // AMBF takes any ray, and its files are taken as they are.
+    result.may_point_inwards = true;
     result.integration = def_.integration;
     result.options = def_.law;
     result.options.scaling =

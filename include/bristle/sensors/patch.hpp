@@ -54,6 +54,10 @@ struct PatchDef {
   std::uint32_t sees = 0xffffffffu;
   /// [-] Bodies the sensors never see, besides their own.
   std::vector<BodyId> excluded{};
+  /// [-] Accepts rays that end inside their own body. `World::add_patch` refuses them otherwise: the
+  /// end of a ray must lie outside of all shapes that the body has then. A ray that never leaves its
+  /// body feels what comes through the body, and presses the body towards that.
+  bool may_point_inwards = false;
   /// [-] Rays are cast in every so many-th step, >= 1; in the steps between, and in all of them the
   /// law is evaluated, the surfaces met move on as planes (docs/sensors.md, section 8). Patches
   /// take turns by their slots. Rays are cast sooner when another shape

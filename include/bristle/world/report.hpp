@@ -38,6 +38,11 @@ struct StepReport {
   std::uint64_t factorisations = 0;
   /// [-] Evaluations of accelerations in the smooth motion of mechanisms.
   std::uint64_t flow_evaluations = 0;
+  /// [m] Largest distance between the frames of a joint, and [rad] largest angle, that the joint does
+  /// not allow, when the step began. The step closes what it can of them, however wide they are: by
+  /// displacements that velocities do not show.
+  S joint_gap = S(0);
+  S joint_tilt = S(0);
   /// [-] Sweeps of the position correction; zero in a step without position errors.
   std::uint64_t position_sweeps = 0;
   /// [m/s] What is left to solve in the worst island: the largest velocity change of its last

@@ -11,6 +11,7 @@
 #include <bristle/world/solve_stage.hpp>
 #include <bristle/world/world_state.hpp>
 
+#include <algorithm>
 #include <cstdint>
 
 namespace bristle::inline BRISTLE_ABI {
@@ -87,6 +88,9 @@ void Stepper<S, Backend>::add_joints(State& state) {
     Joint<S>& joint = state.joints.at(i);
     add_joint_rows(joint, i, state.bodies.at(joint.def.body_a.index),
                    state.bodies.at(joint.def.body_b.index), state.def.time_step, state.constraints);
+    const JointGap<S> gap = joint_gap(joint, state.constraints);
+    state.report.joint_gap = std::max(state.report.joint_gap, gap.distance);
+    state.report.joint_tilt = std::max(state.report.joint_tilt, gap.angle);
   }
 }
 

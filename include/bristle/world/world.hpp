@@ -103,6 +103,8 @@ class World {
   // Sensors
   // ----------------------------------------------------------------------------------------
 
+  /// Adds sensors to a body, in its frame. Shapes that the body gets later are not looked at.
+  /// @throws InvalidArgument naming the field or the sensor that points into its own body.
   PatchId add_patch(BodyId body, PatchDef<S> def);
   /// A patch whose sensors share constants and integrate automatically.
   PatchId add_patch(BodyId body, SensorLayout<S> sensors, const SensorParameters<S>& parameters);

@@ -6,6 +6,7 @@
 #include <bristle/dynamics/joint_pose.hpp>
 #include <bristle/dynamics/joint_rows.hpp>
 #include <bristle/sensors/stability.hpp>
+#include <bristle/world/outward_rays.hpp>
 #include <bristle/world/snapshot.hpp>
 #include <bristle/world/waking.hpp>
 #include <bristle/world/world.hpp>
@@ -135,6 +136,11 @@ requires ShapeBackend<Backend, S> PatchId World<S, Backend>::add_patch(BodyId bo
   const Body<S>& owner = state_.bodies.get(body, "BodyId");
   for (const BodyId id : def.excluded) (void)state_.bodies.get(id, "PatchDef::excluded");
   SensorPatch<S> patch = make_patch(std::move(def), body, owner.center_B);
+  if (!patch.def.may_point_inwards) {
+    std::vector<std::uint32_t> shapes;
+    for_each_shape_of(body, [&](std::uint32_t tag) { shapes.push_back(tag); });
+    detail::require_outward_rays(state_, owner.center_B, patch, shapes);
+  }
   detail::disturb(state_, body);
   return state_.patches.insert(std::move(patch));
 }

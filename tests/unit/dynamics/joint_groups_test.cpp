@@ -10,7 +10,7 @@ using namespace bristle;
 
 namespace {
 
-JointFlowJoint<double> between(std::uint32_t a, std::uint32_t b, JointKind kind) {
+JointFlowJoint<double> joined(std::uint32_t a, std::uint32_t b, JointKind kind) {
   JointFlowJoint<double> joint;
   joint.kind = kind;
   joint.body_a = a;
@@ -39,7 +39,7 @@ struct Pendulum {
     std::mt19937 random(3);
     std::uniform_real_distribution<double> uniform(-1, 1);
     for (int i = 0; i < count; ++i) {
-      JointFlowJoint<double> joint = between(0, 1, JointKind::revolute);
+      JointFlowJoint<double> joint = joined(0, 1, JointKind::revolute);
       const Vec3<double> along(0, count > 1 ? 0.1 * uniform(random) : 0.0, 0);
       const Vec3<double> off(uniform(random), uniform(random), uniform(random));
       joint.X_CmA_J = {to_y, along};
@@ -79,9 +79,9 @@ struct Pendulum {
 
 TEST_CASE("JointGroups: joints between two bodies are one, and so are those to what is fixed") {
   const std::vector<JointFlowJoint<double>> joints = {
-      between(1, 2, JointKind::fixed), between(2, 3, JointKind::ball),
-      between(2, 1, JointKind::ball), between(0, 3, JointKind::revolute),
-      between(3, 4, JointKind::prismatic)};
+      joined(1, 2, JointKind::fixed), joined(2, 3, JointKind::ball),
+      joined(2, 1, JointKind::ball), joined(0, 3, JointKind::revolute),
+      joined(3, 4, JointKind::prismatic)};
   JointGroups<double> groups;
   groups.build(joints, {false, true, true, true, false});
   REQUIRE(groups.size() == 3);

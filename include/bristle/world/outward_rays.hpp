@@ -1,0 +1,56 @@
+/// @file
+/// Refuses sensors that point into their own body.
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <bristle/core/error.hpp>
+#include <bristle/sensors/patch.hpp>
+#include <bristle/world/world_state.hpp>
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace bristle::inline BRISTLE_ABI::detail {
+
+/// Checks that the tip of each ray lies outside of the shapes that its body has. Where a ray starts
+/// does not matter: deep in the body, on its surface, or behind a thin plate that it passes through.
+/// What ends outside has left the body there, and feels what comes from there. Each tip is cast at
+/// each shape once.
+///
+/// @param shapes  Tags of the shapes of the body.
+/// @throws InvalidArgument that names the first sensor for which that is not so.
+template <Scalar S, typename Backend>
+void require_outward_rays(const WorldState<S, Backend>& state, const Vec3<S>& center_B,
+                          const SensorPatch<S>& patch, const std::vector<std::uint32_t>& shapes) {
+  if (shapes.empty()) return;
+  // About the centre of mass, as the patch has them.
+  const std::size_t count = patch.length.size();
+  SensorLayout<S> tips;
+  for (std::size_t i = 0; i < count; ++i) {
+    const Vec3<S> start = patch.start[i];
+    const Vec3<S> direction = patch.direction[i];
+    tips.add(start + patch.length[i] * direction, direction, patch.length[i]);
+  }
+  // A solid is closed: what starts inside is hit at the distance 0.
+  RayHits<S> hits;
+  hits.reset(count);
+  for (const std::uint32_t tag : shapes) {
+    const Collider<S, Backend>& c = state.colliders.at(tag);
+    Backend::cast_rays(c.shape, c.X_CmS, tips.rays(), tag, hits);
+  }
+  for (std::size_t i = 0; i < count; ++i) {
+    if (hits.distance[i] > S(0)) continue;
+    const Vec3<S> tip = center_B + tips.start[i];
+    std::string text = "(";
+    for (Eigen::Index axis = 0; axis < 3; ++axis) {
+      text.append(axis > 0 ? ", " : "").append(to_text(tip[axis]));
+    }
+    raise(InvalidArgument("PatchDef::sensors[" + std::to_string(i) + "]: end of the ray",
+                          text + ")",
+                          "must lie outside of the shapes of its own body, unless "
+                          "PatchDef::may_point_inwards"));
+  }
+}
+
+}  // namespace bristle::inline BRISTLE_ABI::detail
