@@ -17,6 +17,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 namespace bristle::inline BRISTLE_ABI {
@@ -123,6 +124,19 @@ template <Scalar S>
 [[nodiscard]] S usual_share(Integrator integrator) {
   return integrator == Integrator::trapezoidal ? S(0.5) : S(1);
 }
+
+/// Finds contacts that press though the displacements of the step leave their surfaces apart and
+/// need nothing of their impulse: free motion alone would close them, and other contacts do not let
+/// it. They are open, unless the step without their impulses closes them after all. There is no
+/// other order to tell it in, since displacements follow from impulses. Gaps that are smaller than
+/// the way that surfaces slide in the step are not known well enough to tell.
+///
+/// @return Whether any contact was found to be open or shut, so that the velocities are to be solved
+///         anew.
+template <Scalar S>
+[[nodiscard]] bool open_contacts(const Island& island, Constraints<S>& constraints,
+                                 std::span<const SolverBody<S>> bodies,
+                                 const SolveContext<S>& context);
 
 // Implementation -----------------------------------------------------------------------------------
 
@@ -261,6 +275,31 @@ BRISTLE_INLINE ContactPlace<T> place_of(const T& impulse, const T& restitution,
   const Truth<T> may_bounce = restitution > zero;
   place.parts = may_bounce & (flies_apart | (has_bounced & (normal_velocity > zero)));
   return place;
+}
+
+template <Scalar S>
+bool open_contacts(const Island& island, Constraints<S>& constraints,
+                   std::span<const SolverBody<S>> bodies, const SolveContext<S>& context) {
+  using std::max;
+  using std::min;
+  bool has_changed = false;
+  for (const std::uint32_t i : island.contacts) {
+    ContactConstraint<S>& c = constraints.contacts[i];
+    if (!(c.impulse[0] > S(0))) continue;
+    if (c.is_open) {
+      c.is_open = false;
+      c.is_shut = has_changed = true;
+      continue;
+    }
+    const bool may_open = !c.is_shut && !c.parts && c.parting_target() == S(0);
+    if (!may_open || c.placed > S(0)) continue;
+    const SolverBody<S>& a = bodies[c.body_a];
+    const SolverBody<S>& b = bodies[c.body_b];
+    const S left = min(c.gap, c.gap + context.dt * c.normal_velocity(a.motion, b.motion));
+    const S slid = context.dt * c.velocity(a.start, b.start).norm();
+    if (left > max(context.position_tolerance, slid)) c.is_open = has_changed = true;
+  }
+  return has_changed;
 }
 
 }  // namespace bristle::inline BRISTLE_ABI
