@@ -25536,12 +25536,16 @@ class ContactSink {
 /// touched, and the surface (mesh_surface.hpp) who of neighbours answers for it. All triangles of a
 /// flat face share one manifold of at most eight points.
 ///
+/// Surfaces of two meshes that have passed through each other are looked for only where meshes cut
+/// each other, within both of their boxes: bodies that are apart cost what is within the margin.
+///
 /// Limits, all of them of the triangle-by-triangle view. A convex solid that the surface cuts
 /// always has a contact, but a deep one may get the normal of the nearest triangle instead of the
 /// shortest way out; one wholly inside leaves through the face nearest to its middle. Two meshes
 /// get contacts up to a depth of half the thickness of the thinner one; where they meet corner to
 /// corner, faces beside the corners may answer too (one pose in thirty in tests). Cost: a GJK for
-/// each triangle near the other solid (0.5 to 2 us), and for each near pair of two meshes.
+/// each triangle near the other solid (0.5 to 2 us), and for each near pair of two meshes; where two
+/// meshes cut each other a few operations more for each pair of triangles in both of their boxes.
 // SPDX-License-Identifier: BSD-3-Clause
 
 // === bristle/geometry/mesh_surface.hpp
@@ -25871,7 +25875,7 @@ template <typename Distance, Scalar S, typename Tree>
 void collide_mesh(const MeshSurface<Precise<S>, Tree>& mesh, const ConvexView<Precise<S>>& convex,
                   const Transform<Precise<S>>& X_MC, Precise<S> margin, ContactSink<S>& sink);
 
-/// The same for two meshes, B standing at X_AB. O(triangles of B near A).
+/// The same for two meshes, B standing at X_AB.
 template <typename Distance, Scalar S, typename Tree>
 void collide_meshes(const MeshSurface<Precise<S>, Tree>& a, const MeshSurface<Precise<S>, Tree>& b,
                     const Transform<Precise<S>>& X_AB, Precise<S> margin, ContactSink<S>& sink);
@@ -25898,6 +25902,7 @@ struct MeshOpposite {
   std::uint32_t triangle;
   const Transform<P>& X_BA;
   P largest_depth;
+  Vec3<P> normal;  // [1] Its own, in the frame of A.
 
   [[nodiscard]] typename Surface::Verdict judge(const Vec3<P>& n) const {
     return mesh.judge(triangle, -X_BA.rotate(n));
@@ -25906,9 +25911,7 @@ struct MeshOpposite {
   [[nodiscard]] P depth() const { return largest_depth; }
   /// Whether the triangle looks against n, within 25 degrees: tilted more, surfaces that pass
   /// through each other cut each other, and need no help.
-  [[nodiscard]] bool is_facing(const Vec3<P>& n) const {
-    return X_BA.rotate(n).dot(mesh.normal(triangle)) < P(-0.9);
-  }
+  [[nodiscard]] bool is_facing(const Vec3<P>& n) const { return n.dot(normal) < P(-0.9); }
 };
 
 /// The contacts of one convex solid with one mesh, triangle by triangle.
@@ -25929,8 +25932,7 @@ class MeshConvexContacts {
   template <typename Opposite>
   void add_all(const Opposite& opposite) {
     bool is_any = false;
-    const P reach = std::max(margin_, opposite.depth());
-    const Aabb<P> near = bounds_at(convex_, X_MC_).inflated(reach);
+    const Aabb<P> near = bounds_at(convex_, X_MC_).inflated(margin_);
     mesh_.find([&](const Aabb<P>& box) { return box.overlaps(near); },
                [&](std::uint32_t i) {
                  is_any = add(i, opposite) || is_any;
@@ -25939,6 +25941,43 @@ class MeshConvexContacts {
     // Surfaces get none: triangle by triangle it would find contacts where there are better ones.
     if (!is_any && !(opposite.depth() > P(0))) add_last_resort();
   }
+
+  /// Adds what has passed through a triangle of the other side by more than the margin. All that
+  /// has is behind a triangle that looks against it, so the search goes from where the other side
+  /// is against its own normal.
+  /// @param within  Where triangles may be, in the frame of the mesh.
+  template <typename Opposite>
+  void add_all_passed(const Opposite& opposite, const Aabb<P>& within) {
+    const Aabb<P> here = bounds_at(convex_, X_MC_);
+    const Aabb<P> near = here.inflated(margin_);
+    // Those that look against it within 25 degrees are within this of the line.
+    const P beside = P(0.44) * opposite.depth();
+    const Vec3<P> back = -opposite.depth() * opposite.normal;
+    Aabb<P> swept = here;
+    swept.include(Aabb<P>{here.lower + back, here.upper + back});
+    swept = swept.inflated(beside);
+    swept = {swept.lower.cwiseMax(within.lower), swept.upper.cwiseMin(within.upper)};
+    const Vec3<P> middle = X_MC_ * convex_.center;
+    mesh_.find([&](const Aabb<P>& box) { return box.overlaps(swept); },
+               [&](std::uint32_t i) {
+                 const Vec3<P>& n = mesh_.normal(i);
+                 if (!opposite.is_facing(n)) return true;
+                 const Triangle<P> triangle = mesh_.triangle(i);
+                 const ConvexView<P> plate = convex_view(triangle);
+                 const Vec3<P> away = middle - plate.center;
+                 const P height = n.dot(away);
+                 const P reach = P(1 + Tolerance<P>::equal()) * (plate.reach + convex_.reach);
+                 if (!((away - height * n).squaredNorm() <= reach * reach)) return true;
+                 // The others have been asked.
+                 Aabb<P> box;
+                 for (const Vec3<P>& corner : triangle.corners) box.include(corner);
+                 if (!box.overlaps(near)) (void)add_passed(i, opposite);
+                 return true;
+               });
+  }
+
+  /// Whether any triangle that was near cuts the solid or touches it.
+  [[nodiscard]] bool has_cut() const { return has_cut_; }
 
  private:
   using Verdict = typename Surface::Verdict;
@@ -25950,6 +25989,7 @@ class MeshConvexContacts {
     ContactNormal<P> found =
         contact_normal<Distance>(plate, convex_, X_MC_, std::max(margin_, opposite.depth()));
     if (found.nearness != Nearness::near) return false;
+    has_cut_ = has_cut_ || found.gap <= Tolerance<P>::equal() * convex_.reach;
     if (found.gap < P(0) && found.gap > plate_contact_.gap) {
       plate_ = i;
       plate_contact_ = found;
@@ -26095,6 +26135,7 @@ class MeshConvexContacts {
   const Transform<P>& X_MC_;
   P margin_;
   ContactSink<S>& sink_;
+  bool has_cut_ = false;
   // For the last resort.
   std::optional<std::uint32_t> way_out_;
   P way_out_depth_ = infinity<P>;
@@ -26122,16 +26163,36 @@ void collide_meshes(const MeshSurface<Precise<S>, Tree>& a, const MeshSurface<Pr
   // At half the thickness of the thinner one, in and out cannot be told apart.
   const P depth =
       std::min(a.bounds().half_extents().minCoeff(), b.bounds().half_extents().minCoeff());
-  const Aabb<P> near = transformed(a.bounds(), X_BA).inflated(std::max(margin, depth));
-  b.find([&](const Aabb<P>& box) { return box.overlaps(near); },
-         [&](std::uint32_t i) {
-           const Triangle<P> triangle = b.triangle(i);
-           const ConvexView<P> plate = convex_view(triangle);
-           sink.set_nearest(Tolerance<P>::equal() * plate.reach);
-           detail::MeshConvexContacts<Distance, S, Tree> contacts(a, plate, X_AB, margin, sink);
-           contacts.add_all(detail::MeshOpposite<Surface, P>{b, i, X_BA, depth});
-           return true;
-         });
+  // Calls use(contacts, opposite) for each triangle of B within a distance of the box of A.
+  const auto for_each_near = [&](P distance, auto&& use) {
+    const Aabb<P> near_A = a.bounds().inflated(distance);
+    const Aabb<P> near_B = transformed(a.bounds(), X_BA).inflated(distance);
+    b.find(
+        [&](const Aabb<P>& box) {
+          return box.overlaps(near_B) && transformed(box, X_AB).overlaps(near_A);
+        },
+        [&](std::uint32_t i) {
+          const Triangle<P> triangle = b.triangle(i);
+          const ConvexView<P> plate = convex_view(triangle);
+          sink.set_nearest(Tolerance<P>::equal() * plate.reach);
+          detail::MeshConvexContacts<Distance, S, Tree> contacts(a, plate, X_AB, margin, sink);
+          const Vec3<P> normal = X_AB.rotate(b.normal(i));
+          use(contacts, detail::MeshOpposite<Surface, P>{b, i, X_BA, depth, normal});
+          return true;
+        });
+  };
+  bool have_cut = false;
+  for_each_near(margin, [&](auto& contacts, const auto& opposite) {
+    contacts.add_all(opposite);
+    have_cut = have_cut || contacts.has_cut();
+  });
+  // What is all inside the other has passed through it by more than can be told in from out.
+  if (have_cut) {
+    const Aabb<P> within = transformed(b.bounds(), X_AB);
+    for_each_near(P(0), [&](auto& contacts, const auto& opposite) {
+      contacts.add_all_passed(opposite, within);
+    });
+  }
 }
 
 }  // namespace bristle::inline BRISTLE_ABI

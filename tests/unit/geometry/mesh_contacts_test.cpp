@@ -1,0 +1,99 @@
+/// @file
+/// What contacts of two meshes cost, and what has passed through each other.
+// SPDX-License-Identifier: BSD-3-Clause
+#include <bristle/geometry/mesh_contacts.hpp>
+#include <bristle/geometry/mesh_shapes.hpp>
+#include <bristle/geometry/mesh_tree.hpp>
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cstdint>
+
+using namespace bristle;
+
+namespace {
+
+/// The library's distance of convex cores, counted.
+struct CountedDistance {
+  static inline std::uint64_t count = 0;
+
+  template <Scalar S>
+  [[nodiscard]] GjkAnswer<S> operator()(const PlacedConvex<S>& a, const PlacedConvex<S>& b,
+                                        const Vec3<S>& towards, S far) const {
+    ++count;
+    return GjkDistance{}(a, b, towards, far);
+  }
+};
+
+/// Contacts of two meshes, the second turned by an odd angle and moved, and what was asked for them.
+struct MeshPair {
+  ContactManifolds<double> contacts;
+  std::uint64_t distances = 0;
+};
+
+MeshPair collide(const TriangleMesh<double>& a, const TriangleMesh<double>& b,
+                 const Transform<double>& X_AB, double margin) {
+  const MeshTree<double> tree_a(a);
+  const MeshTree<double> tree_b(b);
+  const MeshSurface<double, MeshTree<double>> surface_a(tree_a);
+  const MeshSurface<double, MeshTree<double>> surface_b(tree_b);
+  MeshPair pair;
+  ContactSink<double> sink(pair.contacts);
+  sink.set_frame({}, false);
+  CountedDistance::count = 0;
+  collide_meshes<CountedDistance, double>(surface_a, surface_b, X_AB, margin, sink);
+  pair.distances = CountedDistance::count;
+  return pair;
+}
+
+}  // namespace
+
+TEST_CASE("mesh_contacts: two meshes cost what is within the margin, however fine they are") {
+  const double radius = 0.2;
+  const Quat<double> odd = Quat<double>(1, 0.1, 0.2, 0.3).normalized();
+  for (const int fineness : {5, 10, 20}) {
+    CAPTURE(fineness);
+    const TriangleMesh<double> ball = sphere_mesh<double>(radius, fineness);
+    // Chords lie up to 1.2 (edge)^2 / 8 radius within the sphere; edges are 1.2 radius / fineness.
+    const double edge = 1.2 * radius / fineness;
+    const double within = edge * edge / (4 * radius);
+    const double margin = 0.001 + 2 * within;
+    const MeshPair apart = collide(ball, ball, {odd, {2 * radius + 2 * margin, 0, 0}}, margin);
+    CHECK(apart.distances == 0);
+    CHECK(apart.contacts.empty());
+    // A few triangles on each side are as near as that, whatever their size.
+    const MeshPair near = collide(ball, ball, {odd, {2 * radius + 0.0005, 0, 0}}, margin);
+    CHECK(near.distances > 0);
+    CHECK(near.distances < 2000);
+    CHECK_FALSE(near.contacts.empty());
+  }
+}
+
+TEST_CASE("mesh_contacts: surfaces that have passed through each other are found beyond the margin") {
+  const TriangleMesh<double> box = box_mesh<double>({0.1, 0.1, 0.1});
+  const double margin = 1e-4;
+  for (const double depth : {0.001, 0.03, 0.09}) {
+    CAPTURE(depth);
+    // Turned about the normal and set aside, so that no edges coincide.
+    const Quat<double> turned(Eigen::AngleAxisd(0.3, Vec3<double>::UnitZ()));
+    const MeshPair pair = collide(box, box, {turned, {0.03, 0.01, 0.2 - depth}}, margin);
+    double deepest = 0;
+    for (const ContactManifold<double>& manifold : pair.contacts) {
+      if (manifold.normal.z() < 1 - 1e-9) continue;
+      for (std::size_t k = 0; k < manifold.size; ++k) {
+        deepest = std::min(deepest, manifold.points[k].gap);
+      }
+    }
+    CHECK(deepest == doctest::Approx(-depth));
+  }
+}
+
+TEST_CASE("mesh_contacts: boxes of a stack cut each other where their edges coincide") {
+  const TriangleMesh<double> box = box_mesh<double>({0.1, 0.1, 0.1});
+  const MeshPair pair = collide(box, box, {Quat<double>::Identity(), {0, 0, 0.19}}, 1e-4);
+  REQUIRE(pair.contacts.size() == 1);
+  CHECK(pair.contacts[0].size == 4);
+  CHECK(pair.contacts[0].normal.z() == doctest::Approx(1));
+  CHECK(pair.contacts[0].points[0].gap == doctest::Approx(-0.01));
+}
