@@ -30403,24 +30403,21 @@ class IslandSolver {
 
   /// Finds the displacements of the step, once velocities are known. In a quiet step they follow
   /// from the velocities and nothing is to be solved.
-  void place(const Island& island, Constraints<S>& constraints, std::span<SolverBody<S>> bodies,
+  ///
+  /// @return Whether they say that the velocities are to be solved anew (`open_contacts`).
+  bool place(const Island& island, Constraints<S>& constraints, std::span<SolverBody<S>> bodies,
              const SolveContext<S>& context, SolveReport<S>& report) {
     if (!is_large(context)) {
-      place_small(island, constraints, bodies, context, report);
-    } else if (!island.soft.empty()) {
+      return place_small(island, constraints, bodies, context, report) &&
+             context.integrator == Integrator::trapezoidal &&
+             open_contacts<S>(island, constraints, bodies, context);
+    }
+    if (!island.soft.empty()) {
       // Others are placed part by part as they are solved.
       place_part(island, constraints, bodies, context, context.settings.max_position_sweeps,
                  report);
     }
-  }
-
-  /// Whether the displacements that were found say that the velocities are to be solved anew, with
-  /// other contacts open (`open_contacts`).
-  [[nodiscard]] static bool revise(const Island& island, Constraints<S>& constraints,
-                                   std::span<const SolverBody<S>> bodies,
-                                   const SolveContext<S>& context) {
-    if (is_large(context) || context.integrator != Integrator::trapezoidal) return false;
-    return open_contacts(island, constraints, bodies, context);
+    return false;
   }
 
   /// [-] Multiply-adds of one assembly and factorisation of an island's matrix, for
@@ -30680,7 +30677,8 @@ class IslandSolver {
     apply_impulses(island, constraints, bodies);
   }
 
-  void place_small(const Island& island, Constraints<S>& constraints,
+  /// @return Whether there was anything to solve.
+  bool place_small(const Island& island, Constraints<S>& constraints,
                    std::span<SolverBody<S>> bodies, const SolveContext<S>& context,
                    SolveReport<S>& report) {
     for (const std::uint32_t slot : island.bodies) {
@@ -30694,11 +30692,11 @@ class IslandSolver {
       place_contact(c, parting, context);
     }
     move_by_bounces(island, constraints, bodies, context);
-    if (!has_position_error(island, constraints, bodies, context)) return;
+    if (!has_position_error(island, constraints, bodies, context)) return false;
     if (!island.blocks.empty()) {
       // Joints must not give way to what they forbid, which sweeps do not see.
       proximal_.place(island, constraints, bodies, context, report);
-      return;
+      return true;
     }
     const S tolerance = context.position_tolerance / context.dt;
     Convergence progress(tolerance, tolerance);
@@ -30716,6 +30714,7 @@ class IslandSolver {
         break;
       }
     }
+    return true;
   }
 
   /// Gives bodies the displacement of bounces, whose share is not the usual one.
@@ -33572,9 +33571,8 @@ class SolveStage {
         guard(state, sensors, island, context);
         return;
       }
-      solver_.place(island, constraints, bodies, context, report);
+      if (!solver_.place(island, constraints, bodies, context, report)) break;
       if (pass == context.settings.max_passes) break;
-      if (!solver_.revise(island, constraints, bodies, context)) break;
     }
     if (context.integrator == Integrator::trapezoidal) keep_angular_momentum(state, island);
     if (!island.blocks.empty() && !IslandSolver<S>::is_large(context)) {

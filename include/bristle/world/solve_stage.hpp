@@ -243,9 +243,8 @@ class SolveStage {
         guard(state, sensors, island, context);
         return;
       }
-      solver_.place(island, constraints, bodies, context, report);
+      if (!solver_.place(island, constraints, bodies, context, report)) break;
       if (pass == context.settings.max_passes) break;
-      if (!solver_.revise(island, constraints, bodies, context)) break;
     }
     if (context.integrator == Integrator::trapezoidal) keep_angular_momentum(state, island);
     if (!island.blocks.empty() && !IslandSolver<S>::is_large(context)) {
