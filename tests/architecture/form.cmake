@@ -1,6 +1,7 @@
 # What every file has: a licence line and a bounded length; headers also #pragma once, those of the
 # library and of tests `/// @file` on top, and those of the library a place in the umbrella, but for
-# io/adf*.hpp, which are opt-in. What no file has: what clang 14 cannot precompile.
+# io/adf*.hpp, which are opt-in. What no file has: what clang 14 cannot precompile, and, in tests that
+# are compiled together, a helper that another file has: the call would take whichever fits better.
 # Usage: cmake -DROOT=<tree> [-DMAX_LINES=500] -P form.cmake
 # SPDX-License-Identifier: BSD-3-Clause
 include("${CMAKE_CURRENT_LIST_DIR}/lines.cmake")
@@ -29,6 +30,24 @@ foreach(file IN LISTS files)
   if(text MATCHES "[<,][ \n]*template *<([A-Z]|[a-z_]+::)")
     violation("${file}:1" "a template parameter of constrained templates: clang 14 crashes where it \
 writes one into a precompiled header")
+  endif()
+  if(text MATCHES "\nnamespace {\n" AND file MATCHES "^tests/([a-z]+)/.+_test\\.cpp$")
+    set(group "${CMAKE_MATCH_1}")
+    string(FIND "${text}" "\nnamespace {\n" first)
+    string(FIND "${text}" "\n}  // namespace\n" last)
+    math(EXPR length "${last} - ${first}")
+    string(SUBSTRING "${text}" ${first} ${length} helpers)
+    string(REPLACE ";" "," helpers "${helpers}")
+    string(REGEX MATCHALL "\n[A-Za-z][A-Za-z0-9_:<>,&* ]* [a-z_][A-Za-z0-9_]*\\(" helpers "${helpers}")
+    string(REGEX REPLACE "\n[^;]* ([a-z_][A-Za-z0-9_]*)\\(" "\\1" helpers "${helpers}")
+    list(REMOVE_DUPLICATES helpers)
+    foreach(helper IN LISTS helpers)
+      if(DEFINED home_${group}_${helper})
+        violation("${file}:1" "`${helper}` is a helper of ${home_${group}_${helper}}, too: tests are \
+compiled together, so another name")
+      endif()
+      set(home_${group}_${helper} "${file}")
+    endforeach()
   endif()
   if(file MATCHES "\\.hpp$")
     if(NOT text MATCHES "\n#pragma once\n")

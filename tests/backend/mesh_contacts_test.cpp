@@ -93,7 +93,7 @@ S deepest_gap(const ContactManifolds<S>& manifolds) {
 
 /// A shape of each convex kind, of size 0.2 to 0.5.
 template <Scalar S>
-Shape<S> random_convex(Random& random, std::size_t kind) {
+Shape<S> random_solid(Random& random, std::size_t kind) {
   const auto size = [&] { return random.uniform(S(0.2), S(0.5)); };
   switch (kind) {
     case 0:
@@ -167,7 +167,7 @@ TEST_CASE_TEMPLATE("mesh contacts: nothing stumbles over the inner edges of a fl
     CAPTURE(kind);
     for (int i = 0; i < 100; ++i) {
       CAPTURE(i);
-      const Shape<S> shape = random_convex<S>(random, kind);
+      const Shape<S> shape = random_solid<S>(random, kind);
       const auto body = T::make(shape);
       // Some attitude, then down until the lowest point is 2 mm deep.
       Transform<S> X{
@@ -201,7 +201,7 @@ TEST_CASE_TEMPLATE("mesh contacts: a box and its mesh are touched alike", T, SET
                          random.uniform(S(0.3), S(1))};
       const auto solid = T::make(Box<S>{half});
       const auto mesh = T::make(box_mesh<S>(half));
-      const Shape<S> shape = random_convex<S>(random, kind);
+      const Shape<S> shape = random_solid<S>(random, kind);
       const auto other = T::make(shape);
       // For the reference a mesh is its hull.
       auto reference = other;

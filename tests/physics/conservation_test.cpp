@@ -25,7 +25,7 @@ struct Collision {
   PatchId patch{};
 };
 
-Collision make_collision(Way way, const Shape<double>& target, const LawOptions& options = {}) {
+Collision make_impact(Way way, const Shape<double>& target, const LawOptions& options = {}) {
   WorldDef<double> world_def;
   world_def.gravity.setZero();
   world_def.time_step = 1e-3;
@@ -75,7 +75,7 @@ TEST_CASE("conservation: sensors keep momentum, also about the world's origin (R
           LawOptions options;
           options.normal = normal;
           options.reset = reset;
-          Collision c = make_collision(way, target, options);
+          Collision c = make_impact(way, target, options);
           const std::span<const BodyId> bodies(c.bodies);
           const Wrench<double> before = momentum_of(c.world, bodies);
           double exchanged = 0;
@@ -100,7 +100,7 @@ TEST_CASE("conservation: sensors keep momentum, also about the world's origin (R
 TEST_CASE("conservation: readings are the change of momentum, in every step") {
   for (const Way way : ways) {
     for (const Shape<double>& target : targets) {
-      Collision c = make_collision(way, target);
+      Collision c = make_impact(way, target);
       const double dt = c.world.time_step();
       double worst = 0;
       double largest = 0;
@@ -159,7 +159,7 @@ TEST_CASE("conservation: with gravity and hard contact, all that acts adds up") 
 
 TEST_CASE("conservation: readings of each sensor add up to those of the patch") {
   for (const Way way : ways) {
-    Collision c = make_collision(way, targets[1]);
+    Collision c = make_impact(way, targets[1]);
     for (int i = 0; i < 200; ++i) {
       const Transform<double> X = c.world.pose(c.bodies[0]);
       c.world.step();

@@ -32,7 +32,7 @@ std::string refused_field(Call&& call) {
 }
 
 template <typename S>
-BodyDef<S> ball(S radius) {
+BodyDef<S> extreme_ball(S radius) {
   BodyDef<S> def;
   def.shape = Sphere<S>{radius};
   return def;
@@ -51,22 +51,23 @@ TEST_CASE_TEMPLATE("extreme_numbers: a body whose mass or inertia has no inverse
     return field;
   };
   using Limits = std::numeric_limits<S>;
-  BodyDef<S> light = ball<S>(S(0.1));
+  BodyDef<S> light = extreme_ball<S>(S(0.1));
   light.mass = Limits::min() / S(4);
   CHECK(refused(light) == "BodyDef::mass");
-  BodyDef<S> heavy = ball<S>(S(0.1));
+  BodyDef<S> heavy = extreme_ball<S>(S(0.1));
   heavy.mass = Limits::max() / S(4);
   CHECK(refused(heavy) == "BodyDef::mass");
   // The volume overflows where the radius and its square do not.
-  CHECK(refused(ball<S>(std::cbrt(Limits::max()))) == "BodyDef::density: mass of the shapes");
+  CHECK(refused(extreme_ball<S>(std::cbrt(Limits::max()))) ==
+        "BodyDef::density: mass of the shapes");
   // 1 kg, but a moment of inertia of which the inverse overflows.
-  BodyDef<S> point = ball<S>(std::sqrt(Limits::min()) / S(4));
+  BodyDef<S> point = extreme_ball<S>(std::sqrt(Limits::min()) / S(4));
   point.mass = S(1);
   CHECK(refused(point) != "");
-  BodyDef<S> rough = ball<S>(S(0.1));
+  BodyDef<S> rough = extreme_ball<S>(S(0.1));
   rough.material.friction = Limits::max() / S(4);
   CHECK(refused(rough) == "Material::friction");
-  BodyDef<S> off_center = ball<S>(S(0.1));
+  BodyDef<S> off_center = extreme_ball<S>(S(0.1));
   off_center.center_of_mass = Vec3<S>(Limits::max() / S(4), 0, 0);
   CHECK(refused(off_center) == "BodyDef::center_of_mass[0]");
   BodyDef<S> wide;
@@ -126,7 +127,7 @@ TEST_CASE_TEMPLATE("extreme_numbers: balls and boxes of any size fall and rest",
       floor.motion = Motion::fixed;
       floor.shape = HalfSpace<S>{};
       world.add_body(floor);
-      BodyDef<S> def = ball<S>(size);
+      BodyDef<S> def = extreme_ball<S>(size);
       const Vec3<S> half(size, S(0.8) * size, S(0.6) * size);
       if (is_box) def.shape = Box<S>{half};
       const S rest = is_box ? half.z() : size;

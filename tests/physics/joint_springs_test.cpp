@@ -19,7 +19,7 @@ namespace {
 
 /// Principal moments of 0.01, 0.02, 0.03 kg m^2, and 2 kg.
 template <typename S>
-BodyDef<S> block(const Vec3<S>& position = Vec3<S>::Zero()) {
+BodyDef<S> sprung_block(const Vec3<S>& position = Vec3<S>::Zero()) {
   BodyDef<S> def;
   def.mass = S(2);
   def.inertia = Vec3<S>(S(0.01), S(0.02), S(0.03)).asDiagonal();
@@ -48,7 +48,7 @@ Sprung<S> make_sprung(JointDef<S> def, S dt, const Vec3<S>& gravity = Vec3<S>::Z
   world_def.gravity = gravity;
   Sprung<S> sprung{World<S>(world_def), {}, {}, {}};
   sprung.frame = sprung.world.add_body({.motion = Motion::fixed});
-  sprung.body = sprung.world.add_body(block<S>());
+  sprung.body = sprung.world.add_body(sprung_block<S>());
   def.body_a = sprung.frame;
   def.body_b = sprung.body;
   sprung.joint = sprung.world.add_joint(def);
@@ -156,8 +156,8 @@ TEST_CASE("joint spring: a spring between free bodies keeps their momentum") {
     world_def.gravity.setZero();
     world_def.time_step = 1e-3;
     World<double> world(world_def);
-    const std::array<BodyId, 2> bodies{world.add_body(block<double>({0.1, 0, 0})),
-                                       world.add_body(block<double>({0.3, 0, 0}))};
+    const std::array<BodyId, 2> bodies{world.add_body(sprung_block<double>({0.1, 0, 0})),
+                                       world.add_body(sprung_block<double>({0.3, 0, 0}))};
     JointDef<double> def{.kind = JointKind::revolute,
                          .body_a = bodies[0],
                          .body_b = bodies[1],
@@ -254,8 +254,8 @@ TEST_CASE("six_dof: two free bodies keep their momentum") {
   world_def.gravity.setZero();
   world_def.time_step = 1e-3;
   World<double> world(world_def);
-  const std::array<BodyId, 2> bodies{world.add_body(block<double>({0, 0, 0})),
-                                     world.add_body(block<double>({0.3, 0.1, 0}))};
+  const std::array<BodyId, 2> bodies{world.add_body(sprung_block<double>({0, 0, 0})),
+                                     world.add_body(sprung_block<double>({0.3, 0.1, 0}))};
   JointDef<double> def{.kind = JointKind::six_dof, .body_a = bodies[0], .body_b = bodies[1]};
   def.bushing.stiffness << 300, 200, 100, 2, 3, 4;
   def.bushing.damping << 1, 2, 3, 0.01, 0.02, 0.03;

@@ -15,7 +15,7 @@ namespace {
 
 constexpr LockedAxes only_x{{false, true, true}, {true, true, true}};
 
-BodyDef<double> block(const LockedAxes& locked, const Vec3<double>& position) {
+BodyDef<double> locked_block(const LockedAxes& locked, const Vec3<double>& position) {
   BodyDef<double> def;
   def.mass = 2;
   def.shape = Box<double>{{0.03, 0.04, 0.05}};
@@ -60,7 +60,8 @@ TEST_CASE("locked_axes: a planar body turns about z under an off-centre force") 
   WorldDef<double> world_def;
   world_def.time_step = 1.0 / 256;
   World<double> world(world_def);
-  const BodyId body = world.add_body(block({{false, false, true}, {true, true, false}}, {0, 0, 1}));
+  const BodyId body =
+      world.add_body(locked_block({{false, false, true}, {true, true, false}}, {0, 0, 1}));
   const double inertia = 2.0 / 3 * (0.03 * 0.03 + 0.04 * 0.04);
   const int steps = 64;
   for (int i = 0; i < steps; ++i) {
@@ -103,8 +104,8 @@ TEST_CASE("locked_axes: contact meets the free axis, and gives no energy") {
   world_def.time_step = 1.0 / 240;
   World<double> world(world_def);
   // A finger on its slide hits a block of half its mass, off its centre.
-  const BodyId finger = world.add_body(block(only_x, {0, 0, 0}));
-  BodyDef<double> part = block({}, {0.08, 0.02, 0.01});
+  const BodyId finger = world.add_body(locked_block(only_x, {0, 0, 0}));
+  BodyDef<double> part = locked_block({}, {0.08, 0.02, 0.01});
   part.mass = 1;
   const BodyId target = world.add_body(part);
   world.set_velocity(finger, {{1, 0, 0}, {0, 0, 0}});
@@ -134,7 +135,7 @@ TEST_CASE("locked_axes: a finger pushed along its axis grips with all of its for
   wall.position = {0.1, 0, 0};
   wall.filter = {1, 2, 0};
   world.add_body(wall);
-  BodyDef<double> def = block(only_x, {0.005, 0, 0});  // Rays end 5 mm before the wall.
+  BodyDef<double> def = locked_block(only_x, {0.005, 0, 0});  // Rays end 5 mm before the wall.
   def.filter = {4, 0, 0};
   const BodyId finger = world.add_body(def);
   PatchDef<double> pad;
@@ -163,7 +164,7 @@ TEST_CASE("locked_axes: a finger pushed along its axis grips with all of its for
 
 TEST_CASE("locked_axes: a velocity along a locked axis is refused") {
   World<double> world;
-  BodyDef<double> def = block(only_x, {0, 0, 0});
+  BodyDef<double> def = locked_block(only_x, {0, 0, 0});
   def.velocity = {0, 1, 0};
   CHECK_THROWS_AS(world.add_body(def), InvalidArgument);
   def.velocity = {1, 0, 0};

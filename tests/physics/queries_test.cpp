@@ -7,7 +7,7 @@ using namespace bristle;
 
 namespace {
 
-BodyDef<double> cube(double mass, const Vec3<double>& position) {
+BodyDef<double> asked_cube(double mass, const Vec3<double>& position) {
   BodyDef<double> def;
   def.mass = mass;
   def.shape = Box<double>{{0.05, 0.05, 0.05}};
@@ -30,8 +30,8 @@ TEST_CASE("queries: a body that was hit in the last step is found where it is no
   def.gravity.setZero();
   def.time_step = 1.0 / 60;
   World<double> world(def);
-  const BodyId light = world.add_body(cube(0.1, {0, 0, 0}));
-  BodyDef<double> heavy = cube(10, {-0.101, 0, 0});
+  const BodyId light = world.add_body(asked_cube(0.1, {0, 0, 0}));
+  BodyDef<double> heavy = asked_cube(10, {-0.101, 0, 0});
   heavy.velocity = {3, 0, 0};
   world.add_body(heavy);
   world.step();
@@ -66,10 +66,10 @@ TEST_CASE("queries: of two shapes at the same distance the first one added is me
   for (const bool is_crowded : {false, true}) {
     WorldDef<double> def;
     World<double> world(def);
-    const BodyId first = world.add_body(cube(1, {0, 0, 0}));
-    world.add_body(cube(1, {0.01, 0, 0}));
+    const BodyId first = world.add_body(asked_cube(1, {0, 0, 0}));
+    world.add_body(asked_cube(1, {0.01, 0, 0}));
     if (is_crowded) {
-      for (int i = 0; i < 20; ++i) world.add_body(cube(1, {1.0 + 0.3 * i, 0.2 * i, 0}));
+      for (int i = 0; i < 20; ++i) world.add_body(asked_cube(1, {1.0 + 0.3 * i, 0.2 * i, 0}));
     }
     Ray<double> ray;
     ray.direction = {0, 0, 1};

@@ -22,7 +22,7 @@ ContactResponse<S> response(S normal, S t1, S t2, S coupling = S(0)) {
 }
 
 template <typename S>
-ContactConstraint<S> contact(S friction) {
+ContactConstraint<S> constraint_at(S friction) {
   ContactConstraint<S> c;
   c.axes = {Vec3<S>::UnitX(), Vec3<S>::UnitY(), Vec3<S>::UnitZ()};
   c.friction = friction;
@@ -32,7 +32,7 @@ ContactConstraint<S> contact(S friction) {
 }  // namespace
 
 TEST_CASE_TEMPLATE("solve_contact: stops approach and never pulls", S, float, double) {
-  ContactConstraint<S> c = contact(S(0));
+  ContactConstraint<S> c = constraint_at(S(0));
   const ContactResponse<S> K = response<S>(2, 1, 1);
   CHECK(solve_contact(c, K, Vec3<S>(-4, 0, 0))[0] == S(2));
   CHECK(c.impulse[0] == S(2));
@@ -46,12 +46,12 @@ TEST_CASE_TEMPLATE("solve_contact: friction stops what the disk allows, in every
     const S x = std::cos(angle);
     const S y = std::sin(angle);
     // Sticks: slip of 1 needs 1, mu N = 2.
-    ContactConstraint<S> stick = contact(S(0.5));
+    ContactConstraint<S> stick = constraint_at(S(0.5));
     solve_contact(stick, response<S>(1, 1, 1), Vec3<S>(-4, x, y));
     CHECK(std::abs(stick.impulse[1] + x) < S(4) * Tolerance<S>::round_off());
     CHECK(std::abs(stick.impulse[2] + y) < S(4) * Tolerance<S>::round_off());
     // Slides: exactly mu N against the slip.
-    ContactConstraint<S> slide = contact(S(0.5));
+    ContactConstraint<S> slide = constraint_at(S(0.5));
     solve_contact(slide, response<S>(1, 1, 1), Vec3<S>(-4, 9 * x, 9 * y));
     CHECK(std::abs(slide.impulse[1] + 2 * x) < S(8) * Tolerance<S>::round_off());
     CHECK(std::abs(slide.impulse[2] + 2 * y) < S(8) * Tolerance<S>::round_off());
@@ -59,7 +59,7 @@ TEST_CASE_TEMPLATE("solve_contact: friction stops what the disk allows, in every
 }
 
 TEST_CASE("solve_contact: where directions respond differently, friction still opposes the slip") {
-  ContactConstraint<double> c = contact(1.0);
+  ContactConstraint<double> c = constraint_at(1.0);
   const ContactResponse<double> K = response<double>(1, 2, 0.5, 0.3);
   // Repeated with the velocities that follow, as a solver does.
   Vec3<double> velocity(-1, 5, 3);
@@ -76,13 +76,13 @@ TEST_CASE("solve_contact: where directions respond differently, friction still o
 
 TEST_CASE_TEMPLATE("solve_contact: between two immovable bodies nothing happens", S, float,
                    double) {
-  ContactConstraint<S> c = contact(S(0.5));
+  ContactConstraint<S> c = constraint_at(S(0.5));
   for (const S x : solve_contact(c, response<S>(0, 0, 0), Vec3<S>(-1, 1, 1))) CHECK(x == S(0));
 }
 
 TEST_CASE_TEMPLATE("ContactConstraint: measures the velocity of B against A along the normal", S,
                    float, double) {
-  ContactConstraint<S> c = contact(S(0));
+  ContactConstraint<S> c = constraint_at(S(0));
   c.arm_a = {0, 2, 0};
   c.arm_b = {0, 3, 0};
   const Twist<S> a{{1, 0, 0}, {0, 0, 10}};

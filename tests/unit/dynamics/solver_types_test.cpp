@@ -23,7 +23,8 @@ ContactConstraint<S> contact() {
 
 /// What a unit impulse along each axis does to the velocity along each.
 template <typename S>
-Mat3<S> measured(const ContactConstraint<S>& c, const SolverBody<S>& a, const SolverBody<S>& b) {
+Mat3<S> measured_change(const ContactConstraint<S>& c, const SolverBody<S>& a,
+                        const SolverBody<S>& b) {
   Mat3<S> K;
   for (std::size_t j = 0; j < 3; ++j) {
     SolverBody<S> pushed_a = a;
@@ -66,7 +67,7 @@ TEST_CASE_TEMPLATE("contact_response: what impulses at the contact do", S, float
   SolverBody<S> ball = body<S>(Vec3<S>::Constant(S(0.5)), Mat3<S>::Identity() * S(4));
   ball.is_isotropic = true;
   const auto check_pair = [&](const SolverBody<S>& a, const SolverBody<S>& b) {
-    check_same<S>(contact_response(c, ContactFrame<S>(c, a, b)), measured<S>(c, a, b));
+    check_same<S>(contact_response(c, ContactFrame<S>(c, a, b)), measured_change<S>(c, a, b));
   };
   check_pair(fixed, crate);
   check_pair(crate, on_rail);

@@ -32,7 +32,7 @@ std::set<std::uint32_t> features(const ContactManifold<S>& m) {
 }
 
 template <typename S>
-S deepest(const ContactManifold<S>& m) {
+S deepest_of(const ContactManifold<S>& m) {
   S gap = infinity<S>;
   for (std::size_t i = 0; i < m.size; ++i) gap = std::min(gap, m.points[i].gap);
   return gap;
@@ -144,7 +144,7 @@ TEST_CASE_TEMPLATE("build_manifold: a rough normal still finds the contact", S, 
     const Vec3<S> normal = (Vec3<S>::UnitZ() + S(1e-4) * random.direction<S>()).normalized();
     const auto m = manifold_of<S>(table, box, X_AB, normal, S(0));
     CHECK(m.size == 4);
-    CHECK(std::abs(deepest(m) + S(0.001)) < S(3e-4));
+    CHECK(std::abs(deepest_of(m) + S(0.001)) < S(3e-4));
   }
 }
 
@@ -162,7 +162,7 @@ TEST_CASE_TEMPLATE("build_manifold: a round face keeps four contacts and the dee
     const auto m = manifold_of<S>(table, cylinder, X_AB, Vec3<S>::UnitZ(), S(1));
     CHECK(m.size == 4);
     CHECK(features(m).size() == 4);
-    CHECK(std::abs(deepest(m) + S(0.01)) <= S(8) * Tolerance<S>::round_off());
+    CHECK(std::abs(deepest_of(m) + S(0.01)) <= S(8) * Tolerance<S>::round_off());
     // They hold the cylinder up on all sides: around its middle for an upright one.
     if (tilt > S(0)) continue;
     Vec3<S> middle = Vec3<S>::Zero();

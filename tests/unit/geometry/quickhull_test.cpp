@@ -75,7 +75,7 @@ Points<S> prism(std::uint32_t segments) {
 }
 
 template <typename S>
-void move(Points<S>& points, const Transform<S>& X, S scale) {
+void place_points(Points<S>& points, const Transform<S>& X, S scale) {
   for (auto& p : points) p = scale * (X * p);
 }
 
@@ -129,7 +129,7 @@ TEST_CASE_TEMPLATE("convex_hull: finds the faces of turned cubes and prisms at e
     const Transform<S> X = random.pose(S(2));
     const S scale = std::pow(S(10), random.uniform(S(-5), S(5)));
     Points<S> points = points_on_cube<S>(random, 150);
-    move(points, X, scale);
+    place_points(points, X, scale);
     const ConvexHull<S> cube = hull_of(points);
     check_hull(cube, points);
     CHECK(cube.face_count() == 6);
@@ -143,7 +143,7 @@ TEST_CASE_TEMPLATE("convex_hull: finds the faces of turned cubes and prisms at e
 
     const auto segments = static_cast<std::uint32_t>(3 + random.index(60));
     points = prism<S>(segments);
-    move(points, X, scale);
+    place_points(points, X, scale);
     const ConvexHull<S> round_hull = hull_of(points);
     check_hull(round_hull, points);
     CHECK(round_hull.face_count() == segments + 2);
@@ -204,7 +204,7 @@ TEST_CASE_TEMPLATE("convex_hull: of random and nearly degenerate clouds is valid
     }
     for (std::size_t c = 0; c < clouds.size(); ++c) {
       CAPTURE(c);
-      move(clouds[c], X, scale);
+      place_points(clouds[c], X, scale);
       const std::string error = hull_error(clouds[c]);
       // The thin clouds are about as thick as what counts as flat.
       if (error != "") {

@@ -10,7 +10,7 @@ using namespace bristle::detail;
 
 namespace {
 
-std::string body_of(SvgWriter& svg) {
+std::string content_of(SvgWriter& svg) {
   const std::string text = svg.document(10, 10, "");
   const std::string last = "fill=\"#fff\"/>\n";
   const std::size_t begin = text.find(last) + last.size();
@@ -22,7 +22,7 @@ std::string body_of(SvgWriter& svg) {
 TEST_CASE("SvgWriter: writes numbers with at most two decimals and no minus zero") {
   SvgWriter svg;
   svg.line(1.0, -0.001, 2.345, 1e300, "class=\"axis\"");
-  CHECK(body_of(svg) == "<line x1=\"1\" y1=\"0\" x2=\"2.35\" y2=\"1000000\" class=\"axis\"/>\n");
+  CHECK(content_of(svg) == "<line x1=\"1\" y1=\"0\" x2=\"2.35\" y2=\"1000000\" class=\"axis\"/>\n");
 }
 
 TEST_CASE("SvgWriter: leaves out empty text and curves of one point") {
@@ -30,13 +30,13 @@ TEST_CASE("SvgWriter: leaves out empty text and curves of one point") {
   svg.text(1, 2, "", "");
   svg.upright_text(1, 2, "");
   svg.polyline({{1, 2}}, look_of_curve(0));
-  CHECK(body_of(svg) == "");
+  CHECK(content_of(svg) == "");
 }
 
 TEST_CASE("SvgWriter: keeps first, lowest, highest and last of a column of points") {
   SvgWriter svg;
   svg.polyline({{0, 5}, {0.1, 9}, {0.2, 1}, {0.3, 4}, {0.4, 6}, {3, 0}}, look_of_curve(0));
-  CHECK(body_of(svg) ==
+  CHECK(content_of(svg) ==
         "<polyline stroke=\"#0072b2\" class=\"curve\" points=\"0,5 0.1,9 0.2,1 0.4,6 3,0\"/>\n");
 }
 

@@ -19,7 +19,7 @@ SensorParameters<S> constants() {
 
 /// Random pair of poses and an anchor between them.
 template <typename S>
-PairPose<S> random_pair(test::Random& random) {
+PairPose<S> random_law_pair(test::Random& random) {
   return {random.rotation<S>().toRotationMatrix(), random.in_cube(S(0.1))};
 }
 
@@ -105,7 +105,7 @@ TEST_CASE_TEMPLATE("rooted: an anchor has the stretch it was given, whatever the
                    double) {
   test::Random random(3);
   for (int i = 0; i < 100; ++i) {
-    const PairPose<S> pair = random_pair<S>(random);
+    const PairPose<S> pair = random_law_pair<S>(random);
     const Vec3<S> r_A = random.in_cube(S(0.1));
     const Vec3<S> n = random.direction<S>();
     const Vec3<S> stretch = tangential<S>(random.in_cube(S(0.01)), n);

@@ -15,7 +15,7 @@ constexpr S model_round_off = Tolerance<S>::round_off();
 
 /// A contact with a flat face at the given depth, in A's axes.
 template <typename S>
-PatchContact<S> contact(test::Random& random, S depth) {
+PatchContact<S> sensed_contact(test::Random& random, S depth) {
   PatchContact<S> c;
   c.n = random.direction<S>();
   c.g = depth_gradient<S>(c.n, -c.n);
@@ -34,7 +34,7 @@ TEST_CASE_TEMPLATE("linearise_normal: implicit Euler on the depth", S, float, do
                                 S(3000), S(0.4), S(1e-3)};
     const S dt = random.uniform(S(1e-4), S(1e-2));
     const S start = random.uniform(S(-0.2), S(1));
-    PatchContact<S> c = contact<S>(random, start);
+    PatchContact<S> c = sensed_contact<S>(random, start);
     detail::linearise_normal<S>(p, c, dt);
     // Fast enough to be pressed in when the step ends, however far the surface is.
     const S rate = random.uniform(S(0.3), S(0.5)) / dt;
@@ -56,7 +56,7 @@ TEST_CASE_TEMPLATE("linearise_stuck: implicit Euler where bristles are stiff", S
     const SensorParameters<S> p{S(1), S(0.05), random.uniform(S(1e3), S(1e5)),
                                 random.uniform(S(0.1), S(1)), S(1e-3)};
     const S dt = random.uniform(S(1e-4), S(1e-2));
-    PatchContact<S> c = contact<S>(random, S(0.5));
+    PatchContact<S> c = sensed_contact<S>(random, S(0.5));
     c.force = random.uniform(S(0.1), S(2));
     c.stretch = tangential<S>(S(1e-3) * random.direction<S>(), c.n);
     c.start_velocity = random.in_cube(S(0.3));
