@@ -4971,8 +4971,8 @@ struct SolverDef {
   int max_sweeps = 100;
   /// [-] Most sweeps of the position problem a step.
   int max_position_sweeps = 30;
-  /// [-] Most times an island is solved anew because its sensors changed state (stuck to slipping,
-  /// touching to free, normal force).
+  /// [-] Most times an island is solved because its sensors changed state (stuck to slipping,
+  /// touching to free, normal force), and because contacts turned out to be open.
   int max_passes = 12;
   /// [1] A sweep that changes no velocity by more than this fraction of the speed gained from
   /// gravity in a step is the last one. Tight on purpose: a state that is not at rest to this
@@ -14604,8 +14604,9 @@ struct JointReading {
   /// [N, N m] Wrench of the whole joint on B about B's joint frame's origin, world axes.
   Wrench<S> reaction{};
   /// [m] How far the origins of the two frames are from each other, and [rad] how far their axes are
-  /// turned, where the joint allows neither. More than round-off is left where a loop cannot be
-  /// closed, where a step could not close it, and before the first step.
+  /// turned, where the joint allows neither, limits apart. More than round-off is left before the
+  /// first step, where a loop cannot be closed, where a step could not close it, and where the axes
+  /// of a hinge are opposite to each other, from where no way is the shortest.
   S gap = S(0);
   S tilt = S(0);
 };
@@ -15514,7 +15515,8 @@ JointReading<S> read_joint(const Joint<S>& joint, const Body<S>& a, const Body<S
                               [&](const ConstraintRow<S>& row) { rows[count++] = row; });
   const JointGap<S> gap = detail::gap_of(std::span<const ConstraintRow<S>>(rows.data(), count));
   reading.gap = gap.distance;
-  reading.tilt = gap.angle;
+  // Opposite axes have no shortest turn, and so no rows that close them.
+  reading.tilt = kind == JointKind::revolute ? S(value_of(joint_swing(pose))) : gap.angle;
   if (!has_free_axis(kind) && !has_angle(kind)) return reading;
   reading.position = joint_position(kind, pose, joint.angle);
   reading.velocity = position_row(kind, pose).velocity(a.twist, b.twist);
@@ -15572,8 +15574,9 @@ struct StepReport {
   std::uint64_t factorisations = 0;
   /// [-] Evaluations of accelerations in the smooth motion of mechanisms.
   std::uint64_t flow_evaluations = 0;
-  /// [m] Largest distance between the frames of a joint, and [rad] largest angle, that the joint does
-  /// not allow, when the step began. The step closes what it can of them, however wide they are: by
+  /// [m] Largest distance between the frames of a joint of bodies that are awake, and [rad] largest
+  /// angle, that the joint does not allow, when the step began; limits do not count, nor do hinges
+  /// whose axes are opposite. The step closes what it can of them, however wide they are, by
   /// displacements that velocities do not show.
   S joint_gap = S(0);
   S joint_tilt = S(0);
@@ -25537,7 +25540,8 @@ class ContactSink {
 /// flat face share one manifold of at most eight points.
 ///
 /// Surfaces of two meshes that have passed through each other are looked for only where meshes cut
-/// each other, within both of their boxes: bodies that are apart cost what is within the margin.
+/// or touch each other or one is inside the other (the first corner tells, also of meshes of several
+/// parts), within both of their boxes: bodies that are apart cost what is within the margin.
 ///
 /// Limits, all of them of the triangle-by-triangle view. A convex solid that the surface cuts
 /// always has a contact, but a deep one may get the normal of the nearest triangle instead of the
@@ -26186,8 +26190,13 @@ void collide_meshes(const MeshSurface<Precise<S>, Tree>& a, const MeshSurface<Pr
     contacts.add_all(opposite);
     have_cut = have_cut || contacts.has_cut();
   });
-  // What is all inside the other has passed through it by more than can be told in from out.
-  if (have_cut) {
+  // A thin mesh may be all inside the other.
+  const auto is_corner_within = [](const Surface& outer, const Surface& inner,
+                                   const Transform<P>& X_OI) {
+    const Vec3<P> corner = X_OI * inner.corners(0)[0];
+    return outer.bounds().contains(corner) && outer.contains(corner);
+  };
+  if (have_cut || is_corner_within(a, b, X_AB) || is_corner_within(b, a, X_BA)) {
     const Aabb<P> within = transformed(b.bounds(), X_AB);
     for_each_near(P(0), [&](auto& contacts, const auto& opposite) {
       contacts.add_all_passed(opposite, within);
@@ -27752,8 +27761,9 @@ template <Scalar S>
 /// Finds contacts that press though the displacements of the step leave their surfaces apart and
 /// need nothing of their impulse: free motion alone would close them, and other contacts do not let
 /// it. They are open, unless the step without their impulses closes them after all. There is no
-/// other order to tell it in, since displacements follow from impulses. Gaps that are smaller than
-/// the way that surfaces slide in the step are not known well enough to tell.
+/// other order to tell it in, since displacements follow from impulses. Only gaps count that are
+/// larger than the way which the velocities of the start move the surfaces by: smaller ones are not
+/// known well enough where surfaces slide, and closed without any force where they approach.
 ///
 /// @return Whether any contact was found to be open or shut, so that the velocities are to be solved
 ///         anew.
@@ -27861,6 +27871,7 @@ void aim_contact(ContactConstraint<S>& c, const SolverBody<S>& a, const SolverBo
   const NormalSpeeds<S> speeds{normal_part(a.start, b.start), normal_part(a.free, b.free),
                                normal_part(a.free_motion, b.free_motion)};
   const bool is_trapezoidal = context.integrator == Integrator::trapezoidal;
+  c.passing = {};
   if (c.is_open) {
     c.target = -c.gap / context.dt;
     c.bounce_share = S(-1);
@@ -27920,8 +27931,8 @@ bool open_contacts(const Island& island, Constraints<S>& constraints,
     const SolverBody<S>& a = bodies[c.body_a];
     const SolverBody<S>& b = bodies[c.body_b];
     const S left = min(c.gap, c.gap + context.dt * c.normal_velocity(a.motion, b.motion));
-    const S slid = context.dt * c.velocity(a.start, b.start).norm();
-    if (left > max(context.position_tolerance, slid)) c.is_open = has_changed = true;
+    const S moved = context.dt * c.velocity(a.start, b.start).norm();
+    if (left > max(context.position_tolerance, moved)) c.is_open = has_changed = true;
   }
   return has_changed;
 }
@@ -30684,6 +30695,7 @@ class IslandSolver {
     for (const std::uint32_t slot : island.bodies) {
       bodies[slot].motion = mean_motion(bodies[slot], context.integrator);
     }
+    for_each_row(island, constraints, [](ConstraintRow<S>& row) { row.correction = S(0); });
     for (const std::uint32_t i : island.contacts) {
       ContactConstraint<S>& c = constraints.contacts[i];
       const S parting = c.restitution > S(0)
@@ -31881,7 +31893,7 @@ class JointSystem {
   /// Joints as they are solved for: `JointGroups::orient`.
   [[nodiscard]] std::span<const JointFlowJoint<S>> joints() const { return joints_; }
   [[nodiscard]] const JointInstant<S>& at(std::size_t joint) const { return at_[joint]; }
-  /// [m] Largest arm of a joint at present, or radius of gyration of a body where that is larger:
+  /// [m] Largest arm of a joint at present, or where there are none the largest radius of gyration:
   /// the size of the mechanism's parts, by which turns count as gaps.
   [[nodiscard]] S size() const;
 
@@ -32036,6 +32048,7 @@ S JointSystem<S>::size() const {
   for (const JointInstant<S>& at : at_) {
     largest2 = max(largest2, max(at.arm_a.squaredNorm(), at.arm_b.squaredNorm()));
   }
+  if (largest2 > S(0)) return sqrt(largest2);
   for (const Node& node : nodes_) {
     if (!node.def->moves_by_forces) continue;
     largest2 = max(largest2, S(0.5) * node.def->inertia_B.trace() / node.def->mass);
@@ -33562,7 +33575,7 @@ class SolveStage {
       return has_changed;
     };
     // Which contacts cannot press is known once displacements are.
-    for (int pass = 0;; ++pass) {
+    for (int pass = 1;; ++pass) {
       solve_in_passes(context.settings.max_passes, solve_once, answer);
       // What the sensors gave is the sum of their evaluated impulses.
       if (!island.soft.empty()) apply_impulses(island, constraints, bodies);
@@ -33572,7 +33585,7 @@ class SolveStage {
         return;
       }
       if (!solver_.place(island, constraints, bodies, context, report)) break;
-      if (pass == context.settings.max_passes) break;
+      if (pass >= context.settings.max_passes) break;
     }
     if (context.integrator == Integrator::trapezoidal) keep_angular_momentum(state, island);
     if (!island.blocks.empty() && !IslandSolver<S>::is_large(context)) {

@@ -180,10 +180,12 @@ TEST_CASE("hard_contact: fingertips do not press on each other through what they
       }
       world.step();
       int pressing = 0;
+      int across = 0;
       world.for_each_contact([&](const ContactReading<double>& contact) {
         if (contact.body_a != plate && contact.body_b != plate) {
           contact.for_each_point([&](const ContactPointReading<double>& point) {
             CHECK(point.normal_impulse == 0);
+            ++across;
           });
           return;
         }
@@ -193,6 +195,7 @@ TEST_CASE("hard_contact: fingertips do not press on each other through what they
         });
       });
       CHECK(pressing == 2);
+      CHECK(across == 1);
     }
     CHECK(world.pose(plate).translation.norm() < 1e-9);
   }

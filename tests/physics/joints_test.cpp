@@ -338,3 +338,14 @@ TEST_CASE("joints: how far frames are apart is told before a step closes them") 
     CHECK(world.body(tool).twist.linear.norm() < 1e-12);
   }
 }
+
+TEST_CASE("joints: a hinge whose axes are opposite says so") {
+  World<double> world({.gravity = Vec3<double>::Zero()});
+  const BodyId base = world.add_body({.motion = Motion::fixed});
+  BodyDef<double> def{.mass = 1.0, .shape = Sphere<double>{0.1}};
+  def.orientation = Quat<double>(0, 0, 1, 0);
+  const BodyId tool = world.add_body(def);
+  const JointId hinge =
+      world.add_joint({.kind = JointKind::revolute, .body_a = base, .body_b = tool});
+  CHECK(world.reading(hinge).tilt == doctest::Approx(std::numbers::pi));
+}

@@ -128,8 +128,9 @@ template <Scalar S>
 /// Finds contacts that press though the displacements of the step leave their surfaces apart and
 /// need nothing of their impulse: free motion alone would close them, and other contacts do not let
 /// it. They are open, unless the step without their impulses closes them after all. There is no
-/// other order to tell it in, since displacements follow from impulses. Gaps that are smaller than
-/// the way that surfaces slide in the step are not known well enough to tell.
+/// other order to tell it in, since displacements follow from impulses. Only gaps count that are
+/// larger than the way which the velocities of the start move the surfaces by: smaller ones are not
+/// known well enough where surfaces slide, and closed without any force where they approach.
 ///
 /// @return Whether any contact was found to be open or shut, so that the velocities are to be solved
 ///         anew.
@@ -237,6 +238,7 @@ void aim_contact(ContactConstraint<S>& c, const SolverBody<S>& a, const SolverBo
   const NormalSpeeds<S> speeds{normal_part(a.start, b.start), normal_part(a.free, b.free),
                                normal_part(a.free_motion, b.free_motion)};
   const bool is_trapezoidal = context.integrator == Integrator::trapezoidal;
+  c.passing = {};
   if (c.is_open) {
     c.target = -c.gap / context.dt;
     c.bounce_share = S(-1);
@@ -296,8 +298,8 @@ bool open_contacts(const Island& island, Constraints<S>& constraints,
     const SolverBody<S>& a = bodies[c.body_a];
     const SolverBody<S>& b = bodies[c.body_b];
     const S left = min(c.gap, c.gap + context.dt * c.normal_velocity(a.motion, b.motion));
-    const S slid = context.dt * c.velocity(a.start, b.start).norm();
-    if (left > max(context.position_tolerance, slid)) c.is_open = has_changed = true;
+    const S moved = context.dt * c.velocity(a.start, b.start).norm();
+    if (left > max(context.position_tolerance, moved)) c.is_open = has_changed = true;
   }
   return has_changed;
 }

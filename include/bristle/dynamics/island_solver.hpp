@@ -319,6 +319,7 @@ class IslandSolver {
     for (const std::uint32_t slot : island.bodies) {
       bodies[slot].motion = mean_motion(bodies[slot], context.integrator);
     }
+    for_each_row(island, constraints, [](ConstraintRow<S>& row) { row.correction = S(0); });
     for (const std::uint32_t i : island.contacts) {
       ContactConstraint<S>& c = constraints.contacts[i];
       const S parting = c.restitution > S(0)

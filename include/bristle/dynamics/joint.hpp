@@ -170,8 +170,9 @@ struct JointReading {
   /// [N, N m] Wrench of the whole joint on B about B's joint frame's origin, world axes.
   Wrench<S> reaction{};
   /// [m] How far the origins of the two frames are from each other, and [rad] how far their axes are
-  /// turned, where the joint allows neither. More than round-off is left where a loop cannot be
-  /// closed, where a step could not close it, and before the first step.
+  /// turned, where the joint allows neither, limits apart. More than round-off is left before the
+  /// first step, where a loop cannot be closed, where a step could not close it, and where the axes
+  /// of a hinge are opposite to each other, from where no way is the shortest.
   S gap = S(0);
   S tilt = S(0);
 };

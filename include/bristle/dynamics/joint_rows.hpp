@@ -362,7 +362,8 @@ JointReading<S> read_joint(const Joint<S>& joint, const Body<S>& a, const Body<S
                               [&](const ConstraintRow<S>& row) { rows[count++] = row; });
   const JointGap<S> gap = detail::gap_of(std::span<const ConstraintRow<S>>(rows.data(), count));
   reading.gap = gap.distance;
-  reading.tilt = gap.angle;
+  // Opposite axes have no shortest turn, and so no rows that close them.
+  reading.tilt = kind == JointKind::revolute ? S(value_of(joint_swing(pose))) : gap.angle;
   if (!has_free_axis(kind) && !has_angle(kind)) return reading;
   reading.position = joint_position(kind, pose, joint.angle);
   reading.velocity = position_row(kind, pose).velocity(a.twist, b.twist);

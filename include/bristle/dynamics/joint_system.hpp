@@ -66,7 +66,7 @@ class JointSystem {
   /// Joints as they are solved for: `JointGroups::orient`.
   [[nodiscard]] std::span<const JointFlowJoint<S>> joints() const { return joints_; }
   [[nodiscard]] const JointInstant<S>& at(std::size_t joint) const { return at_[joint]; }
-  /// [m] Largest arm of a joint at present, or radius of gyration of a body where that is larger:
+  /// [m] Largest arm of a joint at present, or where there are none the largest radius of gyration:
   /// the size of the mechanism's parts, by which turns count as gaps.
   [[nodiscard]] S size() const;
 
@@ -221,6 +221,7 @@ S JointSystem<S>::size() const {
   for (const JointInstant<S>& at : at_) {
     largest2 = max(largest2, max(at.arm_a.squaredNorm(), at.arm_b.squaredNorm()));
   }
+  if (largest2 > S(0)) return sqrt(largest2);
   for (const Node& node : nodes_) {
     if (!node.def->moves_by_forces) continue;
     largest2 = max(largest2, S(0.5) * node.def->inertia_B.trace() / node.def->mass);

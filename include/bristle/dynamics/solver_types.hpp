@@ -32,8 +32,8 @@ struct SolverDef {
   int max_sweeps = 100;
   /// [-] Most sweeps of the position problem a step.
   int max_position_sweeps = 30;
-  /// [-] Most times an island is solved anew because its sensors changed state (stuck to slipping,
-  /// touching to free, normal force).
+  /// [-] Most times an island is solved because its sensors changed state (stuck to slipping,
+  /// touching to free, normal force), and because contacts turned out to be open.
   int max_passes = 12;
   /// [1] A sweep that changes no velocity by more than this fraction of the speed gained from
   /// gravity in a step is the last one. Tight on purpose: a state that is not at rest to this

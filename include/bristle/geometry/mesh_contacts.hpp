@@ -6,7 +6,8 @@
 /// flat face share one manifold of at most eight points.
 ///
 /// Surfaces of two meshes that have passed through each other are looked for only where meshes cut
-/// each other, within both of their boxes: bodies that are apart cost what is within the margin.
+/// or touch each other or one is inside the other (the first corner tells, also of meshes of several
+/// parts), within both of their boxes: bodies that are apart cost what is within the margin.
 ///
 /// Limits, all of them of the triangle-by-triangle view. A convex solid that the surface cuts
 /// always has a contact, but a deep one may get the normal of the nearest triangle instead of the
@@ -350,8 +351,13 @@ void collide_meshes(const MeshSurface<Precise<S>, Tree>& a, const MeshSurface<Pr
     contacts.add_all(opposite);
     have_cut = have_cut || contacts.has_cut();
   });
-  // What is all inside the other has passed through it by more than can be told in from out.
-  if (have_cut) {
+  // A thin mesh may be all inside the other.
+  const auto is_corner_within = [](const Surface& outer, const Surface& inner,
+                                   const Transform<P>& X_OI) {
+    const Vec3<P> corner = X_OI * inner.corners(0)[0];
+    return outer.bounds().contains(corner) && outer.contains(corner);
+  };
+  if (have_cut || is_corner_within(a, b, X_AB) || is_corner_within(b, a, X_BA)) {
     const Aabb<P> within = transformed(b.bounds(), X_AB);
     for_each_near(P(0), [&](auto& contacts, const auto& opposite) {
       contacts.add_all_passed(opposite, within);

@@ -38,8 +38,9 @@ struct StepReport {
   std::uint64_t factorisations = 0;
   /// [-] Evaluations of accelerations in the smooth motion of mechanisms.
   std::uint64_t flow_evaluations = 0;
-  /// [m] Largest distance between the frames of a joint, and [rad] largest angle, that the joint does
-  /// not allow, when the step began. The step closes what it can of them, however wide they are: by
+  /// [m] Largest distance between the frames of a joint of bodies that are awake, and [rad] largest
+  /// angle, that the joint does not allow, when the step began; limits do not count, nor do hinges
+  /// whose axes are opposite. The step closes what it can of them, however wide they are, by
   /// displacements that velocities do not show.
   S joint_gap = S(0);
   S joint_tilt = S(0);

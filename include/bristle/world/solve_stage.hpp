@@ -234,7 +234,7 @@ class SolveStage {
       return has_changed;
     };
     // Which contacts cannot press is known once displacements are.
-    for (int pass = 0;; ++pass) {
+    for (int pass = 1;; ++pass) {
       solve_in_passes(context.settings.max_passes, solve_once, answer);
       // What the sensors gave is the sum of their evaluated impulses.
       if (!island.soft.empty()) apply_impulses(island, constraints, bodies);
@@ -244,7 +244,7 @@ class SolveStage {
         return;
       }
       if (!solver_.place(island, constraints, bodies, context, report)) break;
-      if (pass == context.settings.max_passes) break;
+      if (pass >= context.settings.max_passes) break;
     }
     if (context.integrator == Integrator::trapezoidal) keep_angular_momentum(state, island);
     if (!island.blocks.empty() && !IslandSolver<S>::is_large(context)) {

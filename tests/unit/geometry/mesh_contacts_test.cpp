@@ -52,7 +52,7 @@ MeshPair collide(const TriangleMesh<double>& a, const TriangleMesh<double>& b,
 TEST_CASE("mesh_contacts: two meshes cost what is within the margin, however fine they are") {
   const double radius = 0.2;
   const Quat<double> odd = Quat<double>(1, 0.1, 0.2, 0.3).normalized();
-  for (const int fineness : {5, 10, 20}) {
+  for (const std::uint32_t fineness : {5u, 10u, 20u}) {
     CAPTURE(fineness);
     const TriangleMesh<double> ball = sphere_mesh<double>(radius, fineness);
     // Chords lie up to 1.2 (edge)^2 / 8 radius within the sphere; edges are 1.2 radius / fineness.
@@ -96,4 +96,27 @@ TEST_CASE("mesh_contacts: boxes of a stack cut each other where their edges coin
   CHECK(pair.contacts[0].size == 4);
   CHECK(pair.contacts[0].normal.z() == doctest::Approx(1));
   CHECK(pair.contacts[0].points[0].gap == doctest::Approx(-0.01));
+}
+
+TEST_CASE("mesh_contacts: a plate that is all inside a block leaves it, whichever is asked") {
+  // A plate of 5 mm, askew in its own frame, 1 mm below the block's upper face and parallel to it.
+  const double half_thickness = 0.0025;
+  const Quat<double> askew(Eigen::AngleAxisd(0.7, Vec3<double>(1, 2, 0).normalized()));
+  TriangleMesh<double> plate = box_mesh<double>({0.05, 0.05, half_thickness});
+  for (Vec3<double>& vertex : plate.vertices) vertex = askew * vertex;
+  const TriangleMesh<double> block = box_mesh<double>({0.2, 0.2, 0.2});
+  const double top = 0.2 - 0.001;
+  const Transform<double> X_block_plate{askew.conjugate(), {0.01, 0.02, top - half_thickness}};
+  const auto check = [&](const MeshPair& pair, double sign) {
+    REQUIRE(pair.contacts.size() == 1);
+    CHECK(pair.contacts[0].normal.norm() == doctest::Approx(1));
+    for (std::size_t k = 0; k < pair.contacts[0].size; ++k) {
+      CHECK(pair.contacts[0].points[k].gap == doctest::Approx(-0.001 - 2 * half_thickness));
+    }
+    return sign * pair.contacts[0].normal;
+  };
+  const MeshPair first = collide(block, plate, X_block_plate, 1e-4);
+  CHECK(check(first, 1).z() == doctest::Approx(1));
+  const MeshPair second = collide(plate, block, X_block_plate.inverse(), 1e-4);
+  CHECK((X_block_plate.rotation * check(second, -1)).z() == doctest::Approx(1));
 }
