@@ -62,7 +62,7 @@ inline double fitted_order(std::span<const double> steps, std::span<const double
   return n < 3 ? std::numeric_limits<double>::quiet_NaN() : (n * xy - x * y) / (n * xx - x * x);
 }
 
-namespace detail {
+namespace parts {
 
 inline constexpr double gravity = 9.81;
 /// [m] or [m/s] Starts that put an event at different places within a step: they spread over more
@@ -257,16 +257,16 @@ inline void run(World<double>& world, double duration) {
   return (world.body(last).center_pose.translation - end).norm();
 }
 
-}  // namespace detail
+}  // namespace parts
 
 inline std::vector<KnownMotion> known_motions() {
-  return {{"projectile", detail::projectile_error},
-          {"slide", detail::slide_error, 1e-11, 2},
-          {"slip", detail::slip_error},
-          {"roll", detail::roll_error, 1e-11, 2},
-          {"bounce", detail::bounce_error},
-          {"spin", detail::spin_error, 1e-12, 4, 4},
-          {"chain of 2", detail::chain_error, 1e-12, 5}};
+  return {{"projectile", parts::projectile_error},
+          {"slide", parts::slide_error, 1e-11, 2},
+          {"slip", parts::slip_error},
+          {"roll", parts::roll_error, 1e-11, 2},
+          {"bounce", parts::bounce_error},
+          {"spin", parts::spin_error, 1e-12, 4, 4},
+          {"chain of 2", parts::chain_error, 1e-12, 5}};
 }
 
 }  // namespace bristle::scenes

@@ -45,7 +45,7 @@ struct RandomHeap {
 
 // Implementation -----------------------------------------------------------------------------------
 
-namespace detail {
+namespace parts {
 
 /// A shape of about `size`, of any kind that a moving body can have. Meshes are convex or not.
 [[nodiscard]] inline Shape<double> random_shape(test::Random& random, double size) {
@@ -91,7 +91,7 @@ namespace detail {
   return patch;
 }
 
-}  // namespace detail
+}  // namespace parts
 
 inline RandomHeap make_random_heap(std::uint64_t seed, const HeapKind& kind) {
   test::Random random(seed);
@@ -120,12 +120,12 @@ inline RandomHeap make_random_heap(std::uint64_t seed, const HeapKind& kind) {
     const bool is_joined = kind.joints && i > 0 && random.index(2) == 0;
     BodyDef<double> def;
     const double size = heap.size * random.uniform(0.2, 1.0);
-    def.shape = detail::random_shape(random, size / std::sqrt(3.0));
+    def.shape = parts::random_shape(random, size / std::sqrt(3.0));
     def.material = {random.uniform(0.0, 1.5), random.uniform(0.0, kind.restitution)};
     if (kind.compounds && random.index(2) == 0) {
       for (std::size_t k = 0; k < 1 + random.index(2); ++k) {
         ShapeDef<double> more;
-        more.shape = detail::random_shape(random, 0.5 * size / std::sqrt(3.0));
+        more.shape = parts::random_shape(random, 0.5 * size / std::sqrt(3.0));
         more.X_BS = random.pose(0.3 * size);
         more.material = def.material;
         def.shapes.push_back(more);
@@ -164,7 +164,7 @@ inline RandomHeap make_random_heap(std::uint64_t seed, const HeapKind& kind) {
     }
     if (kind.sensors && random.index(2) == 0) {
       const double weight = heap.world.body(id).mass * 9.81;
-      heap.world.add_patch(id, detail::random_patch(random, size / std::sqrt(3.0), weight));
+      heap.world.add_patch(id, parts::random_patch(random, size / std::sqrt(3.0), weight));
     }
     heap.bodies.push_back(id);
   }

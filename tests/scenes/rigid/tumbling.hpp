@@ -34,7 +34,7 @@ namespace bristle::scenes {
   return scene;
 }
 
-namespace detail {
+namespace parts {
 
 /// A convex stone of about a radius about its centroid: an octahedron whose corners are pulled
 /// about by so little that its faces stay as they are.
@@ -124,7 +124,7 @@ inline void add_bin(Scene& scene, double half, double friction) {
   }
 }
 
-}  // namespace detail
+}  // namespace parts
 
 /// 64 boxes, balls, capsules, cylinders and stones of 0.1 to 0.2 m, 0.2 to 5 kg, fall into a bin of
 /// 1 m, mu = 0.5.
@@ -134,7 +134,7 @@ inline void add_bin(Scene& scene, double half, double friction) {
   Scene scene;
   scene.duration = 4;
   scene.is_large = true;
-  detail::add_bin(scene, 0.5, friction);
+  parts::add_bin(scene, 0.5, friction);
   for (int i = 0; i < 64; ++i) {
     const Vector at = {0.22 * (i % 4 - 1.5), 0.22 * (i / 4 % 4 - 1.5), 0.2 + 0.25 * (i / 16)};
     const double size = random.uniform(0.05, 0.1);
@@ -153,7 +153,7 @@ inline void add_bin(Scene& scene, double half, double friction) {
         body.shape = Cylinder<double>{0.7 * size, 0.6 * size};
         break;
       default:
-        body.shape = detail::random_stone(random, size);
+        body.shape = parts::random_stone(random, size);
     }
     body.mass = std::pow(10, random.uniform(-0.7, 0.7));
     body.friction = std::sqrt(friction);
@@ -210,7 +210,7 @@ class Bowl : public Trial {
     scene.duration = 3;
     scene.is_large = true;
     SceneBody bowl;
-    bowl.shape = detail::bowl(radius, 0.1, 48, 16);
+    bowl.shape = parts::bowl(radius, 0.1, 48, 16);
     bowl.friction = std::sqrt(friction);
     scene.add(bowl);
     for (int i = 0; i < 300; ++i) {
@@ -218,7 +218,7 @@ class Bowl : public Trial {
       SceneBody body = i % 3 == 0   ? ball_body(0.05, 0.5, at, friction)
                        : i % 3 == 1 ? box_body({0.05, 0.04, 0.035}, 0.5, at, friction)
                                     : capsule_body({0.03, 0.03}, 0.5, at, friction);
-      if (has_rings && i % 8 == 7) body.shape = detail::torus(0.05, 0.02, 16, 8);
+      if (has_rings && i % 8 == 7) body.shape = parts::torus(0.05, 0.02, 16, 8);
       body.orientation = random.rotation<double>();
       scene.add(body);
     }
