@@ -879,6 +879,13 @@ class EnvelopeMatrix {
     detail::refill(values_, size, S(0));
   }
 
+  /// Makes room for what another has room for, so that a copy of it allocates nothing.
+  void reserve(const EnvelopeMatrix& other) {
+    first_.reserve(other.first_.capacity());
+    start_.reserve(other.start_.capacity());
+    values_.reserve(other.values_.capacity());
+  }
+
   [[nodiscard]] std::size_t size() const { return first_.size(); }
   [[nodiscard]] std::uint32_t first(std::size_t row) const { return first_[row]; }
   /// Entry of the lower triangle: first(i) <= j <= i.
@@ -1274,6 +1281,18 @@ class EnvelopeLu {
     }
   }
 
+  /// Makes room for `assign`, so that it allocates nothing.
+  void reserve(const EnvelopeMatrix<S>& symmetric) {
+    const std::size_t blocks = symmetric.size() / 6;
+    std::size_t size = 0;
+    for (std::size_t i = 0; i < blocks; ++i) size += 36 * (i - symmetric.first(6 * i) / 6 + 1);
+    first_.reserve(blocks);
+    start_.reserve(6 * blocks);
+    rows_.reserve(size);
+    columns_.reserve(size);
+    inverses_.reserve(blocks);
+  }
+
   /// Adds to a block within the envelope.
   void add(std::size_t block_row, std::size_t block_column, const Block6<S>& x) {
     const bool is_lower = block_row >= block_column;
@@ -1644,6 +1663,9 @@ class CoulombNewton {
   [[nodiscard]] bool factor(const CoulombProblem<Real>& problem) {
     is_symmetric_ = std::none_of(branches_.begin(), branches_.end(),
                                  [](const Branch& b) { return b.state == State::slip; });
+    // What begins or ends to slide in a warm step must not allocate either.
+    cholesky_.reserve(*problem.matrix);
+    lu_.reserve(*problem.matrix);
     if (!is_symmetric_) {
       assemble(problem);
       return lu_.factor();

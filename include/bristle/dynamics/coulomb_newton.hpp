@@ -265,6 +265,9 @@ class CoulombNewton {
   [[nodiscard]] bool factor(const CoulombProblem<Real>& problem) {
     is_symmetric_ = std::none_of(branches_.begin(), branches_.end(),
                                  [](const Branch& b) { return b.state == State::slip; });
+    // What begins or ends to slide in a warm step must not allocate either.
+    cholesky_.reserve(*problem.matrix);
+    lu_.reserve(*problem.matrix);
     if (!is_symmetric_) {
       assemble(problem);
       return lu_.factor();

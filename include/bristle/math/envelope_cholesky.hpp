@@ -52,6 +52,13 @@ class EnvelopeMatrix {
     detail::refill(values_, size, S(0));
   }
 
+  /// Makes room for what another has room for, so that a copy of it allocates nothing.
+  void reserve(const EnvelopeMatrix& other) {
+    first_.reserve(other.first_.capacity());
+    start_.reserve(other.start_.capacity());
+    values_.reserve(other.values_.capacity());
+  }
+
   [[nodiscard]] std::size_t size() const { return first_.size(); }
   [[nodiscard]] std::uint32_t first(std::size_t row) const { return first_[row]; }
   /// Entry of the lower triangle: first(i) <= j <= i.

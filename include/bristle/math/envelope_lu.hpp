@@ -57,6 +57,18 @@ class EnvelopeLu {
     }
   }
 
+  /// Makes room for `assign`, so that it allocates nothing.
+  void reserve(const EnvelopeMatrix<S>& symmetric) {
+    const std::size_t blocks = symmetric.size() / 6;
+    std::size_t size = 0;
+    for (std::size_t i = 0; i < blocks; ++i) size += 36 * (i - symmetric.first(6 * i) / 6 + 1);
+    first_.reserve(blocks);
+    start_.reserve(6 * blocks);
+    rows_.reserve(size);
+    columns_.reserve(size);
+    inverses_.reserve(blocks);
+  }
+
   /// Adds to a block within the envelope.
   void add(std::size_t block_row, std::size_t block_column, const Block6<S>& x) {
     const bool is_lower = block_row >= block_column;
