@@ -193,6 +193,13 @@ class CoulombNewton {
     detail::refill(branches_, count, Branch{});
     step_.resize(v_.size());
     free_velocity_.resize(count);
+    // Room for what only some solutions need: a warm step in which something begins or ends to slide
+    // must not allocate.
+    nearest_v_ = v_;
+    nearest_impulse_ = impulse_;
+    factored_ = branches_;
+    cholesky_.reserve(*problem.matrix);
+    lu_.reserve(*problem.matrix);
     evaluate(problem.rows, *problem.free, free_velocity_);
   }
 
@@ -265,9 +272,6 @@ class CoulombNewton {
   [[nodiscard]] bool factor(const CoulombProblem<Real>& problem) {
     is_symmetric_ = std::none_of(branches_.begin(), branches_.end(),
                                  [](const Branch& b) { return b.state == State::slip; });
-    // What begins or ends to slide in a warm step must not allocate either.
-    cholesky_.reserve(*problem.matrix);
-    lu_.reserve(*problem.matrix);
     if (!is_symmetric_) {
       assemble(problem);
       return lu_.factor();
