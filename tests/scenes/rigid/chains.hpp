@@ -13,7 +13,7 @@ namespace bristle::scenes {
 /// Links of 0.2 m and 1 kg on ball joints, from the world's origin along a direction.
 [[nodiscard]] inline Scene chain_scene(int links, const Vector& direction, Meets meets) {
   constexpr double length = 0.2;
-  const Rotation along = Rotation(Eigen::Quaterniond::FromTwoVectors(Vector::UnitX(), direction));
+  const Rotation along = turn_between(Vector::UnitX(), direction);
   Scene scene;
   scene.duration = 10;
   for (int i = 0; i < links; ++i) {

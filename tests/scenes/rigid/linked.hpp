@@ -49,8 +49,7 @@ namespace bristle::scenes {
     const Vector to = along(s);
     SceneBody link =
         capsule_body({thickness, pitch / 2 - thickness}, 0.1, (from + to) / 2, friction);
-    link.orientation =
-        Rotation(Eigen::Quaterniond::FromTwoVectors(Vector::UnitZ(), Vector(to - from)));
+    link.orientation = turn_between(Vector::UnitZ(), to - from);
     scene.add(link);
     if (i > 0) scene.joints.push_back({i - 1, i, from});
     from = to;

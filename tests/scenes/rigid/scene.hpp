@@ -7,10 +7,12 @@
 #include <bristle/geometry/shapes.hpp>
 #include <bristle/math/rotation.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <functional>
 #include <limits>
+#include <numbers>
 #include <optional>
 #include <type_traits>
 #include <utility>
@@ -202,6 +204,19 @@ struct Scene {
 
 [[nodiscard]] inline Rotation turn_about(const Vector& axis, double angle) {
   return exp_rotation<double>(angle * axis);
+}
+
+/// The shortest turn that takes the direction of `from` to that of `to`. Eigen's finds the axis of a
+/// half turn by a singular value decomposition, which takes a compiler seconds in every file.
+[[nodiscard]] inline Rotation turn_between(const Vector& from, const Vector& to) {
+  const Vector a = from.normalized();
+  const Vector b = to.normalized();
+  const double twice_cos = std::sqrt(2 * std::max(0.0, 1 + a.dot(b)));  // of half the angle
+  if (twice_cos < 1e-6) return turn_about(a.unitOrthogonal(), std::numbers::pi);
+  Rotation turn;
+  turn.vec() = a.cross(b) / twice_cos;
+  turn.w() = twice_cos / 2;
+  return turn;
 }
 
 /// [rad] Angle between two attitudes.

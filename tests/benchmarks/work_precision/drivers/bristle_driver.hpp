@@ -118,7 +118,7 @@ class BristleEngine : public scenes::Engine {
       def.body_b = bodies_[static_cast<std::size_t>(joint.b)];
       const bool has_axis = def.kind != JointKind::ball;
       scenes::Rotation turn = scenes::Rotation::Identity();
-      if (has_axis) turn = Eigen::Quaterniond::FromTwoVectors(scenes::Vector::UnitX(), joint.axis);
+      if (has_axis) turn = scenes::turn_between(scenes::Vector::UnitX(), joint.axis);
       const Transform<double> anchor{turn, joint.anchor};
       const auto placed = [&](int i) {
         if (i < 0) return anchor;

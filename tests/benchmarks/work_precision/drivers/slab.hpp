@@ -21,7 +21,7 @@ struct Slab {
 [[nodiscard]] inline Slab slab_of(const HalfSpace<double>& ground) {
   Slab slab;
   slab.position = (ground.offset - slab.half.z()) * ground.normal;
-  slab.orientation = Eigen::Quaterniond::FromTwoVectors(scenes::Vector::UnitZ(), ground.normal);
+  slab.orientation = scenes::turn_between(scenes::Vector::UnitZ(), ground.normal);
   return slab;
 }
 
