@@ -3,7 +3,9 @@
 
 #include <doctest/doctest.h>
 
+#include <array>
 #include <cmath>
+#include <cstdint>
 
 using namespace bristle;
 
@@ -125,4 +127,82 @@ TEST_CASE("place_contact: bodies part where they bounce or fly apart, not by rou
   CHECK(parts(0.5, 0.005, 0.005));
   CHECK(parts(0.5, 0, 0.02));
   CHECK_FALSE(parts(0, 0, 0.02));
+}
+
+namespace {
+
+/// A contact that presses though the motion of its step leaves it apart, and what is asked of it.
+template <typename S>
+struct KeptOpen {
+  Constraints<S> constraints{};
+  std::array<SolverBody<S>, 2> bodies{};
+  SolveContext<S> context{};
+
+  KeptOpen() {
+    ContactConstraint<S> contact;
+    contact.body_a = 0;
+    contact.body_b = 1;
+    contact.axes = {Vec3<S>::UnitZ(), Vec3<S>::UnitX(), Vec3<S>::UnitY()};
+    contact.gap = S(0.02);
+    contact.impulse = {S(3), S(1), S(0)};
+    constraints.contacts.push_back(contact);
+    context.dt = S(0.1);
+    context.position_tolerance = S(1e-5);
+  }
+  [[nodiscard]] ContactConstraint<S>& contact() { return constraints.contacts[0]; }
+  [[nodiscard]] bool changes() {
+    static constexpr std::array<std::uint32_t, 1> only{0};
+    Island island;
+    island.contacts = only;
+    return open_contacts<S>(island, constraints, bodies, context);
+  }
+};
+
+}  // namespace
+
+TEST_CASE_TEMPLATE("open_contacts: what presses though its surfaces stay apart gives nothing", S,
+                   float, double) {
+  KeptOpen<S> open;
+  REQUIRE(open.changes());
+  REQUIRE(open.contact().is_open);
+  aim_contact(open.contact(), open.bodies[0], open.bodies[1], open.context);
+  CHECK(open.contact().impulse == std::array<S, 3>{});
+  CHECK(open.contact().target == -open.contact().gap / open.context.dt);
+  CHECK_FALSE(open.changes());
+
+  KeptOpen<S> closes;
+  closes.bodies[1].motion.linear = {0, 0, S(-0.2)};  // All of the gap within the step.
+  CHECK_FALSE(closes.changes());
+  KeptOpen<S> silent;
+  silent.contact().impulse = {};
+  CHECK_FALSE(silent.changes());
+  KeptOpen<S> bounces;
+  bounces.contact().parts = true;
+  CHECK_FALSE(bounces.changes());
+  KeptOpen<S> is_moved_by_it;
+  is_moved_by_it.contact().placed = S(1);
+  CHECK_FALSE(is_moved_by_it.changes());
+}
+
+TEST_CASE_TEMPLATE("open_contacts: what closes without its impulse is shut for good", S, float,
+                   double) {
+  KeptOpen<S> scene;
+  REQUIRE(scene.changes());
+  scene.contact().impulse[0] = S(2);  // It presses in the solution without it.
+  REQUIRE(scene.changes());
+  CHECK_FALSE(scene.contact().is_open);
+  CHECK(scene.contact().is_shut);
+  // The first solution comes back, and with it a gap: to open it again would never end.
+  CHECK_FALSE(scene.changes());
+}
+
+TEST_CASE_TEMPLATE("open_contacts: gaps within the way of the surfaces are not known to be open", S,
+                   float, double) {
+  const auto opens = [](S speed) {
+    KeptOpen<S> scene;
+    scene.bodies[1].start.linear = {speed, 0, 0};
+    return scene.changes();
+  };
+  CHECK(opens(S(0.19)));
+  CHECK_FALSE(opens(S(0.21)));
 }
