@@ -8605,7 +8605,8 @@ void KeptHits<S>::keep(const Patch& patch) {
     std::copy_n(hits.tag.begin() + static_cast<std::ptrdiff_t>(first), tile_size, kept.tag.begin());
   }
   for (KeptShape<S>& shape : shapes) {
-    const Mat3<S> R_BA = shape.pose.R_AB.transpose();
+    Mat3<S> R_BA = shape.pose.R_AB;
+    R_BA.transposeInPlace();  // At -O1 g++ 12 takes a transposed copy for uninitialised.
     for (KeptTile<S>& kept : tiles) {
       const auto of_shape =
           static_cast<LaneBits>(kept.is_hit & equal_lanes(kept.tag.data(), shape.tag));
