@@ -56,6 +56,24 @@ std::string ball(const std::string& key, const std::string& more = "") {
 
 }  // namespace
 
+TEST_CASE("add_adf: joints whose bodies stand elsewhere are named, with how far") {
+  const auto notes = [](const std::string& child) {
+    World<double> world;
+    return add(world, "bodies: [A, B]\n" + ball("A") +
+                          ball("B", ", location: {position: {x: 2, y: 0, z: 0}}") +
+                          "joints: [J]\nJ: {type: hinge, parent: A, child: B, parent pivot: {x: 1, "
+                          "y: 0, z: 0}, parent axis: {x: 0, y: 0, z: 1}, child pivot: " +
+                          child + "}\n")
+        .report;
+  };
+  CHECK(has_note(notes("{x: -0.997, y: 0, z: 0}, child axis: {x: 0, y: 0, z: 1}"), "J",
+                 "0.003 m and 0 rad"));
+  CHECK(has_note(notes("{x: -1, y: 0, z: 0}, child axis: {x: 0, y: 0.1, z: 1}"), "J",
+                 "m and 0.1 rad"));
+  CHECK_FALSE(has_note(notes("{x: -1, y: 0, z: 0}, child axis: {x: 0, y: 0, z: 1}"), "J",
+                       "apart"));
+}
+
 TEST_CASE("add_adf: a sensor of today's form supersedes the one in its body") {
   World<double> world;
   const auto path = example_scenes / "scene.yaml";

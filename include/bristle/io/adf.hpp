@@ -44,8 +44,12 @@ AdfScene<S> add_adf(World<S, Backend>& world, const std::filesystem::path& path,
 #include <bristle/io/adf_sensor_builder.hpp>
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <cstdio>
+#include <limits>
 #include <map>
 #include <string>
 #include <string_view>
@@ -135,15 +139,35 @@ class AdfBuilder {
         leave_out(joint, "neither body moves");
         continue;
       }
-      scene_.joints.add(joint, in_block(joint, [&] {
-                          JointDef<S> joint_def = builder.joint(
-                              joint, *parent->first, *child->first, world_.pose(parent->second),
-                              world_.pose(child->second));
-                          joint_def.body_a = parent->second;
-                          joint_def.body_b = child->second;
-                          return world_.add_joint(joint_def);
-                        }));
+      const JointId id = in_block(joint, [&] {
+        JointDef<S> joint_def =
+            builder.joint(joint, *parent->first, *child->first, world_.pose(parent->second),
+                          world_.pose(child->second));
+        joint_def.body_a = parent->second;
+        joint_def.body_b = child->second;
+        return world_.add_joint(joint_def);
+      });
+      scene_.joints.add(joint, id);
+      report_gap(joint, id);
     }
+  }
+
+  /// Says how far the bodies of a file stand from where a joint has them: files round what they
+  /// give, often to three digits, and axes that close a loop then contradict each other.
+  void report_gap(const AdfJoint& joint, JointId id) {
+    const JointReading<S> reading = world_.reading(id);
+    const auto beyond_round_off = [](S value) {
+      return value > std::sqrt(std::numeric_limits<S>::epsilon()) ? static_cast<double>(value) : 0.0;
+    };
+    const double distance = beyond_round_off(reading.gap);
+    const double angle = beyond_round_off(reading.tilt);
+    if (distance == 0 && angle == 0) return;
+    std::array<char, 96> apart{};
+    std::snprintf(apart.data(), apart.size(),
+                  "its frames stand %.2g m and %.2g rad apart; steps close what they can",
+                  distance, angle);
+    scene_.report.add(AdfNoteKind::changed, printable(joint.key), apart.data(),
+                      joint.line);
   }
 
   void add_sensors() {
