@@ -164,10 +164,9 @@ class AdfBuilder {
     if (distance == 0 && angle == 0) return;
     std::array<char, 96> apart{};
     std::snprintf(apart.data(), apart.size(),
-                  "its frames stand %.2g m and %.2g rad apart; steps close what they can",
-                  distance, angle);
-    scene_.report.add(AdfNoteKind::changed, printable(joint.key), apart.data(),
-                      joint.line);
+                  "its frames stand %.2g m and %.2g rad apart; steps close what they can", distance,
+                  angle);
+    scene_.report.add(AdfNoteKind::changed, printable(joint.key), apart.data(), joint.line);
   }
 
   void add_sensors() {
