@@ -157,7 +157,8 @@ class AdfBuilder {
   void report_gap(const AdfJoint& joint, JointId id) {
     const JointReading<S> reading = world_.reading(id);
     const auto beyond_round_off = [](S value) {
-      return value > std::sqrt(std::numeric_limits<S>::epsilon()) ? static_cast<double>(value) : 0.0;
+      return value > std::sqrt(std::numeric_limits<S>::epsilon()) ? static_cast<double>(value)
+                                                                  : 0.0;
     };
     const double distance = beyond_round_off(reading.gap);
     const double angle = beyond_round_off(reading.tilt);
