@@ -173,6 +173,13 @@ TEST_CASE_TEMPLATE("open_contacts: what presses though its surfaces stay apart g
   KeptOpen<S> closes;
   closes.bodies[1].motion.linear = {0, 0, S(-0.2)};  // All of the gap within the step.
   CHECK_FALSE(closes.changes());
+  KeptOpen<S> touches;
+  touches.contact().gap = 0;
+  touches.bodies[1].motion.linear = {0, 0, S(0.2)};  // Apart at the end, but not from the start.
+  CHECK_FALSE(touches.changes());
+  KeptOpen<S> is_to_part;
+  is_to_part.contact().target = S(0.1);
+  CHECK_FALSE(is_to_part.changes());
   KeptOpen<S> silent;
   silent.contact().impulse = {};
   CHECK_FALSE(silent.changes());
