@@ -7,7 +7,6 @@
 #include <bristle/geometry/shapes.hpp>
 #include <bristle/math/rotation.hpp>
 
-#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <functional>
@@ -206,17 +205,15 @@ struct Scene {
   return exp_rotation<double>(angle * axis);
 }
 
-/// The shortest turn that takes the direction of `from` to that of `to`. Eigen's finds the axis of a
-/// half turn by a singular value decomposition, which takes a compiler seconds in every file.
+/// The shortest turn that takes the direction of `from` to that of `to`; of the half turns between
+/// opposite ones, any.
 [[nodiscard]] inline Rotation turn_between(const Vector& from, const Vector& to) {
   const Vector a = from.normalized();
   const Vector b = to.normalized();
-  const double twice_cos = std::sqrt(2 * std::max(0.0, 1 + a.dot(b)));  // of half the angle
-  if (twice_cos < 1e-6) return turn_about(a.unitOrthogonal(), std::numbers::pi);
-  Rotation turn;
-  turn.vec() = a.cross(b) / twice_cos;
-  turn.w() = twice_cos / 2;
-  return turn;
+  if ((a + b).squaredNorm() < Tolerance<double>::round_off()) {
+    return turn_about(a.unitOrthogonal(), std::numbers::pi);
+  }
+  return exp_rotation<double>(shortest_turn<double>(a, b));
 }
 
 /// [rad] Angle between two attitudes.

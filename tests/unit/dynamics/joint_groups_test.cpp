@@ -35,8 +35,7 @@ struct Pendulum {
     body.inverse_inertia_B = body.inertia_B.inverse();
     body.center_pose.translation = {0.3, 0, 0};
     body.load.force = {0, 0, -2.0 * 9.81};
-    const Quat<double> to_y{
-        Eigen::AngleAxisd(std::numbers::pi / 2, Vec3<double>::UnitZ())};
+    const Quat<double> to_y = exp_rotation<double>(std::numbers::pi / 2 * Vec3<double>::UnitZ());
     std::mt19937 random(3);
     std::uniform_real_distribution<double> uniform(-1, 1);
     for (int i = 0; i < count; ++i) {
