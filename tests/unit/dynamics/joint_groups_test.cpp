@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <bristle/dynamics/joint_flow.hpp>
+#include <bristle/math/rotation.hpp>
 
 #include <doctest/doctest.h>
 
