@@ -13828,10 +13828,10 @@ class ContactCache {
     Vec3<S> center_a = Vec3<S>::Zero();
   };
 
-  /// Starts a new generation.
-  void begin_step() {
-    ratio_ = step_ratio_;
-    step_ratio_ = S(1);
+  /// Starts a new generation, of a step of `dt` [s].
+  void begin_step(S dt) {
+    half_ = S(0.5) * (dt / last_step_);
+    last_step_ = dt;
     manifolds_.swap(old_manifolds_);
     points_.swap(old_points_);
     manifolds_.clear();
@@ -13892,9 +13892,9 @@ class ContactCache {
   [[nodiscard]] std::vector<CachedPoint<S>>& points() { return points_; }
   [[nodiscard]] const std::vector<CachedPoint<S>>& points() const { return points_; }
 
-  /// [1] Length of the next step as a multiple of the last one's.
-  [[nodiscard]] S& step_ratio() { return step_ratio_; }
-  [[nodiscard]] const S& step_ratio() const { return step_ratio_; }
+  /// [s] Length of the step that the present generation is of.
+  [[nodiscard]] S& last_step() { return last_step_; }
+  [[nodiscard]] const S& last_step() const { return last_step_; }
 
   /// The generation of the step before.
   [[nodiscard]] const std::vector<CachedManifold<S>>& last_manifolds() const {
@@ -13941,7 +13941,6 @@ class ContactCache {
   /// is left by place.
   void inherit(const CachedManifold<S>& old, const CachedManifold<S>& young) {
     const TangentTurn turn(old.normal, young.normal);
-    const S half = S(0.5) * ratio_;
     std::array<bool, ContactManifold<S>::capacity> is_taken{};
     std::uint32_t fresh = young.count;
     const auto match = [&](const auto& is_same) {
@@ -13955,8 +13954,8 @@ class ContactCache {
             is_taken[k] = true;
             point.is_fresh = false;
             point.impulse = turn(other);
-            point.mid_offset_a = half * (point.arm_a - other.arm_a);
-            point.mid_offset_b = half * (point.arm_b - other.arm_b);
+            point.mid_offset_a = mid_offset(point.arm_a, other.arm_a);
+            point.mid_offset_b = mid_offset(point.arm_b, other.arm_b);
             --fresh;
           }
           k = k + 1 < old.count ? k + 1 : 0;
@@ -13975,6 +13974,13 @@ class ContactCache {
     match([&](const CachedPoint<S>& a, const CachedPoint<S>& b) {
       return (a.arm_a - b.arm_a).squaredNorm() <= S(1e-4) * extent2;
     });
+  }
+
+  /// Half of what an arm will change by if it goes on as in the last step.
+  [[nodiscard]] Vec3<S> mid_offset(const Vec3<S>& arm, const Vec3<S>& last) const {
+    const Vec3<S> offset = half_ * (arm - last);
+    // No turn moves an arm by more than this, whatever the steps' lengths say.
+    return offset.squaredNorm() <= arm.squaredNorm() ? offset : Vec3<S>::Zero();
   }
 
   static void forget(std::uint32_t tag, std::vector<CachedManifold<S>>& manifolds,
@@ -13996,8 +14002,8 @@ class ContactCache {
   std::vector<CachedPoint<S>> points_, old_points_;
   std::size_t cursor_ = 0;
   bool is_repeated_ = false;
-  S step_ratio_ = S(1);
-  S ratio_ = S(1);  // The same for the step at hand.
+  S last_step_ = S(1);
+  S half_ = S(0.5);  // Half of this step as a multiple of the last one.
 };
 
 }  // namespace bristle::inline BRISTLE_ABI
@@ -27984,7 +27990,7 @@ class ContactStage {
   void find_contacts(State& state) {
     sweep_boxes(state);
     pairs_.clear();
-    state.contacts.begin_step();
+    state.contacts.begin_step(state.def.time_step);
     const auto may_touch = [&](std::uint32_t a, std::uint32_t b) {
       if (is_dormant(state, {a, b}) || !detail::may_touch(state, a, b)) return false;
       if (!state.broad_phase.is_coarse(a) && !state.broad_phase.is_coarse(b)) return true;
@@ -35044,8 +35050,8 @@ template <Scalar S, typename State>
 template <typename State, typename Cache, typename Visitor>
 void visit_contacts(const State& state, Cache& cache, Visitor& visit) {
   visit.item(
-      "contacts (step ratio)", cache.step_ratio(), [&](auto& ratio) { visit.value(ratio); },
-      [](const auto& ratio) { return has_finite_square(ratio) && is_not_negative(ratio); });
+      "contacts (last step)", cache.last_step(), [&](auto& dt) { visit.value(dt); },
+      [](const auto& dt) { return is_positive(dt); });
   const std::size_t points = visit.list("contacts (points)", cache.points(), [&](auto& point) {
     visit.value(point.arm_a);
     visit.value(point.arm_b);
@@ -35644,7 +35650,6 @@ void World<S, Backend>::set_time_step(S dt) {
   });
   detail::wake_all(state_);
   for_each_impulse(state_, [&](S& impulse) { impulse *= ratio; });
-  state_.contacts.step_ratio() *= ratio;
   state_.def.time_step = dt;
 }
 

@@ -203,3 +203,28 @@ TEST_CASE("extreme_numbers: numbers that overflow only in what is computed from 
   far.sensors.add({0, 0, 0}, {0, 0, 1}, largest * 1.5);
   CHECK(field_of([&] { world.add_patch(body, far); }) == "SensorLayout::length[0]");
 }
+
+TEST_CASE_TEMPLATE("extreme_numbers: steps of any lengths follow each other", S, float, double) {
+  constexpr S largest = largest_number<S>;
+  World<S> world;
+  (void)world.add_body({.motion = Motion::fixed, .shape = HalfSpace<S>{}});
+  BodyDef<S> def;
+  def.shape = Box<S>{{S(0.1), S(0.2), S(0.1)}};
+  def.position = {S(0), S(0), S(0.1)};
+  def.angular_velocity = {S(1), S(2), S(0)};
+  const BodyId box = world.add_body(def);
+  for (const S dt : {S(1) / S(240), S(2) / largest, S(1) / S(240), S(1e-9), S(1) / S(60)}) {
+    CAPTURE(dt);
+    world.set_time_step(dt);
+    // Twice: what is set between two steps comes to nothing.
+    world.set_time_step(S(0.01));
+    world.set_time_step(dt);
+    World<S> copy = world;
+    copy.restore(world.snapshot());
+    CHECK(copy.state_hash() == world.state_hash());
+    world.step();
+    CHECK(world.pose(box).translation.allFinite());
+    CHECK(world.body(box).twist.angular.allFinite());
+  }
+  CHECK(world.pose(box).translation.z() > S(0.05));
+}

@@ -25,7 +25,7 @@ class ContactStage {
   void find_contacts(State& state) {
     sweep_boxes(state);
     pairs_.clear();
-    state.contacts.begin_step();
+    state.contacts.begin_step(state.def.time_step);
     const auto may_touch = [&](std::uint32_t a, std::uint32_t b) {
       if (is_dormant(state, {a, b}) || !detail::may_touch(state, a, b)) return false;
       if (!state.broad_phase.is_coarse(a) && !state.broad_phase.is_coarse(b)) return true;

@@ -379,8 +379,8 @@ template <Scalar S, typename State>
 template <typename State, typename Cache, typename Visitor>
 void visit_contacts(const State& state, Cache& cache, Visitor& visit) {
   visit.item(
-      "contacts (step ratio)", cache.step_ratio(), [&](auto& ratio) { visit.value(ratio); },
-      [](const auto& ratio) { return has_finite_square(ratio) && is_not_negative(ratio); });
+      "contacts (last step)", cache.last_step(), [&](auto& dt) { visit.value(dt); },
+      [](const auto& dt) { return is_positive(dt); });
   const std::size_t points = visit.list("contacts (points)", cache.points(), [&](auto& point) {
     visit.value(point.arm_a);
     visit.value(point.arm_b);

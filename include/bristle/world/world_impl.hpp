@@ -276,7 +276,6 @@ void World<S, Backend>::set_time_step(S dt) {
   });
   detail::wake_all(state_);
   for_each_impulse(state_, [&](S& impulse) { impulse *= ratio; });
-  state_.contacts.step_ratio() *= ratio;
   state_.def.time_step = dt;
 }
 

@@ -40,14 +40,14 @@ void add(ContactCache<S>& cache, ShapePair pair, const ContactManifolds<S>& foun
 TEST_CASE_TEMPLATE("ContactCache: points inherit impulses of the same pair, key and feature", S,
                    float, double) {
   ContactCache<S> cache;
-  cache.begin_step();
+  cache.begin_step(1);
   add<S>(cache, {0, 1}, manifold<S>(0, {1, 2}));
   add<S>(cache, {0, 2}, manifold<S>(5, {1}));
   CHECK(cache.points()[0].impulse[0] == S(0));
   cache.points()[0].impulse = {S(1), 0, 0};
   cache.points()[1].impulse = {S(2), 0, 0};
   cache.points()[2].impulse = {S(3), 0, 0};
-  cache.begin_step();
+  cache.begin_step(1);
   // The first pair lost feature 1 and found 7; the second came under another key.
   add<S>(cache, {0, 1}, manifold<S>(0, {2, 7}));
   add<S>(cache, {0, 2}, manifold<S>(6, {1}));
@@ -58,11 +58,11 @@ TEST_CASE_TEMPLATE("ContactCache: points inherit impulses of the same pair, key 
 
 TEST_CASE("ContactCache: what passes of an impulse is not inherited") {
   ContactCache<double> cache;
-  cache.begin_step();
+  cache.begin_step(1);
   add<double>(cache, {0, 1}, manifold<double>(0, {1}));
   cache.points()[0].impulse = {4, 2, -1};
   cache.points()[0].passing = {1, 0.5, -2};
-  cache.begin_step();
+  cache.begin_step(1);
   add<double>(cache, {0, 1}, manifold<double>(0, {1}));
   CHECK(cache.points()[0].impulse == std::array<double, 3>{3, 1.5, 1});
   CHECK(cache.points()[0].passing == std::array<double, 3>{});
@@ -71,7 +71,7 @@ TEST_CASE("ContactCache: what passes of an impulse is not inherited") {
 TEST_CASE_TEMPLATE("ContactCache: arms reach from each centre of mass to the point", S, float,
                    double) {
   ContactCache<S> cache;
-  cache.begin_step();
+  cache.begin_step(1);
   // Shape a turned by a quarter about z and shifted.
   Mat3<S> R;
   R << 0, -1, 0, 1, 0, 0, 0, 0, 1;
@@ -87,7 +87,7 @@ TEST_CASE_TEMPLATE("ContactCache: arms reach from each centre of mass to the poi
 TEST_CASE("ContactCache: a forgotten shape leaves nothing to its successor, and the rest alone") {
   ContactCache<double> cache;
   for (int generation = 0; generation < 2; ++generation) {
-    cache.begin_step();
+    cache.begin_step(1);
     add<double>(cache, {0, 1}, manifold<double>(0, {1}));
     add<double>(cache, {0, 2}, manifold<double>(0, {4, 5}));
     add<double>(cache, {1, 2}, manifold<double>(0, {6}));
@@ -103,7 +103,7 @@ TEST_CASE("ContactCache: a forgotten shape leaves nothing to its successor, and 
   CHECK(cache.manifolds()[0].shapes == ShapePair{0, 2});
   CHECK(cache.manifolds()[0].first == 0);
   CHECK(cache.manifolds()[0].count == 2);
-  cache.begin_step();
+  cache.begin_step(1);
   add<double>(cache, {0, 1}, manifold<double>(0, {1}));
   add<double>(cache, {0, 2}, manifold<double>(0, {4}));
   CHECK(cache.points()[0].impulse[0] == 0);
@@ -112,12 +112,12 @@ TEST_CASE("ContactCache: a forgotten shape leaves nothing to its successor, and 
 
 TEST_CASE("ContactCache: carried pairs come in their place, with their impulses") {
   ContactCache<double> cache;
-  cache.begin_step();
+  cache.begin_step(1);
   for (const ShapePair pair : {ShapePair{0, 1}, {0, 3}, {1, 2}, {2, 3}}) {
     add<double>(cache, pair, manifold<double>(0, {pair.a, pair.b}));
   }
   for (std::size_t i = 0; i < 8; ++i) cache.points()[i].impulse = {1.0 + double(i), 0, 0};
-  cache.begin_step();
+  cache.begin_step(1);
   // Shape 3 moves on its own; the pair (0, 2) is new.
   const auto keeps = [](ShapePair pair) { return pair.b != 3; };
   for (const ShapePair pair : {ShapePair{0, 2}, {0, 3}}) {
@@ -142,14 +142,14 @@ TEST_CASE("ContactCache: carried pairs come in their place, with their impulses"
 
 TEST_CASE("ContactCache: a repeated step is its own predecessor") {
   ContactCache<double> cache;
-  cache.begin_step();
-  cache.begin_step();
+  cache.begin_step(1);
+  cache.begin_step(1);
   add<double>(cache, {0, 1}, manifold<double>(0, {1}));
   CHECK(cache.last_manifolds().empty());
   cache.repeat();
   CHECK(cache.last_manifolds().size() == 1);
   CHECK(cache.last_points().size() == 1);
-  cache.begin_step();
+  cache.begin_step(1);
   CHECK(cache.manifolds().empty());
   CHECK(cache.last_manifolds().size() == 1);
 }
@@ -168,7 +168,7 @@ TEST_CASE_TEMPLATE("ContactCache: equal boxes that jitter on each other keep all
         Vec3<S>(Vec3<S>(0, 0, S(0.4)) + S(0.5) * jitter * random.direction<S>())};
     ContactManifolds<S> found;
     collide_shapes(box, box, X_AB, S(0.01), found);
-    cache.begin_step();
+    cache.begin_step(1);
     cache.add({0, 1}, found,
               {Mat3<S>::Identity(), Vec3<S>::Zero(), X_AB.translation, Vec3<S>::Zero()});
     REQUIRE(cache.points().size() == 4);
@@ -187,11 +187,11 @@ TEST_CASE_TEMPLATE(
     "ContactCache: points are matched by feature in any order, and left over by place", S, float,
     double) {
   ContactCache<S> cache;
-  cache.begin_step();
+  cache.begin_step(1);
   add<S>(cache, {0, 1}, manifold<S>(0, {1, 2, 3, 4}));
   for (std::size_t i = 0; i < 4; ++i) cache.points()[i].impulse = {S(i + 1), S(i) / 4, -S(i)};
   cache.points()[2].took_impact = true;
-  cache.begin_step();
+  cache.begin_step(1);
   ContactManifolds<S> found = manifold<S>(0, {4, 3, 9, 1});
   // Another name where feature 2 was; the patch is 3 long.
   found[0].points[2].position = {S(2.02), 0, 0};
@@ -211,11 +211,33 @@ TEST_CASE_TEMPLATE(
     tangent_basis<S>(cache.manifolds()[0].normal, t1, t2);
     return cache.points()[0].impulse[1] * t1 + cache.points()[0].impulse[2] * t2;
   };
-  cache.begin_step();
+  cache.begin_step(1);
   add<S>(cache, {5, 6}, below);
   cache.points()[0].impulse = {S(1), S(0.5), S(0.25)};
   const Vec3<S> before = friction();
-  cache.begin_step();
+  cache.begin_step(1);
   add<S>(cache, {5, 6}, above);
   CHECK((friction() - before).norm() < S(1e-5));
+}
+
+TEST_CASE_TEMPLATE("ContactCache: an arm goes on changing as in the last step, however long", S,
+                   float, double) {
+  const auto offset_after = [](S first, S second, S way) {
+    ContactCache<S> cache;
+    cache.begin_step(first);
+    ContactManifolds<S> found = manifold<S>(0, {1});
+    found[0].points[0].position = {S(3), 0, 0};
+    add<S>(cache, {0, 1}, found);
+    cache.begin_step(second);
+    found[0].points[0].position = {S(3), way, 0};
+    add<S>(cache, {0, 1}, found);
+    return Vec3<S>(cache.points()[0].mid_offset_a);
+  };
+  CHECK(offset_after(S(0.5), S(0.5), S(0.25)) == Vec3<S>(0, S(0.125), 0));
+  CHECK(offset_after(S(0.25), S(0.5), S(0.25)) == Vec3<S>(0, S(0.25), 0));
+  // More than its length no turn can tell, be the ratio of the steps infinite.
+  constexpr S largest = largest_number<S>;
+  CHECK(offset_after(S(0.001), S(1), S(0.25)) == Vec3<S>::Zero());
+  CHECK(offset_after(S(1) / largest, largest, S(0.25)) == Vec3<S>::Zero());
+  CHECK(offset_after(S(1) / largest, largest, S(0)) == Vec3<S>::Zero());
 }
