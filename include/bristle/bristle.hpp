@@ -16,7 +16,7 @@
 #include <bristle/geometry/mesh_shapes.hpp>
 #include <bristle/geometry/quickhull.hpp>
 #include <bristle/geometry/shapes.hpp>
-#include <bristle/hosts/sensor_host.hpp>
+#include <bristle/hosts/host_sensors.hpp>
 #include <bristle/io/file.hpp>
 #include <bristle/io/mesh_file.hpp>
 #include <bristle/io/obj.hpp>
@@ -90,6 +90,7 @@
 #include <bristle/dynamics/saved_impulses.hpp>
 #include <bristle/dynamics/sequential_solver.hpp>
 #include <bristle/dynamics/soft_block.hpp>
+#include <bristle/dynamics/soft_system.hpp>
 #include <bristle/dynamics/solver_types.hpp>
 #include <bristle/geometry/aabb.hpp>
 #include <bristle/geometry/aabb_split.hpp>
@@ -133,7 +134,7 @@
 #include <bristle/geometry/support.hpp>
 #include <bristle/geometry/triangle_mesh.hpp>
 #include <bristle/geometry/wide_tree.hpp>
-#include <bristle/hosts/host_solver.hpp>
+#include <bristle/hosts/host_stage.hpp>
 #include <bristle/io/plot_axis.hpp>
 #include <bristle/io/svg_writer.hpp>
 #include <bristle/io/text_scanner.hpp>

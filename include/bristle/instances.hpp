@@ -5,7 +5,7 @@
 #pragma once
 
 #if defined(BRISTLE_INSTANTIATE)
-#include <bristle/hosts/host_solver.hpp>
+#include <bristle/hosts/host_stage.hpp>
 #include <bristle/io/mesh_file.hpp>
 #include <bristle/sensors/placement.hpp>
 #include <bristle/world/kernels_impl.hpp>
@@ -24,20 +24,19 @@ namespace bristle::inline BRISTLE_ABI {
   const HapticKernels<S, Backend>& haptic_kernels<S, Backend>() { \
     return own_haptic_kernels<S, Backend>();                      \
   }                                                               \
+  template <>                                                     \
+  const HostKernels<S, Backend>& host_kernels<S, Backend>() {     \
+    return own_host_kernels<S, Backend>();                        \
+  }                                                               \
   template class World<S, Backend>;                               \
-  template class HapticLoop<S, Backend>;
+  template class HapticLoop<S, Backend>;                          \
+  template class HostSensors<S, Backend>;
 BRISTLE_MAKE_WORLD(BRISTLE_INSTANTIATE, AnalyticBackend)
 #if defined(BRISTLE_WITH_FCL)
 template class FclBackend::Collidable<BRISTLE_INSTANTIATE>;
 BRISTLE_MAKE_WORLD(BRISTLE_INSTANTIATE, FclBackend)
 #endif
 #undef BRISTLE_MAKE_WORLD
-
-template <>
-const HostKernels<BRISTLE_INSTANTIATE>& host_kernels<BRISTLE_INSTANTIATE>() {
-  return own_host_kernels<BRISTLE_INSTANTIATE>();
-}
-template class HostPatch<BRISTLE_INSTANTIATE>;
 
 template SensorLayout<BRISTLE_INSTANTIATE> sensor_grid<BRISTLE_INSTANTIATE>(
     const SensorGridDef<BRISTLE_INSTANTIATE>& def);

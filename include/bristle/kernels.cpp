@@ -2,7 +2,7 @@
 // is compiled for, which is BRISTLE_KERNELS.
 // SPDX-License-Identifier: BSD-3-Clause
 #include <bristle/core/kernel_tables.hpp>
-#include <bristle/hosts/host_solver.hpp>
+#include <bristle/hosts/host_stage.hpp>
 #include <bristle/world/kernels_impl.hpp>
 #if defined(BRISTLE_WITH_FCL)
 #include <bristle/geometry/fcl_backend.hpp>
@@ -11,12 +11,13 @@
 extern "C" const bristle::KernelTables* BRISTLE_KERNELS_OF(BRISTLE_INSTANTIATE, BRISTLE_KERNELS)() {
   using S = BRISTLE_INSTANTIATE;
   static const bristle::KernelTables tables {
-    .host = &bristle::own_host_kernels<S>(),
     .analytic = {.world = &bristle::own_world_kernels<S, bristle::AnalyticBackend>(),
-                 .haptic = &bristle::own_haptic_kernels<S, bristle::AnalyticBackend>()},
+                 .haptic = &bristle::own_haptic_kernels<S, bristle::AnalyticBackend>(),
+                 .host = &bristle::own_host_kernels<S, bristle::AnalyticBackend>()},
 #if defined(BRISTLE_WITH_FCL)
     .fcl = {.world = &bristle::own_world_kernels<S, bristle::FclBackend>(),
-            .haptic = &bristle::own_haptic_kernels<S, bristle::FclBackend>()},
+            .haptic = &bristle::own_haptic_kernels<S, bristle::FclBackend>(),
+            .host = &bristle::own_host_kernels<S, bristle::FclBackend>()},
 #endif
   };
   return &tables;

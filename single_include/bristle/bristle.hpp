@@ -3647,42 +3647,644 @@ ConvexHull<S> convex_hull(const TriangleMesh<S>& mesh) {
 
 }  // namespace bristle::inline BRISTLE_ABI
 
-// === bristle/hosts/sensor_host.hpp
+// === bristle/hosts/host_sensors.hpp
 
 /// @file
-/// Patches of sensors in somebody else's engine.
+/// Sensors in somebody else's engine.
 ///
-/// The engine keeps its bodies, its contacts and its solver; it answers rays and takes wrenches. A
-/// `HostPatch` senses, solves the patch implicitly against the free motion of the bodies it
-/// touches, and hands out forces that are stable at any stiffness with a plain "add force"
-/// interface.
+///     HostSensors<double> sensors;
+///     World<double>& mirror = sensors.world();
+///     const BodyId part = mirror.add_body({.shape = Box<double>{{0.02, 0.02, 0.02}}});
+///     const BodyId finger = mirror.add_body({.motion = Motion::kinematic});
+///     mirror.add_patch(finger, pad);
+///     for (;;) {
+///       sensors.step(engine, dt);  // before the engine's own step
+///       engine.step(dt);
+///     }
+///
+/// The engine keeps its bodies, its contacts and its solver. Those of its bodies that have sensors,
+/// or that sensors are to see, are mirrored in a `World` that is never stepped: it casts the rays,
+/// at shapes that are given to the mirrored bodies or by the engine, and keeps patches, readings
+/// and snapshots as any world does. A step solves all patches together, implicitly, against the
+/// motion that the engine's bodies will have, and hands out wrenches that are stable at any
+/// stiffness with a plain "add force" interface.
 // SPDX-License-Identifier: BSD-3-Clause
 
-// === bristle/dynamics/solver_types.hpp
+// === bristle/world/world.hpp
 
 /// @file
-/// What both solvers work on: bodies as the solver sees them, one island's constraints, settings
-/// and what a solve reports.
+/// The world: bodies, shapes, joints and patches of sensors, and one function that steps them.
 // SPDX-License-Identifier: BSD-3-Clause
 
-// === bristle/dynamics/constraint.hpp
+// === bristle/geometry/analytic_backend.hpp
 
 /// @file
-/// Velocity constraints of joints as rows in blocks, and the exact solution of one block.
-///
-/// The sequential and the proximal solver differ only in how an impulse of one block changes the
-/// velocities of the others; what a block wants is here.
+/// The shape backend that needs nothing but Eigen.
 // SPDX-License-Identifier: BSD-3-Clause
 
-// === bristle/dynamics/contact_constraint.hpp
+// === bristle/geometry/shape_backend.hpp
 
 /// @file
-/// One point of contact as the solvers see it, and the exact solution of it alone.
+/// The only door between the library and whatever computes geometry.
 ///
-/// Velocities and positions are two complementarity problems with one matrix (docs/solver.md): the
-/// impulse `impulse` keeps the surfaces from approaching at the end of the step, and the share
-/// `placed` of it that acts early enough to move the bodies within the step keeps them from
-/// overlapping. For a contact at rest the second is half of the first.
+/// A backend is a struct of static functions over a nested template `Collidable<S>`: its own
+/// prepared, immutable form of a shape, cheap to copy (a shared pointer, usually).
+// SPDX-License-Identifier: BSD-3-Clause
+
+// === bristle/geometry/contact_manifold.hpp
+
+/// @file
+/// Where two shapes touch, as a backend reports it.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace bristle::inline BRISTLE_ABI {
+
+/// One point of contact.
+template <Scalar S>
+struct ContactPoint {
+  /// [m] Halfway between the two surfaces, in the frame of shape A.
+  Vec3<S> position = Vec3<S>::Zero();
+  /// [m] Distance of the surfaces along the normal; negative where they overlap.
+  S gap = S(0);
+  /// [-] Which features meet here. The same features give the same number in the next step, which
+  /// is how impulses are carried over.
+  std::uint32_t feature = 0;
+};
+
+/// Points of contact that share one normal.
+template <Scalar S>
+struct ContactManifold {
+  static constexpr std::size_t capacity = 8;
+
+  /// [1] Unit normal from shape A into shape B, in the frame of A.
+  Vec3<S> normal = Vec3<S>::UnitZ();
+  std::array<ContactPoint<S>, capacity> points{};
+  std::size_t size = 0;
+  /// [-] Tells the manifolds of one pair apart (a triangle's number, say); 0 where there is only
+  /// one.
+  std::uint32_t key = 0;
+
+  void add(const ContactPoint<S>& point) {
+    if (size < capacity) points[size++] = point;
+  }
+};
+
+/// All manifolds of one pair of shapes. Reused from pair to pair, so it stops allocating.
+template <Scalar S>
+using ContactManifolds = std::vector<ContactManifold<S>>;
+
+/// How a contact query ended.
+enum class ContactStatus {
+  /// The manifolds are right; there may be none.
+  ok,
+  /// The backend failed (threw, looped or returned nonsense); the manifolds are empty.
+  failed
+};
+
+}  // namespace bristle::inline BRISTLE_ABI
+
+// === bristle/geometry/ray.hpp
+
+/// @file
+/// Rays: one, and batches of many as structures of arrays.
+///
+/// A batch lies in one frame and is asked of one shape at a time; answers accumulate, so that
+/// asking several shapes in turn leaves the nearest hit of each ray.
+// SPDX-License-Identifier: BSD-3-Clause
+
+// === bristle/math/lane_vector.hpp
+
+/// @file
+/// Long arrays that registers are loaded from.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <cstddef>
+#include <new>
+#include <vector>
+
+namespace bristle::inline BRISTLE_ABI {
+
+/// Allocates at the beginnings of cache lines. `std::allocator` begins 16 bytes behind one, where
+/// every load of a whole register crosses lines.
+template <typename T>
+struct LineAllocator {
+  using value_type = T;
+  static constexpr std::align_val_t line{64};
+
+  LineAllocator() = default;
+  template <typename U>  // NOLINTNEXTLINE(google-explicit-constructor): containers convert.
+  LineAllocator(const LineAllocator<U>&) noexcept {}
+
+  /// @param n  [-] At most what addresses reach, as vectors see to.
+  [[nodiscard]] T* allocate(std::size_t n) {
+    return static_cast<T*>(::operator new(n * sizeof(T), line));
+  }
+  void deallocate(T* p, std::size_t) { ::operator delete(p, line); }
+
+  [[nodiscard]] friend bool operator==(const LineAllocator&, const LineAllocator&) noexcept {
+    return true;
+  }
+};
+
+/// A std::vector whose registers are loaded from one cache line each.
+template <typename T>
+using LaneVector = std::vector<T, LineAllocator<T>>;
+
+}  // namespace bristle::inline BRISTLE_ABI
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace bristle::inline BRISTLE_ABI {
+
+/// A ray of finite length.
+template <Scalar S>
+struct Ray {
+  /// [m] Start.
+  Vec3<S> origin = Vec3<S>::Zero();
+  /// [1] Unit direction.
+  Vec3<S> direction = Vec3<S>::UnitX();
+  /// [m] Reach from the start; hits farther away do not count. May be infinite.
+  S length = infinity<S>;
+};
+
+/// Nearest hit of one ray.
+template <Scalar S>
+struct RayHit {
+  /// [m] Distance from the ray's start; 0 where the start lies inside the solid.
+  S distance = infinity<S>;
+  /// [1] Unit outward normal of the surface there, against the ray (normal . direction <= 0). Where
+  /// the start lies inside, minus the ray's direction.
+  Vec3<S> normal = Vec3<S>::Zero();
+};
+
+/// Three arrays of coordinates, to be read together.
+template <Scalar S>
+struct Vec3Array {
+  LaneVector<S> x, y, z;
+
+  [[nodiscard]] std::size_t size() const { return x.size(); }
+  void resize(std::size_t n) {
+    x.resize(n);
+    y.resize(n);
+    z.resize(n);
+  }
+  [[nodiscard]] Vec3<S> operator[](std::size_t i) const { return {x[i], y[i], z[i]}; }
+  void set(std::size_t i, const Vec3<S>& v) {
+    x[i] = v.x();
+    y[i] = v.y();
+    z[i] = v.z();
+  }
+};
+
+template <Scalar S>
+class RayBundles;
+template <Scalar S>
+class KeptCandidates;
+template <Scalar S>
+class RayTrail;
+
+/// Some rays of a batch, so that threads can share a query: [first, end) in the order in which the
+/// query goes through them. That is the order of the bundles for meshes and of the batch for other
+/// shapes, so the next shape may only be asked when all slices have asked this one, unless these
+/// are the same rays (`RayBundles::has_runs_in_slices`).
+struct RaySlice {
+  /// [-] Both a multiple of the rays in a bundle, or at the end.
+  std::uint32_t first = 0;
+  std::uint32_t end = 0xffffffffu;
+};
+
+/// [-] Rays of a run: neighbours in a batch, of which all or none are asked.
+inline constexpr std::size_t ray_run_size = 16;
+
+/// Many rays in one frame. The spans have one length and outlive the query.
+template <Scalar S>
+struct RayBatch {
+  /// [m] Starts.
+  std::span<const S> origin_x, origin_y, origin_z;
+  /// [1] Unit directions.
+  std::span<const S> direction_x, direction_y, direction_z;
+  /// [m] Reach of each ray.
+  std::span<const S> length;
+  /// [m] Added to the reach of every ray.
+  S extra_length = S(0);
+  /// The same rays in bundles (ray_bundles.hpp), where somebody has made them: they change what a
+  /// query costs, not what it answers. Null or empty: one ray after the other.
+  const RayBundles<S>* bundles = nullptr;
+  /// Which rays are asked: all, unless the backend says that it `asks_slices`.
+  RaySlice slice{};
+  /// [-] Numbers of the runs that may meet anything, ascending; of others, hits may be left out.
+  /// Null: all runs.
+  const std::vector<std::uint32_t>* near_runs = nullptr;
+  /// What these rays keep from query to query (kept_candidates.hpp), and which life of the shape it
+  /// is that is asked, where its tag was another's before. Null: nothing. Used where all rays are
+  /// asked at once, by one thread.
+  KeptCandidates<S>* kept = nullptr;
+  std::uint32_t shape_life = 0;
+  /// What slices find out for those that the same thread asks next (bundle_trail.hpp), of meshes
+  /// that outlive it. Null: nothing.
+  RayTrail<S>* trail = nullptr;
+
+  [[nodiscard]] std::size_t size() const { return length.size(); }
+  [[nodiscard]] Ray<S> operator[](std::size_t i) const {
+    return {{origin_x[i], origin_y[i], origin_z[i]},
+            {direction_x[i], direction_y[i], direction_z[i]},
+            length[i] + extra_length};
+  }
+};
+
+/// Nearest hits of a batch so far, in the frame of its rays.
+template <Scalar S>
+struct RayHits {
+  /// [m] Distance of the nearest hit so far; infinite where there is none.
+  LaneVector<S> distance;
+  /// [1] Outward unit surface normals, valid where the distance is finite.
+  Vec3Array<S> normal;
+  /// [-] Tag of the shape that was hit, as given to the query.
+  LaneVector<std::uint32_t> tag;
+
+  /// Forgets all hits and makes room for `n` rays; keeps its memory.
+  void reset(std::size_t n) {
+    distance.assign(n, infinity<S>);
+    normal.resize(n);
+    tag.assign(n, 0xffffffffu);
+  }
+  [[nodiscard]] bool is_hit(std::size_t i) const { return distance[i] < infinity<S>; }
+  /// Records a hit that is nearer than what is known. On equal distance the earlier answer stays,
+  /// so asking shapes in order of their tags breaks ties by tag.
+  void offer(std::size_t i, const RayHit<S>& hit, std::uint32_t hit_tag) {
+    if (hit.distance < distance[i]) {
+      distance[i] = hit.distance;
+      normal.set(i, hit.normal);
+      tag[i] = hit_tag;
+    }
+  }
+};
+
+}  // namespace bristle::inline BRISTLE_ABI
+
+// === bristle/math/mass_properties.hpp
+
+/// @file
+/// Mass, centre of mass and inertia of a rigid body, and how they add up.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <array>
+#include <bit>
+#include <cmath>
+#include <concepts>
+#include <cstddef>
+#include <cstdint>
+
+namespace bristle::inline BRISTLE_ABI {
+
+/// What a rigid body weighs and how it resists turning, in one frame.
+template <Scalar S>
+struct MassProperties {
+  /// [kg] Mass.
+  S mass = S(0);
+  /// [m] Centre of mass.
+  Vec3<S> center = Vec3<S>::Zero();
+  /// [kg m^2] Inertia about the centre of mass, along the frame's axes.
+  Mat3<S> inertia = Mat3<S>::Zero();
+
+  /// The same body with its mass multiplied by `factor` (a density, for unit-density properties).
+  [[nodiscard]] MassProperties scaled(S factor) const {
+    return {factor * mass, center, factor * inertia};
+  }
+
+  /// The same body seen from frame A, where its own frame has the pose `X_AB`.
+  [[nodiscard]] MassProperties transformed(const Transform<S>& X_AB) const {
+    const Mat3<S> R = X_AB.rotation_matrix();
+    return {mass, X_AB * center, R * inertia * R.transpose()};
+  }
+};
+
+/// Inertia of a point mass `m` [kg] at `r` [m]: what the parallel-axis theorem adds.
+template <Scalar S>
+[[nodiscard]] Mat3<S> point_inertia(S m, const Vec3<S>& r) {
+  return m * (r.squaredNorm() * Mat3<S>::Identity() - r * r.transpose());
+}
+
+namespace detail {
+
+/// The power of two at or below a normal number > 0.
+template <Scalar S>
+[[nodiscard]] S power_of_two_below(const S& x) {
+  if constexpr (std::same_as<S, double>) {
+    return std::bit_cast<double>(std::bit_cast<std::uint64_t>(x) & 0x7ff0'0000'0000'0000u);
+  } else if constexpr (std::same_as<S, float>) {
+    return std::bit_cast<float>(std::bit_cast<std::uint32_t>(x) & 0x7f80'0000u);
+  } else if constexpr (std::floating_point<S>) {
+    return std::ldexp(S(1), std::ilogb(x));
+  } else {
+    return S(power_of_two_below(value_of(x)));
+  }
+}
+
+}  // namespace detail
+
+/// [1/(kg m^2)] Inverse of an inertia, or the other way round.
+///
+/// By cofactors of the matrix over a power of two near its trace: the determinant, which goes with
+/// the third power, then neither overflows nor vanishes, whatever the size of the body. No bit
+/// depends on the power.
+template <Scalar S>
+[[nodiscard]] Mat3<S> inverse_inertia(const Mat3<S>& inertia) {
+  const S unit = S(1) / detail::power_of_two_below(S(inertia.trace()));
+  return unit * Mat3<S>(unit * inertia).inverse();
+}
+
+/// [1/(kg m^2)] The same of the axes that are not locked, among which alone torques turn a body:
+/// rows and columns of the others are zero.
+template <Scalar S>
+[[nodiscard]] Mat3<S> inverse_inertia(Mat3<S> inertia, const std::array<bool, 3>& is_locked) {
+  const S scale = detail::power_of_two_below(S(inertia.trace()));
+  for (Eigen::Index i = 0; i < 3; ++i) {
+    if (!is_locked[static_cast<std::size_t>(i)]) continue;
+    inertia.row(i).setZero();
+    inertia.col(i).setZero();
+    inertia(i, i) = scale;
+  }
+  Mat3<S> inverse = inverse_inertia<S>(inertia);
+  for (Eigen::Index i = 0; i < 3; ++i) {
+    if (is_locked[static_cast<std::size_t>(i)]) inverse(i, i) = S(0);
+  }
+  return inverse;
+}
+
+/// Two bodies welded together; either may have zero mass.
+template <Scalar S>
+[[nodiscard]] MassProperties<S> operator+(const MassProperties<S>& a, const MassProperties<S>& b) {
+  const S mass = a.mass + b.mass;
+  if (!(mass > S(0))) return {};
+  const Vec3<S> center = (a.mass * a.center + b.mass * b.center) / mass;
+  return {mass, center,
+          a.inertia + b.inertia + point_inertia<S>(a.mass, a.center - center) +
+              point_inertia<S>(b.mass, b.center - center)};
+}
+
+}  // namespace bristle::inline BRISTLE_ABI
+
+#include <concepts>
+#include <cstdint>
+
+namespace bristle::inline BRISTLE_ABI {
+
+/// What `World<S, B>` asks of a backend B.
+///
+/// - `make(shape)` checks and prepares a shape. Throws InvalidArgument; nothing after it throws.
+/// - `kind(c)` is the kind of the shape it was made from.
+/// - `bounds(c)` [m] in the shape's own frame; infinite for a half-space.
+/// - `mass_properties(c)` of the solid at unit density, in the shape's own frame; zero mass for a
+///   half-space.
+/// - `can_collide(a, b)` says whether `collide` knows the pair, in either order; the world refuses
+///   shapes that would meet one it does not know.
+/// - `collide(a, b, X_AB, margin, out)` appends to `out` the manifolds of all contact with a gap of
+///   at most `margin` [m], in the frame of A. Returns ContactStatus::failed instead of throwing.
+/// - `cast_rays(c, X_RC, rays, tag, hits)` offers to `hits` the nearest hit of each ray within its
+///   reach, where X_RC is the shape's pose in the rays' frame. The solid is closed: a ray that
+///   starts inside is hit at distance 0 with the normal -direction. Triangles are met from both
+///   sides. Arithmetic is done in the shape's frame and knows no absolute length.
+///
+/// All functions are safe to call from several threads at once. A backend that has a
+/// `static constexpr bool asks_slices = true` casts only the rays of `RayBatch::slice`, in the
+/// order of the batch or of its bundles, and the same ray to the same bits in any slice; hits of
+/// other rays it neither reads nor writes. Then threads share the rays of one large patch. One that
+/// has `is_clear(c, X_RC, rays)` says quickly, and not always, that no ray can meet the shape: then
+/// large patches that meet nothing cost less.
+template <typename B, typename S>
+concept ShapeBackend = Scalar<S> && std::copyable<typename B::template Collidable<S>> &&
+    requires(const Shape<S>& shape, const typename B::template Collidable<S>& c,
+             const Transform<S>& X, S margin, ContactManifolds<S>& manifolds,
+             const RayBatch<S>& rays, std::uint32_t tag, RayHits<S>& hits, ShapeKind kind) {
+  { B::template make<S>(shape) } -> std::same_as<typename B::template Collidable<S>>;
+  { B::kind(c) } -> std::same_as<ShapeKind>;
+  { B::bounds(c) } -> std::same_as<Aabb<S>>;
+  { B::mass_properties(c) } -> std::same_as<MassProperties<S>>;
+  { B::can_collide(kind, kind) } -> std::same_as<bool>;
+  { B::collide(c, c, X, margin, manifolds) }
+  noexcept->std::same_as<ContactStatus>;
+  { B::cast_rays(c, X, rays, tag, hits) }
+  noexcept;
+};
+
+/// Whether `cast_rays` of a backend casts only the rays of `RayBatch::slice`.
+template <typename B>
+inline constexpr bool asks_slices = requires {
+  requires B::asks_slices;
+};
+
+/// Whether no ray of a batch can meet a shape, as far as a backend that can says. See
+/// `ShapeBackend`.
+template <Scalar S, typename B>
+[[nodiscard]] bool is_surely_clear(const typename B::template Collidable<S>& c,
+                                   const Transform<S>& X_RC, const RayBatch<S>& rays) {
+  if constexpr (requires { B::is_clear(c, X_RC, rays); }) return B::is_clear(c, X_RC, rays);
+  return false;
+}
+
+}  // namespace bristle::inline BRISTLE_ABI
+
+/// Declares (`extern template`) or makes (`template`) the functions of a backend in a scalar.
+#define BRISTLE_BACKEND_FUNCTIONS(instantiate, Backend, S)                                         \
+  instantiate Backend::Collidable<S> Backend::make<S>(const Shape<S>&);                            \
+  instantiate ShapeKind Backend::kind<S>(const Backend::Collidable<S>&);                           \
+  instantiate Aabb<S> Backend::bounds<S>(const Backend::Collidable<S>&);                           \
+  instantiate MassProperties<S> Backend::mass_properties<S>(const Backend::Collidable<S>&);        \
+  instantiate ContactStatus Backend::collide<S>(                                                   \
+      const Backend::Collidable<S>&, const Backend::Collidable<S>&, const Transform<S>&, S,        \
+      ContactManifolds<S>&) noexcept;                                                              \
+  instantiate void Backend::cast_rays<S>(const Backend::Collidable<S>&, const Transform<S>&,       \
+                                         const RayBatch<S>&, std::uint32_t, RayHits<S>&) noexcept; \
+  instantiate bool Backend::is_clear<S>(const Backend::Collidable<S>&, const Transform<S>&,        \
+                                        const RayBatch<S>&) noexcept;
+
+#include <cstdint>
+#include <memory>
+
+namespace bristle::inline BRISTLE_ABI {
+
+template <Scalar S>
+class AnalyticShape;
+
+/// Rays in closed form against every shape. Contacts in closed form where analytic_contacts.hpp and
+/// box_box.hpp have a formula, which is computed in S; all others as solid_contacts.hpp finds them,
+/// in `Precise<S>`. Satisfies `ShapeBackend`, which says what each function does.
+struct AnalyticBackend {
+  template <Scalar S>
+  using Collidable = std::shared_ptr<const AnalyticShape<S>>;
+
+  static constexpr bool asks_slices = true;
+
+  template <Scalar S>
+  [[nodiscard]] static Collidable<S> make(const Shape<S>& shape);
+
+  template <Scalar S>
+  [[nodiscard]] static ShapeKind kind(const std::shared_ptr<const AnalyticShape<S>>& c);
+  template <Scalar S>
+  [[nodiscard]] static Aabb<S> bounds(const std::shared_ptr<const AnalyticShape<S>>& c);
+  template <Scalar S>
+  [[nodiscard]] static MassProperties<S> mass_properties(
+      const std::shared_ptr<const AnalyticShape<S>>& c);
+
+  /// All pairs but two half-spaces.
+  [[nodiscard]] static constexpr bool can_collide(ShapeKind a, ShapeKind b) {
+    return a != ShapeKind::half_space || b != ShapeKind::half_space;
+  }
+
+  template <Scalar S>
+  static ContactStatus collide(const std::shared_ptr<const AnalyticShape<S>>& a,
+                               const std::shared_ptr<const AnalyticShape<S>>& b,
+                               const Transform<S>& X_AB, S margin,
+                               ContactManifolds<S>& out) noexcept;
+
+  template <Scalar S>
+  static void cast_rays(const std::shared_ptr<const AnalyticShape<S>>& c, const Transform<S>& X_RC,
+                        const RayBatch<S>& rays, std::uint32_t tag, RayHits<S>& hits) noexcept;
+
+  /// Meshes only.
+  template <Scalar S>
+  [[nodiscard]] static bool is_clear(const std::shared_ptr<const AnalyticShape<S>>& c,
+                                     const Transform<S>& X_RC, const RayBatch<S>& rays) noexcept;
+};
+
+}  // namespace bristle::inline BRISTLE_ABI
+
+// Implementation -----------------------------------------------------------------------------------
+
+#if defined(BRISTLE_COMPILED) && BRISTLE_HAS_DEFINITIONS
+namespace bristle::inline BRISTLE_ABI {
+
+BRISTLE_BACKEND_FUNCTIONS(extern template, AnalyticBackend, float)
+BRISTLE_BACKEND_FUNCTIONS(extern template, AnalyticBackend, double)
+
+}  // namespace bristle::inline BRISTLE_ABI
+#endif
+
+// === bristle/sensors/tuning.hpp
+
+/// @file
+/// Sensor constants from physical wants, and what given constants mean physically.
+///
+/// Nobody should tune by guessing: the closed forms behind both directions are derived in
+/// docs/sensors.md and verified by the test suite on masses from 2 g to 1000 kg.
+// SPDX-License-Identifier: BSD-3-Clause
+
+// === bristle/sensors/sensor_layout.hpp
+
+/// @file
+/// Where the sensors of a patch sit on their body.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+namespace bristle::inline BRISTLE_ABI {
+
+/// Rays of many sensors in the frame A of the body that carries them. Each starts inside the body
+/// and ends outside, at its reach.
+template <Scalar S>
+struct SensorLayout {
+  /// [m] Starts of the rays, in A.
+  Vec3Array<S> start;
+  /// [1] Unit directions of the rays, in A, out of the body.
+  Vec3Array<S> direction;
+  /// [m] Lengths of the rays, > 0.
+  LaneVector<S> length;
+
+  [[nodiscard]] std::size_t size() const { return length.size(); }
+  /// All rays, valid until sensors are added.
+  [[nodiscard]] RayBatch<S> rays() const {
+    return {start.x, start.y, start.z, direction.x, direction.y, direction.z, length};
+  }
+
+  /// Appends a sensor by its ray's start [m], unit direction and length [m], in A.
+  void add(const Vec3<S>& p_AStart, const Vec3<S>& direction_A, S reach);
+
+  /// Appends a sensor by its ray's start and end [m], in A.
+  void add(const Vec3<S>& p_AStart, const Vec3<S>& p_AEnd);
+
+  /// Appends all sensors of another layout on the same body.
+  void add(const SensorLayout& other);
+
+  /// Checks what was put in, by `add` or by hand.
+  ///
+  /// @throws InvalidArgument that names the number of the first sensor whose start is not finite,
+  ///         whose ray has no length, or whose direction is not a unit vector; or the array that is
+  ///         shorter than the others.
+  void validate() const;
+};
+
+// Implementation -----------------------------------------------------------------------------------
+
+template <Scalar S>
+void SensorLayout<S>::add(const Vec3<S>& p_AStart, const Vec3<S>& direction_A, S reach) {
+  const std::size_t i = size();
+  start.resize(i + 1);
+  direction.resize(i + 1);
+  start.set(i, p_AStart);
+  direction.set(i, direction_A);
+  length.push_back(reach);
+}
+
+template <Scalar S>
+void SensorLayout<S>::add(const Vec3<S>& p_AStart, const Vec3<S>& p_AEnd) {
+  const Vec3<S> ray = p_AEnd - p_AStart;
+  const S reach = ray.stableNorm();
+  // A ray of no length keeps a zero direction, for `validate` to find.
+  add(p_AStart, reach > S(0) ? Vec3<S>(ray / reach) : ray, reach);
+}
+
+template <Scalar S>
+void SensorLayout<S>::add(const SensorLayout& other) {
+  const std::size_t first = size();
+  const std::size_t count = other.size();
+  start.resize(first + count);
+  direction.resize(first + count);
+  length.resize(first + count);
+  for (std::size_t i = 0; i < count; ++i) {
+    start.set(first + i, other.start[i]);
+    direction.set(first + i, other.direction[i]);
+    length[first + i] = other.length[i];
+  }
+}
+
+template <Scalar S>
+void SensorLayout<S>::validate() const {
+  using std::abs;
+  for (const Vec3Array<S>* array : {&start, &direction}) {
+    for (const LaneVector<S>* axis : {&array->x, &array->y, &array->z}) {
+      detail::require(axis->size() == size(), "SensorLayout: size of an array", axis->size(),
+                      "must be the number of lengths, " + std::to_string(size()));
+    }
+  }
+  for (std::size_t i = 0; i < size(); ++i) {
+    std::string number = "[";
+    number.append(std::to_string(i)).append("]");
+    detail::require_all_finite("SensorLayout::start" + number, start[i]);
+    detail::require_positive("SensorLayout::length" + number, length[i]);
+    detail::require_all_finite("SensorLayout::direction" + number, direction[i]);
+    detail::require(abs(direction[i].squaredNorm() - S(1)) <= Tolerance<S>::equal(),
+                    "SensorLayout::direction" + number + ": length", direction[i].norm(),
+                    "must be 1");
+  }
+}
+
+}  // namespace bristle::inline BRISTLE_ABI
+
+// === bristle/sensors/sensor_parameters.hpp
+
+/// @file
+/// Constants of resistive sensors and the readings of the law one can choose between.
 // SPDX-License-Identifier: BSD-3-Clause
 
 // === bristle/math/lane_value.hpp
@@ -4462,245 +5064,125 @@ template <Scalar S>
 
 }  // namespace bristle::inline BRISTLE_ABI
 
-// === bristle/math/spatial.hpp
+namespace bristle::inline BRISTLE_ABI {
+
+/// Constants of one resistive sensor, a ray that meets penetration with a spring and damper along
+/// itself and slip with a bristle across itself. `tuned_for` proposes them from physical wants.
+///
+/// The defaults give no force. `static_friction * breakaway_distance` is the dimensionless holding
+/// coefficient: how many newtons of friction one newton of normal force can hold.
+template <Value T>
+struct SensorParameters {
+  /// [N] Normal force at full penetration, K_N in Eq. 3. Finite, >= 0. Newtons and not N/m because
+  /// the depth it multiplies is a fraction of the ray (Eq. 4): the stiffness is K_N / L.
+  T normal_stiffness = T(0);
+  /// [N s] Normal damping, K_D in Eq. 3, on the true rate of the depth fraction. Finite, >= 0. The
+  /// paper's values are per step of its 1 kHz loop: divide by 1000 (50 becomes 0.05).
+  T normal_damping = T(0);
+  /// [1/m] Static friction, mu_S in Eq. 1: force per newton of normal force and metre of stretch.
+  /// [N/m] with FrictionScaling::depth (Eq. 11) and FrictionScaling::none. Finite, >= 0.
+  T static_friction = T(0);
+  /// [N s/m] Sliding friction, mu_V in Eq. 5. Finite, >= 0.
+  T sliding_friction = T(0);
+  /// [m] Stretch at which a stuck bristle lets go, sigma_a in Eq. 2. Finite, > 0.
+  T breakaway_distance = T(ScalarOf<T>(1e-3));
+};
+
+/// What the static friction of a sensor grows with.
+enum class FrictionScaling {
+  /// Eq. 1: k_t = mu_S F_N, with the sensor's own normal force.
+  normal_force,
+  /// Eq. 11: k_t = mu_S e_N, for sensors that shall not push.
+  depth,
+  /// k_t = mu_S: a plain spring, what AMBF does without `variable: true`.
+  none
+};
+
+/// What happens to a bristle stretched beyond sigma_a.
+enum class SlipReset {
+  /// It lets go and grips anew (Eq. 2), keeping what the stretch exceeds whole multiples of sigma_a
+  /// by: the paper's saw-tooth in the limit of small steps, without its aliasing at large ones.
+  /// Mean
+  /// sliding friction is half the static one.
+  release,
+  /// It drags along at sigma_a: Coulomb friction with equal static and sliding coefficients.
+  drag
+};
+
+/// Along what the normal force of a sensor points.
+enum class NormalDirection {
+  /// Along the ray, as in Eq. 3. Oblique rays then push bodies along: sin(angle) of the force does
+  /// not come from any potential.
+  ray,
+  /// Along the gradient of the depth, which makes the normal force conservative.
+  gradient
+};
+
+/// How the forces of a patch enter the step.
+enum class Integration {
+  /// Evaluated at the start of the step. Cheapest; stable only below `largest_stable_step`.
+  explicit_,
+  /// Solved together with contacts and joints as one soft 6x6 constraint; stable at any step.
+  implicit,
+  /// Explicit where that is safely stable, implicit elsewhere, decided anew each step.
+  automatic
+};
+
+/// Which law a patch follows.
+enum class Law {
+  /// The paper's equations as corrected in docs/sensors.md.
+  paper,
+  /// What the paper's own simulator computes, defects included; explicit only. For comparison.
+  ambf
+};
+
+/// Readings of the law a patch uses.
+struct LawOptions {
+  /// [-] Law to follow.
+  Law law = Law::paper;
+  /// [-] What static friction grows with.
+  FrictionScaling scaling = FrictionScaling::normal_force;
+  /// [-] What becomes of an overstretched bristle.
+  SlipReset reset = SlipReset::release;
+  /// [-] Along what the normal force points.
+  NormalDirection normal = NormalDirection::ray;
+};
+
+/// @throws InvalidArgument naming the field that is not finite or out of range.
+template <Scalar S>
+void validate(const SensorParameters<S>& p) {
+  detail::require_not_negative("SensorParameters::normal_stiffness", p.normal_stiffness);
+  detail::require_not_negative("SensorParameters::normal_damping", p.normal_damping);
+  detail::require_not_negative("SensorParameters::static_friction", p.static_friction);
+  detail::require_not_negative("SensorParameters::sliding_friction", p.sliding_friction);
+  detail::require_positive("SensorParameters::breakaway_distance", p.breakaway_distance);
+}
+
+/// Whether a sensor with these constants can give a force. Static friction that is scaled by the
+/// normal force needs one.
+template <Scalar S>
+[[nodiscard]] bool can_push(const SensorParameters<S>& p, const LawOptions& options) {
+  return p.normal_stiffness > S(0) || p.normal_damping > S(0) || p.sliding_friction > S(0) ||
+         (p.static_friction > S(0) && options.scaling != FrictionScaling::normal_force);
+}
+
+}  // namespace bristle::inline BRISTLE_ABI
+
+// === bristle/sensors/stability.hpp
 
 /// @file
-/// Twists and wrenches: six-dimensional velocity and force about a point.
+/// How long an explicit step may be.
+///
+/// Symplectic Euler with an explicit damper integrates a mode of stiffness k, damping c and mass m
+/// stably if and only if k dt^2 / m + 2 c dt / m < 4 (docs/sensors.md). For a whole patch the same
+/// holds for the largest eigenvalue of W (dt^2 K + 2 dt D), W being the mobility of the two bodies.
 // SPDX-License-Identifier: BSD-3-Clause
 
-namespace bristle::inline BRISTLE_ABI {
+// === bristle/dynamics/soft_block.hpp
 
-/// Velocity of a rigid body about a reference point, both parts in the same frame.
-template <Scalar S>
-struct Twist {
-  /// [m/s] Velocity of the reference point.
-  Vec3<S> linear = Vec3<S>::Zero();
-  /// [rad/s] Angular velocity.
-  Vec3<S> angular = Vec3<S>::Zero();
-
-  /// [m/s] Velocity of the body's point at `r` [m] from the reference point.
-  [[nodiscard]] Vec3<S> at(const Vec3<S>& r) const { return linear + angular.cross(r); }
-
-  /// The same motion about the point at `r` [m] from the reference point.
-  [[nodiscard]] Twist shifted(const Vec3<S>& r) const { return {at(r), angular}; }
-
-  friend Twist operator-(const Twist& a, const Twist& b) {
-    return {a.linear - b.linear, a.angular - b.angular};
-  }
-  friend Twist operator+(const Twist& a, const Twist& b) {
-    return {a.linear + b.linear, a.angular + b.angular};
-  }
-  friend Twist operator*(S k, const Twist& a) { return {k * a.linear, k * a.angular}; }
-};
-
-/// Force and torque about a reference point; also used for their impulses (then [N s, N m s]).
-template <Scalar S>
-struct Wrench {
-  /// [N] Force.
-  Vec3<S> force = Vec3<S>::Zero();
-  /// [N m] Torque about the reference point.
-  Vec3<S> torque = Vec3<S>::Zero();
-
-  /// Wrench of a force `f` that acts at `r` [m] from the reference point.
-  [[nodiscard]] static Wrench at(const Vec3<S>& r, const Vec3<S>& f) { return {f, r.cross(f)}; }
-
-  /// The same load about the point at `r` [m] from the reference point.
-  [[nodiscard]] Wrench shifted(const Vec3<S>& r) const { return {force, torque - r.cross(force)}; }
-
-  Wrench& operator+=(const Wrench& other) {
-    force += other.force;
-    torque += other.torque;
-    return *this;
-  }
-  friend Wrench operator+(Wrench a, const Wrench& b) { return a += b; }
-  friend Wrench operator-(const Wrench& a) { return {-a.force, -a.torque}; }
-  friend Wrench operator*(S k, const Wrench& a) { return {k * a.force, k * a.torque}; }
-};
-
-}  // namespace bristle::inline BRISTLE_ABI
-
-#include <array>
-#include <cmath>
-#include <cstdint>
-
-namespace bristle::inline BRISTLE_ABI {
-
-/// [1] Share of a row's response below which nothing is left of it but round-off, once other rows
-/// hold: a thousand roundings, for what elimination adds up.
-template <Scalar S>
-inline constexpr S no_mobility = S(1000) * Tolerance<S>::round_off();
-
-/// A point of contact between bodies A and B: impulses on B along the normal (from A to B) and two
-/// tangents.
-template <Scalar S>
-struct ContactConstraint {
-  /// [-] Slots of the two bodies.
-  std::uint32_t body_a = 0;
-  std::uint32_t body_b = 0;
-  /// [m] From each centre of mass to the point, world axes: at the instant at which its impulse
-  /// acts (`time_contact`).
-  Vec3<S> arm_a = Vec3<S>::Zero();
-  Vec3<S> arm_b = Vec3<S>::Zero();
-  /// [-] Number of its `CachedPoint`.
-  std::uint32_t point = 0;
-  /// [m/s] Velocity along the axes that surfaces which stay together have at the end of the step,
-  /// as these arms see it: not zero, since the arms go on turning.
-  std::array<S, 3> bias{};
-  /// [1] Normal and two tangents, world axes.
-  std::array<Vec3<S>, 3> axes{Vec3<S>::Zero(), Vec3<S>::Zero(), Vec3<S>::Zero()};
-  /// [1] Coulomb friction coefficient and coefficient of restitution.
-  S friction = S(0);
-  S restitution = S(0);
-  /// [m] Distance of the surfaces at the start of the step.
-  S gap = S(0);
-  /// [m/s] Least normal velocity at the end of the step.
-  S target = S(0);
-  /// [N s] Impulse along the axes.
-  std::array<S, 3> impulse{};
-  /// [N s] What of it answers the velocities that the step started with, where that is known. They
-  /// are gone at its end: the next step needs that much less.
-  std::array<S, 3> passing{};
-  /// [N s] What of the normal impulse moves the bodies within the step, and the least it may be.
-  /// Sweeps over manifolds keep theirs to themselves.
-  S placed = S(0);
-  S least_placed = S(0);
-  /// [1] Share of the step that is left after a bounce, which is the share of its impulse that
-  /// moves the bodies; negative where nothing bounces.
-  S bounce_share = S(-1);
-  /// Whether its bodies bounce or fly apart: an overlap then closes by itself.
-  bool parts = false;
-  /// Whether the impulse of the last step says nothing about this one: a new contact, or one that
-  /// took an impact.
-  bool is_fresh = true;
-  /// Whether it stops an approach in this step rather than carrying a load.
-  bool is_impact = false;
-  /// Whether the motion of the step was found to leave its surfaces apart, so that it cannot press;
-  /// and whether they come together where it does not.
-  bool is_open = false;
-  bool is_shut = false;
-
-  /// [m/s] Velocity of B's material relative to A's at the point.
-  [[nodiscard]] Vec3<S> velocity(const Twist<S>& a, const Twist<S>& b) const {
-    return b.at(arm_b) - a.at(arm_a);
-  }
-  /// [m/s] Its normal part.
-  [[nodiscard]] S normal_velocity(const Twist<S>& a, const Twist<S>& b) const {
-    return axes[0].dot(velocity(a, b));
-  }
-  /// [m/s] Least speed at which the surfaces part at the end of the step.
-  [[nodiscard]] S parting_target() const { return target - bias[0]; }
-  /// [N s] The impulse as a vector of the world.
-  [[nodiscard]] Vec3<S> impulse_W() const {
-    return impulse[0] * axes[0] + impulse[1] * axes[1] + impulse[2] * axes[2];
-  }
-};
-
-/// [1] How far an impulse is from the edge of its friction cone, where surfaces slide: 0 at the edge
-/// and 1 up to nine tenths of the way to it, without a jump that would make small differences large.
-/// @param impulse  [N s] Along the normal and two tangents.
-template <Scalar S>
-[[nodiscard]] S hold_of(const std::array<S, 3>& impulse, const S& friction) {
-  using std::min;
-  using std::sqrt;
-  const S most = friction * impulse[0];
-  const S friction2 = impulse[1] * impulse[1] + impulse[2] * impulse[2];
-  if (!(friction2 < most * most)) return S(0);
-  return friction2 > S(0) ? min(S(1), S(10) * (S(1) - sqrt(friction2) / most)) : S(1);
-}
-
-/// Whether two contacts are between the same bodies along the same axes.
-template <Scalar S>
-[[nodiscard]] bool are_of_one_manifold(const ContactConstraint<S>& c,
-                                       const ContactConstraint<S>& d) {
-  return c.body_a == d.body_a && c.body_b == d.body_b && c.axes[0] == d.axes[0] &&
-         c.friction == d.friction;
-}
-
-/// Response of a contact's velocities along its axes to its impulses, when only its own bodies
-/// move: a symmetric 3x3 matrix.
-template <Scalar S>
-struct ContactResponse {
-  S nn = S(0), n1 = S(0), n2 = S(0), a = S(0), b = S(0), c = S(0);
-  /// Largest eigenvalue of the tangential part [[a, b], [b, c]].
-  S largest = S(0);
-  /// Inverse of that part's determinant, 0 where it is singular, and of `largest` and `nn`, 0 where
-  /// they are.
-  S inverse_determinant = S(0), inverse_largest = S(0), inverse_nn = S(0);
-
-  /// Takes the entries of a symmetric matrix.
-  void set(const Mat3<S>& M) {
-    nn = M(0, 0);
-    n1 = M(0, 1);
-    n2 = M(0, 2);
-    a = M(1, 1);
-    b = M(1, 2);
-    c = M(2, 2);
-  }
-  /// Prepares the solution once the entries are filled.
-  void prepare() {
-    using std::sqrt;
-    largest = S(0.5) * (a + c) + sqrt(S(0.25) * (a - c) * (a - c) + b * b);
-    const S determinant = a * c - b * b;
-    inverse_determinant = determinant > no_mobility<S> * a * c ? S(1) / determinant : S(0);
-    inverse_largest = largest > S(0) ? S(1) / largest : S(0);
-    inverse_nn = nn > S(0) ? S(1) / nn : S(0);
-  }
-};
-
-namespace detail {
-
-/// Impulse change that brings one velocity to its target, 0 where nothing can move.
-template <Scalar S>
-[[nodiscard]] S scalar_change(S residual, S response) {
-  return response > S(0) ? -residual / response : S(0);
-}
-
-/// Friction of a contact: the exact 2x2 solution if it lies in the disk of `radius`; else one
-/// projected-gradient step of length 1 / lambda_max, whose fixed point is the point of the disk's
-/// edge that opposes the slip (Coulomb's direction, also where the 2x2 matrix is not isotropic).
-/// @tparam Response  Has what `ContactResponse` says of the tangential part.
-template <Value T, typename Response>
-BRISTLE_INLINE void solve_friction(const Response& K, const T& v1, const T& v2, const T& radius,
-                                   T& t1, T& t2) {
-  using std::sqrt;
-  const T zero = ScalarOf<T>(0);
-  const T x = t1 - (K.c * v1 - K.b * v2) * K.inverse_determinant;
-  const T y = t2 - (K.a * v2 - K.b * v1) * K.inverse_determinant;
-  const Truth<T> is_regular = K.inverse_determinant > zero;
-  const Truth<T> sticks = is_regular & (x * x + y * y <= radius * radius);
-  if (all(sticks)) {
-    t1 = x;
-    t2 = y;
-    return;
-  }
-  const T u1 = t1 - v1 * K.inverse_largest;
-  const T u2 = t2 - v2 * K.inverse_largest;
-  const T size2 = u1 * u1 + u2 * u2;
-  const T one = ScalarOf<T>(1);
-  const T shrink = select(size2 > radius * radius, radius / sqrt(size2), one);
-  t1 = select(sticks, x, shrink * u1);
-  t2 = select(sticks, y, shrink * u2);
-}
-
-}  // namespace detail
-
-/// Solves one contact with everything else held still.
-/// @param v  [m/s] Velocity at the point as it is now.
-/// @return [N s] Change of the impulse, along the axes.
-template <Scalar S>
-std::array<S, 3> solve_contact(ContactConstraint<S>& c, const ContactResponse<S>& K,
-                               const Vec3<S>& v) {
-  const std::array<S, 3> before = c.impulse;
-  const S wanted = before[0] + (c.target - c.axes[0].dot(v)) * K.inverse_nn;
-  c.impulse[0] = wanted > S(0) ? wanted : S(0);
-  const S change = c.impulse[0] - before[0];
-  detail::solve_friction(K, c.axes[1].dot(v) - c.bias[1] + K.n1 * change,
-                         c.axes[2].dot(v) - c.bias[2] + K.n2 * change,
-                         c.friction * c.impulse[0], c.impulse[1], c.impulse[2]);
-  return {change, c.impulse[1] - before[1], c.impulse[2] - before[2]};
-}
-
-}  // namespace bristle::inline BRISTLE_ABI
+/// @file
+/// A soft six-dimensional constraint between two bodies: what a patch of sensors becomes.
+// SPDX-License-Identifier: BSD-3-Clause
 
 // === bristle/math/cholesky.hpp
 
@@ -4767,157 +5249,62 @@ void solve_upper(const S* l, std::size_t n, S* b) {
 
 }  // namespace bristle::inline BRISTLE_ABI
 
-#include <array>
-#include <cstddef>
-#include <cstdint>
+// === bristle/math/spatial.hpp
+
+/// @file
+/// Twists and wrenches: six-dimensional velocity and force about a point.
+// SPDX-License-Identifier: BSD-3-Clause
 
 namespace bristle::inline BRISTLE_ABI {
 
-/// One scalar velocity constraint between bodies A and B. Its velocity is
-/// d . (v_B - v_A) + angular_b . w_B - angular_a . w_A, and an impulse x adds d x to B's momentum.
+/// Velocity of a rigid body about a reference point, both parts in the same frame.
 template <Scalar S>
-struct ConstraintRow {
-  /// [1] Direction d, world axes; zero for a row on angular velocity.
-  Vec3<S> direction = Vec3<S>::Zero();
-  /// [m or 1] r x d for a row at a point, the axis for an angular row; one for each body.
-  Vec3<S> angular_a = Vec3<S>::Zero();
-  Vec3<S> angular_b = Vec3<S>::Zero();
-  /// [m/s or rad/s] Wanted velocity.
-  S target = S(0);
-  /// [1/kg or 1/(kg m^2)] How far a bounded row gives way: it wants target - compliance * impulse.
-  S compliance = S(0);
-  /// [m or rad] Position error at the start of the step: the distance to a stop, the offset of a
-  /// joint.
-  S error = S(0);
-  /// [N s or N m s] Accumulated impulse.
-  S impulse = S(0);
-  /// [N s or N m s] Accumulated impulse of the position correction.
-  S correction = S(0);
+struct Twist {
+  /// [m/s] Velocity of the reference point.
+  Vec3<S> linear = Vec3<S>::Zero();
+  /// [rad/s] Angular velocity.
+  Vec3<S> angular = Vec3<S>::Zero();
 
-  [[nodiscard]] S velocity(const Twist<S>& a, const Twist<S>& b) const {
-    return direction.dot(b.linear - a.linear) + angular_b.dot(b.angular) - angular_a.dot(a.angular);
+  /// [m/s] Velocity of the body's point at `r` [m] from the reference point.
+  [[nodiscard]] Vec3<S> at(const Vec3<S>& r) const { return linear + angular.cross(r); }
+
+  /// The same motion about the point at `r` [m] from the reference point.
+  [[nodiscard]] Twist shifted(const Vec3<S>& r) const { return {at(r), angular}; }
+
+  friend Twist operator-(const Twist& a, const Twist& b) {
+    return {a.linear - b.linear, a.angular - b.angular};
   }
+  friend Twist operator+(const Twist& a, const Twist& b) {
+    return {a.linear + b.linear, a.angular + b.angular};
+  }
+  friend Twist operator*(S k, const Twist& a) { return {k * a.linear, k * a.angular}; }
 };
 
-/// The same row with the opposite sign, without its error, target and impulses.
+/// Force and torque about a reference point; also used for their impulses (then [N s, N m s]).
 template <Scalar S>
-[[nodiscard]] ConstraintRow<S> reversed(const ConstraintRow<S>& row) {
-  ConstraintRow<S> result;
-  result.direction = -row.direction;
-  result.angular_a = -row.angular_a;
-  result.angular_b = -row.angular_b;
-  return result;
-}
+struct Wrench {
+  /// [N] Force.
+  Vec3<S> force = Vec3<S>::Zero();
+  /// [N m] Torque about the reference point.
+  Vec3<S> torque = Vec3<S>::Zero();
 
-/// What the impulses of a block may be.
-enum class BlockKind : std::uint8_t {
-  /// Any value: velocities equal their targets.
-  equality,
-  /// One row within [lower, upper]: a drive.
-  bounded,
-  /// One row that only pushes and keeps an error from falling below zero: a stop.
-  stop
+  /// Wrench of a force `f` that acts at `r` [m] from the reference point.
+  [[nodiscard]] static Wrench at(const Vec3<S>& r, const Vec3<S>& f) { return {f, r.cross(f)}; }
+
+  /// The same load about the point at `r` [m] from the reference point.
+  [[nodiscard]] Wrench shifted(const Vec3<S>& r) const { return {force, torque - r.cross(force)}; }
+
+  Wrench& operator+=(const Wrench& other) {
+    force += other.force;
+    torque += other.torque;
+    return *this;
+  }
+  friend Wrench operator+(Wrench a, const Wrench& b) { return a += b; }
+  friend Wrench operator-(const Wrench& a) { return {-a.force, -a.torque}; }
+  friend Wrench operator*(S k, const Wrench& a) { return {k * a.force, k * a.torque}; }
 };
-
-/// Rows that are solved together.
-template <Scalar S>
-struct ConstraintBlock {
-  static constexpr std::size_t max_rows = 6;
-
-  /// [-] Slots of the two bodies.
-  std::uint32_t body_a = 0;
-  std::uint32_t body_b = 0;
-  /// [-] First row and number of rows.
-  std::uint32_t first = 0;
-  std::uint32_t count = 0;
-  BlockKind kind = BlockKind::equality;
-  /// [-] Where its impulses begin among those that the joint keeps.
-  std::uint8_t first_impulse = 0;
-  /// [-] Slot of the joint that it comes from.
-  std::uint32_t joint = 0;
-  /// [N s or N m s] Bounds of a bounded row or a stop.
-  S lower = S(0);
-  S upper = S(0);
-};
-
-/// How many rows of a block the position correction closes: all of a joint, a stop; none of a
-/// drive.
-template <Scalar S>
-[[nodiscard]] std::uint32_t corrected_rows(const ConstraintBlock<S>& block) {
-  switch (block.kind) {
-    case BlockKind::equality:
-      return block.count;
-    case BlockKind::stop:
-      return 1;
-    case BlockKind::bounded:
-      break;
-  }
-  return 0;
-}
-
-/// Response of a block's row velocities to its own impulses, row-major `count` x `count`, and what
-/// solving it needs.
-template <Scalar S>
-struct BlockResponse {
-  std::array<S, 36> matrix{};
-  /// Cholesky factor of `matrix`, for equality blocks.
-  std::array<S, 36> factor{};
-
-  [[nodiscard]] S operator()(std::size_t i, std::size_t j, std::size_t count) const {
-    return matrix[i * count + j];
-  }
-
-  /// Prepares the solution once `matrix` is filled.
-  void prepare(BlockKind kind, std::size_t count) {
-    if (kind != BlockKind::equality) return;
-    factor = matrix;
-    // Redundant rows give a singular matrix; the floor softens them just enough to share the load.
-    // A block without any response (between two bodies that nothing moves) gets no impulse.
-    if (!factor_cholesky(factor.data(), count, no_mobility<S>)) {
-      factor.fill(S(0));
-      for (std::size_t i = 0; i < count; ++i) factor[i * count + i] = infinity<S>;
-    }
-  }
-};
-
-/// Solves one block with everything else held still.
-///
-/// @param K         Response of the block's velocities to its impulses.
-/// @param velocity  Row velocities as they are now.
-/// @param rows      The block's rows; their impulses are updated.
-/// @param[out] change  Impulse change of each row.
-template <Scalar S>
-void solve_block(const ConstraintBlock<S>& block, const BlockResponse<S>& K, const S* velocity,
-                 ConstraintRow<S>* rows, S* change) {
-  using std::max;
-  using std::min;
-  switch (block.kind) {
-    case BlockKind::equality:
-      for (std::size_t i = 0; i < block.count; ++i) change[i] = rows[i].target - velocity[i];
-      solve_lower(K.factor.data(), block.count, change);
-      solve_upper(K.factor.data(), block.count, change);
-      for (std::size_t i = 0; i < block.count; ++i) rows[i].impulse += change[i];
-      return;
-    case BlockKind::bounded:
-    case BlockKind::stop: {
-      const S missing = velocity[0] - rows[0].target + rows[0].compliance * rows[0].impulse;
-      const S wanted =
-          rows[0].impulse + detail::scalar_change(missing, K(0, 0, 1) + rows[0].compliance);
-      const S impulse = min(max(wanted, block.lower), block.upper);
-      change[0] = impulse - rows[0].impulse;
-      rows[0].impulse = impulse;
-      return;
-    }
-  }
-}
 
 }  // namespace bristle::inline BRISTLE_ABI
-
-// === bristle/dynamics/soft_block.hpp
-
-/// @file
-/// A soft six-dimensional constraint between two bodies: what a patch of sensors becomes.
-// SPDX-License-Identifier: BSD-3-Clause
 
 #include <cstdint>
 
@@ -4969,369 +5356,6 @@ template <Scalar S>
   W.template bottomLeftCorner<3, 3>() = inverse_inertia_W * X;
   W.template bottomRightCorner<3, 3>() = inverse_inertia_W;
   return W;
-}
-
-}  // namespace bristle::inline BRISTLE_ABI
-
-#include <cstdint>
-#include <span>
-#include <vector>
-
-namespace bristle::inline BRISTLE_ABI {
-
-/// How positions follow from velocities; docs/solver.md compares them.
-enum class Integrator {
-  /// With the mean of the velocities at both ends of the step: second order, exact under constant
-  /// forces. Bodies that sensors push are stepped by symplectic Euler all the same, with which the
-  /// law of the bristles is integrated.
-  trapezoidal,
-  /// With the velocity at the end of the step: first order, as the paper has it.
-  symplectic_euler
-};
-
-/// Settings of the solver. The defaults are made for holding things still.
-template <Scalar S>
-struct SolverDef {
-  /// [-] Most sweeps over an island in a solve, and as many again from no impulses where those went
-  /// astray.
-  int max_sweeps = 100;
-  /// [-] Most sweeps of the position problem a step.
-  int max_position_sweeps = 30;
-  /// [-] Most times an island is solved because its sensors changed state (stuck to slipping,
-  /// touching to free, normal force), and because contacts turned out to be open.
-  int max_passes = 12;
-  /// [1] A sweep that changes no velocity by more than this fraction of the speed gained from
-  /// gravity in a step is the last one. Tight on purpose: a state that is not at rest to this
-  /// precision never becomes the fixed point that makes the next step one sweep.
-  S tolerance = std::numeric_limits<S>::digits > 30 ? S(1e-8) : S(1e-5);
-  /// [1] Position errors below this fraction of what gravity moves a body by in a step are left
-  /// alone. Positions do not act back on velocities, so this may be looser.
-  S position_tolerance = std::numeric_limits<S>::digits > 30 ? S(1e-6) : S(1e-3);
-  /// [-] Most multiply-adds of one factorisation of the matrix of an island that is solved by
-  /// factorisation where sweeps converge too slowly: a tower of some five hundred bodies, a heap
-  /// of some forty. Larger islands are swept. 0 for plain sequential impulses.
-  std::uint64_t max_direct_work = 700000;
-  /// [-] Most Newton steps of one such solve: the bound on the cost of the worst step.
-  int max_newton_steps = 60;
-  /// [-] Most sweeps over a larger island in each part of a step; `max_sweeps` where most of its
-  /// contacts are new.
-  int large_sweeps = 10;
-  /// [-] Most sweeps of its position problem.
-  int large_position_sweeps = 4;
-  /// [s] Longest part of a step over which such an island is solved at once, > 0; infinite for one
-  /// part a step.
-  S longest_part = S(1) / S(240);
-};
-
-/// A body in the solver.
-template <Scalar S>
-struct SolverBody {
-  /// Velocities at the end of the step, as known so far.
-  Twist<S> twist{};
-  /// Velocities that free motion would give.
-  Twist<S> free{};
-  /// Velocities at the start of the step.
-  Twist<S> start{};
-  /// Displacement of the step, divided by the step: of free motion, and as known so far.
-  Twist<S> free_motion{};
-  Twist<S> motion{};
-  // Up to here, and the flags, is all that a step needs of a body that touches nothing.
-  /// Whether forces move it along or about any axis, and whether torques turn it about any.
-  bool moves = false;
-  bool turns = true;
-  /// Whether it turns about all axes alike: its inertia is then a number times the identity.
-  bool is_isotropic = false;
-  /// Whether sensors push it: it is then stepped by symplectic Euler.
-  bool is_sensed = false;
-  /// Whether its free motion is that of a mechanism, and velocities are those at its end.
-  bool follows_joints = false;
-  /// [1/kg, 1/(kg m^2)] World axes; zero along and about axes on which forces do not move it.
-  Vec3<S> inverse_mass = Vec3<S>::Zero();
-  Mat3<S> inverse_inertia = Mat3<S>::Zero();
-  /// [kg, kg m^2] Of the whole body, world axes.
-  S mass = S(0);
-  Mat3<S> inertia = Mat3<S>::Zero();
-
-  [[nodiscard]] bool is_moving() const { return moves; }
-  /// Whether nothing moves it along (0 to 2) or about (3 to 5) an axis of the world.
-  [[nodiscard]] bool is_locked(Eigen::Index axis) const {
-    return (axis < 3 ? inverse_mass[axis] : inverse_inertia(axis - 3, axis - 3)) == S(0);
-  }
-  /// Adds what an impulse at the end of an arm does to a velocity.
-  void push_at(Twist<S>& velocity, const Vec3<S>& impulse, const Vec3<S>& arm) const {
-    velocity.linear += inverse_mass.cwiseProduct(impulse);
-    if (turns) velocity.angular += inverse_inertia * arm.cross(impulse);
-  }
-  /// Adds what an impulse about the centre of mass does to a velocity.
-  void push(Twist<S>& velocity, const Vec3<S>& impulse, const Vec3<S>& angular_impulse) const {
-    velocity.linear += inverse_mass.cwiseProduct(impulse);
-    velocity.angular += inverse_inertia * angular_impulse;
-  }
-};
-
-/// Everything that acts between bodies in one step, for all islands.
-template <Scalar S>
-struct Constraints {
-  std::vector<ContactConstraint<S>> contacts;
-  std::vector<ConstraintRow<S>> rows;
-  std::vector<ConstraintBlock<S>> blocks;
-  std::vector<SoftBlock<S>> soft;
-
-  void clear() {
-    contacts.clear();
-    rows.clear();
-    blocks.clear();
-    soft.clear();
-  }
-};
-
-/// One island: bodies that act on each other, by their slots, and what acts between them, by
-/// number.
-struct Island {
-  std::span<const std::uint32_t> bodies;
-  std::span<const std::uint32_t> contacts;
-  std::span<const std::uint32_t> blocks;
-  std::span<const std::uint32_t> soft;
-};
-
-/// Calls use(row) for each row of an island's blocks.
-template <typename AnyConstraints, typename Use>
-void for_each_row(const Island& island, AnyConstraints& constraints, Use&& use) {
-  for (const std::uint32_t i : island.blocks) {
-    const auto& block = constraints.blocks[i];
-    for (std::uint32_t r = 0; r < block.count; ++r) use(constraints.rows[block.first + r]);
-  }
-}
-
-/// How a solve went.
-template <Scalar S>
-struct SolveReport {
-  /// [-] Sweeps of the velocity and of the position problem, and factorisations of an island's
-  /// matrix.
-  int sweeps = 0;
-  int position_sweeps = 0;
-  int factorisations = 0;
-  /// [m/s] What is left to solve: the largest velocity change of the last sweep.
-  S residual = S(0);
-};
-
-/// What one solve needs to know of the step.
-template <Scalar S>
-struct SolveContext {
-  /// [s] Step length.
-  S dt = S(0);
-  /// [-] How the island's positions follow from its velocities.
-  Integrator integrator = Integrator::trapezoidal;
-  /// [m/s] By how much forces change the velocity of any of the island's bodies within the step.
-  S speed_change = S(0);
-  /// [m/s, rad/s] The same with what drives did in the last step.
-  S driven_change = S(0);
-  /// [m/s] Velocity changes below this do not count.
-  S velocity_tolerance = S(0);
-  /// [m] Position errors below this do not count.
-  S position_tolerance = S(0);
-  /// [m/s] Impacts slower than this do not bounce.
-  S restitution_speed = S(0);
-  /// [-] Multiply-adds of one factorisation of the island's matrix; see `factor_work`.
-  std::uint64_t factor_work = 0;
-  /// Whether the island gets a bounded number of sweeps, converged or not.
-  bool is_swept = false;
-  SolverDef<S> settings{};
-
-  /// The same for one of several equal parts of the step.
-  [[nodiscard]] SolveContext part(S parts) const {
-    SolveContext result = *this;
-    result.dt /= parts;
-    result.speed_change /= parts;
-    result.driven_change /= parts;
-    result.velocity_tolerance /= parts;
-    return result;
-  }
-};
-
-/// Velocity along a row per impulse of its own when only its two bodies move.
-template <Scalar S>
-[[nodiscard]] S row_response(const ConstraintRow<S>& row, const SolverBody<S>& a,
-                             const SolverBody<S>& b) {
-  return row.direction.dot((a.inverse_mass + b.inverse_mass).cwiseProduct(row.direction)) +
-         row.angular_a.dot(a.inverse_inertia * row.angular_a) +
-         row.angular_b.dot(b.inverse_inertia * row.angular_b);
-}
-
-/// Response of a block's rows to its own impulses when only its two bodies move.
-template <Scalar S>
-void local_response(const ConstraintBlock<S>& block, const ConstraintRow<S>* rows,
-                    const SolverBody<S>& a, const SolverBody<S>& b, BlockResponse<S>& K) {
-  const Vec3<S> inverse_mass = a.inverse_mass + b.inverse_mass;
-  for (std::size_t j = 0; j < block.count; ++j) {
-    const Vec3<S> turn_a = a.inverse_inertia * rows[j].angular_a;
-    const Vec3<S> turn_b = b.inverse_inertia * rows[j].angular_b;
-    const Vec3<S> move = inverse_mass.cwiseProduct(rows[j].direction);
-    for (std::size_t i = 0; i < block.count; ++i) {
-      K.matrix[i * block.count + j] = rows[i].direction.dot(move) + rows[i].angular_a.dot(turn_a) +
-                                      rows[i].angular_b.dot(turn_b);
-    }
-  }
-  K.prepare(block.kind, block.count);
-}
-
-/// Mobilities of two bodies along and about the axes of a contact: what the points of a manifold
-/// have in common.
-template <Scalar S>
-struct ContactFrame {
-  ContactFrame(const ContactConstraint<S>& c, const SolverBody<S>& a, const SolverBody<S>& b) {
-    for (Eigen::Index k = 0; k < 3; ++k) to_contact.row(k) = c.axes[static_cast<std::size_t>(k)];
-    const Vec3<S> m = a.inverse_mass + b.inverse_mass;
-    inverse_mass = m.asDiagonal();
-    if (m[0] != m[1] || m[0] != m[2]) inverse_mass = rotated<S>(to_contact, inverse_mass);
-    const auto inverse_inertia = [&](const SolverBody<S>& body) -> Mat3<S> {
-      return body.is_isotropic ? body.inverse_inertia
-                               : rotated<S>(to_contact, body.inverse_inertia);
-    };
-    turns_a = a.moves && a.turns;
-    turns_b = b.moves && b.turns;
-    if (turns_a) inverse_inertia_a = inverse_inertia(a);
-    if (turns_b) inverse_inertia_b = inverse_inertia(b);
-  }
-
-  Mat3<S> to_contact;
-  Mat3<S> inverse_mass;
-  bool turns_a, turns_b;
-  /// Of bodies that turn.
-  Mat3<S> inverse_inertia_a, inverse_inertia_b;
-};
-
-/// Response of a contact's velocities to its impulses when only its two bodies move.
-template <Scalar S>
-[[nodiscard]] ContactResponse<S> contact_response(const ContactConstraint<S>& c,
-                                                  const ContactFrame<S>& frame) {
-  ContactResponse<S> K;
-  K.set(frame.inverse_mass);
-  // Along the contact's axes the torques r x e_k of unit impulses at the arm r are
-  // (0, z, -y), (-z, 0, x) and (y, -x, 0).
-  const auto turn = [&](const Mat3<S>& J, const Vec3<S>& arm) {
-    const Vec3<S> r = frame.to_contact * arm;
-    const S x = r[0];
-    const S y = r[1];
-    const S z = r[2];
-    const S x0 = z * J(0, 1) - y * J(0, 2);
-    const S y0 = z * J(1, 1) - y * J(1, 2);
-    const S z0 = z * J(1, 2) - y * J(2, 2);
-    const S x1 = x * J(0, 2) - z * J(0, 0);
-    const S y1 = x * J(1, 2) - z * J(0, 1);
-    const S z1 = x * J(2, 2) - z * J(0, 2);
-    const S x2 = y * J(0, 0) - x * J(0, 1);
-    const S y2 = y * J(0, 1) - x * J(1, 1);
-    K.nn += z * y0 - y * z0;
-    K.n1 += x * z0 - z * x0;
-    K.n2 += y * x0 - x * y0;
-    K.a += x * z1 - z * x1;
-    K.b += y * x1 - x * y1;
-    K.c += y * x2 - x * y2;
-  };
-  if (frame.turns_a) turn(frame.inverse_inertia_a, c.arm_a);
-  if (frame.turns_b) turn(frame.inverse_inertia_b, c.arm_b);
-  K.prepare();
-  return K;
-}
-
-/// Applies an impulse on B at a contact, and its reaction on A, to whichever velocities `of` picks.
-template <Scalar S, typename Of>
-void apply_at_contact(const ContactConstraint<S>& c, const Vec3<S>& impulse, SolverBody<S>& a,
-                      SolverBody<S>& b, Of&& of) {
-  if (a.moves) a.push_at(of(a), -impulse, c.arm_a);
-  if (b.moves) b.push_at(of(b), impulse, c.arm_b);
-}
-
-/// Applies the impulse x of a row to both bodies.
-template <Scalar S, typename Of>
-void apply_row(const ConstraintRow<S>& row, S x, SolverBody<S>& a, SolverBody<S>& b, Of&& of) {
-  a.push(of(a), -x * row.direction, -x * row.angular_a);
-  b.push(of(b), x * row.direction, x * row.angular_b);
-}
-
-/// Applies the impulse p of a soft block to both bodies: p on B, -p on A.
-template <Scalar S>
-void apply_soft(const SoftBlock<S>& block, const Vec6<S>& p, SolverBody<S>& a, SolverBody<S>& b) {
-  const Vec3<S> force = p.template head<3>();
-  const Vec3<S> torque = p.template tail<3>();
-  a.push(a.twist, -force, -torque - block.arm_a.cross(force));
-  b.push(b.twist, force, torque + block.arm_b.cross(force));
-}
-
-/// Sets the velocities of an island to free motion plus everything its constraints hold: what
-/// sensors, contacts and joints report is then exactly what moves the bodies, to the round-off of
-/// this sum and not of a matrix.
-template <Scalar S>
-void apply_impulses(const Island& island, const Constraints<S>& constraints,
-                    std::span<SolverBody<S>> bodies);
-
-/// Whether a body turns by more than half a radian in a step. The chord of its way then misses the
-/// arc by an eighth of the radius, and directions of the start say little about the end.
-template <Scalar S>
-[[nodiscard]] bool turns_far(const Twist<S>& motion, S dt) {
-  const S most = S(0.5) / dt;
-  return motion.angular.squaredNorm() > most * most;
-}
-
-/// Displacement of a body in a step, divided by it, from its velocities.
-template <Scalar S>
-[[nodiscard]] Twist<S> mean_motion(const SolverBody<S>& body, Integrator integrator) {
-  if (integrator == Integrator::symplectic_euler) return body.twist;
-  return body.free_motion + S(0.5) * (body.twist - body.free);
-}
-
-/// The same for free motion that starts and ends with known velocities, of a body or of a point.
-template <Scalar S, typename Velocity>
-[[nodiscard]] Velocity mean_free_motion(const Velocity& start, const Velocity& free,
-                                        Integrator integrator) {
-  if (integrator == Integrator::symplectic_euler) return free;
-  return S(0.5) * (start + free);
-}
-template <Scalar S>
-[[nodiscard]] Twist<S> mean_free_motion(const SolverBody<S>& body, Integrator integrator) {
-  return mean_free_motion<S>(body.start, body.free, integrator);
-}
-
-/// Picks the velocity at the end of the step, or the displacement of it, for the functions above.
-inline constexpr auto velocity_of = [](auto& body) -> auto& { return body.twist; };
-inline constexpr auto motion_of = [](auto& body) -> auto& { return body.motion; };
-
-template <Scalar S>
-void apply_impulses(const Island& island, const Constraints<S>& constraints,
-                    std::span<SolverBody<S>> bodies) {
-  for (const std::uint32_t slot : island.bodies) bodies[slot].twist = bodies[slot].free;
-  // Points between the same two bodies follow each other: their impulses are summed first.
-  for (std::size_t k = 0; k < island.contacts.size();) {
-    const std::uint32_t slot_a = constraints.contacts[island.contacts[k]].body_a;
-    const std::uint32_t slot_b = constraints.contacts[island.contacts[k]].body_b;
-    Vec3<S> force = Vec3<S>::Zero();
-    Vec3<S> torque_a = Vec3<S>::Zero();
-    Vec3<S> torque_b = Vec3<S>::Zero();
-    for (; k < island.contacts.size(); ++k) {
-      const ContactConstraint<S>& c = constraints.contacts[island.contacts[k]];
-      if (c.body_a != slot_a || c.body_b != slot_b) break;
-      const Vec3<S> impulse = c.impulse_W();
-      force += impulse;
-      torque_a += c.arm_a.cross(impulse);
-      torque_b += c.arm_b.cross(impulse);
-    }
-    SolverBody<S>& a = bodies[slot_a];
-    SolverBody<S>& b = bodies[slot_b];
-    if (a.moves) a.push(a.twist, -force, -torque_a);
-    if (b.moves) b.push(b.twist, force, torque_b);
-  }
-  for (const std::uint32_t i : island.blocks) {
-    const ConstraintBlock<S>& block = constraints.blocks[i];
-    for (std::uint32_t r = block.first; r < block.first + block.count; ++r) {
-      apply_row(constraints.rows[r], constraints.rows[r].impulse, bodies[block.body_a],
-                bodies[block.body_b], velocity_of);
-    }
-  }
-  for (const std::uint32_t s : island.soft) {
-    const SoftBlock<S>& soft = constraints.soft[s];
-    apply_soft(soft, soft.impulse, bodies[soft.body_a], bodies[soft.body_b]);
-  }
 }
 
 }  // namespace bristle::inline BRISTLE_ABI
@@ -5553,109 +5577,6 @@ void validate(const Material<S>& m) {
   detail::require_not_negative("Material::friction", m.friction);
   detail::require_not_negative("Material::restitution", m.restitution);
   detail::require(m.restitution <= S(1), "Material::restitution", m.restitution, "must be <= 1");
-}
-
-}  // namespace bristle::inline BRISTLE_ABI
-
-// === bristle/math/mass_properties.hpp
-
-/// @file
-/// Mass, centre of mass and inertia of a rigid body, and how they add up.
-// SPDX-License-Identifier: BSD-3-Clause
-
-#include <array>
-#include <bit>
-#include <cmath>
-#include <concepts>
-#include <cstddef>
-#include <cstdint>
-
-namespace bristle::inline BRISTLE_ABI {
-
-/// What a rigid body weighs and how it resists turning, in one frame.
-template <Scalar S>
-struct MassProperties {
-  /// [kg] Mass.
-  S mass = S(0);
-  /// [m] Centre of mass.
-  Vec3<S> center = Vec3<S>::Zero();
-  /// [kg m^2] Inertia about the centre of mass, along the frame's axes.
-  Mat3<S> inertia = Mat3<S>::Zero();
-
-  /// The same body with its mass multiplied by `factor` (a density, for unit-density properties).
-  [[nodiscard]] MassProperties scaled(S factor) const {
-    return {factor * mass, center, factor * inertia};
-  }
-
-  /// The same body seen from frame A, where its own frame has the pose `X_AB`.
-  [[nodiscard]] MassProperties transformed(const Transform<S>& X_AB) const {
-    const Mat3<S> R = X_AB.rotation_matrix();
-    return {mass, X_AB * center, R * inertia * R.transpose()};
-  }
-};
-
-/// Inertia of a point mass `m` [kg] at `r` [m]: what the parallel-axis theorem adds.
-template <Scalar S>
-[[nodiscard]] Mat3<S> point_inertia(S m, const Vec3<S>& r) {
-  return m * (r.squaredNorm() * Mat3<S>::Identity() - r * r.transpose());
-}
-
-namespace detail {
-
-/// The power of two at or below a normal number > 0.
-template <Scalar S>
-[[nodiscard]] S power_of_two_below(const S& x) {
-  if constexpr (std::same_as<S, double>) {
-    return std::bit_cast<double>(std::bit_cast<std::uint64_t>(x) & 0x7ff0'0000'0000'0000u);
-  } else if constexpr (std::same_as<S, float>) {
-    return std::bit_cast<float>(std::bit_cast<std::uint32_t>(x) & 0x7f80'0000u);
-  } else if constexpr (std::floating_point<S>) {
-    return std::ldexp(S(1), std::ilogb(x));
-  } else {
-    return S(power_of_two_below(value_of(x)));
-  }
-}
-
-}  // namespace detail
-
-/// [1/(kg m^2)] Inverse of an inertia, or the other way round.
-///
-/// By cofactors of the matrix over a power of two near its trace: the determinant, which goes with
-/// the third power, then neither overflows nor vanishes, whatever the size of the body. No bit
-/// depends on the power.
-template <Scalar S>
-[[nodiscard]] Mat3<S> inverse_inertia(const Mat3<S>& inertia) {
-  const S unit = S(1) / detail::power_of_two_below(S(inertia.trace()));
-  return unit * Mat3<S>(unit * inertia).inverse();
-}
-
-/// [1/(kg m^2)] The same of the axes that are not locked, among which alone torques turn a body:
-/// rows and columns of the others are zero.
-template <Scalar S>
-[[nodiscard]] Mat3<S> inverse_inertia(Mat3<S> inertia, const std::array<bool, 3>& is_locked) {
-  const S scale = detail::power_of_two_below(S(inertia.trace()));
-  for (Eigen::Index i = 0; i < 3; ++i) {
-    if (!is_locked[static_cast<std::size_t>(i)]) continue;
-    inertia.row(i).setZero();
-    inertia.col(i).setZero();
-    inertia(i, i) = scale;
-  }
-  Mat3<S> inverse = inverse_inertia<S>(inertia);
-  for (Eigen::Index i = 0; i < 3; ++i) {
-    if (is_locked[static_cast<std::size_t>(i)]) inverse(i, i) = S(0);
-  }
-  return inverse;
-}
-
-/// Two bodies welded together; either may have zero mass.
-template <Scalar S>
-[[nodiscard]] MassProperties<S> operator+(const MassProperties<S>& a, const MassProperties<S>& b) {
-  const S mass = a.mass + b.mass;
-  if (!(mass > S(0))) return {};
-  const Vec3<S> center = (a.mass * a.center + b.mass * b.center) / mass;
-  return {mass, center,
-          a.inertia + b.inertia + point_inertia<S>(a.mass, a.center - center) +
-              point_inertia<S>(b.mass, b.center - center)};
 }
 
 }  // namespace bristle::inline BRISTLE_ABI
@@ -6004,188 +5925,6 @@ Body<S> make_body(const BodyDef<S>& def, const MassProperties<S>& of_shape) {
 /// @file
 /// Rays against solid meshes, whatever tree stands over their triangles.
 // SPDX-License-Identifier: BSD-3-Clause
-
-// === bristle/geometry/ray.hpp
-
-/// @file
-/// Rays: one, and batches of many as structures of arrays.
-///
-/// A batch lies in one frame and is asked of one shape at a time; answers accumulate, so that
-/// asking several shapes in turn leaves the nearest hit of each ray.
-// SPDX-License-Identifier: BSD-3-Clause
-
-// === bristle/math/lane_vector.hpp
-
-/// @file
-/// Long arrays that registers are loaded from.
-// SPDX-License-Identifier: BSD-3-Clause
-
-#include <cstddef>
-#include <new>
-#include <vector>
-
-namespace bristle::inline BRISTLE_ABI {
-
-/// Allocates at the beginnings of cache lines. `std::allocator` begins 16 bytes behind one, where
-/// every load of a whole register crosses lines.
-template <typename T>
-struct LineAllocator {
-  using value_type = T;
-  static constexpr std::align_val_t line{64};
-
-  LineAllocator() = default;
-  template <typename U>  // NOLINTNEXTLINE(google-explicit-constructor): containers convert.
-  LineAllocator(const LineAllocator<U>&) noexcept {}
-
-  /// @param n  [-] At most what addresses reach, as vectors see to.
-  [[nodiscard]] T* allocate(std::size_t n) {
-    return static_cast<T*>(::operator new(n * sizeof(T), line));
-  }
-  void deallocate(T* p, std::size_t) { ::operator delete(p, line); }
-
-  [[nodiscard]] friend bool operator==(const LineAllocator&, const LineAllocator&) noexcept {
-    return true;
-  }
-};
-
-/// A std::vector whose registers are loaded from one cache line each.
-template <typename T>
-using LaneVector = std::vector<T, LineAllocator<T>>;
-
-}  // namespace bristle::inline BRISTLE_ABI
-
-#include <cstddef>
-#include <cstdint>
-#include <span>
-#include <vector>
-
-namespace bristle::inline BRISTLE_ABI {
-
-/// A ray of finite length.
-template <Scalar S>
-struct Ray {
-  /// [m] Start.
-  Vec3<S> origin = Vec3<S>::Zero();
-  /// [1] Unit direction.
-  Vec3<S> direction = Vec3<S>::UnitX();
-  /// [m] Reach from the start; hits farther away do not count. May be infinite.
-  S length = infinity<S>;
-};
-
-/// Nearest hit of one ray.
-template <Scalar S>
-struct RayHit {
-  /// [m] Distance from the ray's start; 0 where the start lies inside the solid.
-  S distance = infinity<S>;
-  /// [1] Unit outward normal of the surface there, against the ray (normal . direction <= 0). Where
-  /// the start lies inside, minus the ray's direction.
-  Vec3<S> normal = Vec3<S>::Zero();
-};
-
-/// Three arrays of coordinates, to be read together.
-template <Scalar S>
-struct Vec3Array {
-  LaneVector<S> x, y, z;
-
-  [[nodiscard]] std::size_t size() const { return x.size(); }
-  void resize(std::size_t n) {
-    x.resize(n);
-    y.resize(n);
-    z.resize(n);
-  }
-  [[nodiscard]] Vec3<S> operator[](std::size_t i) const { return {x[i], y[i], z[i]}; }
-  void set(std::size_t i, const Vec3<S>& v) {
-    x[i] = v.x();
-    y[i] = v.y();
-    z[i] = v.z();
-  }
-};
-
-template <Scalar S>
-class RayBundles;
-template <Scalar S>
-class KeptCandidates;
-template <Scalar S>
-class RayTrail;
-
-/// Some rays of a batch, so that threads can share a query: [first, end) in the order in which the
-/// query goes through them. That is the order of the bundles for meshes and of the batch for other
-/// shapes, so the next shape may only be asked when all slices have asked this one, unless these
-/// are the same rays (`RayBundles::has_runs_in_slices`).
-struct RaySlice {
-  /// [-] Both a multiple of the rays in a bundle, or at the end.
-  std::uint32_t first = 0;
-  std::uint32_t end = 0xffffffffu;
-};
-
-/// [-] Rays of a run: neighbours in a batch, of which all or none are asked.
-inline constexpr std::size_t ray_run_size = 16;
-
-/// Many rays in one frame. The spans have one length and outlive the query.
-template <Scalar S>
-struct RayBatch {
-  /// [m] Starts.
-  std::span<const S> origin_x, origin_y, origin_z;
-  /// [1] Unit directions.
-  std::span<const S> direction_x, direction_y, direction_z;
-  /// [m] Reach of each ray.
-  std::span<const S> length;
-  /// [m] Added to the reach of every ray.
-  S extra_length = S(0);
-  /// The same rays in bundles (ray_bundles.hpp), where somebody has made them: they change what a
-  /// query costs, not what it answers. Null or empty: one ray after the other.
-  const RayBundles<S>* bundles = nullptr;
-  /// Which rays are asked: all, unless the backend says that it `asks_slices`.
-  RaySlice slice{};
-  /// [-] Numbers of the runs that may meet anything, ascending; of others, hits may be left out.
-  /// Null: all runs.
-  const std::vector<std::uint32_t>* near_runs = nullptr;
-  /// What these rays keep from query to query (kept_candidates.hpp), and which life of the shape it
-  /// is that is asked, where its tag was another's before. Null: nothing. Used where all rays are
-  /// asked at once, by one thread.
-  KeptCandidates<S>* kept = nullptr;
-  std::uint32_t shape_life = 0;
-  /// What slices find out for those that the same thread asks next (bundle_trail.hpp), of meshes
-  /// that outlive it. Null: nothing.
-  RayTrail<S>* trail = nullptr;
-
-  [[nodiscard]] std::size_t size() const { return length.size(); }
-  [[nodiscard]] Ray<S> operator[](std::size_t i) const {
-    return {{origin_x[i], origin_y[i], origin_z[i]},
-            {direction_x[i], direction_y[i], direction_z[i]},
-            length[i] + extra_length};
-  }
-};
-
-/// Nearest hits of a batch so far, in the frame of its rays.
-template <Scalar S>
-struct RayHits {
-  /// [m] Distance of the nearest hit so far; infinite where there is none.
-  LaneVector<S> distance;
-  /// [1] Outward unit surface normals, valid where the distance is finite.
-  Vec3Array<S> normal;
-  /// [-] Tag of the shape that was hit, as given to the query.
-  LaneVector<std::uint32_t> tag;
-
-  /// Forgets all hits and makes room for `n` rays; keeps its memory.
-  void reset(std::size_t n) {
-    distance.assign(n, infinity<S>);
-    normal.resize(n);
-    tag.assign(n, 0xffffffffu);
-  }
-  [[nodiscard]] bool is_hit(std::size_t i) const { return distance[i] < infinity<S>; }
-  /// Records a hit that is nearer than what is known. On equal distance the earlier answer stays,
-  /// so asking shapes in order of their tags breaks ties by tag.
-  void offer(std::size_t i, const RayHit<S>& hit, std::uint32_t hit_tag) {
-    if (hit.distance < distance[i]) {
-      distance[i] = hit.distance;
-      normal.set(i, hit.normal);
-      tag[i] = hit_tag;
-    }
-  }
-};
-
-}  // namespace bristle::inline BRISTLE_ABI
 
 // === bristle/geometry/ray_triangle.hpp
 
@@ -7855,116 +7594,6 @@ void tangent_basis(const Vec3<S>& n, Vec3<S>& t1, Vec3<S>& t2) {
 /// (T = Pack<S>).
 // SPDX-License-Identifier: BSD-3-Clause
 
-// === bristle/sensors/sensor_parameters.hpp
-
-/// @file
-/// Constants of resistive sensors and the readings of the law one can choose between.
-// SPDX-License-Identifier: BSD-3-Clause
-
-namespace bristle::inline BRISTLE_ABI {
-
-/// Constants of one resistive sensor, a ray that meets penetration with a spring and damper along
-/// itself and slip with a bristle across itself. `tuned_for` proposes them from physical wants.
-///
-/// The defaults give no force. `static_friction * breakaway_distance` is the dimensionless holding
-/// coefficient: how many newtons of friction one newton of normal force can hold.
-template <Value T>
-struct SensorParameters {
-  /// [N] Normal force at full penetration, K_N in Eq. 3. Finite, >= 0. Newtons and not N/m because
-  /// the depth it multiplies is a fraction of the ray (Eq. 4): the stiffness is K_N / L.
-  T normal_stiffness = T(0);
-  /// [N s] Normal damping, K_D in Eq. 3, on the true rate of the depth fraction. Finite, >= 0. The
-  /// paper's values are per step of its 1 kHz loop: divide by 1000 (50 becomes 0.05).
-  T normal_damping = T(0);
-  /// [1/m] Static friction, mu_S in Eq. 1: force per newton of normal force and metre of stretch.
-  /// [N/m] with FrictionScaling::depth (Eq. 11) and FrictionScaling::none. Finite, >= 0.
-  T static_friction = T(0);
-  /// [N s/m] Sliding friction, mu_V in Eq. 5. Finite, >= 0.
-  T sliding_friction = T(0);
-  /// [m] Stretch at which a stuck bristle lets go, sigma_a in Eq. 2. Finite, > 0.
-  T breakaway_distance = T(ScalarOf<T>(1e-3));
-};
-
-/// What the static friction of a sensor grows with.
-enum class FrictionScaling {
-  /// Eq. 1: k_t = mu_S F_N, with the sensor's own normal force.
-  normal_force,
-  /// Eq. 11: k_t = mu_S e_N, for sensors that shall not push.
-  depth,
-  /// k_t = mu_S: a plain spring, what AMBF does without `variable: true`.
-  none
-};
-
-/// What happens to a bristle stretched beyond sigma_a.
-enum class SlipReset {
-  /// It lets go and grips anew (Eq. 2), keeping what the stretch exceeds whole multiples of sigma_a
-  /// by: the paper's saw-tooth in the limit of small steps, without its aliasing at large ones.
-  /// Mean
-  /// sliding friction is half the static one.
-  release,
-  /// It drags along at sigma_a: Coulomb friction with equal static and sliding coefficients.
-  drag
-};
-
-/// Along what the normal force of a sensor points.
-enum class NormalDirection {
-  /// Along the ray, as in Eq. 3. Oblique rays then push bodies along: sin(angle) of the force does
-  /// not come from any potential.
-  ray,
-  /// Along the gradient of the depth, which makes the normal force conservative.
-  gradient
-};
-
-/// How the forces of a patch enter the step.
-enum class Integration {
-  /// Evaluated at the start of the step. Cheapest; stable only below `largest_stable_step`.
-  explicit_,
-  /// Solved together with contacts and joints as one soft 6x6 constraint; stable at any step.
-  implicit,
-  /// Explicit where that is safely stable, implicit elsewhere, decided anew each step.
-  automatic
-};
-
-/// Which law a patch follows.
-enum class Law {
-  /// The paper's equations as corrected in docs/sensors.md.
-  paper,
-  /// What the paper's own simulator computes, defects included; explicit only. For comparison.
-  ambf
-};
-
-/// Readings of the law a patch uses.
-struct LawOptions {
-  /// [-] Law to follow.
-  Law law = Law::paper;
-  /// [-] What static friction grows with.
-  FrictionScaling scaling = FrictionScaling::normal_force;
-  /// [-] What becomes of an overstretched bristle.
-  SlipReset reset = SlipReset::release;
-  /// [-] Along what the normal force points.
-  NormalDirection normal = NormalDirection::ray;
-};
-
-/// @throws InvalidArgument naming the field that is not finite or out of range.
-template <Scalar S>
-void validate(const SensorParameters<S>& p) {
-  detail::require_not_negative("SensorParameters::normal_stiffness", p.normal_stiffness);
-  detail::require_not_negative("SensorParameters::normal_damping", p.normal_damping);
-  detail::require_not_negative("SensorParameters::static_friction", p.static_friction);
-  detail::require_not_negative("SensorParameters::sliding_friction", p.sliding_friction);
-  detail::require_positive("SensorParameters::breakaway_distance", p.breakaway_distance);
-}
-
-/// Whether a sensor with these constants can give a force. Static friction that is scaled by the
-/// normal force needs one.
-template <Scalar S>
-[[nodiscard]] bool can_push(const SensorParameters<S>& p, const LawOptions& options) {
-  return p.normal_stiffness > S(0) || p.normal_damping > S(0) || p.sliding_friction > S(0) ||
-         (p.static_friction > S(0) && options.scaling != FrictionScaling::normal_force);
-}
-
-}  // namespace bristle::inline BRISTLE_ABI
-
 namespace bristle::inline BRISTLE_ABI {
 
 /// [1] Depth e_N of a hit at `distance` [m] along a ray of length L, given as 1 / L [1/m]: 0 just
@@ -8762,109 +8391,6 @@ struct ReadingStore {
 
 }  // namespace bristle::inline BRISTLE_ABI
 
-// === bristle/sensors/sensor_layout.hpp
-
-/// @file
-/// Where the sensors of a patch sit on their body.
-// SPDX-License-Identifier: BSD-3-Clause
-
-#include <cstddef>
-#include <string>
-#include <vector>
-
-namespace bristle::inline BRISTLE_ABI {
-
-/// Rays of many sensors in the frame A of the body that carries them. Each starts inside the body
-/// and ends outside, at its reach.
-template <Scalar S>
-struct SensorLayout {
-  /// [m] Starts of the rays, in A.
-  Vec3Array<S> start;
-  /// [1] Unit directions of the rays, in A, out of the body.
-  Vec3Array<S> direction;
-  /// [m] Lengths of the rays, > 0.
-  LaneVector<S> length;
-
-  [[nodiscard]] std::size_t size() const { return length.size(); }
-  /// All rays, valid until sensors are added.
-  [[nodiscard]] RayBatch<S> rays() const {
-    return {start.x, start.y, start.z, direction.x, direction.y, direction.z, length};
-  }
-
-  /// Appends a sensor by its ray's start [m], unit direction and length [m], in A.
-  void add(const Vec3<S>& p_AStart, const Vec3<S>& direction_A, S reach);
-
-  /// Appends a sensor by its ray's start and end [m], in A.
-  void add(const Vec3<S>& p_AStart, const Vec3<S>& p_AEnd);
-
-  /// Appends all sensors of another layout on the same body.
-  void add(const SensorLayout& other);
-
-  /// Checks what was put in, by `add` or by hand.
-  ///
-  /// @throws InvalidArgument that names the number of the first sensor whose start is not finite,
-  ///         whose ray has no length, or whose direction is not a unit vector; or the array that is
-  ///         shorter than the others.
-  void validate() const;
-};
-
-// Implementation -----------------------------------------------------------------------------------
-
-template <Scalar S>
-void SensorLayout<S>::add(const Vec3<S>& p_AStart, const Vec3<S>& direction_A, S reach) {
-  const std::size_t i = size();
-  start.resize(i + 1);
-  direction.resize(i + 1);
-  start.set(i, p_AStart);
-  direction.set(i, direction_A);
-  length.push_back(reach);
-}
-
-template <Scalar S>
-void SensorLayout<S>::add(const Vec3<S>& p_AStart, const Vec3<S>& p_AEnd) {
-  const Vec3<S> ray = p_AEnd - p_AStart;
-  const S reach = ray.stableNorm();
-  // A ray of no length keeps a zero direction, for `validate` to find.
-  add(p_AStart, reach > S(0) ? Vec3<S>(ray / reach) : ray, reach);
-}
-
-template <Scalar S>
-void SensorLayout<S>::add(const SensorLayout& other) {
-  const std::size_t first = size();
-  const std::size_t count = other.size();
-  start.resize(first + count);
-  direction.resize(first + count);
-  length.resize(first + count);
-  for (std::size_t i = 0; i < count; ++i) {
-    start.set(first + i, other.start[i]);
-    direction.set(first + i, other.direction[i]);
-    length[first + i] = other.length[i];
-  }
-}
-
-template <Scalar S>
-void SensorLayout<S>::validate() const {
-  using std::abs;
-  for (const Vec3Array<S>* array : {&start, &direction}) {
-    for (const LaneVector<S>* axis : {&array->x, &array->y, &array->z}) {
-      detail::require(axis->size() == size(), "SensorLayout: size of an array", axis->size(),
-                      "must be the number of lengths, " + std::to_string(size()));
-    }
-  }
-  for (std::size_t i = 0; i < size(); ++i) {
-    std::string number = "[";
-    number.append(std::to_string(i)).append("]");
-    detail::require_all_finite("SensorLayout::start" + number, start[i]);
-    detail::require_positive("SensorLayout::length" + number, length[i]);
-    detail::require_all_finite("SensorLayout::direction" + number, direction[i]);
-    detail::require(abs(direction[i].squaredNorm() - S(1)) <= Tolerance<S>::equal(),
-                    "SensorLayout::direction" + number + ": length", direction[i].norm(),
-                    "must be 1");
-  }
-}
-
-}  // namespace bristle::inline BRISTLE_ABI
-
 // === bristle/sensors/tile_boxes.hpp
 
 /// @file
@@ -9292,145 +8818,5347 @@ template <Scalar S>
 
 }  // namespace bristle::inline BRISTLE_ABI
 
-#include <concepts>
+// === bristle/sensors/patch_touch.hpp
+
+/// @file
+/// What the hits of a patch mean to its sensors: where they touch, how deep, and which way the
+/// depth grows. Found from the hit wherever it is wanted: that costs less than to keep it, since
+/// large patches wait for memory (docs/decisions/0023-law-in-lanes.md).
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <cstddef>
+
+namespace bristle::inline BRISTLE_ABI {
+
+/// A sensor that meets a surface, in A's axes.
+template <Value T>
+struct SensorTouch {
+  /// [1] Ray direction n and depth gradient g.
+  Vector3<T> n, g;
+  /// [m] From A's centre of mass to the point of touch.
+  Vector3<T> point;
+  /// [1], [1/m] Depth e_N and inverse length of the ray.
+  T depth, inverse_length;
+};
+
+/// The touch of sensor `i`, which has a hit.
+template <Scalar S>
+[[nodiscard]] SensorTouch<S> touch_of(const SensorPatch<S>& patch, std::size_t i) {
+  const SensorTile<S>& sensors = patch.tiles[i / tile_size];
+  const std::size_t lane = i % tile_size;
+  const S distance = patch.hits.distance[i];
+  const Vec3<S> n = sensors.direction[lane];
+  return {n, depth_gradient<S>(n, patch.hits.normal[i]), sensors.start[lane] + distance * n,
+          sensor_depth(distance, sensors.inverse_length[lane]), sensors.inverse_length[lane]};
+}
+
+namespace detail {
+
+/// Touches of the sensors from lane `at` of a tile, and which of them there are. Made in its place:
+/// returned by a function, it would go through memory.
+template <Scalar S>
+struct TouchPack : SensorTouch<Pack<S>> {
+  /// Lanes that have a contact. The others go on with a hit from ahead at the start of the ray, so
+  /// that all is finite.
+  Mask<S> is_met;
+
+  /// @param sensors  Tile `number` of the patch, which the caller has at hand and need not look up
+  ///                 again for each pack.
+  /// @param hit      Lanes that have a hit.
+  /// @param decides  Whether a contact is what is hit at more than a grazing angle. That is decided
+  ///                 once a step; afterwards every hit counts.
+  BRISTLE_INLINE TouchPack(const SensorPatch<S>& patch, const SensorTile<S>& sensors,
+                           std::size_t number, std::size_t at, LaneBits hit, bool decides) {
+    using T = Pack<S>;
+    const std::size_t first = number * tile_size + at;
+    const RayHits<S>& hits = patch.hits;
+    this->n = load_pack(sensors.direction, at);
+    const Pack3<S> surface = Pack3<S>::load(
+        hits.normal.x.data() + first, hits.normal.y.data() + first, hits.normal.z.data() + first);
+    const T cosine = dot(surface, this->n);
+    is_met = load_mask<S>(hit, at);
+    // False for a normal that is no number, too.
+    if (decides) is_met = is_met & (cosine <= T(grazing_cosine<S>));
+    const T distance = patch.distances_of(first, is_met);
+    this->inverse_length = load_pack(sensors.inverse_length, at);
+    this->g =
+        depth_gradient<T>(select(is_met, surface, -this->n), select(is_met, cosine, T(S(-1))));
+    this->depth = sensor_depth(distance, this->inverse_length);
+    this->point = load_pack(sensors.start, at) + distance * this->n;
+  }
+};
+
+}  // namespace detail
+
+}  // namespace bristle::inline BRISTLE_ABI
+
+namespace bristle::inline BRISTLE_ABI {
+
+/// [s] Longest stable explicit step of one mode; infinite without stiffness and damping.
+template <Scalar S>
+struct Mode {
+  /// [kg] Mass that moves.
+  S mass = S(1);
+  /// [N/m] Stiffness.
+  S stiffness = S(0);
+  /// [N s/m] Damping.
+  S damping = S(0);
+
+  /// The positive root of k dt^2 + 2 c dt = 4 m, free of cancellation.
+  [[nodiscard]] S largest_stable_step() const {
+    using std::sqrt;
+    const S sum = damping + sqrt(damping * damping + S(4) * mass * stiffness);
+    return sum > S(0) ? S(4) * mass / sum : infinity<S>;
+  }
+};
+
+/// [s] Longest explicit step at which symplectic Euler is stable for what the patch touches now, in
+/// all six directions of each touched body; infinite when it touches nothing that moves.
+///
+/// Several patches on one body add up: this looks at one alone.
+/// @param mobility_of  Callable: Mat6<S> mobility_of(pair), the mobility of the pair's two bodies
+///                     about its point c.
+template <Scalar S, typename MobilityOf>
+[[nodiscard]] S largest_stable_step(const SensorPatch<S>& patch, MobilityOf&& mobility_of);
+
+// Implementation -----------------------------------------------------------------------------------
+
+namespace detail {
+
+/// Stiffness and damping of the contacts of a pair about c.
+template <Scalar S>
+void sum_stiffness(const SensorPatch<S>& patch, const PatchPair<S>& pair, Mat6<S>& K, Mat6<S>& D) {
+  K.setZero();
+  D.setZero();
+  for (std::uint32_t k = pair.first; k < pair.first + pair.count; ++k) {
+    const ContactTile<S>& contacts = patch.contacts[k];
+    const SensorTile<S>& sensors = patch.tiles[contacts.tile];
+    for (std::size_t i = 0; i < tile_size; ++i) {
+      if ((contacts.is_touching >> i & 1u) == 0) continue;
+      const std::size_t sensor = contacts.tile * tile_size + i;
+      const SensorParameters<S>& p = patch.parameters(sensor);
+      const auto [n, g, point, depth, per_length] = touch_of(patch, sensor);
+      const S rate = g.dot(pair.start_motion.at(point)) * per_length;
+      const S k_t =
+          bristle_stiffness(p, patch.def.options.scaling, normal_force(p, depth, rate), depth);
+      const Vec3<S> rho = pair.R_WA * (point - pair.center);
+      const auto add = [&](const Vec3<S>& d_A, S stiffness, S damping) {
+        const Vec3<S> d = pair.R_WA * d_A;
+        Vec6<S> j;
+        j << d, rho.cross(d);
+        K += (stiffness * j) * j.transpose();
+        D += (damping * j) * j.transpose();
+      };
+      const Vec3<S> t1 = sensors.tangent[i];
+      add(t1, k_t, p.sliding_friction);
+      add(n.cross(t1), k_t, p.sliding_friction);
+      add(g, p.normal_stiffness * per_length, p.normal_damping * per_length);
+    }
+  }
+}
+
+/// L with L L^T = W for a mobility W. Axes along which nothing can move make it semidefinite; L
+/// then has columns of zeros.
+template <Scalar S>
+[[nodiscard]] Mat6<S> mobility_root(const Mat6<S>& W) {
+  using std::sqrt;
+  Mat6<S> root = Mat6<S>::Zero();
+  for (int j = 0; j < 6; ++j) {
+    const Vec6<S> rest = W.col(j) - root.leftCols(j) * root.row(j).head(j).transpose();
+    if (!(rest[j] > S(8) * Tolerance<S>::round_off() * W(j, j))) continue;
+    // Not as blocks: of unknown length, GCC 12 sees whole AVX-512 registers read and warns.
+    for (int i = j; i < 6; ++i) root(i, j) = rest[i] / sqrt(rest[j]);
+  }
+  return root;
+}
+
+/// Whether all eigenvalues of W (dt^2 K + 2 dt D) are below 4, with K and D as L^T K L and L^T D L:
+/// 4 - dt^2 K - 2 dt D is then positive definite, which a Cholesky factorisation decides.
+template <Scalar S>
+[[nodiscard]] bool is_stable_step(const Mat6<S>& K, const Mat6<S>& D, S dt) {
+  Mat6<S> rest = S(4) * Mat6<S>::Identity() - dt * dt * K - S(2) * dt * D;
+  return factor_cholesky(rest.data(), 6);
+}
+
+}  // namespace detail
+
+template <Scalar S, typename MobilityOf>
+S largest_stable_step(const SensorPatch<S>& patch, MobilityOf&& mobility_of) {
+  S smallest = infinity<S>;
+  for (const PatchPair<S>& pair : patch.pairs) {
+    if (pair.count == 0) continue;
+    Mat6<S> K, D;
+    detail::sum_stiffness(patch, pair, K, D);
+    const Mat6<S> root = detail::mobility_root<S>(mobility_of(pair));
+    K = root.transpose() * K * root;
+    D = root.transpose() * D * root;
+    if (!(K.trace() + D.trace() > S(0))) continue;
+    // The criterion is monotone in dt: bracket by doubling, then bisect to round-off.
+    S low = S(0);
+    S high = Mode<S>{S(1), K.trace(), D.trace()}.largest_stable_step();
+    for (int i = 0; i < 200 && detail::is_stable_step(K, D, high); ++i) {
+      low = high;
+      high *= S(2);
+    }
+    // Halves once for each bit of a number where a step is stable; where none is, until `high` is
+    // 0, which takes as many more as the scalar has powers of two below it.
+    while (high - low > Tolerance<S>::round_off() * high) {
+      const S middle = S(0.5) * (low + high);
+      (detail::is_stable_step(K, D, middle) ? low : high) = middle;
+    }
+    smallest = std::min(smallest, low);
+  }
+  return smallest;
+}
+
+}  // namespace bristle::inline BRISTLE_ABI
+
+#include <cstddef>
+
+namespace bristle::inline BRISTLE_ABI {
+
+/// What one wants of a patch that grips.
+template <Scalar S>
+struct GripWants {
+  /// [1] Static friction coefficient: shear per normal force that it shall hold. > 0.
+  S friction = S(0.8);
+  /// [m] How far the held thing has crept when it is about to slip: sigma_a. > 0.
+  S creep = S(1e-3);
+  /// [N] Normal force that the whole patch carries. > 0.
+  S load = S(10);
+  /// [kg] Mass that moves against the patch. 0: the heaviest that the grip holds against
+  /// 9.81 m/s^2, friction * load / 9.81.
+  S mass = S(0);
+  /// [1] Depth of the sensors under the load, in (0, 1].
+  S press = S(0.3);
+  /// [1] Damping ratio of the normal direction, >= 0.
+  S normal_damping_ratio = S(1);
+  /// [1] Damping ratio of the bristles, >= 0. 0.7 makes slip start at the same load at every step
+  /// and keeps load changes from pumping energy in; below 0.2 a sudden load slips at half the
+  /// limit.
+  S bristle_damping_ratio = S(0.7);
+  /// [-] What friction grows with; `none` and `depth` change the unit of the constants.
+  FrictionScaling scaling = FrictionScaling::normal_force;
+};
+
+/// Wants that become constants once the number and length of the sensors are known.
+template <Scalar S>
+struct Tuning {
+  GripWants<S> wants{};
+
+  /// Constants for `count` sensors of `length` [m] that share the load.
+  [[nodiscard]] SensorParameters<S> parameters(std::size_t count, S length) const;
+  /// Constants for a layout, with the mean length of its rays.
+  [[nodiscard]] SensorParameters<S> parameters(const SensorLayout<S>& layout) const;
+};
+
+/// Checks wants: `world.add_patch(body, sensors, tuned_for<double>({.friction = 0.8, .load =
+/// 20}))`.
+/// @throws InvalidArgument naming the field.
+template <Scalar S>
+[[nodiscard]] Tuning<S> tuned_for(const GripWants<S>& wants);
+
+/// A patch in use: what its constants are asked about.
+template <Scalar S>
+struct PatchUse {
+  /// [-] Number of sensors in contact.
+  std::size_t count = 1;
+  /// [m] Length of their rays.
+  S length = S(0.01);
+  /// [N] Normal force they carry together.
+  S load = S(10);
+  /// [kg] Mass that moves against them.
+  S mass = S(1);
+  /// [1] How much a lever arm stiffens the tangential mode: 1 + m h^2 / I with the height h of the
+  /// centre of mass above the patch; 1 for a patch that cannot tilt.
+  S lever = S(1);
+};
+
+/// What constants mean physically in a given use.
+template <Scalar S>
+struct PatchMeaning {
+  /// [1] Shear per normal force that is held if loaded slowly: mu = mu_S sigma_a.
+  S holding_coefficient = S(0);
+  /// [1] The same for a load that comes at once: the bristles overshoot by 1 + D with
+  /// D = exp(-pi z / sqrt(1 - z^2)), so it is mu / (1 + D); half of mu without damping.
+  S sudden_coefficient = S(0);
+  /// [1] Mean shear per normal force while sliding, without the viscous part: mu / 2 with
+  /// `release`, mu with `drag`.
+  S kinetic_release = S(0);
+  S kinetic_drag = S(0);
+  /// [N/m] Stiffness against shear of the whole patch, and along the rays.
+  S bristle_stiffness = S(0);
+  S normal_stiffness = S(0);
+  /// [1] Depth at the load; above 1 the sensors cannot carry it.
+  S press = S(0);
+  /// [1] Damping ratios.
+  S bristle_damping_ratio = S(0);
+  S normal_damping_ratio = S(0);
+  /// [1/s] Natural frequency of the bristles, as an angular frequency.
+  S bristle_frequency = S(0);
+  /// [s] Longest explicit step at which all this is stable, and the one at which it is safely so:
+  /// 0.35 of it, where Lambda is about 0.5.
+  S largest_explicit_step = S(0);
+  S recommended_explicit_step = S(0);
+
+  /// [m] Creep at rest under a shear force [N].
+  [[nodiscard]] S sag(S shear) const { return shear / bristle_stiffness; }
+};
+
+/// The inverse of `tuned_for`.
+/// @throws InvalidArgument naming the field.
+template <Scalar S>
+[[nodiscard]] PatchMeaning<S> meaning_of(const SensorParameters<S>& p, const PatchUse<S>& use,
+                                         FrictionScaling scaling = FrictionScaling::normal_force);
+
+// Implementation -----------------------------------------------------------------------------------
+
+template <Scalar S>
+Tuning<S> tuned_for(const GripWants<S>& wants) {
+  detail::require_positive("GripWants::friction", wants.friction);
+  detail::require_positive("GripWants::creep", wants.creep);
+  detail::require_positive("GripWants::load", wants.load);
+  detail::require_not_negative("GripWants::mass", wants.mass);
+  detail::require_positive("GripWants::press", wants.press);
+  detail::require(wants.press <= S(1), "GripWants::press", wants.press, "must be <= 1");
+  detail::require_not_negative("GripWants::normal_damping_ratio", wants.normal_damping_ratio);
+  detail::require_not_negative("GripWants::bristle_damping_ratio", wants.bristle_damping_ratio);
+  return {wants};
+}
+
+template <Scalar S>
+SensorParameters<S> Tuning<S>::parameters(std::size_t count, S length) const {
+  using std::sqrt;
+  detail::require(count > 0, "count", S(0), "must be > 0");
+  detail::require_positive("length", length);
+  const S n = static_cast<S>(count);
+  const S mass = wants.mass > S(0) ? wants.mass : wants.friction * wants.load / S(9.81);
+  // k_t of the whole patch, whatever it grows with: mu N at a stretch of sigma_a.
+  const S stiffness = wants.friction * wants.load / wants.creep;
+  SensorParameters<S> p;
+  p.breakaway_distance = wants.creep;
+  p.normal_stiffness = wants.load / (n * wants.press);
+  p.normal_damping =
+      S(2) * wants.normal_damping_ratio * sqrt(p.normal_stiffness * mass * length / n);
+  p.sliding_friction = S(2) * wants.bristle_damping_ratio * sqrt(stiffness * mass) / n;
+  switch (wants.scaling) {
+    case FrictionScaling::normal_force:
+      p.static_friction = wants.friction / wants.creep;
+      break;
+    case FrictionScaling::depth:
+      p.static_friction = stiffness / (n * wants.press);
+      break;
+    case FrictionScaling::none:
+      p.static_friction = stiffness / n;
+      break;
+  }
+  return p;
+}
+
+template <Scalar S>
+SensorParameters<S> Tuning<S>::parameters(const SensorLayout<S>& layout) const {
+  layout.validate();
+  detail::require(layout.size() > 0, "SensorLayout::size()", S(0),
+                  "must be > 0: it has no sensors");
+  S sum = S(0);
+  for (const S length : layout.length) sum += length;
+  return parameters(layout.size(), sum / static_cast<S>(layout.size()));
+}
+
+template <Scalar S>
+PatchMeaning<S> meaning_of(const SensorParameters<S>& p, const PatchUse<S>& use,
+                           FrictionScaling scaling) {
+  using std::exp;
+  using std::sqrt;
+  validate(p);
+  detail::require(use.count > 0, "PatchUse::count", S(0), "must be > 0");
+  detail::require_positive("PatchUse::length", use.length);
+  detail::require_positive("PatchUse::load", use.load);
+  detail::require_positive("PatchUse::mass", use.mass);
+  detail::require_positive("PatchUse::lever", use.lever);
+  const S n = static_cast<S>(use.count);
+  PatchMeaning<S> out;
+  out.normal_stiffness = n * p.normal_stiffness / use.length;
+  out.press = use.load / (n * p.normal_stiffness);
+  out.bristle_stiffness =
+      n * bristle_stiffness(p, scaling, use.load / n, std::min(out.press, S(1)));
+  out.holding_coefficient = out.bristle_stiffness * p.breakaway_distance / use.load;
+  out.kinetic_release = out.holding_coefficient / S(2);
+  out.kinetic_drag = out.holding_coefficient;
+  out.bristle_frequency = sqrt(out.bristle_stiffness / use.mass);
+  const S viscous = n * p.sliding_friction;
+  out.bristle_damping_ratio = viscous / (S(2) * sqrt(out.bristle_stiffness * use.mass));
+  out.normal_damping_ratio =
+      n * p.normal_damping / use.length / (S(2) * sqrt(out.normal_stiffness * use.mass));
+  const S z = out.bristle_damping_ratio;
+  const S overshoot = z < S(1) ? S(exp(-S(EIGEN_PI) * z / sqrt(S(1) - z * z))) : S(0);
+  out.sudden_coefficient = out.holding_coefficient / (S(1) + overshoot);
+  const Mode<S> tangential_mode{use.mass, out.bristle_stiffness * use.lever, viscous};
+  const Mode<S> normal_mode{use.mass, out.normal_stiffness, n * p.normal_damping / use.length};
+  out.largest_explicit_step =
+      std::min(tangential_mode.largest_stable_step(), normal_mode.largest_stable_step());
+  out.recommended_explicit_step = S(0.35) * out.largest_explicit_step;
+  return out;
+}
+
+}  // namespace bristle::inline BRISTLE_ABI
+
+// === bristle/world/contact_events.hpp
+
+/// @file
+/// Who touches whom, since when, and with what impulse: the contacts of the last step as callers
+/// see them. Computed when asked for, from what the solver keeps anyway.
+// SPDX-License-Identifier: BSD-3-Clause
+
+// === bristle/collision/contact_cache.hpp
+
+/// @file
+/// Contacts of this step with the impulses of the last one: persistence of manifolds.
+// SPDX-License-Identifier: BSD-3-Clause
+
+// === bristle/collision/broadphase.hpp
+
+/// @file
+/// Which shapes may touch: a tree of grown boxes, and a list of shapes without bounds beside it.
+///
+/// Boxes are grown so that they seldom change, and which of them overlap is remembered: a step
+/// looks into the tree only for shapes that left their box.
+// SPDX-License-Identifier: BSD-3-Clause
+
+// === bristle/geometry/aabb_tree.hpp
+
+/// @file
+/// Binary tree of boxes: moving bodies in the broad phase and triangles of a mesh share it.
+// SPDX-License-Identifier: BSD-3-Clause
+
+// === bristle/geometry/ray_box.hpp
+
+/// @file
+/// Whether and where a ray enters a box: the inner loop of every walk through a tree.
+// SPDX-License-Identifier: BSD-3-Clause
+
+namespace bristle::inline BRISTLE_ABI {
+
+/// Entry of a ray into boxes, by the three pairs of planes. Kay and Kajiya 1986; that the exit is
+/// moved outwards so that rounding loses nothing follows Ize 2013, "Robust BVH Ray Traversal".
+template <Scalar S>
+class SlabTest {
+ public:
+  explicit SlabTest(const Ray<S>& ray)
+      : origin_(ray.origin), inverse_(ray.direction.cwiseInverse()) {}
+
+  /// [m] Where the ray enters, >= 0; infinite where it does not by `max_distance`.
+  [[nodiscard]] S enter(const Aabb<S>& box, S max_distance) const {
+    S enter = S(0);
+    S leave = max_distance;
+    for (int i = 0; i < 3; ++i) {
+      const S a = (box.lower[i] - origin_[i]) * inverse_[i];
+      const S b = (box.upper[i] - origin_[i]) * inverse_[i];
+      // A ray within one of the planes gives 0 * infinity = NaN, which loses both comparisons: the
+      // pair of planes then sets no bound, as it should.
+      const S near = inverse_[i] < S(0) ? b : a;
+      const S far = inverse_[i] < S(0) ? a : b;
+      if (near > enter) enter = near;
+      if (far < leave) leave = far;
+    }
+    return enter <= leave * (S(1) + Tolerance<S>::round_off()) ? enter : infinity<S>;
+  }
+
+ private:
+  Vec3<S> origin_;
+  Vec3<S> inverse_;
+};
+
+}  // namespace bristle::inline BRISTLE_ABI
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
 #include <cstdint>
+#include <limits>
+#include <span>
 #include <utility>
 #include <vector>
 
 namespace bristle::inline BRISTLE_ABI {
 
-/// A body of the host, about its centre of mass, world axes.
-template <Scalar S>
-struct HostBody {
-  /// [m] Axes and centre of mass; [m/s, rad/s] velocities.
-  BodyMotion<S> motion{};
-  /// [1/kg], [1/(kg m^2)] Zero for bodies that forces do not move.
-  S inverse_mass = S(0);
-  Mat3<S> inverse_inertia_W = Mat3<S>::Zero();
-  /// [m/s^2] What the host will add by itself in the next step: gravity and applied forces, over
-  /// the mass. The patch solves for the velocity at the end of the step, so what is left out here
-  /// is taken for motion: a force f left out presses a stiff patch deeper by about f dt times its
-  /// damping.
-  Vec3<S> acceleration = Vec3<S>::Zero();
-  /// [rad/s^2] The same for what turns it.
-  Vec3<S> angular_acceleration = Vec3<S>::Zero();
-};
-
-/// What a patch asks of an engine. Bodies are numbers the engine chooses, below 2^32 - 1.
+/// Boxes, each with a number that is its owner's (the payload), found by box or by ray.
 ///
-/// - `host.body(i)` is the present state of a body.
-/// - `host.cast_rays(i, rays, hits)` offers to `hits` the nearest hit of each ray, with the number
-///   of the body that was hit as tag. The rays start from the centre of mass of body i, along its
-///   axes; body i itself is not to be hit. A ray that starts inside a body hits it at distance 0.
-/// - `host.apply_wrench(i, wrench)` adds a wrench [N, N m] about the centre of mass of body i that
-///   acts during the host's next step.
-template <typename H, typename S>
-concept SensorHost = Scalar<S> &&
-    requires(H& host, const H& view, std::uint32_t body, const RayBatch<S>& rays, RayHits<S>& hits,
-             const Wrench<S>& wrench) {
-  { view.body(body) } -> std::same_as<HostBody<S>>;
-  view.cast_rays(body, rays, hits);
-  host.apply_wrench(body, wrench);
+/// Leaves are inserted where they add least surface (the heuristic of Goldsmith and Salmon 1987)
+/// and the path above them is improved by rotations (Kopta et al. 2012; Catto, GDC 2019). The tree
+/// is a function of the sequence of calls alone, and so is the order of visits.
+///
+/// Nodes are pooled: a tree that has once held n leaves does not allocate until it holds more. No
+/// tree is higher than `max_height`: one that would grow beyond is built anew, balanced by count.
+/// So queries run on a stack of fixed size.
+///
+/// Boxes may be infinite, and are found, but one that overlaps everything is a cost to every query
+/// near it: a world keeps its half-spaces in a list beside the tree.
+///
+/// Queries change nothing and may run concurrently; a visitor must not change the tree.
+template <Scalar S>
+class AabbTree {
+ public:
+  /// Names a leaf until it is removed.
+  using NodeId = std::uint32_t;
+  /// Names no node.
+  static constexpr NodeId null = 0xffffffffu;
+  /// [-] Bound on the number of edges from the root to any leaf.
+  static constexpr int max_height = 64;
+
+  /// Adds a leaf. O(log n) on boxes that are spread out.
+  NodeId insert(const Aabb<S>& box, std::uint32_t payload);
+
+  /// Ends a leaf; its id may be given out again.
+  void remove(NodeId leaf);
+
+  /// Moves a leaf, which keeps its id. Where its parent still contains it the boxes above shrink to
+  /// fit; otherwise it is inserted anew.
+  void update(NodeId leaf, const Aabb<S>& box);
+
+  /// Replaces all content by one leaf for each box, its place in `boxes` being its payload and its
+  /// id. Gives better trees than insertion (binned surface-area heuristic, Wald 2007). O(n log n).
+  void build(std::span<const Aabb<S>> boxes);
+
+  /// Removes everything and keeps the memory.
+  void clear();
+
+  /// [-] Number of leaves.
+  [[nodiscard]] std::size_t size() const { return size_; }
+  /// [-] Edges from the root to the deepest leaf; 0 for a tree of at most one.
+  [[nodiscard]] int height() const { return root_ == null ? 0 : nodes_[root_].height; }
+  /// Box of a leaf.
+  [[nodiscard]] const Aabb<S>& box(NodeId leaf) const {
+    BRISTLE_ASSERT(is_live_leaf(leaf));
+    return nodes_[leaf].box;
+  }
+  /// Payload of a leaf.
+  [[nodiscard]] std::uint32_t payload(NodeId leaf) const {
+    BRISTLE_ASSERT(is_live_leaf(leaf));
+    return nodes_[leaf].child[1];
+  }
+  /// Box around all leaves; empty for an empty tree.
+  [[nodiscard]] Aabb<S> root_box() const { return root_ == null ? Aabb<S>{} : nodes_[root_].box; }
+
+  /// Calls `visit(payload) -> bool` for every leaf whose box overlaps or touches `box`, until a
+  /// visit returns false.
+  template <typename Visit>
+  void overlap(const Aabb<S>& box, Visit&& visit) const {
+    find([&](const Aabb<S>& other) { return other.overlaps(box); }, visit);
+  }
+
+  /// Calls `visit(payload) -> bool` for every leaf that `accept(box) -> bool`s together with all
+  /// boxes around it, until a visit returns false.
+  template <typename Accept, typename Visit>
+  void find(Accept&& accept, Visit&& visit) const;
+
+  /// Calls `visit(payload, max_distance) -> new max_distance` for every leaf whose box the ray
+  /// meets before max_distance [m], which starts as the ray's length; nearer boxes come first.
+  ///
+  /// No box that the ray touches is missed: what rounding may hide is visited too, up to
+  /// `Tolerance::round_off` of the distance. A visit that wants no more returns a negative number.
+  template <typename Visit>
+  void walk_ray(const Ray<S>& ray, Visit&& visit) const;
+
+ private:
+  struct Node {
+    Aabb<S> box;
+    NodeId parent = null;                     // Next free node where height < 0.
+    std::array<NodeId, 2> child{null, null};  // A leaf has null and its payload.
+    std::int32_t height = 0;
+
+    [[nodiscard]] bool is_leaf() const { return child[0] == null; }
+  };
+
+  [[nodiscard]] bool is_live_leaf(NodeId id) const {
+    return id < nodes_.size() && nodes_[id].height == 0;
+  }
+  NodeId allocate();
+  void release(NodeId id);
+
+  void attach(NodeId leaf);
+  void detach(NodeId leaf);
+  [[nodiscard]] NodeId best_sibling(const Aabb<S>& box) const;
+  bool fit(NodeId id);
+  void fit_upwards(NodeId id);
+  void rotate(NodeId id);
+  void swap_subtrees(NodeId a, NodeId b);
+
+  void rebuild();
+  NodeId build_range(std::span<detail::SplitLeaf<S>> leaves, int depth);
+
+  std::vector<Node> nodes_;
+  std::vector<detail::SplitLeaf<S>> order_;  // Scratch of rebuild(), kept as large as the pool.
+  NodeId root_ = null;
+  NodeId free_ = null;
+  std::size_t size_ = 0;
 };
 
-template <Scalar S>
-class HostPatch;
-
-/// The functions of a host's patch that are compiled for each instruction set, as `WorldKernels`.
-template <Scalar S>
-struct HostKernels {
-  /// A new `HostSolver`, and its end.
-  void* (*make_scratch)();
-  void (*delete_scratch)(void* solver);
-  /// `HostSolver::solve`.
-  void (*solve)(void* solver, HostPatch<S>& patch, S dt);
-};
-
-/// The table that is used from here on.
-template <Scalar S>
-[[nodiscard]] const HostKernels<S>& host_kernels();
+// Implementation -----------------------------------------------------------------------------------
 
 namespace detail {
 
+/// What a node costs a query: in proportion to its surface.
 template <Scalar S>
-class HostSolver;
+[[nodiscard]] S tree_cost(const Aabb<S>& box) {
+  const S area = box.half_area();
+  // Not so where it overflows or is no number.
+  if (area <= tree_extent_limit<S>() * tree_extent_limit<S>()) return area;
+  return finite_part(box).half_area();
+}
 
-/// A body of the host as a patch works with it. The first one of a patch is its own.
 template <Scalar S>
-struct HostEntry {
-  /// [-] The host's number.
-  std::uint32_t number = 0;
-  Body<S> body{};
-  SolverBody<S> solver{};
-};
+[[nodiscard]] Aabb<S> merged(Aabb<S> a, const Aabb<S>& b) {
+  a.include(b);
+  return a;
+}
+
+/// What a node around two boxes costs. The edges stay scalars: a box that goes through memory is
+/// written in other pieces than it is read in, and that takes longer than all of this. Boxes beyond
+/// bounds go the long way.
+template <Scalar S>
+[[nodiscard]] S merged_cost(const Aabb<S>& a, const Aabb<S>& b) {
+  const auto edge = [&](Eigen::Index i) {
+    return std::max(a.upper[i], b.upper[i]) - std::min(a.lower[i], b.lower[i]);
+  };
+  const S area = Aabb<S>::half_area_of(edge(0), edge(1), edge(2));
+  if (area <= tree_extent_limit<S>() * tree_extent_limit<S>()) return area;
+  return tree_cost(merged(a, b));
+}
 
 }  // namespace detail
 
-/// A patch on a body of a host.
-///
-/// Several patches on one body do not see each other's implicit part: with stiff grips from two
-/// sides step the world of this library instead, or shorten the step.
 template <Scalar S>
-class HostPatch {
- public:
-  /// @param body  The host's number of the patch's body.
-  /// @param def   `excluded`, `sees` and `cast_every` are not used: the host's rays decide what is
-  ///              met, in every step.
-  /// @throws InvalidArgument naming the field.
-  HostPatch(std::uint32_t body, PatchDef<S> def);
+auto AabbTree<S>::insert(const Aabb<S>& box, std::uint32_t payload) -> NodeId {
+  BRISTLE_ASSERT(!box.is_empty());
+  const NodeId leaf = allocate();
+  nodes_[leaf].box = box;
+  nodes_[leaf].child = {null, payload};
+  attach(leaf);
+  ++size_;
+  return leaf;
+}
 
-  /// Senses, and applies to the host's bodies the mean force of the next `dt` [s], which must be
-  /// the host's next step. Applies nothing that is not finite; allocates only until warm. Sensors
-  /// act from the step after the one in which their rays first reach a body.
-  /// @throws InvalidArgument when dt is not finite and > 0, and whatever the host throws.
-  template <typename Host>
-  requires SensorHost<Host, S>
-  void step(Host& host, S dt) {
-    detail::require_positive("dt", dt);
-    sense(host, dt);
-    solver_.kernels().solve(solver_.get(), *this, dt);
-    for (std::size_t k = 0; k < impulses_.size(); ++k) {
-      const PatchPair<S>& pair = patch_.pairs[k];
-      if (pair.count == 0) continue;
-      const Wrench<S> on_b = (S(1) / dt) * impulses_[k];
-      host.apply_wrench(body_, -on_b.shifted(-pair.arm_a));
-      host.apply_wrench(pair.body_b, on_b.shifted(-pair.arm_b));
+template <Scalar S>
+void AabbTree<S>::remove(NodeId leaf) {
+  BRISTLE_ASSERT(is_live_leaf(leaf));
+  detach(leaf);
+  release(leaf);
+  --size_;
+}
+
+template <Scalar S>
+void AabbTree<S>::update(NodeId leaf, const Aabb<S>& box) {
+  BRISTLE_ASSERT(is_live_leaf(leaf) && !box.is_empty());
+  const NodeId parent = nodes_[leaf].parent;
+  if (parent == null) {
+    nodes_[leaf].box = box;
+  } else if (nodes_[parent].box.contains(box)) {
+    nodes_[leaf].box = box;
+    fit_upwards(parent);
+  } else {
+    detach(leaf);
+    nodes_[leaf].box = box;
+    attach(leaf);
+  }
+}
+
+template <Scalar S>
+void AabbTree<S>::build(std::span<const Aabb<S>> boxes) {
+  clear();
+  nodes_.reserve(2 * boxes.size());
+  for (const Aabb<S>& box : boxes) {
+    BRISTLE_ASSERT(!box.is_empty());
+    const NodeId leaf = allocate();
+    nodes_[leaf].box = box;
+    nodes_[leaf].child = {null, leaf};
+  }
+  size_ = boxes.size();
+  rebuild();
+}
+
+template <Scalar S>
+void AabbTree<S>::clear() {
+  nodes_.clear();
+  root_ = null;
+  free_ = null;
+  size_ = 0;
+}
+
+template <Scalar S>
+template <typename Accept, typename Visit>
+void AabbTree<S>::find(Accept&& accept, Visit&& visit) const {
+  if (root_ == null) return;
+  std::array<NodeId, max_height + 1> stack;
+  std::size_t count = 0;
+  stack[count++] = root_;
+  while (count > 0) {
+    const Node& node = nodes_[stack[--count]];
+    if (!accept(node.box)) continue;
+    if (node.is_leaf()) {
+      if (!visit(node.child[1])) return;
+    } else {
+      stack[count++] = node.child[1];
+      stack[count++] = node.child[0];
+    }
+  }
+}
+
+template <Scalar S>
+template <typename Visit>
+void AabbTree<S>::walk_ray(const Ray<S>& ray, Visit&& visit) const {
+  if (root_ == null) return;
+  const SlabTest<S> slabs(ray);
+  // A finite reach, so that planes at infinity are out of it.
+  S reach = std::min(ray.length, std::numeric_limits<S>::max() / S(2));
+  struct Entry {
+    NodeId node;
+    S enter;
+  };
+  std::array<Entry, max_height + 1> stack;
+  std::size_t count = 0;
+  stack[count++] = {root_, slabs.enter(nodes_[root_].box, reach)};
+  while (count > 0) {
+    const Entry entry = stack[--count];
+    // The reach may have shrunk since the entry was computed.
+    if (!(entry.enter <= reach * (S(1) + Tolerance<S>::round_off()))) continue;
+    const Node& node = nodes_[entry.node];
+    if (node.is_leaf()) {
+      reach = visit(node.child[1], reach);
+    } else {
+      Entry near{node.child[0], slabs.enter(nodes_[node.child[0]].box, reach)};
+      Entry far{node.child[1], slabs.enter(nodes_[node.child[1]].box, reach)};
+      if (far.enter < near.enter) std::swap(near, far);
+      if (far.enter < infinity<S>) stack[count++] = far;
+      if (near.enter < infinity<S>) stack[count++] = near;
+    }
+  }
+}
+
+template <Scalar S>
+auto AabbTree<S>::allocate() -> NodeId {
+  if (free_ == null) {
+    nodes_.emplace_back();
+    if (order_.capacity() < nodes_.capacity()) order_.reserve(nodes_.capacity());
+    return static_cast<NodeId>(nodes_.size() - 1);
+  }
+  const NodeId id = free_;
+  free_ = nodes_[id].parent;
+  nodes_[id] = Node{};
+  return id;
+}
+
+template <Scalar S>
+void AabbTree<S>::release(NodeId id) {
+  nodes_[id].height = -1;
+  nodes_[id].parent = free_;
+  free_ = id;
+}
+
+/// Hangs a loose leaf into the tree.
+template <Scalar S>
+void AabbTree<S>::attach(NodeId leaf) {
+  if (root_ == null) {
+    nodes_[leaf].parent = null;
+    root_ = leaf;
+    return;
+  }
+  const NodeId sibling = best_sibling(nodes_[leaf].box);
+  const NodeId parent = allocate();
+  const NodeId grandparent = nodes_[sibling].parent;
+  nodes_[parent].parent = grandparent;
+  nodes_[parent].child = {sibling, leaf};
+  if (grandparent == null) {
+    root_ = parent;
+  } else {
+    auto& child = nodes_[grandparent].child;
+    child[child[0] == sibling ? 0 : 1] = parent;
+  }
+  nodes_[sibling].parent = parent;
+  nodes_[leaf].parent = parent;
+  for (NodeId id = parent; id != null; id = nodes_[id].parent) {
+    fit(id);
+    rotate(id);
+  }
+  if (nodes_[root_].height > max_height) rebuild();
+}
+
+/// Takes a leaf out of the tree; its parent goes, its sibling moves up.
+template <Scalar S>
+void AabbTree<S>::detach(NodeId leaf) {
+  const NodeId parent = nodes_[leaf].parent;
+  if (parent == null) {
+    root_ = null;
+    return;
+  }
+  const auto& child = nodes_[parent].child;
+  const NodeId sibling = child[child[0] == leaf ? 1 : 0];
+  const NodeId grandparent = nodes_[parent].parent;
+  nodes_[sibling].parent = grandparent;
+  release(parent);
+  if (grandparent == null) {
+    root_ = sibling;
+  } else {
+    auto& uncle = nodes_[grandparent].child;
+    uncle[uncle[0] == parent ? 0 : 1] = sibling;
+    fit_upwards(grandparent);
+  }
+}
+
+/// The node beside which a new leaf adds least surface, searched down one path: what a sibling
+/// costs is the surface of the common parent plus the growth of all nodes above.
+template <Scalar S>
+auto AabbTree<S>::best_sibling(const Aabb<S>& box) const -> NodeId {
+  using detail::merged_cost;
+  using detail::tree_cost;
+  const S box_cost = tree_cost(box);
+  const auto distance_of = [&](NodeId child) {
+    return (detail::finite_center(nodes_[child].box) - detail::finite_center(box)).squaredNorm();
+  };
+  NodeId best = root_;
+  NodeId id = root_;
+  S with_box = merged_cost(nodes_[root_].box, box);
+  S best_cost = with_box;
+  S growth_above = S(0);
+  while (!nodes_[id].is_leaf()) {
+    growth_above += with_box - tree_cost(nodes_[id].box);
+    NodeId next = null;
+    S next_bound = infinity<S>;
+    S next_with_box = S(0);
+    for (const NodeId child : nodes_[id].child) {
+      const Node& node = nodes_[child];
+      const S cost = merged_cost(node.box, box);
+      if (cost + growth_above < best_cost) {
+        best = child;
+        best_cost = cost + growth_above;
+      }
+      if (node.is_leaf()) continue;
+      // Below the child at least the leaf itself is paid for. Boxes that contain the leaf tie, and
+      // then the one around it goes first.
+      const S bound = growth_above + (cost - tree_cost(node.box)) + box_cost;
+      const bool is_nearer =
+          bound == next_bound && next != null && distance_of(child) < distance_of(next);
+      if (bound < next_bound || is_nearer) {
+        next = child;
+        next_bound = bound;
+        next_with_box = cost;
+      }
+    }
+    if (next == null || !(next_bound < best_cost)) break;
+    id = next;
+    with_box = next_with_box;
+  }
+  return best;
+}
+
+/// Box and height of an inner node from its children. Returns whether they are others than before.
+template <Scalar S>
+bool AabbTree<S>::fit(NodeId id) {
+  Node& node = nodes_[id];
+  const Node& a = nodes_[node.child[0]];
+  const Node& b = nodes_[node.child[1]];
+  const Aabb<S> box = detail::merged(a.box, b.box);
+  const std::int32_t height = 1 + std::max(a.height, b.height);
+  if (height == node.height && box.lower == node.box.lower && box.upper == node.box.upper) {
+    return false;
+  }
+  node.box = box;
+  node.height = height;
+  return true;
+}
+
+/// Fits a node and those above it, as far as anything changes.
+template <Scalar S>
+void AabbTree<S>::fit_upwards(NodeId id) {
+  while (id != null && fit(id)) id = nodes_[id].parent;
+}
+
+/// Exchanges a child with a grandchild from the other side where that makes the child's box
+/// smaller; the node's own box stays.
+template <Scalar S>
+void AabbTree<S>::rotate(NodeId id) {
+  NodeId best_child = null;
+  NodeId best_grandchild = null;
+  S best_gain = S(0);
+  for (std::size_t side = 0; side < 2; ++side) {
+    const NodeId child = nodes_[id].child[side];
+    const NodeId other = nodes_[id].child[1 - side];
+    if (nodes_[other].is_leaf()) continue;
+    const S cost = detail::tree_cost(nodes_[other].box);
+    for (std::size_t i = 0; i < 2; ++i) {
+      const NodeId stays = nodes_[other].child[1 - i];
+      const S gain = cost - detail::merged_cost(nodes_[child].box, nodes_[stays].box);
+      if (gain > best_gain) {
+        best_gain = gain;
+        best_child = child;
+        best_grandchild = nodes_[other].child[i];
+      }
+    }
+  }
+  if (best_child == null) return;
+  const NodeId other = nodes_[best_grandchild].parent;
+  swap_subtrees(best_child, best_grandchild);
+  fit(other);
+  fit(id);
+}
+
+template <Scalar S>
+void AabbTree<S>::swap_subtrees(NodeId a, NodeId b) {
+  const NodeId parent_a = nodes_[a].parent;
+  const NodeId parent_b = nodes_[b].parent;
+  auto& slot_a = nodes_[parent_a].child;
+  auto& slot_b = nodes_[parent_b].child;
+  slot_a[slot_a[0] == a ? 0 : 1] = b;
+  slot_b[slot_b[0] == b ? 0 : 1] = a;
+  nodes_[a].parent = parent_b;
+  nodes_[b].parent = parent_a;
+}
+
+/// Builds all inner nodes anew over the leaves there are.
+template <Scalar S>
+void AabbTree<S>::rebuild() {
+  order_.clear();
+  for (NodeId id = 0; id < nodes_.size(); ++id) {
+    if (nodes_[id].height > 0) release(id);
+    if (nodes_[id].height == 0) order_.push_back({id});
+  }
+  root_ = order_.empty() ? null : build_range(order_, 0);
+  if (root_ != null) nodes_[root_].parent = null;
+}
+
+template <Scalar S>
+auto AabbTree<S>::build_range(std::span<detail::SplitLeaf<S>> leaves, int depth) -> NodeId {
+  if (leaves.size() == 1) return leaves.front().number;
+  const NodeId id = allocate();
+  const auto box_of = [this](NodeId leaf) -> const Aabb<S>& { return nodes_[leaf].box; };
+  // From half the height on, halves: 2^32 leaves then end at the full height.
+  const std::size_t middle = depth < max_height / 2 ? detail::split_by_surface<S>(leaves, box_of)
+                                                    : detail::split_in_halves<S>(leaves, box_of);
+  const NodeId a = build_range(leaves.first(middle), depth + 1);
+  const NodeId b = build_range(leaves.subspan(middle), depth + 1);
+  nodes_[id].child = {a, b};
+  nodes_[a].parent = id;
+  nodes_[b].parent = id;
+  fit(id);
+  return id;
+}
+
+}  // namespace bristle::inline BRISTLE_ABI
+
+#include <algorithm>
+#include <compare>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace bristle::inline BRISTLE_ABI {
+
+/// Two shapes that may touch, by their tags, a < b.
+struct ShapePair {
+  std::uint32_t a = 0;
+  std::uint32_t b = 0;
+
+  friend constexpr auto operator<=>(const ShapePair&, const ShapePair&) = default;
+  friend constexpr bool operator==(const ShapePair&, const ShapePair&) = default;
+};
+
+/// Boxes of all shapes of a world. Tags are small numbers that the caller gives out and reuses.
+template <Scalar S>
+class BroadPhase {
+ public:
+  /// Adds a shape with its box in the world; an infinite box is kept in a list of its own.
+  void insert(std::uint32_t tag, const Aabb<S>& box) {
+    if (entries_.size() <= tag) entries_.resize(tag + 1);
+    mark_stale(tag);
+    Entry& entry = entries_[tag];
+    entry.swept = box;
+    if (is_bounded(box)) {
+      entry.node = tree_.insert(box, tag);
+    } else {
+      unbounded_.insert(std::lower_bound(unbounded_.begin(), unbounded_.end(), tag), tag);
     }
   }
 
-  /// What the sensors felt in the last step; `body` holds the host's numbers as indices.
-  [[nodiscard]] PatchReading<S> reading() const { return patch_.readings.view(); }
+  void remove(std::uint32_t tag) {
+    mark_stale(tag);
+    Entry& entry = entries_[tag];
+    if (entry.node != AabbTree<S>::null) {
+      tree_.remove(entry.node);
+    } else {
+      unbounded_.erase(std::lower_bound(unbounded_.begin(), unbounded_.end(), tag));
+    }
+    entry = Entry{};
+    entry.is_stale = true;
+  }
+
+  /// Sets the box that a shape may reach during the step. The tree keeps a larger one, so that slow
+  /// shapes do not change it every step.
+  /// @param reach   [m] By how much it was grown around the shape for the step.
+  /// @param center  [m] Point from which the shape is followed, and about which it turns.
+  void move(std::uint32_t tag, const Aabb<S>& swept, S reach, const Vec3<S>& center) {
+    Entry& entry = entries_[tag];
+    entry.swept = swept;
+    entry.is_coarse = false;
+    if (entry.node == AabbTree<S>::null) return;
+    fit_tree(entry, tag, center - entry.center, reach);
+    entry.center = center;
+    entry.is_followed = true;
+    const Aabb<S>& box = tree_.box(entry.node);
+    const Vec3<S> margin = Vec3<S>::Constant(reach);
+    entry.room = {center - ((swept.lower - box.lower) + margin),
+                  center + ((box.upper - swept.upper) + margin)};
+    entry.turned = S(0);
+  }
+  /// The same for a shape that is not followed.
+  void move(std::uint32_t tag, const Aabb<S>& swept) {
+    move(tag, swept, S(0), swept.center());
+    entries_[tag].is_followed = false;
+  }
+
+  /// Whether a shape is alone in its box in the tree, and stays there while its points move by
+  /// `reach` [m]: nothing more needs to be known of it then, and all of that box counts as swept.
+  [[nodiscard]] bool stays(std::uint32_t tag, S reach, const Vec3<S>& center) {
+    Entry& entry = entries_[tag];
+    if (!entry.is_followed || has_company(entry) || !is_within(entry, center, reach)) return false;
+    if (!entry.is_coarse) entry.swept = tree_.box(entry.node);
+    entry.is_coarse = true;
+    return true;
+  }
+  /// Whether that is so in this step.
+  [[nodiscard]] bool is_coarse(std::uint32_t tag) const { return entries_[tag].is_coarse; }
+  /// Sets the swept box after all, which will be needed again in the steps to come.
+  void refine(std::uint32_t tag, const Aabb<S>& swept) {
+    Entry& entry = entries_[tag];
+    entry.swept = swept;
+    entry.is_coarse = false;
+    entry.is_needed = true;
+  }
+
+  /// Notes where a shape is after the step.
+  /// @param shift, turn  [m] By how much its centre has moved, and other points about it at most.
+  /// @return Whether its swept box holds it still, as far as that is known.
+  [[nodiscard]] bool settle(std::uint32_t tag, const Vec3<S>& center, S shift, S turn, S reach) {
+    Entry& entry = entries_[tag];
+    entry.turned += turn;
+    return entry.is_coarse ? is_within(entry, center, S(0)) : shift + turn <= reach;
+  }
+
+  /// The box a shape was last given.
+  [[nodiscard]] const Aabb<S>& swept(std::uint32_t tag) const { return entries_[tag].swept; }
+
+  /// Calls visit(tag) -> bool for every shape whose swept box overlaps `box`, until it returns
+  /// false; unbounded shapes come last, in order of their tags.
+  template <typename Visit>
+  void overlap(const Aabb<S>& box, Visit&& visit) const {
+    bool goes_on = true;
+    tree_.overlap(box, [&](std::uint32_t tag) {
+      if (!entries_[tag].swept.overlaps(box)) return true;
+      goes_on = visit(tag);
+      return goes_on;
+    });
+    for (std::size_t i = 0; goes_on && i < unbounded_.size(); ++i) goes_on = visit(unbounded_[i]);
+  }
+
+  /// Appends to `out` every pair of a shape in `moving` with any other that overlaps it and that
+  /// `accept(a, b)` lets through, a < b, sorted, each once.
+  /// @param[in,out] tested  Number of pairs of overlapping boxes, accepted or not.
+  template <typename Accept>
+  void find_pairs(const std::vector<std::uint32_t>& moving, Accept&& accept,
+                  std::vector<ShapePair>& out, std::uint64_t& tested) {
+    for (const std::uint32_t tag : moving) {
+      entries_[tag].is_moving = true;
+      if (!entries_[tag].has_moved) mark_stale(tag);
+      entries_[tag].has_moved = true;
+    }
+    refresh_near();
+    found_.clear();
+    const auto offer = [&](const ShapePair& pair) {
+      ++tested;
+      if (accept(pair.a, pair.b)) found_.push_back(pair);
+    };
+    for (const ShapePair& pair : near_) {
+      const Entry& a = entries_[pair.a];
+      const Entry& b = entries_[pair.b];
+      if ((a.is_moving || b.is_moving) && a.swept.overlaps(b.swept)) offer(pair);
+    }
+    const std::size_t bounded = found_.size();
+    for (const std::uint32_t tag : moving) {
+      const auto offer_with = [&](std::uint32_t other) {
+        // What else moves and is bounded meets this one as one of `unbounded_`; two unbounded ones
+        // meet once.
+        const bool meets_later = entries_[other].is_moving && (is_in_tree(other) || other < tag);
+        if (other != tag && !meets_later) offer(ordered(tag, other));
+        return true;
+      };
+      if (is_in_tree(tag)) {
+        for (const std::uint32_t other : unbounded_) offer(ordered(tag, other));
+      } else {
+        overlap(entries_[tag].swept, offer_with);
+      }
+    }
+    append_sorted(bounded, out);
+    for (const std::uint32_t tag : moving) entries_[tag].is_moving = false;
+  }
+
+  /// Calls visit(tag, max_distance) -> new max_distance for shapes that the ray may meet, nearer
+  /// boxes first, unbounded shapes before all.
+  template <typename Visit>
+  void walk_ray(Ray<S> ray, Visit&& visit) const {
+    for (const std::uint32_t tag : unbounded_) ray.length = visit(tag, ray.length);
+    tree_.walk_ray(ray, visit);
+  }
 
  private:
-  friend class detail::HostSolver<S>;
+  struct Entry {
+    typename AabbTree<S>::NodeId node = AabbTree<S>::null;
+    Aabb<S> swept{};
+    /// [m] Where it was when its box was last given, and where its centre may be without the shape
+    /// leaving its box in the tree.
+    Vec3<S> center = Vec3<S>::Zero();
+    Aabb<S> room{};
+    /// [m] By how much it has turned about its centre since then.
+    S turned = S(0);
+    /// Whether that is known.
+    bool is_followed = false;
+    /// When `near_` last named it.
+    std::uint64_t met_at = 0;
+    /// Whether its swept box was of use since its box in the tree changed.
+    bool is_needed = false;
+    /// Whether `swept` is its box in the tree.
+    bool is_coarse = false;
+    /// Whether the box in the tree is another than `near_` knows.
+    bool is_stale = false;
+    /// Whether it has ever been named as moving; those that never were do not meet each other.
+    bool has_moved = false;
+    /// Scratch of `find_pairs`.
+    bool is_moving = false;
+  };
 
-  template <typename Host>
-  void sense(const Host& host, S dt) {
-    bodies_.clear();
-    note_body(host, body_, dt);
-    patch_.hits.reset(patch_.size());
-    host.cast_rays(body_, patch_.rays(S(0)), patch_.hits);
-    for (std::size_t i = 0; i < patch_.size(); ++i) {
-      if (patch_.hits.is_hit(i)) note_body(host, patch_.hits.tag[i], dt);
+  [[nodiscard]] static bool is_bounded(const Aabb<S>& box) {
+    return (box.upper.array() < infinity<S>).all() && (box.lower.array() > -infinity<S>).all();
+  }
+
+  [[nodiscard]] static ShapePair ordered(std::uint32_t a, std::uint32_t b) {
+    return {std::min(a, b), std::max(a, b)};
+  }
+  [[nodiscard]] bool is_in_tree(std::uint32_t tag) const {
+    return entries_[tag].node != AabbTree<S>::null;
+  }
+
+  /// Whether a shape with its centre at a place, grown by a margin, lies within its box in the
+  /// tree.
+  [[nodiscard]] static bool is_within(const Entry& entry, const Vec3<S>& center, S margin) {
+    const Vec3<S> extra = Vec3<S>::Constant(margin + entry.turned);
+    return entry.room.contains(Aabb<S>{center - extra, center + extra});
+  }
+
+  /// Whether what a shape reaches matters to others, or may.
+  [[nodiscard]] bool has_company(const Entry& entry) const {
+    return entry.is_stale || entry.is_needed || entry.met_at == refreshes_;
+  }
+
+  void mark_stale(std::uint32_t tag) {
+    if (entries_[tag].is_stale) return;
+    entries_[tag].is_stale = true;
+    stale_.push_back(tag);
+  }
+
+  /// Changes the box in the tree where it does not hold the swept one, or is far too large for it.
+  /// @param shift  [m] By how much the shape has moved since the last time, some steps ago.
+  void fit_tree(Entry& entry, std::uint32_t tag, Vec3<S> shift, S reach) {
+    const Aabb<S>& swept = entry.swept;
+    // A surplus of a tenth of the size, and where the shape is going as much as thirty steps take,
+    // but not more than twice its size: a change of the tree costs as much as hundreds of false
+    // pairs. A box left over from a faster step shrinks again once it is several times too large.
+    const S size = swept.half_extents().maxCoeff();
+    const S surplus = S(0.2) * size;
+    const Aabb<S>& box = tree_.box(entry.node);
+    const Vec3<S> spare = (box.upper - box.lower) - (swept.upper - swept.lower);
+    const bool fits = box.contains(swept);
+    if (fits && spare.maxCoeff() <= S(8) * surplus) return;
+    const S distance = shift.norm();
+    if (distance > reach) shift *= reach / distance;
+    Vec3<S> ahead = (S(30) * shift)
+                        .cwiseMin(Vec3<S>::Constant(S(4) * size))
+                        .cwiseMax(Vec3<S>::Constant(S(-4) * size));
+    // What is too fast for its square reaches everywhere, which has no centre.
+    if (!all_finite(ahead)) ahead.setZero();
+    if (fits && (spare - ahead.cwiseAbs()).maxCoeff() <= S(8) * surplus) return;
+    Aabb<S> grown = swept.inflated(surplus);
+    grown.lower += ahead.cwiseMin(Vec3<S>::Zero());
+    grown.upper += ahead.cwiseMax(Vec3<S>::Zero());
+    tree_.update(entry.node, grown);
+    entry.is_needed = false;
+    mark_stale(tag);
+  }
+
+  /// Looks up in the tree what the boxes overlap that changed since the last time.
+  void refresh_near() {
+    if (stale_.empty()) return;
+    found_.clear();
+    for (const ShapePair& pair : near_) {
+      if (!entries_[pair.a].is_stale && !entries_[pair.b].is_stale) found_.push_back(pair);
+    }
+    const std::size_t kept = found_.size();
+    for (const std::uint32_t tag : stale_) {
+      if (!is_in_tree(tag)) continue;
+      tree_.overlap(tree_.box(entries_[tag].node), [&](std::uint32_t other) {
+        const bool is_found_from_other = entries_[other].is_stale && other < tag;
+        const bool may_move = entries_[tag].has_moved || entries_[other].has_moved;
+        if (other != tag && !is_found_from_other && may_move) {
+          found_.push_back(ordered(tag, other));
+        }
+        return true;
+      });
+    }
+    near_.clear();
+    append_sorted(kept, near_);
+    ++refreshes_;
+    for (const ShapePair& pair : near_) {
+      entries_[pair.a].met_at = entries_[pair.b].met_at = refreshes_;
+    }
+    for (const std::uint32_t tag : stale_) entries_[tag].is_stale = false;
+    stale_.clear();
+  }
+
+  /// Appends `found_` to `out` in order. Most of it is: the first `sorted` pairs.
+  void append_sorted(std::size_t sorted, std::vector<ShapePair>& out) {
+    const auto middle = found_.begin() + static_cast<std::ptrdiff_t>(sorted);
+    if (!std::is_sorted(middle, found_.end())) std::sort(middle, found_.end());
+    const std::size_t before = out.size();
+    out.resize(before + found_.size());
+    std::merge(found_.begin(), middle, middle, found_.end(),
+               out.begin() + static_cast<std::ptrdiff_t>(before));
+  }
+
+  AabbTree<S> tree_;
+  std::vector<Entry> entries_;
+  std::vector<std::uint32_t> unbounded_;
+  /// Pairs of bounded shapes whose boxes in the tree overlap and one of which moves, or did,
+  /// sorted.
+  std::vector<ShapePair> near_;
+  std::uint64_t refreshes_ = 0;
+  /// Shapes whose boxes in the tree are not those that `near_` was made from.
+  std::vector<std::uint32_t> stale_;
+  /// Scratch.
+  std::vector<ShapePair> found_;
+};
+
+}  // namespace bristle::inline BRISTLE_ABI
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace bristle::inline BRISTLE_ABI {
+
+/// One point of contact between two bodies.
+template <Scalar S>
+struct CachedPoint {
+  /// [m] From each centre of mass to the point at the start of the step, world axes.
+  Vec3<S> arm_a = Vec3<S>::Zero();
+  Vec3<S> arm_b = Vec3<S>::Zero();
+  /// [m] From these arms to those in the middle of the step: half of what they changed by in the
+  /// last one; zero for a new point.
+  Vec3<S> mid_offset_a = Vec3<S>::Zero();
+  Vec3<S> mid_offset_b = Vec3<S>::Zero();
+  /// [m] Distance of the surfaces; negative where they overlap.
+  S gap = S(0);
+  /// [-] Features that meet here; see `ContactPoint::feature`.
+  std::uint32_t feature = 0;
+  /// [N s] Impulse along the normal, and along the two tangents of `tangent_basis`.
+  std::array<S, 3> impulse{};
+  /// [N s] What of it the next step will not need; see `ContactConstraint::passing`.
+  std::array<S, 3> passing{};
+  /// Whether no contact of the last step tells what to expect of this one.
+  bool is_fresh = true;
+  /// Whether the impulse stopped an approach, and says nothing about the step to come.
+  bool took_impact = false;
+  /// Whether the impulse acts in the middle of the step.
+  bool acts_at_mid = false;
+
+  /// [m] Arms at which the impulse acts.
+  [[nodiscard]] Vec3<S> acting_arm_a() const { return acts_at_mid ? arm_a + mid_offset_a : arm_a; }
+  [[nodiscard]] Vec3<S> acting_arm_b() const { return acts_at_mid ? arm_b + mid_offset_b : arm_b; }
+};
+
+/// Points with one normal between two shapes.
+template <Scalar S>
+struct CachedManifold {
+  ShapePair shapes{};
+  /// [-] Tells manifolds of one pair apart; see `ContactManifold::key`.
+  std::uint32_t key = 0;
+  /// [1] From a to b, world axes.
+  Vec3<S> normal = Vec3<S>::UnitZ();
+  /// [m] a's centre of mass in the world when the contact was found; from it `arm_a` is measured.
+  Vec3<S> center_a = Vec3<S>::Zero();
+  /// [-] Its points are [first, first + count).
+  std::uint32_t first = 0;
+  std::uint32_t count = 0;
+  /// [-] Whether it was carried over from the last step and has no rows in this one.
+  bool is_carried = false;
+};
+
+/// [N s] Friction of a point on b, world axes.
+template <Scalar S>
+[[nodiscard]] Vec3<S> friction_impulse(const CachedManifold<S>& manifold,
+                                       const CachedPoint<S>& point) {
+  Vec3<S> t1, t2;
+  tangent_basis<S>(manifold.normal, t1, t2);
+  return point.impulse[1] * t1 + point.impulse[2] * t2;
+}
+
+/// Two generations of manifolds, sorted by pair. The older one gives its impulses to points of the
+/// younger one with the same pair, key and feature. Where features change names while nothing moves
+/// (corners of equal boxes coincide, and either box may name them) the point in the same place is
+/// taken.
+template <Scalar S>
+class ContactCache {
+ public:
+  /// Where the shapes of a pair stand when their manifolds are added.
+  struct PairFrame {
+    /// [1] Axes of shape a in the world.
+    Mat3<S> R_WS = Mat3<S>::Identity();
+    /// [m] From a's centre of mass to the origin of its shape, world axes.
+    Vec3<S> p_as = Vec3<S>::Zero();
+    /// [m] From a's centre of mass to b's, world axes.
+    Vec3<S> p_ab = Vec3<S>::Zero();
+    /// [m] a's centre of mass in the world.
+    Vec3<S> center_a = Vec3<S>::Zero();
+  };
+
+  /// Starts a new generation, of a step of `dt` [s].
+  void begin_step(S dt) {
+    half_ = S(0.5) * (dt / last_step_);
+    last_step_ = dt;
+    manifolds_.swap(old_manifolds_);
+    points_.swap(old_points_);
+    manifolds_.clear();
+    points_.clear();
+    cursor_ = 0;
+    is_repeated_ = false;
+  }
+
+  /// Makes the present generation stand for one more step, in which nothing changed.
+  void repeat() { is_repeated_ = true; }
+
+  /// Adds the manifolds of one pair; pairs come in ascending order.
+  void add(ShapePair shapes, std::span<const ContactManifold<S>> found, const PairFrame& frame) {
+    for (const ContactManifold<S>& m : found) {
+      CachedManifold<S> cached;
+      cached.shapes = shapes;
+      cached.key = m.key;
+      cached.normal = frame.R_WS * m.normal;
+      cached.center_a = frame.center_a;
+      cached.first = static_cast<std::uint32_t>(points_.size());
+      cached.count = static_cast<std::uint32_t>(m.size);
+      const CachedManifold<S>* old = find_old(shapes, m.key);
+      for (std::size_t i = 0; i < m.size; ++i) {
+        CachedPoint<S>& point = points_.emplace_back();
+        point.arm_a = frame.p_as + frame.R_WS * m.points[i].position;
+        point.arm_b = point.arm_a - frame.p_ab;
+        point.gap = m.points[i].gap;
+        point.feature = m.points[i].feature;
+      }
+      if (old != nullptr) inherit(*old, cached);
+      manifolds_.push_back(cached);
     }
   }
 
-  /// Asks for the state of a body of the host, unless it is known.
-  template <typename Host>
-  void note_body(const Host& host, std::uint32_t number, S dt) {
-    for (const detail::HostEntry<S>& entry : bodies_) {
-      if (entry.number == number) return;
+  /// Takes over, as they were, the manifolds of all pairs before `end` that `keeps(shapes)` wants:
+  /// pairs that are not collided in this step, and still touch.
+  template <typename Keeps>
+  void carry_before(ShapePair end, Keeps&& keeps) {
+    for (; cursor_ < old_manifolds_.size() && old_manifolds_[cursor_].shapes < end; ++cursor_) {
+      const CachedManifold<S>& old = old_manifolds_[cursor_];
+      if (!keeps(old.shapes)) continue;
+      manifolds_.push_back(old);
+      manifolds_.back().first = static_cast<std::uint32_t>(points_.size());
+      manifolds_.back().is_carried = true;
+      points_.insert(points_.end(), old_points_.begin() + old.first,
+                     old_points_.begin() + old.first + old.count);
     }
-    add_body(number, host.body(number), dt);
   }
-  void add_body(std::uint32_t number, const HostBody<S>& state, S dt);
 
-  SensorPatch<S> patch_;
-  std::uint32_t body_;
-  std::vector<detail::HostEntry<S>> bodies_;
-  /// [N s, N m s] On B of each pair; empty where nothing was met.
-  std::vector<Wrench<S>> impulses_;
-  detail::KernelScratch<HostKernels<S>> solver_{host_kernels<S>()};
+  /// Removes the contacts of a shape, so that nothing is inherited by the next one with its tag.
+  void forget(std::uint32_t tag) {
+    forget(tag, manifolds_, points_);
+    forget(tag, old_manifolds_, old_points_);
+  }
+
+  [[nodiscard]] std::vector<CachedManifold<S>>& manifolds() { return manifolds_; }
+  [[nodiscard]] const std::vector<CachedManifold<S>>& manifolds() const { return manifolds_; }
+  [[nodiscard]] std::vector<CachedPoint<S>>& points() { return points_; }
+  [[nodiscard]] const std::vector<CachedPoint<S>>& points() const { return points_; }
+
+  /// [s] Length of the step that the present generation is of.
+  [[nodiscard]] S& last_step() { return last_step_; }
+  [[nodiscard]] const S& last_step() const { return last_step_; }
+
+  /// The generation of the step before.
+  [[nodiscard]] const std::vector<CachedManifold<S>>& last_manifolds() const {
+    return is_repeated_ ? manifolds_ : old_manifolds_;
+  }
+  [[nodiscard]] const std::vector<CachedPoint<S>>& last_points() const {
+    return is_repeated_ ? points_ : old_points_;
+  }
+
+ private:
+  [[nodiscard]] const CachedManifold<S>* find_old(ShapePair shapes, std::uint32_t key) {
+    while (cursor_ < old_manifolds_.size() && old_manifolds_[cursor_].shapes < shapes) ++cursor_;
+    for (std::size_t i = cursor_; i < old_manifolds_.size() && old_manifolds_[i].shapes == shapes;
+         ++i) {
+      if (old_manifolds_[i].key == key) return &old_manifolds_[i];
+    }
+    return nullptr;
+  }
+
+  /// Carries friction over as a vector: the tangents of two nearly equal normals may be opposite.
+  class TangentTurn {
+   public:
+    TangentTurn(const Vec3<S>& from, const Vec3<S>& to) {
+      // Faces at rest keep theirs to the last bit.
+      if (from == to) return;
+      Vec3<S> t1, t2, u1, u2;
+      tangent_basis<S>(from, t1, t2);
+      tangent_basis<S>(to, u1, u2);
+      t1_ = {t1.dot(u1), t1.dot(u2)};
+      t2_ = {t2.dot(u1), t2.dot(u2)};
+    }
+    [[nodiscard]] std::array<S, 3> operator()(const CachedPoint<S>& old) const {
+      const Vec2<S> friction =
+          (old.impulse[1] - old.passing[1]) * t1_ + (old.impulse[2] - old.passing[2]) * t2_;
+      return {old.impulse[0] - old.passing[0], friction.x(), friction.y()};
+    }
+
+   private:
+    Vec2<S> t1_ = Vec2<S>::UnitX();  // The old tangents along the new ones.
+    Vec2<S> t2_ = Vec2<S>::UnitY();
+  };
+
+  /// Gives the points of a manifold the impulses of their predecessors: first by feature, then what
+  /// is left by place.
+  void inherit(const CachedManifold<S>& old, const CachedManifold<S>& young) {
+    const TangentTurn turn(old.normal, young.normal);
+    std::array<bool, ContactManifold<S>::capacity> is_taken{};
+    std::uint32_t fresh = young.count;
+    const auto match = [&](const auto& is_same) {
+      for (std::uint32_t i = 0; i < young.count; ++i) {
+        CachedPoint<S>& point = points_[young.first + i];
+        // Points mostly keep their order: what stood in this one's place is asked first.
+        std::uint32_t k = i < old.count ? i : 0;
+        for (std::uint32_t asked = 0; asked < old.count && point.is_fresh; ++asked) {
+          const CachedPoint<S>& other = old_points_[old.first + k];
+          if (!is_taken[k] && !other.took_impact && is_same(point, other)) {
+            is_taken[k] = true;
+            point.is_fresh = false;
+            point.impulse = turn(other);
+            point.mid_offset_a = mid_offset(point.arm_a, other.arm_a);
+            point.mid_offset_b = mid_offset(point.arm_b, other.arm_b);
+            --fresh;
+          }
+          k = k + 1 < old.count ? k + 1 : 0;
+        }
+      }
+    };
+    match([](const CachedPoint<S>& a, const CachedPoint<S>& b) { return a.feature == b.feature; });
+    if (fresh == 0) return;
+    // A hundredth of the patch is much more than resting points move and much less than they are
+    // apart.
+    S extent2 = S(0);
+    for (std::uint32_t k = 0; k < old.count; ++k) {
+      extent2 = std::max(
+          extent2, (old_points_[old.first + k].arm_a - old_points_[old.first].arm_a).squaredNorm());
+    }
+    match([&](const CachedPoint<S>& a, const CachedPoint<S>& b) {
+      return (a.arm_a - b.arm_a).squaredNorm() <= S(1e-4) * extent2;
+    });
+  }
+
+  /// Half of what an arm will change by if it goes on as in the last step.
+  [[nodiscard]] Vec3<S> mid_offset(const Vec3<S>& arm, const Vec3<S>& last) const {
+    const Vec3<S> offset = half_ * (arm - last);
+    // No turn moves an arm by more than this, whatever the steps' lengths say.
+    return offset.squaredNorm() <= arm.squaredNorm() ? offset : Vec3<S>::Zero();
+  }
+
+  static void forget(std::uint32_t tag, std::vector<CachedManifold<S>>& manifolds,
+                     std::vector<CachedPoint<S>>& points) {
+    std::size_t kept = 0;
+    std::uint32_t end = 0;
+    for (CachedManifold<S> m : manifolds) {
+      if (m.shapes.a == tag || m.shapes.b == tag) continue;
+      std::copy_n(points.begin() + m.first, m.count, points.begin() + end);
+      m.first = end;
+      end += m.count;
+      manifolds[kept++] = m;
+    }
+    manifolds.resize(kept);
+    points.resize(end);
+  }
+
+  std::vector<CachedManifold<S>> manifolds_, old_manifolds_;
+  std::vector<CachedPoint<S>> points_, old_points_;
+  std::size_t cursor_ = 0;
+  bool is_repeated_ = false;
+  S last_step_ = S(1);
+  S half_ = S(0.5);  // Half of this step as a multiple of the last one.
+};
+
+}  // namespace bristle::inline BRISTLE_ABI
+
+#include <algorithm>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace bristle::inline BRISTLE_ABI {
+
+/// What happened to a touch in the last step.
+enum class ContactPhase {
+  /// They touch and did not in the step before.
+  begin,
+  /// They touched in both.
+  persist,
+  /// They touched in the step before, and do no more; also because one of them was removed.
+  end
+};
+
+/// Two shapes whose touch began, went on or ended. Shapes *touch* in a step when one of their
+/// contacts exchanged an impulse along its normal, or had a gap <= 0 when the step began.
+struct ContactEvent {
+  ContactPhase phase = ContactPhase::begin;
+  /// [-] The shapes, in the order of their slots, and their bodies. After an end, they may name
+  /// what is gone.
+  ShapeId shape_a{};
+  ShapeId shape_b{};
+  BodyId body_a{};
+  BodyId body_b{};
+};
+
+/// One point where two shapes met in the last step. World axes.
+template <Scalar S>
+struct ContactPointReading {
+  /// [m] Where, when the step began.
+  Vec3<S> position = Vec3<S>::Zero();
+  /// [1] From shape a to shape b.
+  Vec3<S> normal = Vec3<S>::UnitZ();
+  /// [m] Distance of the surfaces when the step began; negative where they overlap.
+  S gap = S(0);
+  /// [N s] Impulse on b along the normal, >= 0.
+  S normal_impulse = S(0);
+  /// [N s] Impulse of friction on b.
+  Vec3<S> friction_impulse = Vec3<S>::Zero();
+};
+
+/// All contacts of two shapes in the last step. Valid until the world changes.
+template <Scalar S>
+class ContactReading {
+ public:
+  /// [-] The shapes, in the order of their slots, and their bodies.
+  ShapeId shape_a{};
+  ShapeId shape_b{};
+  BodyId body_a{};
+  BodyId body_b{};
+
+  /// @param manifolds  All those of the two shapes, of which there is at least one.
+  ContactReading(std::span<const CachedManifold<S>> manifolds,
+                 const std::vector<CachedPoint<S>>& points)
+      : manifolds_(manifolds), points_(&points) {}
+
+  /// Whether they touch, as `ContactEvent` has it.
+  [[nodiscard]] bool is_touching() const;
+
+  /// Calls visit(const ContactPointReading<S>&) for each point.
+  template <typename Visit>
+  void for_each_point(Visit&& visit) const;
+
+  /// [N s, N m s] Total impulse on b about a point [m] of the world; on a acts its negative.
+  [[nodiscard]] Wrench<S> impulse_about(const Vec3<S>& point) const;
+
+  /// [N s, N m s] Total impulse on body a or b about its centre of mass as it was when the step
+  /// began: by how much they changed its momentum and its angular momentum, to round-off.
+  [[nodiscard]] Wrench<S> impulse_on_a() const;
+  [[nodiscard]] Wrench<S> impulse_on_b() const;
+
+ private:
+  /// Sums over points with the arm that `arm_of(manifold, point)` gives.
+  template <typename ArmOf>
+  [[nodiscard]] Wrench<S> sum(ArmOf&& arm_of) const;
+
+  std::span<const CachedManifold<S>> manifolds_;
+  const std::vector<CachedPoint<S>>* points_;
+};
+
+// Implementation -----------------------------------------------------------------------------------
+
+namespace detail {
+
+/// [N s] Impulse of one point on b, world axes.
+template <Scalar S>
+[[nodiscard]] Vec3<S> point_impulse(const CachedManifold<S>& m, const CachedPoint<S>& point) {
+  return point.impulse[0] * m.normal + friction_impulse(m, point);
+}
+
+/// Manifolds of the pair that the list holds from `first` on.
+template <Scalar S>
+[[nodiscard]] std::span<const CachedManifold<S>> same_pair(
+    const std::vector<CachedManifold<S>>& manifolds, std::size_t first) {
+  std::size_t end = first;
+  while (end < manifolds.size() && manifolds[end].shapes == manifolds[first].shapes) ++end;
+  return std::span(manifolds).subspan(first, end - first);
+}
+
+template <Scalar S>
+[[nodiscard]] bool touches(std::span<const CachedManifold<S>> manifolds,
+                           const std::vector<CachedPoint<S>>& points) {
+  for (const CachedManifold<S>& m : manifolds) {
+    for (std::uint32_t i = m.first; i < m.first + m.count; ++i) {
+      if (points[i].impulse[0] > S(0) || points[i].gap <= S(0)) return true;
+    }
+  }
+  return false;
+}
+
+/// Calls visit(shapes, touched, touches) for each pair that touches now or did in the step before,
+/// in ascending order.
+template <Scalar S, typename Visit>
+void for_each_touch(const ContactCache<S>& cache, Visit&& visit) {
+  const std::vector<CachedManifold<S>>& before = cache.last_manifolds();
+  const std::vector<CachedManifold<S>>& now = cache.manifolds();
+  std::size_t i = 0;
+  std::size_t k = 0;
+  while (i < before.size() || k < now.size()) {
+    const bool is_old =
+        i < before.size() && (k == now.size() || !(now[k].shapes < before[i].shapes));
+    const bool is_new =
+        k < now.size() && (i == before.size() || !(before[i].shapes < now[k].shapes));
+    const ShapePair shapes = is_old ? before[i].shapes : now[k].shapes;
+    bool touched = false;
+    bool touches_now = false;
+    if (is_old) {
+      const auto manifolds = same_pair(before, i);
+      touched = touches(manifolds, cache.last_points());
+      i += manifolds.size();
+    }
+    if (is_new) {
+      const auto manifolds = same_pair(now, k);
+      touches_now = touches(manifolds, cache.points());
+      k += manifolds.size();
+    }
+    if (touched || touches_now) visit(shapes, touched, touches_now);
+  }
+}
+
+}  // namespace detail
+
+template <Scalar S>
+bool ContactReading<S>::is_touching() const {
+  return detail::touches(manifolds_, *points_);
+}
+
+template <Scalar S>
+template <typename Visit>
+void ContactReading<S>::for_each_point(Visit&& visit) const {
+  for (const CachedManifold<S>& m : manifolds_) {
+    for (std::uint32_t i = m.first; i < m.first + m.count; ++i) {
+      const CachedPoint<S>& point = (*points_)[i];
+      visit(ContactPointReading<S>{m.center_a + point.arm_a, m.normal, point.gap, point.impulse[0],
+                                   friction_impulse(m, point)});
+    }
+  }
+}
+
+template <Scalar S>
+template <typename ArmOf>
+Wrench<S> ContactReading<S>::sum(ArmOf&& arm_of) const {
+  Wrench<S> total;
+  for (const CachedManifold<S>& m : manifolds_) {
+    for (std::uint32_t i = m.first; i < m.first + m.count; ++i) {
+      const CachedPoint<S>& point = (*points_)[i];
+      total += Wrench<S>::at(arm_of(m, point), detail::point_impulse(m, point));
+    }
+  }
+  return total;
+}
+
+template <Scalar S>
+Wrench<S> ContactReading<S>::impulse_about(const Vec3<S>& point) const {
+  return sum([&](const CachedManifold<S>& m, const CachedPoint<S>& p) -> Vec3<S> {
+    return m.center_a - point + p.acting_arm_a();
+  });
+}
+
+template <Scalar S>
+Wrench<S> ContactReading<S>::impulse_on_a() const {
+  return -sum([](const CachedManifold<S>&, const CachedPoint<S>& p) { return p.acting_arm_a(); });
+}
+
+template <Scalar S>
+Wrench<S> ContactReading<S>::impulse_on_b() const {
+  return sum([](const CachedManifold<S>&, const CachedPoint<S>& p) { return p.acting_arm_b(); });
+}
+
+}  // namespace bristle::inline BRISTLE_ABI
+
+// === bristle/world/haptic_loop.hpp
+
+/// @file
+/// A haptic loop: sensors on tools that a user holds, sensed more often than the world steps.
+///
+///     HapticLoop<double> loop({.ticks = 16});
+///     const ToolId tool = loop.add_tool(stylus);  // a kinematic body
+///     loop.add_patch(tool, patch);
+///     world.open(loop);
+///     for (;;) {
+///       for (int i = 0; i < 16; ++i) {
+///         loop.move(tool, device.pose());
+///         loop.tick();
+///         device.send(loop.wrench(tool));
+///       }
+///       world.step(loop);
+///     }
+///
+/// Ticks run ahead of the world: the bodies near a tool are predicted from the state in which the
+/// last step left them (haptic_body.hpp), each tick evaluates the law of the loop's patches and
+/// moves them on, and the step then gives the bodies of the world the sum of all impulses. Rays are
+/// cast in each tick, or once a step (`PatchDef::cast_every` counts ticks here). A tick looks at
+/// the loop alone. docs/decisions/0024-haptic-ticks.md says why it is built this way.
+// SPDX-License-Identifier: BSD-3-Clause
+
+// === bristle/world/haptic_body.hpp
+
+/// @file
+/// A body near a haptic tool, ahead of the world: how the ticks of a loop move it.
+// SPDX-License-Identifier: BSD-3-Clause
+
+// === bristle/dynamics/integrator.hpp
+
+/// @file
+/// Free velocities, and poses from velocities.
+///
+/// The turn of a body in one step keeps angular momentum exactly and kinetic energy to round-off:
+/// the discrete Moser-Veselov equation of the free top with preprocessed inertia (Hairer and
+/// Vilmart 2006, "Preprocessed discrete Moser-Veselov algorithm for the full dynamics of a rigid
+/// body"), fourth order in the step, in parts of at most a radian where the body spins faster.
+// SPDX-License-Identifier: BSD-3-Clause
+
+namespace bristle::inline BRISTLE_ABI {
+
+/// Velocities of a body after the forces known at the start of the step: gravity and what the
+/// caller applies. The gyroscopic torque is not among them; `step_pose` accounts for it exactly.
+template <Scalar S>
+[[nodiscard]] Twist<S> free_twist(const Body<S>& body, const Vec3<S>& gravity, S dt) {
+  Twist<S> result = body.twist;
+  if (!body.is_dynamic()) return result;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const auto i = static_cast<Eigen::Index>(k);
+    if (body.locked.linear[k]) continue;
+    result.linear[i] +=
+        dt * (body.gravity_scale * gravity[i] + body.inverse_mass * body.applied.force[i]);
+  }
+  if (body.applied.torque != Vec3<S>::Zero()) {
+    result.angular += dt * (body.inverse_inertia_W() * body.applied.torque);
+  }
+  return result;
+}
+
+/// Moves a body by one step.
+///
+/// A dynamic body keeps its angular momentum, so its angular velocity, which comes in as at the old
+/// attitude, changes as it turns.
+/// @param motion  [m/s, rad/s] Displacement divided by the step, at the old attitude.
+template <Scalar S>
+void step_pose(Body<S>& body, const Twist<S>& motion, S dt);
+
+// Implementation -----------------------------------------------------------------------------------
+
+namespace detail {
+
+/// Vector part q of the quaternion of one step of the free top, in body axes: the root of
+/// q0 J q + q x J q = h y / 2 with q0 = sqrt(1 - |q|^2), by Newton. Returns false when the step
+/// turns too far for a root.
+/// @param inertia  [kg m^2] Over any unit, near which it is, as are its inverse and y.
+/// @param y        [kg m^2/s] Body-frame angular momentum.
+template <Scalar S>
+bool solve_top_step(const Mat3<S>& inertia, const Mat3<S>& inverse_inertia, const Vec3<S>& y, S h,
+                    Vec3<S>& q) {
+  using std::sqrt;
+  // Preprocessing: with these modified moments the second-order map is fourth-order.
+  const S trace_inverse = inverse_inertia.trace();
+  const S product = inertia.determinant();
+  const S sum = inertia.trace();
+  const S C = y.squaredNorm() / S(2);
+  const S H = y.dot(inverse_inertia * y) / S(2);
+  const S scale = sum / (S(6) * product);
+  const S s = -trace_inverse * H / S(3) + scale * C;
+  const S d = scale * H - C / (S(3) * product);
+  const Mat3<S> inverse_J = (S(1) + h * h * s) * inverse_inertia + h * h * d * Mat3<S>::Identity();
+  const Mat3<S> J = inverse_J.inverse();
+
+  const Vec3<S> target = (h / S(2)) * y;
+  q = inverse_J * target;
+  const S round_off = Tolerance<S>::round_off();
+  for (int iteration = 0; iteration < 8; ++iteration) {
+    const S rest = S(1) - q.squaredNorm();
+    if (!(rest > S(0.5))) return false;
+    const S q0 = sqrt(rest);
+    const Vec3<S> Jq = J * q;
+    const Vec3<S> residual = q0 * Jq + q.cross(Jq) - target;
+    const Mat3<S> slope = q0 * J - Jq * (q.transpose() / q0) + skew(q) * J - skew(Jq);
+    const Vec3<S> change = slope.inverse() * residual;
+    q -= change;
+    if (change.squaredNorm() <= round_off * round_off * q.squaredNorm()) return true;
+  }
+  return true;
+}
+
+template <Scalar S>
+[[nodiscard]] bool is_isotropic(const Mat3<S>& inertia) {
+  using std::abs;
+  using std::max;
+  const S unequal = max(abs(inertia(1, 1) - inertia(0, 0)), abs(inertia(2, 2) - inertia(0, 0)));
+  const S mixed = max({abs(inertia(1, 0)), abs(inertia(2, 0)), abs(inertia(2, 1))});
+  return max(unequal, mixed) <= Tolerance<S>::round_off() * inertia(0, 0);
+}
+
+/// Turns a body as a free top that has the angular velocity w [rad/s, world axes] now; the body's
+/// own angular momentum stays, its angular velocity follows its attitude. The step is halved until
+/// each part turns by less than a radian, where the map has its root.
+template <Scalar S>
+void turn_free_top(Body<S>& body, const Vec3<S>& w, S dt) {
+  using std::sqrt;
+  Quat<S>& rotation = body.center_pose.rotation;
+  // Over a power of two near the inertia, which scales out of the equation: its third power stays
+  // in range then.
+  const S scale = power_of_two_below(S(body.inertia_B.trace()));
+  const S unit = S(1) / scale;
+  const Mat3<S> inertia = unit * body.inertia_B;
+  const Mat3<S> inverse_inertia = scale * body.inverse_inertia_B;
+  const Mat3<S> R = body.center_pose.rotation_matrix();
+  const Vec3<S> own_L_W = R * (inertia * (R.transpose() * body.twist.angular));
+  const Vec3<S> L_W = rotation * (inertia * (rotation.conjugate() * w));
+  if (!(L_W.squaredNorm() > S(0)) && !(own_L_W.squaredNorm() > S(0))) return;
+  // The fastest that this momentum can ever turn the body, whatever its attitude becomes.
+  const S fastest = dt * L_W.norm() * inverse_inertia.norm();
+  constexpr int most_parts = 4096;
+  int parts = 1;
+  while (S(parts) < fastest && parts < most_parts) parts *= 2;
+  const S h = dt / S(parts);
+  for (int i = 0; i < parts; ++i) {
+    const Vec3<S> y = rotation.conjugate() * L_W;
+    Vec3<S> q;
+    if (solve_top_step(inertia, inverse_inertia, y, h, q)) {
+      const Quat<S> turn(sqrt(S(1) - q.squaredNorm()), q.x(), q.y(), q.z());
+      rotation = unit_product(rotation, turn);
+    } else {
+      // Faster than the parts resolve: momentum is still kept, and energy stays between its bounds.
+      rotation = step_rotation<S>(rotation, rotation * (inverse_inertia * y), h);
+    }
+  }
+  body.twist.angular = rotation * (inverse_inertia * (rotation.conjugate() * own_L_W));
+}
+
+}  // namespace detail
+
+template <Scalar S>
+void step_pose(Body<S>& body, const Twist<S>& motion, S dt) {
+  Transform<S>& X = body.center_pose;
+  X.translation += dt * motion.linear;
+  if (body.is_dynamic() && !body.locked.any_angular() && !detail::is_isotropic(body.inertia_B)) {
+    detail::turn_free_top(body, motion.angular, dt);
+  } else {
+    X.rotation = step_rotation(X.rotation, motion.angular, dt);
+  }
+}
+
+}  // namespace bristle::inline BRISTLE_ABI
+
+// === bristle/math/elimination.hpp
+
+/// @file
+/// Linear equations with a matrix of any kind.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <cmath>
+#include <utility>
+
+namespace bristle::inline BRISTLE_ABI {
+
+/// Makes B the X of A X = B, by elimination with pivots by row; A is used up. Eigen's own takes
+/// blocks, and a compiler longer than the rest of what calls it. Where A is singular X is not
+/// finite.
+template <typename MatrixA, typename MatrixB>
+void eliminate(MatrixA& A, MatrixB& B) {
+  using std::abs;
+  using S = typename MatrixA::Scalar;
+  const Eigen::Index size = A.rows();
+  const Eigen::Index columns = B.cols();
+  for (Eigen::Index k = 0; k < size; ++k) {
+    Eigen::Index pivot = k;
+    for (Eigen::Index i = k + 1; i < size; ++i) {
+      if (abs(A(i, k)) > abs(A(pivot, k))) pivot = i;
+    }
+    for (Eigen::Index j = 0; j < size; ++j) std::swap(A(k, j), A(pivot, j));
+    for (Eigen::Index j = 0; j < columns; ++j) std::swap(B(k, j), B(pivot, j));
+    for (Eigen::Index i = k + 1; i < size; ++i) {
+      const S factor = A(i, k) / A(k, k);
+      for (Eigen::Index j = k + 1; j < size; ++j) A(i, j) -= factor * A(k, j);
+      for (Eigen::Index j = 0; j < columns; ++j) B(i, j) -= factor * B(k, j);
+    }
+  }
+  for (Eigen::Index k = size; k-- > 0;) {
+    for (Eigen::Index j = 0; j < columns; ++j) {
+      for (Eigen::Index i = k + 1; i < size; ++i) B(k, j) -= A(k, i) * B(i, j);
+      B(k, j) /= A(k, k);
+    }
+  }
+}
+
+/// X of A X = B, of sizes that the compiler knows.
+template <Scalar S, int size, int columns, int options>
+[[nodiscard]] Eigen::Matrix<S, size, columns, options> solved(
+    Eigen::Matrix<S, size, size, options> A, Eigen::Matrix<S, size, columns, options> B) {
+  eliminate(A, B);
+  return B;
+}
+
+}  // namespace bristle::inline BRISTLE_ABI
+
+// === bristle/world/held_mobility.hpp
+
+/// @file
+/// How a body answers a push while what held it in the last step holds on.
+///
+/// A haptic loop runs ahead of the world. What it needs to know of the rest of the world is how the
+/// body under the tool gives way: a box in the air by its mass, the same box on a table not at all
+/// downwards, and sideways as long as it sticks no more.
+// SPDX-License-Identifier: BSD-3-Clause
+
+// === bristle/dynamics/joint_rows.hpp
+
+/// @file
+/// The rows that joints become in a step.
+// SPDX-License-Identifier: BSD-3-Clause
+
+// === bristle/dynamics/joint_kinematics.hpp
+
+/// @file
+/// What a joint says of the positions, velocities and accelerations of its two bodies.
+///
+/// Bodies stand at x with axes R, velocity v of the centre of mass and angular velocity w, all in
+/// the world. B's joint origin is P = x_B + r_B, A's is Q = x_A + r_A. A joint keeps c = P - Q at
+/// zero along axes d of A, all three or, where B slides, the two across the slide. Where it lets
+/// nothing turn, it keeps the turn of B's axes from A's at zero too. As r' = w x r,
+///
+///   u = (v_B + w_B x r_B) - (v_A + w_A x r_A)                                          = J v
+///
+/// is the rate of c. Where B slides, r_A goes to P instead of Q and so slides along: its rate is
+/// P' - v_A = u + w_A x r_A. Then u is the rate of c as seen from A, since what c has beyond it,
+/// w_A x c, is what A's axes turn by: (d . c)' = d . (u + w_A x c) + (w_A x d) . c = d . u.
+///
+/// Once more, with (w_A x d) . u = -d . (w_A x u) and the slide of the arm giving another such
+/// term,
+///
+///   (d . u)' = d . [ (v_B' + w_B' x r_B) - (v_A' + w_A' x r_A)                         = J v'
+///                    + w_B x (w_B x r_B) - w_A x (w_A x r_A) - 2 w_A x u ],            = J' v
+///
+/// the centripetal accelerations of both arms and the Coriolis acceleration of the slide. Where all
+/// of u is kept at zero its last term is zero too; it is used there all the same, as that is the
+/// acceleration of c in the axes of A, and one formula serves all joints. w_B - w_A has no such
+/// terms where it is kept at zero altogether. Where B turns about the axis h of A it is kept at
+/// zero across h, in the axes of A again:
+///
+///   (d . (w_B - w_A))' = d . [ w_B' - w_A' - w_A x (w_B - w_A) ].
+///
+/// Rows are kept in world axes: three that hold mean the same in any axes, and where B slides along
+/// d, or turns about it, I - d d^T takes what is along d out of them.
+// SPDX-License-Identifier: BSD-3-Clause
+
+// === bristle/dynamics/joint.hpp
+
+/// @file
+/// Joints between two bodies: what they leave free, what acts on it, what they report.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <array>
+#include <cstdint>
+#include <string>
+
+namespace bristle::inline BRISTLE_ABI {
+
+struct JointTag;
+/// Names a joint of a world.
+using JointId = Id<JointTag>;
+
+/// What a joint leaves free.
+enum class JointKind {
+  /// Nothing.
+  fixed,
+  /// Turning about the x axis of the joint frame.
+  revolute,
+  /// Sliding along the x axis of the joint frame.
+  prismatic,
+  /// Turning about the origin of the joint frame.
+  ball,
+  /// The same within a cone and a range of twist.
+  cone_twist,
+  /// Everything; springs and dampers pull the two joint frames together.
+  six_dof
+};
+
+/// What drives the free axis of a joint.
+enum class DriveMode {
+  /// Nothing.
+  none,
+  /// The velocity target, as far as the force limit lets it.
+  velocity,
+  /// The position target, at up to the speed limit and as far as the force limit lets it.
+  position,
+  /// The position target by a spring and a damper (a PD controller), within the force limit.
+  spring
+};
+
+/// Drive of the free axis of a joint; without one it does nothing.
+template <Scalar S>
+struct JointDrive {
+  /// [-] What is driven.
+  DriveMode mode = DriveMode::none;
+  /// [m/s] or [m] Velocity or position of the joint that is wanted; rad for one that turns.
+  S target = S(0);
+  /// [N] Largest force, >= 0; [N m] torque for one that turns.
+  S max_force = S(0);
+  /// [m/s] Largest speed of a position drive, > 0; rad/s for one that turns. It goes slower where
+  /// it could not brake in time.
+  S max_speed = infinity<S>;
+  /// [N/m], [N s/m] Gains of a spring drive, >= 0: force per distance from the target and per
+  /// velocity, both at the end of the step, so that any gains are stable; N m/rad, N m s/rad for
+  /// one that turns.
+  S stiffness = S(0);
+  S damping = S(0);
+};
+
+/// Spring and damper on the free axis of a joint, always on. Stable for any constants and step.
+template <Scalar S>
+struct JointSpring {
+  /// [N/m] Force per displacement from rest, >= 0; N m/rad for a joint that turns.
+  S stiffness = S(0);
+  /// [N s/m] Force per velocity, >= 0; N m s/rad for a joint that turns.
+  S damping = S(0);
+  /// [m] Position without force; rad for a joint that turns.
+  S rest = S(0);
+};
+
+/// Springs and dampers of a `six_dof` joint between its two frames, along and about the axes of A's
+/// joint frame; without force where the frames coincide.
+template <Scalar S>
+struct JointBushing {
+  /// [N/m; N m/rad] Along x, y, z, then about x, y, z, each >= 0. Turns count as one rotation
+  /// vector.
+  Vec6<S> stiffness = Vec6<S>::Zero();
+  /// [N s/m; N m s/rad] The same per velocity.
+  Vec6<S> damping = Vec6<S>::Zero();
+};
+
+/// [-] How many relative velocities a joint keeps at zero.
+[[nodiscard]] constexpr std::uint32_t locked_rows(JointKind kind) {
+  switch (kind) {
+    case JointKind::fixed:
+      break;
+    case JointKind::revolute:
+    case JointKind::prismatic:
+      return 5;
+    case JointKind::ball:
+    case JointKind::cone_twist:
+      return 3;
+    case JointKind::six_dof:
+      return 0;
+  }
+  return 6;
+}
+
+/// Name of a kind as it stands in messages ("cone_twist").
+[[nodiscard]] constexpr const char* name_of(JointKind kind) {
+  constexpr const char* names[] = {"fixed", "revolute",   "prismatic",
+                                   "ball",  "cone_twist", "six_dof"};
+  return names[static_cast<std::size_t>(kind)];
+}
+
+/// Whether a joint has one free axis, for drives and springs.
+[[nodiscard]] constexpr bool has_free_axis(JointKind kind) {
+  return kind == JointKind::revolute || kind == JointKind::prismatic;
+}
+/// Whether its position is an angle about the x axis of the joint frame.
+[[nodiscard]] constexpr bool has_angle(JointKind kind) {
+  return kind == JointKind::revolute || kind == JointKind::cone_twist;
+}
+
+/// Describes a joint to `World::add_joint`.
+template <Scalar S>
+struct JointDef {
+  /// [-] What it leaves free.
+  JointKind kind = JointKind::fixed;
+  /// [-] Body A. At least one of the two must be dynamic.
+  BodyId body_a{};
+  /// [-] Body B, another than A.
+  BodyId body_b{};
+  /// [m] Pose of the joint frame in the body frame of A.
+  Transform<S> X_AJ{};
+  /// [m] Pose of the joint frame in the body frame of B. The position of a slide is the x
+  /// coordinate of this frame's origin in A's joint frame; that of a joint that turns is the angle
+  /// about x from A's frame to this one, whole turns counted. It starts within half a turn of zero,
+  /// or at the turn nearest to the limits where they leave that out.
+  /// Frames that do not meet when the joint is made are brought together as a position error is,
+  /// mostly within a step, however far apart they are: place the bodies first.
+  Transform<S> X_BJ{};
+  /// [m] Smallest position of the free axis; -infinity for no stop. [rad] for a joint that turns,
+  /// also below -pi; the twist about x of a `cone_twist`.
+  S lower_limit = -infinity<S>;
+  /// [m] Largest position of the free axis; infinity for no stop. [rad] for a joint that turns.
+  S upper_limit = infinity<S>;
+  /// [rad] Largest angle between the x axes of the two frames of a `cone_twist`, > 0; no stop from
+  /// pi on.
+  S swing_limit = infinity<S>;
+  /// [-] What drives the free axis of a `revolute` or `prismatic` joint.
+  JointDrive<S> drive{};
+  /// [-] Passive spring and damper on the free axis of a `revolute` or `prismatic` joint.
+  JointSpring<S> spring{};
+  /// [-] Springs and dampers of a `six_dof` joint.
+  JointBushing<S> bushing{};
+  /// [-] Whether the two bodies still touch each other.
+  bool bodies_collide = false;
+};
+
+/// What a joint did in the last step.
+template <Scalar S>
+struct JointReading {
+  /// [m] Position of the free axis at the end of the step, 0 for a joint without one; [rad] angle
+  /// of a `revolute` and twist of a `cone_twist` joint, whole turns counted.
+  S position = S(0);
+  /// [m/s] Its velocity; rad/s for a joint that turns.
+  S velocity = S(0);
+  /// [rad] Angle between the x axes of the two frames of a `cone_twist`.
+  S swing = S(0);
+  /// [N] Force of the drive on B along the axis; [N m] torque about it.
+  S drive_force = S(0);
+  /// [N, N m] Wrench of the whole joint on B about B's joint frame's origin, world axes.
+  Wrench<S> reaction{};
+  /// [m] How far the origins of the two frames are from each other, and [rad] how far their axes are
+  /// turned, where the joint allows neither, limits apart. More than round-off is left before the
+  /// first step, where a loop cannot be closed, where a step could not close it, and where the axes
+  /// of a hinge are opposite to each other, from where no way is the shortest.
+  S gap = S(0);
+  S tilt = S(0);
+};
+
+/// A joint of a world.
+template <Scalar S>
+struct Joint {
+  JointDef<S> def{};
+  /// Frames about the centres of mass.
+  Transform<S> X_CmA_J{};
+  Transform<S> X_CmB_J{};
+  /// [rad] Angle of a joint that has one, at the end of the last step: it tells whole turns apart.
+  S angle = S(0);
+  /// [N s, N m s] Impulses of the last step, for warm start: up to six locked axes, then drive,
+  /// lower and upper stop, cone.
+  std::array<S, 10> impulses{};
+  /// [N s, N m s] The same of springs, on B about B's joint origin, world axes.
+  Wrench<S> spring_impulse{};
+  /// [N s, N m s] All of them on B about B's joint origin, world axes of the step they acted in.
+  Wrench<S> total{};
+  /// [-] First of this step's blocks, and how many.
+  std::uint32_t first_block = 0;
+  std::uint32_t block_count = 0;
+  /// [-] This step's soft block, whether there is one, and whether a step is short for its spring:
+  /// not more than a radian of its oscillation.
+  std::uint32_t soft_block = 0;
+  bool is_sprung = false;
+  bool is_resolved = false;
+};
+
+/// @throws InvalidArgument naming the field, or where a joint of this kind has nothing to drive.
+template <Scalar S>
+void validate(const JointDrive<S>& drive, JointKind kind) {
+  detail::require_finite("JointDrive::target", drive.target);
+  using std::isfinite;
+  // Only a bound, which may be the largest number there is.
+  detail::require(isfinite(drive.max_force) && drive.max_force >= S(0), "JointDrive::max_force",
+                  drive.max_force, "must be finite and >= 0");
+  detail::require(drive.max_speed > S(0), "JointDrive::max_speed", drive.max_speed, "must be > 0");
+  detail::require_not_negative("JointDrive::stiffness", drive.stiffness);
+  detail::require_not_negative("JointDrive::damping", drive.damping);
+  detail::require(has_free_axis(kind) || drive.mode == DriveMode::none, "JointDef::drive",
+                  name_of(kind), "needs a revolute or prismatic joint");
+}
+
+/// @throws InvalidArgument naming the field.
+template <Scalar S>
+void validate(const JointSpring<S>& spring) {
+  detail::require_not_negative("JointSpring::stiffness", spring.stiffness);
+  detail::require_not_negative("JointSpring::damping", spring.damping);
+  detail::require_finite("JointSpring::rest", spring.rest);
+}
+
+/// @throws InvalidArgument naming the field.
+template <Scalar S>
+void validate(const JointBushing<S>& bushing) {
+  for (Eigen::Index i = 0; i < 6; ++i) {
+    const std::string index = "[" + std::to_string(i) + "]";
+    detail::require_not_negative("JointBushing::stiffness" + index, bushing.stiffness[i]);
+    detail::require_not_negative("JointBushing::damping" + index, bushing.damping[i]);
+  }
+}
+
+/// @throws InvalidArgument naming the field.
+template <Scalar S>
+void validate(const JointDef<S>& def) {
+  const JointKind kind = def.kind;
+  detail::require_all_finite("JointDef::X_AJ.translation", def.X_AJ.translation);
+  detail::require_all_finite("JointDef::X_BJ.translation", def.X_BJ.translation);
+  detail::require_unit<S>("JointDef::X_AJ.rotation", def.X_AJ.rotation);
+  detail::require_unit<S>("JointDef::X_BJ.rotation", def.X_BJ.rotation);
+  detail::require(def.lower_limit <= def.upper_limit, "JointDef::lower_limit", def.lower_limit,
+                  "must be <= upper_limit");
+  detail::require(def.lower_limit < infinity<S>, "JointDef::lower_limit", def.lower_limit,
+                  "must be < infinity");
+  detail::require(def.upper_limit > -infinity<S>, "JointDef::upper_limit", def.upper_limit,
+                  "must be > -infinity");
+  const bool has_position = has_free_axis(kind) || has_angle(kind);
+  detail::require(has_position || def.lower_limit == -infinity<S>, "JointDef::lower_limit",
+                  def.lower_limit, "needs a revolute, prismatic or cone_twist joint");
+  detail::require(has_position || def.upper_limit == infinity<S>, "JointDef::upper_limit",
+                  def.upper_limit, "needs a revolute, prismatic or cone_twist joint");
+  detail::require(def.swing_limit > S(0), "JointDef::swing_limit", def.swing_limit, "must be > 0");
+  detail::require(kind == JointKind::cone_twist || def.swing_limit == infinity<S>,
+                  "JointDef::swing_limit", def.swing_limit, "needs a cone_twist joint");
+  validate(def.drive, kind);
+  validate(def.spring);
+  detail::require(
+      has_free_axis(kind) || (def.spring.stiffness == S(0) && def.spring.damping == S(0)),
+      "JointDef::spring", def.spring.stiffness, "needs a revolute or prismatic joint");
+  validate(def.bushing);
+  detail::require(kind == JointKind::six_dof ||
+                      (def.bushing.stiffness.isZero(S(0)) && def.bushing.damping.isZero(S(0))),
+                  "JointDef::bushing", def.bushing.stiffness.maxCoeff(), "needs a six_dof joint");
+}
+
+}  // namespace bristle::inline BRISTLE_ABI
+
+#include <cstdint>
+
+namespace bristle::inline BRISTLE_ABI {
+
+/// A joint of a mechanism, between two of its bodies.
+template <Scalar S>
+struct JointFlowJoint {
+  /// [-] What it leaves free.
+  JointKind kind = JointKind::fixed;
+  /// [-] Numbers of its bodies.
+  std::uint32_t body_a = 0;
+  std::uint32_t body_b = 0;
+  /// [m] Joint frames about the centres of mass, along the bodies' axes.
+  Transform<S> X_CmA_J{};
+  Transform<S> X_CmB_J{};
+  /// [-] Spring and damper on its free axis, if it has one.
+  JointSpring<S> spring{};
+  /// [rad] Angle at the start of the step, to within half a turn, of a hinge with a spring.
+  S angle = S(0);
+
+  [[nodiscard]] bool has_spring() const { return spring.stiffness > S(0) || spring.damping > S(0); }
+};
+
+/// Where a body is and how it moves at one instant.
+template <Scalar S>
+struct BodyInstant {
+  /// [m] Centre of mass.
+  Vec3<S> x = Vec3<S>::Zero();
+  /// [1] Axes of the body.
+  Quat<S> q = Quat<S>::Identity();
+  Mat3<S> R = Mat3<S>::Identity();
+  /// [m/s, rad/s] Velocity of the centre of mass and angular velocity.
+  Twist<S> twist{};
+
+  /// Sets the axes from a quaternion of any length but zero.
+  void set_axes(const Quat<S>& rotation);
+};
+
+/// The geometry of a joint at one instant, world axes.
+template <Scalar S>
+struct JointInstant {
+  /// [m] From the centres of mass to the joint origins; that of A to B's origin where B slides, or
+  /// where other joints connect the two bodies, too.
+  Vec3<S> arm_a = Vec3<S>::Zero();
+  Vec3<S> arm_b = Vec3<S>::Zero();
+  /// [1] Along what B slides; zero where it does not.
+  Vec3<S> slide = Vec3<S>::Zero();
+  /// [1] About what B turns; zero where it does not, or about any axis.
+  Vec3<S> hinge = Vec3<S>::Zero();
+};
+
+/// Whether a joint lets its bodies slide, turn about one axis, or turn about all, relative to each
+/// other.
+[[nodiscard]] constexpr bool lets_slide(JointKind kind) { return kind == JointKind::prismatic; }
+[[nodiscard]] constexpr bool lets_hinge(JointKind kind) { return kind == JointKind::revolute; }
+[[nodiscard]] constexpr bool lets_turn(JointKind kind) {
+  return kind == JointKind::ball || kind == JointKind::cone_twist;
+}
+
+/// A vector without its part along the unit vector d.
+template <Scalar S>
+[[nodiscard]] Vec3<S> across(const Vec3<S>& d, const Vec3<S>& u) {
+  return u - d.dot(u) * d;
+}
+
+template <Scalar S>
+[[nodiscard]] JointInstant<S> joint_instant(const JointFlowJoint<S>& joint, const BodyInstant<S>& a,
+                                            const BodyInstant<S>& b);
+
+/// J v: the relative velocity that the joint keeps at zero. Also J times accelerations.
+template <Scalar S>
+[[nodiscard]] Twist<S> held_velocity(JointKind kind, const JointInstant<S>& at, const Twist<S>& a,
+                                     const Twist<S>& b);
+
+/// [m/s^2, rad/s^2] J' v.
+template <Scalar S>
+[[nodiscard]] Twist<S> held_acceleration_bias(JointKind kind, const JointInstant<S>& at,
+                                              const Twist<S>& a, const Twist<S>& b);
+
+/// [m, rad] How far the bodies are from where the joint holds them.
+template <Scalar S>
+[[nodiscard]] Twist<S> held_gap(const JointFlowJoint<S>& joint, const JointInstant<S>& at,
+                                const BodyInstant<S>& a, const BodyInstant<S>& b);
+
+/// [m or rad] Position along or about the free axis.
+/// @param guess  [rad] Angle of a hinge to within half a turn.
+template <Scalar S>
+[[nodiscard]] S axis_position(const JointFlowJoint<S>& joint, const JointInstant<S>& at,
+                              const BodyInstant<S>& a, const BodyInstant<S>& b, S guess);
+
+/// [m/s or rad/s] Its rate.
+template <Scalar S>
+[[nodiscard]] S axis_rate(const JointInstant<S>& at, const Twist<S>& a, const Twist<S>& b);
+
+// Implementation -----------------------------------------------------------------------------------
+
+template <Scalar S>
+void BodyInstant<S>::set_axes(const Quat<S>& rotation) {
+  q = rotation;
+  // Divided by the squared length, which no root needs: within a Runge-Kutta step quaternions are
+  // not of length one.
+  const S k = S(2) / q.squaredNorm();
+  const S x2 = k * q.x(), y2 = k * q.y(), z2 = k * q.z();
+  const S wx = x2 * q.w(), wy = y2 * q.w(), wz = z2 * q.w();
+  const S xx = x2 * q.x(), xy = y2 * q.x(), xz = z2 * q.x();
+  const S yy = y2 * q.y(), yz = z2 * q.y(), zz = z2 * q.z();
+  R(0, 0) = S(1) - (yy + zz);
+  R(0, 1) = xy - wz;
+  R(0, 2) = xz + wy;
+  R(1, 0) = xy + wz;
+  R(1, 1) = S(1) - (xx + zz);
+  R(1, 2) = yz - wx;
+  R(2, 0) = xz - wy;
+  R(2, 1) = yz + wx;
+  R(2, 2) = S(1) - (xx + yy);
+}
+
+template <Scalar S>
+JointInstant<S> joint_instant(const JointFlowJoint<S>& joint, const BodyInstant<S>& a,
+                              const BodyInstant<S>& b) {
+  JointInstant<S> at;
+  at.arm_b = b.R * joint.X_CmB_J.translation;
+  if (lets_slide(joint.kind)) {
+    at.arm_a = (b.x - a.x) + at.arm_b;
+    at.slide = a.R * (joint.X_CmA_J.rotation * Vec3<S>::UnitX());
+  } else {
+    at.arm_a = a.R * joint.X_CmA_J.translation;
+  }
+  if (lets_hinge(joint.kind)) at.hinge = a.R * (joint.X_CmA_J.rotation * Vec3<S>::UnitX());
+  return at;
+}
+
+template <Scalar S>
+Twist<S> held_velocity(JointKind kind, const JointInstant<S>& at, const Twist<S>& a,
+                       const Twist<S>& b) {
+  const Vec3<S> u = (b.linear - a.linear) + b.angular.cross(at.arm_b) - a.angular.cross(at.arm_a);
+  if (lets_turn(kind)) return {u, Vec3<S>::Zero()};
+  const Vec3<S> w = b.angular - a.angular;
+  return {lets_slide(kind) ? across(at.slide, u) : u, lets_hinge(kind) ? across(at.hinge, w) : w};
+}
+
+template <Scalar S>
+Twist<S> held_acceleration_bias(JointKind kind, const JointInstant<S>& at, const Twist<S>& a,
+                                const Twist<S>& b) {
+  const Vec3<S> turn_a = a.angular.cross(at.arm_a);
+  const Vec3<S> turn_b = b.angular.cross(at.arm_b);
+  const Vec3<S> u = (b.linear - a.linear) + turn_b - turn_a;
+  const Vec3<S> bias = b.angular.cross(turn_b) - a.angular.cross(turn_a + S(2) * u);
+  if (lets_slide(kind)) return {across(at.slide, bias), Vec3<S>::Zero()};
+  if (!lets_hinge(kind)) return {bias, Vec3<S>::Zero()};
+  return {bias, across(at.hinge, Vec3<S>(b.angular.cross(a.angular)))};
+}
+
+template <Scalar S>
+Twist<S> held_gap(const JointFlowJoint<S>& joint, const JointInstant<S>& at,
+                  const BodyInstant<S>& a, const BodyInstant<S>& b) {
+  // Centres of mass are subtracted first, so nothing is lost far from the world's origin.
+  const Vec3<S> c = (b.x - a.x) + (at.arm_b - a.R * joint.X_CmA_J.translation);
+  if (lets_turn(joint.kind)) return {c, Vec3<S>::Zero()};
+  if (lets_hinge(joint.kind)) {
+    const Vec3<S> axis_b = b.R * (joint.X_CmB_J.rotation * Vec3<S>::UnitX());
+    return {c, shortest_turn<S>(at.hinge, axis_b)};
+  }
+  const Quat<S> turn = (b.q * joint.X_CmB_J.rotation) * (a.q * joint.X_CmA_J.rotation).conjugate();
+  return {lets_slide(joint.kind) ? across(at.slide, c) : c, log_rotation<S>(turn)};
+}
+
+template <Scalar S>
+S axis_position(const JointFlowJoint<S>& joint, const JointInstant<S>& at, const BodyInstant<S>& a,
+                const BodyInstant<S>& b, S guess) {
+  using std::atan2;
+  if (lets_hinge(joint.kind)) {
+    const Quat<S> turn_J =
+        (a.q * joint.X_CmA_J.rotation).conjugate() * (b.q * joint.X_CmB_J.rotation);
+    return nearest_turn(S(2) * atan2(turn_J.x(), turn_J.w()), guess);
+  }
+  return at.slide.dot((b.x - a.x) + (at.arm_b - a.R * joint.X_CmA_J.translation));
+}
+
+template <Scalar S>
+S axis_rate(const JointInstant<S>& at, const Twist<S>& a, const Twist<S>& b) {
+  // One of the two axes is zero.
+  return at.slide.dot(b.at(at.arm_b) - a.at(at.arm_a)) + at.hinge.dot(b.angular - a.angular);
+}
+
+}  // namespace bristle::inline BRISTLE_ABI
+
+// === bristle/dynamics/joint_pose.hpp
+
+/// @file
+/// Where the two frames of a joint stand to each other.
+///
+/// B's frame is turned from A's by q = swing * twist: first about the common x axis, then about an
+/// axis across it. The twist is 2 atan2(q_x, q_w); with a and b the x axes of both frames its rate
+/// is (a + b) . w / (1 + a . b), w the angular velocity of B relative to A. The swing is the angle
+/// between a and b; its rate is w . (a x b) / |a x b|.
+// SPDX-License-Identifier: BSD-3-Clause
+
+// === bristle/dynamics/constraint.hpp
+
+/// @file
+/// Velocity constraints of joints as rows in blocks, and the exact solution of one block.
+///
+/// The sequential and the proximal solver differ only in how an impulse of one block changes the
+/// velocities of the others; what a block wants is here.
+// SPDX-License-Identifier: BSD-3-Clause
+
+// === bristle/dynamics/contact_constraint.hpp
+
+/// @file
+/// One point of contact as the solvers see it, and the exact solution of it alone.
+///
+/// Velocities and positions are two complementarity problems with one matrix (docs/solver.md): the
+/// impulse `impulse` keeps the surfaces from approaching at the end of the step, and the share
+/// `placed` of it that acts early enough to move the bodies within the step keeps them from
+/// overlapping. For a contact at rest the second is half of the first.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <array>
+#include <cmath>
+#include <cstdint>
+
+namespace bristle::inline BRISTLE_ABI {
+
+/// [1] Share of a row's response below which nothing is left of it but round-off, once other rows
+/// hold: a thousand roundings, for what elimination adds up.
+template <Scalar S>
+inline constexpr S no_mobility = S(1000) * Tolerance<S>::round_off();
+
+/// A point of contact between bodies A and B: impulses on B along the normal (from A to B) and two
+/// tangents.
+template <Scalar S>
+struct ContactConstraint {
+  /// [-] Slots of the two bodies.
+  std::uint32_t body_a = 0;
+  std::uint32_t body_b = 0;
+  /// [m] From each centre of mass to the point, world axes: at the instant at which its impulse
+  /// acts (`time_contact`).
+  Vec3<S> arm_a = Vec3<S>::Zero();
+  Vec3<S> arm_b = Vec3<S>::Zero();
+  /// [-] Number of its `CachedPoint`.
+  std::uint32_t point = 0;
+  /// [m/s] Velocity along the axes that surfaces which stay together have at the end of the step,
+  /// as these arms see it: not zero, since the arms go on turning.
+  std::array<S, 3> bias{};
+  /// [1] Normal and two tangents, world axes.
+  std::array<Vec3<S>, 3> axes{Vec3<S>::Zero(), Vec3<S>::Zero(), Vec3<S>::Zero()};
+  /// [1] Coulomb friction coefficient and coefficient of restitution.
+  S friction = S(0);
+  S restitution = S(0);
+  /// [m] Distance of the surfaces at the start of the step.
+  S gap = S(0);
+  /// [m/s] Least normal velocity at the end of the step.
+  S target = S(0);
+  /// [N s] Impulse along the axes.
+  std::array<S, 3> impulse{};
+  /// [N s] What of it answers the velocities that the step started with, where that is known. They
+  /// are gone at its end: the next step needs that much less.
+  std::array<S, 3> passing{};
+  /// [N s] What of the normal impulse moves the bodies within the step, and the least it may be.
+  /// Sweeps over manifolds keep theirs to themselves.
+  S placed = S(0);
+  S least_placed = S(0);
+  /// [1] Share of the step that is left after a bounce, which is the share of its impulse that
+  /// moves the bodies; negative where nothing bounces.
+  S bounce_share = S(-1);
+  /// Whether its bodies bounce or fly apart: an overlap then closes by itself.
+  bool parts = false;
+  /// Whether the impulse of the last step says nothing about this one: a new contact, or one that
+  /// took an impact.
+  bool is_fresh = true;
+  /// Whether it stops an approach in this step rather than carrying a load.
+  bool is_impact = false;
+  /// Whether the motion of the step was found to leave its surfaces apart, so that it cannot press;
+  /// and whether they come together where it does not.
+  bool is_open = false;
+  bool is_shut = false;
+
+  /// [m/s] Velocity of B's material relative to A's at the point.
+  [[nodiscard]] Vec3<S> velocity(const Twist<S>& a, const Twist<S>& b) const {
+    return b.at(arm_b) - a.at(arm_a);
+  }
+  /// [m/s] Its normal part.
+  [[nodiscard]] S normal_velocity(const Twist<S>& a, const Twist<S>& b) const {
+    return axes[0].dot(velocity(a, b));
+  }
+  /// [m/s] Least speed at which the surfaces part at the end of the step.
+  [[nodiscard]] S parting_target() const { return target - bias[0]; }
+  /// [N s] The impulse as a vector of the world.
+  [[nodiscard]] Vec3<S> impulse_W() const {
+    return impulse[0] * axes[0] + impulse[1] * axes[1] + impulse[2] * axes[2];
+  }
+};
+
+/// [1] How far an impulse is from the edge of its friction cone, where surfaces slide: 0 at the edge
+/// and 1 up to nine tenths of the way to it, without a jump that would make small differences large.
+/// @param impulse  [N s] Along the normal and two tangents.
+template <Scalar S>
+[[nodiscard]] S hold_of(const std::array<S, 3>& impulse, const S& friction) {
+  using std::min;
+  using std::sqrt;
+  const S most = friction * impulse[0];
+  const S friction2 = impulse[1] * impulse[1] + impulse[2] * impulse[2];
+  if (!(friction2 < most * most)) return S(0);
+  return friction2 > S(0) ? min(S(1), S(10) * (S(1) - sqrt(friction2) / most)) : S(1);
+}
+
+/// Whether two contacts are between the same bodies along the same axes.
+template <Scalar S>
+[[nodiscard]] bool are_of_one_manifold(const ContactConstraint<S>& c,
+                                       const ContactConstraint<S>& d) {
+  return c.body_a == d.body_a && c.body_b == d.body_b && c.axes[0] == d.axes[0] &&
+         c.friction == d.friction;
+}
+
+/// Response of a contact's velocities along its axes to its impulses, when only its own bodies
+/// move: a symmetric 3x3 matrix.
+template <Scalar S>
+struct ContactResponse {
+  S nn = S(0), n1 = S(0), n2 = S(0), a = S(0), b = S(0), c = S(0);
+  /// Largest eigenvalue of the tangential part [[a, b], [b, c]].
+  S largest = S(0);
+  /// Inverse of that part's determinant, 0 where it is singular, and of `largest` and `nn`, 0 where
+  /// they are.
+  S inverse_determinant = S(0), inverse_largest = S(0), inverse_nn = S(0);
+
+  /// Takes the entries of a symmetric matrix.
+  void set(const Mat3<S>& M) {
+    nn = M(0, 0);
+    n1 = M(0, 1);
+    n2 = M(0, 2);
+    a = M(1, 1);
+    b = M(1, 2);
+    c = M(2, 2);
+  }
+  /// Prepares the solution once the entries are filled.
+  void prepare() {
+    using std::sqrt;
+    largest = S(0.5) * (a + c) + sqrt(S(0.25) * (a - c) * (a - c) + b * b);
+    const S determinant = a * c - b * b;
+    inverse_determinant = determinant > no_mobility<S> * a * c ? S(1) / determinant : S(0);
+    inverse_largest = largest > S(0) ? S(1) / largest : S(0);
+    inverse_nn = nn > S(0) ? S(1) / nn : S(0);
+  }
+};
+
+namespace detail {
+
+/// Impulse change that brings one velocity to its target, 0 where nothing can move.
+template <Scalar S>
+[[nodiscard]] S scalar_change(S residual, S response) {
+  return response > S(0) ? -residual / response : S(0);
+}
+
+/// Friction of a contact: the exact 2x2 solution if it lies in the disk of `radius`; else one
+/// projected-gradient step of length 1 / lambda_max, whose fixed point is the point of the disk's
+/// edge that opposes the slip (Coulomb's direction, also where the 2x2 matrix is not isotropic).
+/// @tparam Response  Has what `ContactResponse` says of the tangential part.
+template <Value T, typename Response>
+BRISTLE_INLINE void solve_friction(const Response& K, const T& v1, const T& v2, const T& radius,
+                                   T& t1, T& t2) {
+  using std::sqrt;
+  const T zero = ScalarOf<T>(0);
+  const T x = t1 - (K.c * v1 - K.b * v2) * K.inverse_determinant;
+  const T y = t2 - (K.a * v2 - K.b * v1) * K.inverse_determinant;
+  const Truth<T> is_regular = K.inverse_determinant > zero;
+  const Truth<T> sticks = is_regular & (x * x + y * y <= radius * radius);
+  if (all(sticks)) {
+    t1 = x;
+    t2 = y;
+    return;
+  }
+  const T u1 = t1 - v1 * K.inverse_largest;
+  const T u2 = t2 - v2 * K.inverse_largest;
+  const T size2 = u1 * u1 + u2 * u2;
+  const T one = ScalarOf<T>(1);
+  const T shrink = select(size2 > radius * radius, radius / sqrt(size2), one);
+  t1 = select(sticks, x, shrink * u1);
+  t2 = select(sticks, y, shrink * u2);
+}
+
+}  // namespace detail
+
+/// Solves one contact with everything else held still.
+/// @param v  [m/s] Velocity at the point as it is now.
+/// @return [N s] Change of the impulse, along the axes.
+template <Scalar S>
+std::array<S, 3> solve_contact(ContactConstraint<S>& c, const ContactResponse<S>& K,
+                               const Vec3<S>& v) {
+  const std::array<S, 3> before = c.impulse;
+  const S wanted = before[0] + (c.target - c.axes[0].dot(v)) * K.inverse_nn;
+  c.impulse[0] = wanted > S(0) ? wanted : S(0);
+  const S change = c.impulse[0] - before[0];
+  detail::solve_friction(K, c.axes[1].dot(v) - c.bias[1] + K.n1 * change,
+                         c.axes[2].dot(v) - c.bias[2] + K.n2 * change,
+                         c.friction * c.impulse[0], c.impulse[1], c.impulse[2]);
+  return {change, c.impulse[1] - before[1], c.impulse[2] - before[2]};
+}
+
+}  // namespace bristle::inline BRISTLE_ABI
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+namespace bristle::inline BRISTLE_ABI {
+
+/// One scalar velocity constraint between bodies A and B. Its velocity is
+/// d . (v_B - v_A) + angular_b . w_B - angular_a . w_A, and an impulse x adds d x to B's momentum.
+template <Scalar S>
+struct ConstraintRow {
+  /// [1] Direction d, world axes; zero for a row on angular velocity.
+  Vec3<S> direction = Vec3<S>::Zero();
+  /// [m or 1] r x d for a row at a point, the axis for an angular row; one for each body.
+  Vec3<S> angular_a = Vec3<S>::Zero();
+  Vec3<S> angular_b = Vec3<S>::Zero();
+  /// [m/s or rad/s] Wanted velocity.
+  S target = S(0);
+  /// [1/kg or 1/(kg m^2)] How far a bounded row gives way: it wants target - compliance * impulse.
+  S compliance = S(0);
+  /// [m or rad] Position error at the start of the step: the distance to a stop, the offset of a
+  /// joint.
+  S error = S(0);
+  /// [N s or N m s] Accumulated impulse.
+  S impulse = S(0);
+  /// [N s or N m s] Accumulated impulse of the position correction.
+  S correction = S(0);
+
+  [[nodiscard]] S velocity(const Twist<S>& a, const Twist<S>& b) const {
+    return direction.dot(b.linear - a.linear) + angular_b.dot(b.angular) - angular_a.dot(a.angular);
+  }
+};
+
+/// The same row with the opposite sign, without its error, target and impulses.
+template <Scalar S>
+[[nodiscard]] ConstraintRow<S> reversed(const ConstraintRow<S>& row) {
+  ConstraintRow<S> result;
+  result.direction = -row.direction;
+  result.angular_a = -row.angular_a;
+  result.angular_b = -row.angular_b;
+  return result;
+}
+
+/// What the impulses of a block may be.
+enum class BlockKind : std::uint8_t {
+  /// Any value: velocities equal their targets.
+  equality,
+  /// One row within [lower, upper]: a drive.
+  bounded,
+  /// One row that only pushes and keeps an error from falling below zero: a stop.
+  stop
+};
+
+/// Rows that are solved together.
+template <Scalar S>
+struct ConstraintBlock {
+  static constexpr std::size_t max_rows = 6;
+
+  /// [-] Slots of the two bodies.
+  std::uint32_t body_a = 0;
+  std::uint32_t body_b = 0;
+  /// [-] First row and number of rows.
+  std::uint32_t first = 0;
+  std::uint32_t count = 0;
+  BlockKind kind = BlockKind::equality;
+  /// [-] Where its impulses begin among those that the joint keeps.
+  std::uint8_t first_impulse = 0;
+  /// [-] Slot of the joint that it comes from.
+  std::uint32_t joint = 0;
+  /// [N s or N m s] Bounds of a bounded row or a stop.
+  S lower = S(0);
+  S upper = S(0);
+};
+
+/// How many rows of a block the position correction closes: all of a joint, a stop; none of a
+/// drive.
+template <Scalar S>
+[[nodiscard]] std::uint32_t corrected_rows(const ConstraintBlock<S>& block) {
+  switch (block.kind) {
+    case BlockKind::equality:
+      return block.count;
+    case BlockKind::stop:
+      return 1;
+    case BlockKind::bounded:
+      break;
+  }
+  return 0;
+}
+
+/// Response of a block's row velocities to its own impulses, row-major `count` x `count`, and what
+/// solving it needs.
+template <Scalar S>
+struct BlockResponse {
+  std::array<S, 36> matrix{};
+  /// Cholesky factor of `matrix`, for equality blocks.
+  std::array<S, 36> factor{};
+
+  [[nodiscard]] S operator()(std::size_t i, std::size_t j, std::size_t count) const {
+    return matrix[i * count + j];
+  }
+
+  /// Prepares the solution once `matrix` is filled.
+  void prepare(BlockKind kind, std::size_t count) {
+    if (kind != BlockKind::equality) return;
+    factor = matrix;
+    // Redundant rows give a singular matrix; the floor softens them just enough to share the load.
+    // A block without any response (between two bodies that nothing moves) gets no impulse.
+    if (!factor_cholesky(factor.data(), count, no_mobility<S>)) {
+      factor.fill(S(0));
+      for (std::size_t i = 0; i < count; ++i) factor[i * count + i] = infinity<S>;
+    }
+  }
+};
+
+/// Solves one block with everything else held still.
+///
+/// @param K         Response of the block's velocities to its impulses.
+/// @param velocity  Row velocities as they are now.
+/// @param rows      The block's rows; their impulses are updated.
+/// @param[out] change  Impulse change of each row.
+template <Scalar S>
+void solve_block(const ConstraintBlock<S>& block, const BlockResponse<S>& K, const S* velocity,
+                 ConstraintRow<S>* rows, S* change) {
+  using std::max;
+  using std::min;
+  switch (block.kind) {
+    case BlockKind::equality:
+      for (std::size_t i = 0; i < block.count; ++i) change[i] = rows[i].target - velocity[i];
+      solve_lower(K.factor.data(), block.count, change);
+      solve_upper(K.factor.data(), block.count, change);
+      for (std::size_t i = 0; i < block.count; ++i) rows[i].impulse += change[i];
+      return;
+    case BlockKind::bounded:
+    case BlockKind::stop: {
+      const S missing = velocity[0] - rows[0].target + rows[0].compliance * rows[0].impulse;
+      const S wanted =
+          rows[0].impulse + detail::scalar_change(missing, K(0, 0, 1) + rows[0].compliance);
+      const S impulse = min(max(wanted, block.lower), block.upper);
+      change[0] = impulse - rows[0].impulse;
+      rows[0].impulse = impulse;
+      return;
+    }
+  }
+}
+
+}  // namespace bristle::inline BRISTLE_ABI
+
+#include <array>
+#include <numbers>
+
+namespace bristle::inline BRISTLE_ABI {
+
+/// Where a joint stands: its frame on A in the world and the offset of B's frame from it.
+template <Scalar S>
+struct JointPose {
+  /// [1] Columns: axes of A's joint frame, in the world.
+  Mat3<S> axes_W;
+  /// [m] From each centre of mass to B's joint origin, world axes.
+  Vec3<S> arm_a, arm_b;
+  /// [m] Of B's origin from A's, in A's joint frame.
+  Vec3<S> offset_J;
+  /// [1] Of B's axes from A's, in A's joint frame.
+  Quat<S> turn_J;
+
+  /// [1] x axis of B's joint frame, in A's.
+  [[nodiscard]] Vec3<S> axis_b_J() const { return turn_J * Vec3<S>::UnitX(); }
+};
+
+/// [rad] Angle between the x axes of both frames.
+template <Scalar S>
+[[nodiscard]] S joint_swing(const JointPose<S>& pose);
+
+/// @param X_WA, X_WB  Centres of mass in the world, with the bodies' axes.
+template <Scalar S>
+[[nodiscard]] JointPose<S> joint_pose(const Joint<S>& joint, const Transform<S>& X_WA,
+                                      const Transform<S>& X_WB);
+
+/// [m or rad] Position of a joint that has one: along its slide, or its angle.
+/// @param guess  [rad] Angle to within half a turn.
+template <Scalar S>
+[[nodiscard]] S joint_position(JointKind kind, const JointPose<S>& pose, S guess);
+
+/// Row whose velocity is the rate of that position; neither error nor impulse.
+template <Scalar S>
+[[nodiscard]] ConstraintRow<S> position_row(JointKind kind, const JointPose<S>& pose);
+
+/// [m or rad] The same at the end of a step, whole turns counted by the velocities at both ends.
+/// @param pose  At the end of the step.
+template <Scalar S>
+[[nodiscard]] S followed_position(const Joint<S>& joint, const JointPose<S>& pose,
+                                  const std::array<Twist<S>, 2>& of_a,
+                                  const std::array<Twist<S>, 2>& of_b, S dt);
+
+/// Whether a joint is on the allowed side of all its stops.
+template <Scalar S>
+[[nodiscard]] bool is_within_stops(const JointDef<S>& def, const JointPose<S>& pose, S position);
+
+// Implementation -----------------------------------------------------------------------------------
+
+template <Scalar S>
+JointPose<S> joint_pose(const Joint<S>& joint, const Transform<S>& X_WA, const Transform<S>& X_WB) {
+  JointPose<S> pose;
+  const Quat<S> R_WJa = X_WA.rotation * joint.X_CmA_J.rotation;
+  const Quat<S> R_WJb = X_WB.rotation * joint.X_CmB_J.rotation;
+  pose.axes_W = R_WJa.toRotationMatrix();
+  pose.arm_b = X_WB.rotation * joint.X_CmB_J.translation;
+  // Centres of mass are subtracted first, so nothing is lost far from the world's origin.
+  pose.arm_a = (X_WB.translation - X_WA.translation) + pose.arm_b;
+  const Vec3<S> offset_W = pose.arm_a - X_WA.rotation * joint.X_CmA_J.translation;
+  pose.offset_J = pose.axes_W.transpose() * offset_W;
+  pose.turn_J = R_WJa.conjugate() * R_WJb;
+  return pose;
+}
+
+template <Scalar S>
+S joint_swing(const JointPose<S>& pose) {
+  using std::atan2;
+  using std::sqrt;
+  // Unlike the length of the shortest turn it tells opposite axes from equal ones.
+  const Vec3<S> b_J = pose.axis_b_J();
+  return atan2(sqrt(b_J.y() * b_J.y() + b_J.z() * b_J.z()), b_J.x());
+}
+
+template <Scalar S>
+S joint_position(JointKind kind, const JointPose<S>& pose, S guess) {
+  using std::atan2;
+  if (!has_angle(kind)) return kind == JointKind::prismatic ? pose.offset_J.x() : S(0);
+  return nearest_turn(S(2) * atan2(pose.turn_J.x(), pose.turn_J.w()), guess);
+}
+
+namespace detail {
+
+/// Row along an axis of A's joint frame at B's joint origin.
+template <Scalar S>
+[[nodiscard]] ConstraintRow<S> linear_row(const JointPose<S>& pose, int axis) {
+  ConstraintRow<S> row;
+  row.direction = pose.axes_W.col(axis);
+  row.angular_a = pose.arm_a.cross(row.direction);
+  row.angular_b = pose.arm_b.cross(row.direction);
+  return row;
+}
+
+}  // namespace detail
+
+template <Scalar S>
+ConstraintRow<S> position_row(JointKind kind, const JointPose<S>& pose) {
+  using std::max;
+  ConstraintRow<S> row;
+  switch (kind) {
+    case JointKind::prismatic:
+      return detail::linear_row(pose, 0);
+    case JointKind::revolute:
+      row.angular_a = row.angular_b = pose.axes_W.col(0);
+      break;
+    case JointKind::cone_twist: {
+      const Vec3<S> b_J = pose.axis_b_J();
+      // Where the axes are opposite the twist has no rate: any turn may be one.
+      const S scale = S(1) / max(S(1) + b_J.x(), Tolerance<S>::equal());
+      row.angular_a = row.angular_b = pose.axes_W * (scale * (b_J + Vec3<S>::UnitX()));
+      break;
+    }
+    case JointKind::fixed:
+    case JointKind::ball:
+    case JointKind::six_dof:
+      break;
+  }
+  return row;
+}
+
+template <Scalar S>
+S followed_position(const Joint<S>& joint, const JointPose<S>& pose,
+                    const std::array<Twist<S>, 2>& of_a, const std::array<Twist<S>, 2>& of_b,
+                    S dt) {
+  const JointKind kind = joint.def.kind;
+  if (!has_angle(kind)) return joint_position(kind, pose, S(0));
+  const ConstraintRow<S> row = position_row(kind, pose);
+  const S rate = S(0.5) * (row.velocity(of_a[0], of_b[0]) + row.velocity(of_a[1], of_b[1]));
+  return joint_position(kind, pose, joint.angle + dt * rate);
+}
+
+template <Scalar S>
+bool is_within_stops(const JointDef<S>& def, const JointPose<S>& pose, S position) {
+  if (position < def.lower_limit || position > def.upper_limit) return false;
+  if (def.swing_limit >= S(std::numbers::pi)) return true;
+  return joint_swing(pose) <= def.swing_limit;
+}
+
+}  // namespace bristle::inline BRISTLE_ABI
+
+// === bristle/dynamics/joint_spring.hpp
+
+/// @file
+/// Springs and dampers of joints as soft blocks, by implicit Euler: stable for any constants and
+/// step, and never a source of energy. Where the step resolves them mechanisms may integrate them
+/// instead (joint_flow.hpp), without its loss.
+///
+/// A spring k, d along a position x with x' = j . v pulls with -k (x - rest) - d x'. With both at
+/// the end of the step, x + dt x', its impulse is affine in the velocity there:
+///
+///   p = -dt k (x - rest) - (dt^2 k + dt d) x'.
+///
+/// Six springs of a bushing act on the offset of B's frame along the axes of A's, c, and on the
+/// rotation vector phi between them. c' is the velocity of B's origin as seen from A, and
+/// phi' = J(phi) w with w the angular velocity of B relative to A, so that the torque which the
+/// energy phi . K phi / 2 gives is -J^T K phi.
+// SPDX-License-Identifier: BSD-3-Clause
+
+// === bristle/dynamics/solver_types.hpp
+
+/// @file
+/// What both solvers work on: bodies as the solver sees them, one island's constraints, settings
+/// and what a solve reports.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace bristle::inline BRISTLE_ABI {
+
+/// How positions follow from velocities; docs/solver.md compares them.
+enum class Integrator {
+  /// With the mean of the velocities at both ends of the step: second order, exact under constant
+  /// forces. Bodies that sensors push are stepped by symplectic Euler all the same, with which the
+  /// law of the bristles is integrated.
+  trapezoidal,
+  /// With the velocity at the end of the step: first order, as the paper has it.
+  symplectic_euler
+};
+
+/// Settings of the solver. The defaults are made for holding things still.
+template <Scalar S>
+struct SolverDef {
+  /// [-] Most sweeps over an island in a solve, and as many again from no impulses where those went
+  /// astray.
+  int max_sweeps = 100;
+  /// [-] Most sweeps of the position problem a step.
+  int max_position_sweeps = 30;
+  /// [-] Most times an island is solved because its sensors changed state (stuck to slipping,
+  /// touching to free, normal force), and because contacts turned out to be open.
+  int max_passes = 12;
+  /// [1] A sweep that changes no velocity by more than this fraction of the speed gained from
+  /// gravity in a step is the last one. Tight on purpose: a state that is not at rest to this
+  /// precision never becomes the fixed point that makes the next step one sweep.
+  S tolerance = std::numeric_limits<S>::digits > 30 ? S(1e-8) : S(1e-5);
+  /// [1] Position errors below this fraction of what gravity moves a body by in a step are left
+  /// alone. Positions do not act back on velocities, so this may be looser.
+  S position_tolerance = std::numeric_limits<S>::digits > 30 ? S(1e-6) : S(1e-3);
+  /// [-] Most multiply-adds of one factorisation of the matrix of an island that is solved by
+  /// factorisation where sweeps converge too slowly: a tower of some five hundred bodies, a heap
+  /// of some forty. Larger islands are swept. 0 for plain sequential impulses.
+  std::uint64_t max_direct_work = 700000;
+  /// [-] Most Newton steps of one such solve: the bound on the cost of the worst step.
+  int max_newton_steps = 60;
+  /// [-] Most sweeps over a larger island in each part of a step; `max_sweeps` where most of its
+  /// contacts are new.
+  int large_sweeps = 10;
+  /// [-] Most sweeps of its position problem.
+  int large_position_sweeps = 4;
+  /// [s] Longest part of a step over which such an island is solved at once, > 0; infinite for one
+  /// part a step.
+  S longest_part = S(1) / S(240);
+};
+
+/// A body in the solver.
+template <Scalar S>
+struct SolverBody {
+  /// Velocities at the end of the step, as known so far.
+  Twist<S> twist{};
+  /// Velocities that free motion would give.
+  Twist<S> free{};
+  /// Velocities at the start of the step.
+  Twist<S> start{};
+  /// Displacement of the step, divided by the step: of free motion, and as known so far.
+  Twist<S> free_motion{};
+  Twist<S> motion{};
+  // Up to here, and the flags, is all that a step needs of a body that touches nothing.
+  /// Whether forces move it along or about any axis, and whether torques turn it about any.
+  bool moves = false;
+  bool turns = true;
+  /// Whether it turns about all axes alike: its inertia is then a number times the identity.
+  bool is_isotropic = false;
+  /// Whether sensors push it: it is then stepped by symplectic Euler.
+  bool is_sensed = false;
+  /// Whether its free motion is that of a mechanism, and velocities are those at its end.
+  bool follows_joints = false;
+  /// [1/kg, 1/(kg m^2)] World axes; zero along and about axes on which forces do not move it.
+  Vec3<S> inverse_mass = Vec3<S>::Zero();
+  Mat3<S> inverse_inertia = Mat3<S>::Zero();
+  /// [kg, kg m^2] Of the whole body, world axes.
+  S mass = S(0);
+  Mat3<S> inertia = Mat3<S>::Zero();
+
+  [[nodiscard]] bool is_moving() const { return moves; }
+  /// Whether nothing moves it along (0 to 2) or about (3 to 5) an axis of the world.
+  [[nodiscard]] bool is_locked(Eigen::Index axis) const {
+    return (axis < 3 ? inverse_mass[axis] : inverse_inertia(axis - 3, axis - 3)) == S(0);
+  }
+  /// Adds what an impulse at the end of an arm does to a velocity.
+  void push_at(Twist<S>& velocity, const Vec3<S>& impulse, const Vec3<S>& arm) const {
+    velocity.linear += inverse_mass.cwiseProduct(impulse);
+    if (turns) velocity.angular += inverse_inertia * arm.cross(impulse);
+  }
+  /// Adds what an impulse about the centre of mass does to a velocity.
+  void push(Twist<S>& velocity, const Vec3<S>& impulse, const Vec3<S>& angular_impulse) const {
+    velocity.linear += inverse_mass.cwiseProduct(impulse);
+    velocity.angular += inverse_inertia * angular_impulse;
+  }
+};
+
+/// Everything that acts between bodies in one step, for all islands.
+template <Scalar S>
+struct Constraints {
+  std::vector<ContactConstraint<S>> contacts;
+  std::vector<ConstraintRow<S>> rows;
+  std::vector<ConstraintBlock<S>> blocks;
+  std::vector<SoftBlock<S>> soft;
+
+  void clear() {
+    contacts.clear();
+    rows.clear();
+    blocks.clear();
+    soft.clear();
+  }
+};
+
+/// One island: bodies that act on each other, by their slots, and what acts between them, by
+/// number.
+struct Island {
+  std::span<const std::uint32_t> bodies;
+  std::span<const std::uint32_t> contacts;
+  std::span<const std::uint32_t> blocks;
+  std::span<const std::uint32_t> soft;
+};
+
+/// Calls use(row) for each row of an island's blocks.
+template <typename AnyConstraints, typename Use>
+void for_each_row(const Island& island, AnyConstraints& constraints, Use&& use) {
+  for (const std::uint32_t i : island.blocks) {
+    const auto& block = constraints.blocks[i];
+    for (std::uint32_t r = 0; r < block.count; ++r) use(constraints.rows[block.first + r]);
+  }
+}
+
+/// How a solve went.
+template <Scalar S>
+struct SolveReport {
+  /// [-] Sweeps of the velocity and of the position problem, and factorisations of an island's
+  /// matrix.
+  int sweeps = 0;
+  int position_sweeps = 0;
+  int factorisations = 0;
+  /// [m/s] What is left to solve: the largest velocity change of the last sweep.
+  S residual = S(0);
+};
+
+/// What one solve needs to know of the step.
+template <Scalar S>
+struct SolveContext {
+  /// [s] Step length.
+  S dt = S(0);
+  /// [-] How the island's positions follow from its velocities.
+  Integrator integrator = Integrator::trapezoidal;
+  /// [m/s] By how much forces change the velocity of any of the island's bodies within the step.
+  S speed_change = S(0);
+  /// [m/s, rad/s] The same with what drives did in the last step.
+  S driven_change = S(0);
+  /// [m/s] Velocity changes below this do not count.
+  S velocity_tolerance = S(0);
+  /// [m] Position errors below this do not count.
+  S position_tolerance = S(0);
+  /// [m/s] Impacts slower than this do not bounce.
+  S restitution_speed = S(0);
+  /// [-] Multiply-adds of one factorisation of the island's matrix; see `factor_work`.
+  std::uint64_t factor_work = 0;
+  /// Whether the island gets a bounded number of sweeps, converged or not.
+  bool is_swept = false;
+  SolverDef<S> settings{};
+
+  /// The same for one of several equal parts of the step.
+  [[nodiscard]] SolveContext part(S parts) const {
+    SolveContext result = *this;
+    result.dt /= parts;
+    result.speed_change /= parts;
+    result.driven_change /= parts;
+    result.velocity_tolerance /= parts;
+    return result;
+  }
+};
+
+/// Velocity along a row per impulse of its own when only its two bodies move.
+template <Scalar S>
+[[nodiscard]] S row_response(const ConstraintRow<S>& row, const SolverBody<S>& a,
+                             const SolverBody<S>& b) {
+  return row.direction.dot((a.inverse_mass + b.inverse_mass).cwiseProduct(row.direction)) +
+         row.angular_a.dot(a.inverse_inertia * row.angular_a) +
+         row.angular_b.dot(b.inverse_inertia * row.angular_b);
+}
+
+/// Response of a block's rows to its own impulses when only its two bodies move.
+template <Scalar S>
+void local_response(const ConstraintBlock<S>& block, const ConstraintRow<S>* rows,
+                    const SolverBody<S>& a, const SolverBody<S>& b, BlockResponse<S>& K) {
+  const Vec3<S> inverse_mass = a.inverse_mass + b.inverse_mass;
+  for (std::size_t j = 0; j < block.count; ++j) {
+    const Vec3<S> turn_a = a.inverse_inertia * rows[j].angular_a;
+    const Vec3<S> turn_b = b.inverse_inertia * rows[j].angular_b;
+    const Vec3<S> move = inverse_mass.cwiseProduct(rows[j].direction);
+    for (std::size_t i = 0; i < block.count; ++i) {
+      K.matrix[i * block.count + j] = rows[i].direction.dot(move) + rows[i].angular_a.dot(turn_a) +
+                                      rows[i].angular_b.dot(turn_b);
+    }
+  }
+  K.prepare(block.kind, block.count);
+}
+
+/// Mobilities of two bodies along and about the axes of a contact: what the points of a manifold
+/// have in common.
+template <Scalar S>
+struct ContactFrame {
+  ContactFrame(const ContactConstraint<S>& c, const SolverBody<S>& a, const SolverBody<S>& b) {
+    for (Eigen::Index k = 0; k < 3; ++k) to_contact.row(k) = c.axes[static_cast<std::size_t>(k)];
+    const Vec3<S> m = a.inverse_mass + b.inverse_mass;
+    inverse_mass = m.asDiagonal();
+    if (m[0] != m[1] || m[0] != m[2]) inverse_mass = rotated<S>(to_contact, inverse_mass);
+    const auto inverse_inertia = [&](const SolverBody<S>& body) -> Mat3<S> {
+      return body.is_isotropic ? body.inverse_inertia
+                               : rotated<S>(to_contact, body.inverse_inertia);
+    };
+    turns_a = a.moves && a.turns;
+    turns_b = b.moves && b.turns;
+    if (turns_a) inverse_inertia_a = inverse_inertia(a);
+    if (turns_b) inverse_inertia_b = inverse_inertia(b);
+  }
+
+  Mat3<S> to_contact;
+  Mat3<S> inverse_mass;
+  bool turns_a, turns_b;
+  /// Of bodies that turn.
+  Mat3<S> inverse_inertia_a, inverse_inertia_b;
+};
+
+/// Response of a contact's velocities to its impulses when only its two bodies move.
+template <Scalar S>
+[[nodiscard]] ContactResponse<S> contact_response(const ContactConstraint<S>& c,
+                                                  const ContactFrame<S>& frame) {
+  ContactResponse<S> K;
+  K.set(frame.inverse_mass);
+  // Along the contact's axes the torques r x e_k of unit impulses at the arm r are
+  // (0, z, -y), (-z, 0, x) and (y, -x, 0).
+  const auto turn = [&](const Mat3<S>& J, const Vec3<S>& arm) {
+    const Vec3<S> r = frame.to_contact * arm;
+    const S x = r[0];
+    const S y = r[1];
+    const S z = r[2];
+    const S x0 = z * J(0, 1) - y * J(0, 2);
+    const S y0 = z * J(1, 1) - y * J(1, 2);
+    const S z0 = z * J(1, 2) - y * J(2, 2);
+    const S x1 = x * J(0, 2) - z * J(0, 0);
+    const S y1 = x * J(1, 2) - z * J(0, 1);
+    const S z1 = x * J(2, 2) - z * J(0, 2);
+    const S x2 = y * J(0, 0) - x * J(0, 1);
+    const S y2 = y * J(0, 1) - x * J(1, 1);
+    K.nn += z * y0 - y * z0;
+    K.n1 += x * z0 - z * x0;
+    K.n2 += y * x0 - x * y0;
+    K.a += x * z1 - z * x1;
+    K.b += y * x1 - x * y1;
+    K.c += y * x2 - x * y2;
+  };
+  if (frame.turns_a) turn(frame.inverse_inertia_a, c.arm_a);
+  if (frame.turns_b) turn(frame.inverse_inertia_b, c.arm_b);
+  K.prepare();
+  return K;
+}
+
+/// Applies an impulse on B at a contact, and its reaction on A, to whichever velocities `of` picks.
+template <Scalar S, typename Of>
+void apply_at_contact(const ContactConstraint<S>& c, const Vec3<S>& impulse, SolverBody<S>& a,
+                      SolverBody<S>& b, Of&& of) {
+  if (a.moves) a.push_at(of(a), -impulse, c.arm_a);
+  if (b.moves) b.push_at(of(b), impulse, c.arm_b);
+}
+
+/// Applies the impulse x of a row to both bodies.
+template <Scalar S, typename Of>
+void apply_row(const ConstraintRow<S>& row, S x, SolverBody<S>& a, SolverBody<S>& b, Of&& of) {
+  a.push(of(a), -x * row.direction, -x * row.angular_a);
+  b.push(of(b), x * row.direction, x * row.angular_b);
+}
+
+/// Applies the impulse p of a soft block to both bodies: p on B, -p on A.
+template <Scalar S>
+void apply_soft(const SoftBlock<S>& block, const Vec6<S>& p, SolverBody<S>& a, SolverBody<S>& b) {
+  const Vec3<S> force = p.template head<3>();
+  const Vec3<S> torque = p.template tail<3>();
+  a.push(a.twist, -force, -torque - block.arm_a.cross(force));
+  b.push(b.twist, force, torque + block.arm_b.cross(force));
+}
+
+/// Sets the velocities of an island to free motion plus everything its constraints hold: what
+/// sensors, contacts and joints report is then exactly what moves the bodies, to the round-off of
+/// this sum and not of a matrix.
+template <Scalar S>
+void apply_impulses(const Island& island, const Constraints<S>& constraints,
+                    std::span<SolverBody<S>> bodies);
+
+/// Whether a body turns by more than half a radian in a step. The chord of its way then misses the
+/// arc by an eighth of the radius, and directions of the start say little about the end.
+template <Scalar S>
+[[nodiscard]] bool turns_far(const Twist<S>& motion, S dt) {
+  const S most = S(0.5) / dt;
+  return motion.angular.squaredNorm() > most * most;
+}
+
+/// Displacement of a body in a step, divided by it, from its velocities.
+template <Scalar S>
+[[nodiscard]] Twist<S> mean_motion(const SolverBody<S>& body, Integrator integrator) {
+  if (integrator == Integrator::symplectic_euler) return body.twist;
+  return body.free_motion + S(0.5) * (body.twist - body.free);
+}
+
+/// The same for free motion that starts and ends with known velocities, of a body or of a point.
+template <Scalar S, typename Velocity>
+[[nodiscard]] Velocity mean_free_motion(const Velocity& start, const Velocity& free,
+                                        Integrator integrator) {
+  if (integrator == Integrator::symplectic_euler) return free;
+  return S(0.5) * (start + free);
+}
+template <Scalar S>
+[[nodiscard]] Twist<S> mean_free_motion(const SolverBody<S>& body, Integrator integrator) {
+  return mean_free_motion<S>(body.start, body.free, integrator);
+}
+
+/// Picks the velocity at the end of the step, or the displacement of it, for the functions above.
+inline constexpr auto velocity_of = [](auto& body) -> auto& { return body.twist; };
+inline constexpr auto motion_of = [](auto& body) -> auto& { return body.motion; };
+
+template <Scalar S>
+void apply_impulses(const Island& island, const Constraints<S>& constraints,
+                    std::span<SolverBody<S>> bodies) {
+  for (const std::uint32_t slot : island.bodies) bodies[slot].twist = bodies[slot].free;
+  // Points between the same two bodies follow each other: their impulses are summed first.
+  for (std::size_t k = 0; k < island.contacts.size();) {
+    const std::uint32_t slot_a = constraints.contacts[island.contacts[k]].body_a;
+    const std::uint32_t slot_b = constraints.contacts[island.contacts[k]].body_b;
+    Vec3<S> force = Vec3<S>::Zero();
+    Vec3<S> torque_a = Vec3<S>::Zero();
+    Vec3<S> torque_b = Vec3<S>::Zero();
+    for (; k < island.contacts.size(); ++k) {
+      const ContactConstraint<S>& c = constraints.contacts[island.contacts[k]];
+      if (c.body_a != slot_a || c.body_b != slot_b) break;
+      const Vec3<S> impulse = c.impulse_W();
+      force += impulse;
+      torque_a += c.arm_a.cross(impulse);
+      torque_b += c.arm_b.cross(impulse);
+    }
+    SolverBody<S>& a = bodies[slot_a];
+    SolverBody<S>& b = bodies[slot_b];
+    if (a.moves) a.push(a.twist, -force, -torque_a);
+    if (b.moves) b.push(b.twist, force, torque_b);
+  }
+  for (const std::uint32_t i : island.blocks) {
+    const ConstraintBlock<S>& block = constraints.blocks[i];
+    for (std::uint32_t r = block.first; r < block.first + block.count; ++r) {
+      apply_row(constraints.rows[r], constraints.rows[r].impulse, bodies[block.body_a],
+                bodies[block.body_b], velocity_of);
+    }
+  }
+  for (const std::uint32_t s : island.soft) {
+    const SoftBlock<S>& soft = constraints.soft[s];
+    apply_soft(soft, soft.impulse, bodies[soft.body_a], bodies[soft.body_b]);
+  }
+}
+
+}  // namespace bristle::inline BRISTLE_ABI
+
+namespace bristle::inline BRISTLE_ABI {
+
+/// Adds the spring on the free axis of a joint, if it has one.
+/// @param along  Row of the position.
+/// @param position  [m or rad] At the start of the step.
+/// @param mobility  [1/kg or 1/(kg m^2)] Largest that force along the row can meet.
+template <Scalar S>
+void add_joint_spring(Joint<S>& joint, const JointPose<S>& pose, const ConstraintRow<S>& along,
+                      S position, S mobility, S dt, Constraints<S>& out);
+
+/// Adds the springs of a `six_dof` joint.
+template <Scalar S>
+void add_joint_bushing(Joint<S>& joint, const JointPose<S>& pose, S dt, Constraints<S>& out);
+
+// Implementation -----------------------------------------------------------------------------------
+
+namespace detail {
+
+/// Adds an empty soft block about B's joint origin, warm from the last step.
+template <Scalar S>
+SoftBlock<S>& open_joint_soft_block(Joint<S>& joint, const JointPose<S>& pose,
+                                    Constraints<S>& out) {
+  SoftBlock<S> soft;
+  soft.body_a = joint.def.body_a.index;
+  soft.body_b = joint.def.body_b.index;
+  soft.arm_a = pose.arm_a;
+  soft.arm_b = pose.arm_b;
+  soft.impulse.template head<3>() = joint.spring_impulse.force;
+  soft.impulse.template tail<3>() = joint.spring_impulse.torque;
+  joint.soft_block = static_cast<std::uint32_t>(out.soft.size());
+  joint.is_sprung = true;
+  joint.is_resolved = false;
+  out.soft.push_back(soft);
+  return out.soft.back();
+}
+
+/// J(phi) of phi' = J(phi) w, w in the axes that phi turns from.
+template <Scalar S>
+[[nodiscard]] Mat3<S> rotation_vector_rate(const Vec3<S>& phi) {
+  using std::cos;
+  using std::sin;
+  using std::sqrt;
+  const S angle2 = phi.squaredNorm();
+  S k = S(1) / S(12) + angle2 / S(720);
+  // Below, what the series leaves out is less than rounding.
+  if (angle2 > Tolerance<S>::equal()) {
+    const S half = sqrt(angle2) / S(2);
+    k = (S(1) - half * cos(half) / sin(half)) / angle2;
+  }
+  const Mat3<S> X = skew(phi);
+  return Mat3<S>::Identity() - S(0.5) * X + k * X * X;
+}
+
+}  // namespace detail
+
+template <Scalar S>
+void add_joint_spring(Joint<S>& joint, const JointPose<S>& pose, const ConstraintRow<S>& along,
+                      S position, S mobility, S dt, Constraints<S>& out) {
+  const JointSpring<S>& spring = joint.def.spring;
+  SoftBlock<S>& soft = detail::open_joint_soft_block(joint, pose, out);
+  const bool turns = has_angle(joint.def.kind);
+  Vec6<S> j = Vec6<S>::Zero();
+  if (turns) {
+    j.template tail<3>() = along.angular_b;
+  } else {
+    j.template head<3>() = along.direction;
+  }
+  const S held = dt * dt * spring.stiffness + dt * spring.damping;
+  joint.is_resolved = held * mobility <= S(1);
+  soft.matrix = held * j * j.transpose();
+  soft.offset = (-dt * spring.stiffness * (position - spring.rest)) * j;
+}
+
+template <Scalar S>
+void add_joint_bushing(Joint<S>& joint, const JointPose<S>& pose, S dt, Constraints<S>& out) {
+  const JointBushing<S>& bushing = joint.def.bushing;
+  SoftBlock<S>& soft = detail::open_joint_soft_block(joint, pose, out);
+  const Vec3<S> turn_J = log_rotation<S>(pose.turn_J);
+  const Mat3<S>& R = pose.axes_W;
+  // To the rates of the offset and of the rotation vector, in A's joint frame.
+  const Mat3<S> rate = detail::rotation_vector_rate<S>(turn_J) * R.transpose();
+  const auto squared = [](const Mat3<S>& J, const Vec3<S>& weight) -> Mat3<S> {
+    return J.transpose() * weight.asDiagonal() * J;
+  };
+  const Vec3<S> k_linear = dt * bushing.stiffness.template head<3>();
+  const Vec3<S> k_angular = dt * bushing.stiffness.template tail<3>();
+  const Vec3<S> d_linear = dt * bushing.damping.template head<3>();
+  const Vec3<S> d_angular = dt * bushing.damping.template tail<3>();
+  soft.matrix.template topLeftCorner<3, 3>() =
+      squared(R.transpose(), Vec3<S>(dt * k_linear + d_linear));
+  soft.matrix.template bottomRightCorner<3, 3>() =
+      squared(rate, Vec3<S>(dt * k_angular)) + squared(R.transpose(), d_angular);
+  soft.offset.template head<3>() = -(R * k_linear.cwiseProduct(pose.offset_J));
+  soft.offset.template tail<3>() = -(rate.transpose() * k_angular.cwiseProduct(turn_J));
+}
+
+}  // namespace bristle::inline BRISTLE_ABI
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <span>
+
+namespace bristle::inline BRISTLE_ABI {
+
+/// Adds what a joint is in this step: locked axes as one equality block, then the drive, the stops,
+/// and a soft block for springs.
+template <Scalar S>
+void add_joint_rows(Joint<S>& joint, std::uint32_t joint_slot, const Body<S>& a, const Body<S>& b,
+                    S dt, Constraints<S>& out);
+
+/// Turns the rows of the locked axes to where the bodies will be at the end of the step, for bodies
+/// whose free motion obeys the joint: they then only answer to what else acts, and have no error.
+/// @param motion_a, motion_b  [m/s, rad/s] Displacements of the free motion, divided by the step.
+template <Scalar S>
+void turn_joint_rows(const Joint<S>& joint, const Transform<S>& X_WA, const Transform<S>& X_WB,
+                     const Twist<S>& motion_a, const Twist<S>& motion_b, S dt, Constraints<S>& out);
+
+/// Takes the rows of the locked axes to the instant at which their impulses act, and tells them
+/// what the joint's own turning makes of its velocities until the end of the step: the same as
+/// `time_contact` for contacts, with J' v of `held_acceleration_bias` for the turning of the arms.
+template <Scalar S>
+void time_joint_rows(const Joint<S>& joint, const Body<S>& a, const Body<S>& b,
+                     Integrator integrator, S dt, Constraints<S>& out);
+
+/// Keeps the impulses that the solver found.
+template <Scalar S>
+void store_joint_impulses(Joint<S>& joint, const Constraints<S>& constraints);
+
+/// How far a joint is from what it allows.
+template <Scalar S>
+struct JointGap {
+  /// [m] Distance of the origins of its frames, and [rad] angle between them.
+  S distance = S(0);
+  S angle = S(0);
+};
+/// That of a joint whose rows have been added.
+template <Scalar S>
+[[nodiscard]] JointGap<S> joint_gap(const Joint<S>& joint, const Constraints<S>& constraints);
+
+/// State of a joint from its bodies and the impulses of the last step.
+template <Scalar S>
+[[nodiscard]] JointReading<S> read_joint(const Joint<S>& joint, const Body<S>& a, const Body<S>& b,
+                                         S dt);
+
+// Implementation -----------------------------------------------------------------------------------
+
+namespace detail {
+
+/// [m/s] Speed of a position drive at a distance [m] from its target: as fast as it can still brake
+/// with half of its force (the other half is for loads), and not beyond the target in this step.
+/// The same in rad for a drive that turns, with the mobility about its axis.
+template <Scalar S>
+[[nodiscard]] S approach_speed(const JointDrive<S>& drive, S distance, S inverse_mass, S dt) {
+  using std::abs;
+  using std::min;
+  using std::sqrt;
+  const S braking = drive.max_force * inverse_mass / S(2);
+  const S speed =
+      min(min(abs(distance) / dt, drive.max_speed), sqrt(S(2) * braking * abs(distance)));
+  return distance < S(0) ? -speed : speed;
+}
+
+/// What a drive wants of the velocity along its axis at the end of the step.
+template <Scalar S>
+struct DriveAim {
+  bool acts = true;
+  S velocity = S(0);    // [m/s or rad/s]
+  S compliance = S(0);  // Of the row: how far it gives way.
+};
+
+/// @param position  [m or rad] Of the joint, at the start of the step.
+/// @param mobility  Callable that finds that of the axis, for a position drive.
+template <Scalar S, typename Mobility>
+[[nodiscard]] DriveAim<S> aim_drive(const JointDrive<S>& drive, S position,
+                                    const Mobility& mobility, S dt) {
+  const S distance = drive.target - position;
+  switch (drive.mode) {
+    case DriveMode::none:
+      break;
+    case DriveMode::velocity:
+      return {true, drive.target, S(0)};
+    case DriveMode::position:
+      return {true, approach_speed(drive, distance, mobility(), dt), S(0)};
+    case DriveMode::spring: {
+      // The impulse dt k (distance - dt v) - dt d v is what a row gives that wants the velocity
+      // below and gives way by 1 / (dt (dt k + d)).
+      const S held = dt * drive.stiffness + drive.damping;
+      if (!(held > S(0))) break;
+      return {true, drive.stiffness * distance / held, S(1) / (dt * held)};
+    }
+  }
+  return {false, S(0), S(0)};
+}
+
+/// Row on the turning of B relative to A about an axis.
+template <Scalar S>
+[[nodiscard]] ConstraintRow<S> angular_row(const Vec3<S>& axis, S error) {
+  ConstraintRow<S> row;
+  row.angular_a = row.angular_b = axis;
+  row.error = error;
+  return row;
+}
+
+/// Calls use(row) for each row that a joint keeps at zero, `locked_rows` in all.
+template <Scalar S, typename Use>
+void for_each_locked_row(JointKind kind, const JointPose<S>& pose, Use&& use) {
+  if (kind == JointKind::six_dof) return;
+  for (int axis = kind == JointKind::prismatic ? 1 : 0; axis < 3; ++axis) {
+    ConstraintRow<S> row = linear_row(pose, axis);
+    row.error = pose.offset_J[axis];
+    use(row);
+  }
+  if (kind == JointKind::ball || kind == JointKind::cone_twist) return;
+  const bool has_hinge = kind == JointKind::revolute;
+  const Vec3<S> turn_J = has_hinge ? shortest_turn<S>(Vec3<S>::UnitX(), pose.axis_b_J())
+                                   : log_rotation<S>(pose.turn_J);
+  for (int axis = has_hinge ? 1 : 0; axis < 3; ++axis) {
+    use(angular_row<S>(pose.axes_W.col(axis), turn_J[axis]));
+  }
+}
+
+/// What locked rows say of the gap. It has no derivatives, since a length has none at 0.
+template <Scalar S>
+[[nodiscard]] JointGap<S> gap_of(std::span<const ConstraintRow<S>> locked) {
+  using std::sqrt;
+  auto distance2 = value_of(S(0));
+  auto angle2 = value_of(S(0));
+  for (const ConstraintRow<S>& row : locked) {
+    const auto error = value_of(row.error);
+    (row.direction.isZero(S(0)) ? angle2 : distance2) += error * error;
+  }
+  return {S(sqrt(distance2)), S(sqrt(angle2))};
+}
+
+/// [1/kg or 1/(kg m^2)] Acceleration along a free axis per force there, when only the two bodies
+/// move and the joint holds what it locks.
+template <Scalar S>
+[[nodiscard]] S axis_mobility(JointKind kind, const JointPose<S>& pose, const Body<S>& a,
+                              const Body<S>& b) {
+  if (kind == JointKind::prismatic) return a.inverse_mass + b.inverse_mass;
+  std::array<ConstraintRow<S>, 6> rows;
+  std::size_t count = 0;
+  for_each_locked_row(kind, pose, [&](const ConstraintRow<S>& row) { rows[count++] = row; });
+  rows[count] = position_row(kind, pose);
+  ConstraintBlock<S> block;
+  block.count = 6;
+  const auto mass_of = [](const Body<S>& body) {
+    SolverBody<S> out;
+    out.inverse_mass = body.inverse_mass_W();
+    out.inverse_inertia = body.inverse_inertia_W();
+    return out;
+  };
+  BlockResponse<S> K;
+  local_response(block, rows.data(), mass_of(a), mass_of(b), K);
+  // The last pivot is what the rows before leave of the last one's response.
+  const S pivot = K.factor.back();
+  return pivot < infinity<S> ? pivot * pivot : S(0);
+}
+
+/// Row whose velocity is the rate of the swing of a `cone_twist`, and the swing as its error.
+/// Without a swing, or with axes that are opposite, it is about the axis that the bodies swing
+/// about at present.
+template <Scalar S>
+[[nodiscard]] ConstraintRow<S> swing_row(const JointPose<S>& pose, const Twist<S>& a,
+                                         const Twist<S>& b) {
+  const Vec3<S> turn_J = shortest_turn<S>(Vec3<S>::UnitX(), pose.axis_b_J());
+  const S swing = joint_swing(pose);
+  const S length = turn_J.norm();
+  if (length > Tolerance<S>::equal()) {
+    return angular_row<S>(pose.axes_W * (turn_J / length), swing);
+  }
+  Vec3<S> rate_J = pose.axes_W.transpose() * (b.angular - a.angular);
+  rate_J.x() = S(0);
+  const S speed = rate_J.norm();
+  const Vec3<S> axis_J = speed > S(0) ? Vec3<S>(rate_J / speed) : Vec3<S>(Vec3<S>::UnitY());
+  return angular_row<S>(pose.axes_W * axis_J, swing);
+}
+
+inline constexpr std::uint8_t drive_impulse = 6;
+inline constexpr std::uint8_t lower_impulse = 7;
+inline constexpr std::uint8_t upper_impulse = 8;
+inline constexpr std::uint8_t swing_impulse = 9;
+
+}  // namespace detail
+
+template <Scalar S>
+void add_joint_rows(Joint<S>& joint, std::uint32_t joint_slot, const Body<S>& a, const Body<S>& b,
+                    S dt, Constraints<S>& out) {
+  using std::max;
+  using std::min;
+  const JointDef<S>& def = joint.def;
+  const JointKind kind = def.kind;
+  const JointPose<S> pose = joint_pose(joint, a.center_pose, b.center_pose);
+  joint.first_block = static_cast<std::uint32_t>(out.blocks.size());
+  const auto open_block = [&](BlockKind block_kind,
+                              std::uint8_t first_impulse) -> ConstraintBlock<S>& {
+    ConstraintBlock<S> block;
+    block.body_a = def.body_a.index;
+    block.body_b = def.body_b.index;
+    block.first = static_cast<std::uint32_t>(out.rows.size());
+    block.kind = block_kind;
+    block.first_impulse = first_impulse;
+    block.joint = joint_slot;
+    out.blocks.push_back(block);
+    return out.blocks.back();
+  };
+  if (locked_rows(kind) > 0) {
+    open_block(BlockKind::equality, 0).count = locked_rows(kind);
+    std::size_t k = 0;
+    detail::for_each_locked_row(kind, pose, [&](ConstraintRow<S> row) {
+      row.impulse = joint.impulses[k++];
+      out.rows.push_back(row);
+    });
+  }
+
+  const auto single_row = [&](BlockKind block_kind, ConstraintRow<S> row, S target, S lower,
+                              S upper, std::uint8_t slot) {
+    ConstraintBlock<S>& block = open_block(block_kind, slot);
+    block.count = 1;
+    block.lower = lower;
+    block.upper = upper;
+    row.target = target;
+    row.impulse = min(max(joint.impulses[slot], lower), upper);
+    out.rows.push_back(row);
+  };
+  // Like a contact, a stop may be approached as fast as reaches it in this step; what is beyond
+  // it comes back by the position correction, which leaves no speed behind.
+  const auto stop = [&](ConstraintRow<S> row, S distance, std::uint8_t slot) {
+    row.error = distance;
+    single_row(BlockKind::stop, row, -max(S(0), distance) / dt, S(0), infinity<S>, slot);
+  };
+  const bool is_driven = has_free_axis(kind) && def.drive.mode != DriveMode::none;
+  const bool has_lower = def.lower_limit > -infinity<S>;
+  const bool has_upper = def.upper_limit < infinity<S>;
+  const bool has_spring = def.spring.stiffness > S(0) || def.spring.damping > S(0);
+  if (is_driven || has_lower || has_upper || has_spring) {
+    const S position = joint_position(kind, pose, joint.angle);
+    const ConstraintRow<S> along = position_row(kind, pose);
+    // A drive that can give nothing is none.
+    if (is_driven && def.drive.max_force > S(0)) {
+      const S limit = def.drive.max_force * dt;
+      const detail::DriveAim<S> aim = detail::aim_drive(
+          def.drive, position, [&] { return detail::axis_mobility(kind, pose, a, b); }, dt);
+      ConstraintRow<S> row = along;
+      row.compliance = aim.compliance;
+      if (aim.acts) {
+        single_row(BlockKind::bounded, row, aim.velocity, -limit, limit, detail::drive_impulse);
+      }
+    }
+    if (has_lower) stop(along, position - def.lower_limit, detail::lower_impulse);
+    if (has_upper) stop(reversed(along), def.upper_limit - position, detail::upper_impulse);
+    if (has_spring) {
+      const S mobility = kind == JointKind::prismatic
+                             ? a.inverse_mass + b.inverse_mass
+                             : along.angular_a.dot(a.inverse_inertia_W() * along.angular_a) +
+                                   along.angular_b.dot(b.inverse_inertia_W() * along.angular_b);
+      add_joint_spring(joint, pose, along, position, mobility, dt, out);
+    }
+  }
+  if (kind == JointKind::cone_twist && def.swing_limit < S(std::numbers::pi)) {
+    const ConstraintRow<S> swing = detail::swing_row(pose, a.twist, b.twist);
+    stop(reversed(swing), def.swing_limit - swing.error, detail::swing_impulse);
+  }
+  if (kind == JointKind::six_dof) add_joint_bushing(joint, pose, dt, out);
+  joint.block_count = static_cast<std::uint32_t>(out.blocks.size()) - joint.first_block;
+}
+
+template <Scalar S>
+void turn_joint_rows(const Joint<S>& joint, const Transform<S>& X_WA, const Transform<S>& X_WB,
+                     const Twist<S>& motion_a, const Twist<S>& motion_b, S dt,
+                     Constraints<S>& out) {
+  ConstraintRow<S>* out_row = &out.rows[out.blocks[joint.first_block].first];
+  detail::for_each_locked_row(joint.def.kind, joint_pose(joint, X_WA, X_WB),
+                              [&](ConstraintRow<S> row) {
+                                row.impulse = out_row->impulse;
+                                row.error = -dt * row.velocity(motion_a, motion_b);
+                                *out_row++ = row;
+                              });
+}
+
+template <Scalar S>
+void time_joint_rows(const Joint<S>& joint, const Body<S>& a, const Body<S>& b,
+                     Integrator integrator, S dt, Constraints<S>& out) {
+  if (a.twist.angular.isZero(S(0)) && b.twist.angular.isZero(S(0))) return;
+  if (turns_far(a.twist, dt) || turns_far(b.twist, dt)) return;
+  const bool is_trapezoidal = integrator == Integrator::trapezoidal;
+  const JointKind kind = joint.def.kind;
+  const S half = dt / S(2);
+  const auto acting_pose = [&](const Body<S>& body) -> Transform<S> {
+    if (!is_trapezoidal) return body.center_pose;
+    return {step_rotation(body.center_pose.rotation, body.twist.angular, half),
+            body.center_pose.translation + half * body.twist.linear};
+  };
+  const JointPose<S> pose = joint_pose(joint, acting_pose(a), acting_pose(b));
+  JointInstant<S> at;
+  at.arm_a = pose.arm_a;
+  at.arm_b = pose.arm_b;
+  if (lets_slide(kind)) at.slide = pose.axes_W.col(0);
+  if (lets_hinge(kind)) at.hinge = pose.axes_W.col(0);
+  const Twist<S> turning = held_acceleration_bias(kind, at, a.twist, b.twist);
+  ConstraintRow<S>* out_row = &out.rows[out.blocks[joint.first_block].first];
+  detail::for_each_locked_row(kind, pose, [&](ConstraintRow<S> row) {
+    const bool is_angular = row.direction.isZero(S(0));
+    row.target = -half * (is_angular ? row.angular_b.dot(turning.angular)
+                                     : row.direction.dot(turning.linear));
+    row.impulse = out_row->impulse;
+    row.error = is_trapezoidal ? out_row->error : out_row->error - dt * row.target;
+    *out_row++ = row;
+  });
+}
+
+template <Scalar S>
+void store_joint_impulses(Joint<S>& joint, const Constraints<S>& constraints) {
+  joint.total = {};
+  joint.impulses.fill(S(0));
+  for (std::uint32_t i = joint.first_block; i < joint.first_block + joint.block_count; ++i) {
+    const ConstraintBlock<S>& block = constraints.blocks[i];
+    for (std::uint32_t r = 0; r < block.count; ++r) {
+      const ConstraintRow<S>& row = constraints.rows[block.first + r];
+      const bool is_angular = row.direction.isZero(S(0));
+      joint.impulses[block.first_impulse + r] = row.impulse;
+      joint.total.force += row.impulse * row.direction;
+      if (is_angular) joint.total.torque += row.impulse * row.angular_b;
+    }
+  }
+  if (!joint.is_sprung) return;
+  const Vec6<S>& impulse = constraints.soft[joint.soft_block].impulse;
+  joint.spring_impulse = {impulse.template head<3>(), impulse.template tail<3>()};
+  joint.total += joint.spring_impulse;
+}
+
+template <Scalar S>
+JointGap<S> joint_gap(const Joint<S>& joint, const Constraints<S>& constraints) {
+  const std::size_t count = locked_rows(joint.def.kind);
+  if (count == 0) return {};
+  const std::span<const ConstraintRow<S>> rows = constraints.rows;
+  return detail::gap_of(rows.subspan(constraints.blocks[joint.first_block].first, count));
+}
+
+template <Scalar S>
+JointReading<S> read_joint(const Joint<S>& joint, const Body<S>& a, const Body<S>& b, S dt) {
+  const JointKind kind = joint.def.kind;
+  JointReading<S> reading;
+  reading.reaction = (S(1) / dt) * joint.total;
+  const JointPose<S> pose = joint_pose(joint, a.center_pose, b.center_pose);
+  std::array<ConstraintRow<S>, 6> rows;
+  std::size_t count = 0;
+  detail::for_each_locked_row(kind, pose,
+                              [&](const ConstraintRow<S>& row) { rows[count++] = row; });
+  const JointGap<S> gap = detail::gap_of(std::span<const ConstraintRow<S>>(rows.data(), count));
+  reading.gap = gap.distance;
+  // Opposite axes have no shortest turn, and so no rows that close them.
+  reading.tilt = kind == JointKind::revolute ? S(value_of(joint_swing(pose))) : gap.angle;
+  if (!has_free_axis(kind) && !has_angle(kind)) return reading;
+  reading.position = joint_position(kind, pose, joint.angle);
+  reading.velocity = position_row(kind, pose).velocity(a.twist, b.twist);
+  reading.drive_force = joint.impulses[detail::drive_impulse] / dt;
+  if (kind == JointKind::cone_twist) {
+    reading.swing = joint_swing(pose);
+  }
+  return reading;
+}
+
+}  // namespace bristle::inline BRISTLE_ABI
+
+// === bristle/world/world_state.hpp
+
+/// @file
+/// What a world holds, and what its stages share. Users meet `World`.
+// SPDX-License-Identifier: BSD-3-Clause
+
+// === bristle/world/report.hpp
+
+/// @file
+/// What a step did, in numbers.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <cstdint>
+
+namespace bristle::inline BRISTLE_ABI {
+
+/// Counters of one step. A stage with nothing to do leaves its counters at zero: what a scene does
+/// not need is not done, and this is where it shows.
+template <Scalar S>
+struct StepReport {
+  /// [-] Pairs of overlapping boxes, pairs asked of the backend, and points of contact found.
+  std::uint64_t pairs_tested = 0;
+  std::uint64_t pairs_collided = 0;
+  std::uint64_t contact_points = 0;
+  /// [-] Patches in the world, and those with a body in reach.
+  std::uint64_t patches = 0;
+  std::uint64_t patches_near = 0;
+  /// [-] Rays cast (a ray counts once per shape it is asked of; those that meshes are asked in
+  /// bundles with others are not counted), sensors skipped because nothing was in reach of them or
+  /// all of it sleeps, and sensors that touch. Patches that are switched off count as patches, and
+  /// as nothing else.
+  std::uint64_t rays_cast = 0;
+  std::uint64_t sensors_skipped = 0;
+  std::uint64_t sensors_touching = 0;
+  /// [-] Patch-body pairs evaluated explicitly and solved implicitly.
+  std::uint64_t explicit_pairs = 0;
+  std::uint64_t implicit_pairs = 0;
+  /// [-] Islands with constraints, those solved by factorisation, rows, sweeps, factorisations.
+  std::uint64_t islands = 0;
+  std::uint64_t direct_islands = 0;
+  std::uint64_t rows = 0;
+  std::uint64_t sweeps = 0;
+  std::uint64_t factorisations = 0;
+  /// [-] Evaluations of accelerations in the smooth motion of mechanisms.
+  std::uint64_t flow_evaluations = 0;
+  /// [m] Largest distance between the frames of a joint of bodies that are awake, and [rad] largest
+  /// angle, that the joint does not allow, when the step began; limits do not count, nor do hinges
+  /// whose axes are opposite. The step closes what it can of them, however wide they are, by
+  /// displacements that velocities do not show.
+  S joint_gap = S(0);
+  S joint_tilt = S(0);
+  /// [-] Sweeps of the position correction; zero in a step without position errors.
+  std::uint64_t position_sweeps = 0;
+  /// [m/s] What is left to solve in the worst island: the largest velocity change of its last
+  /// sweep.
+  S residual = S(0);
+  /// [-] Islands where a limit of `SolverDef` ended the solution before its tolerance did.
+  std::uint64_t capped_islands = 0;
+  /// [-] Contact queries that the backend failed; those pairs do not touch in this step.
+  std::uint64_t backend_failures = 0;
+  /// [-] Islands whose solution was not finite. Their contacts and joints are swept one by one, and
+  /// those that would overflow give nothing in this step; nor do sensors and springs.
+  std::uint64_t discarded_islands = 0;
+  /// [-] Dynamic bodies asleep and awake when the step ended.
+  std::uint64_t sleeping_bodies = 0;
+  std::uint64_t awake_bodies = 0;
+  /// [-] Bodies whose new state was not finite; they stay where they were, at rest.
+  std::uint64_t frozen_bodies = 0;
+};
+
+}  // namespace bristle::inline BRISTLE_ABI
+
+#include <algorithm>
+#include <optional>
+#include <vector>
+
+namespace bristle::inline BRISTLE_ABI {
+
+/// When islands of bodies fall asleep. Asleep, they are not computed: nothing moves, contacts,
+/// joints and sensors keep their impulses and readings, velocities are zero.
+template <Scalar S>
+struct SleepDef {
+  /// [m/s] Speed of the centre of mass up to which a body is at rest, >= 0.
+  S linear_speed = S(0.01);
+  /// [rad/s] Angular speed up to which it is, >= 0.
+  S angular_speed = S(0.05);
+  /// [s] For how long all bodies of an island must be at rest, > 0. Infinite, the default: nothing
+  /// ever sleeps (docs/decisions/0014-sleep-is-off.md says why).
+  S time = infinity<S>;
+};
+
+/// Settings of a world.
+template <Scalar S>
+struct WorldDef {
+  /// [m/s^2] Gravity.
+  Vec3<S> gravity = Vec3<S>(S(0), S(0), S(-9.81));
+  /// [s] Length of a step, > 0.
+  S time_step = S(1) / S(240);
+  /// [m/s] Impacts slower than this do not bounce, >= 0.
+  S restitution_speed = S(0.01);
+  /// [-] How positions follow from velocities.
+  Integrator integrator = Integrator::trapezoidal;
+  /// [-] The solver.
+  SolverDef<S> solver{};
+  /// [-] When bodies at rest are no longer computed.
+  SleepDef<S> sleep{};
+  /// [-] Runs independent tasks, on threads of the host if it likes; the results are the same.
+  ParallelFor parallel_for = serial_for;
+};
+
+/// A shape on a body.
+template <Scalar S, typename Backend>
+struct Collider {
+  BodyId body{};
+  /// [m] Pose of the shape from the body's centre of mass, along the body's axes.
+  Transform<S> X_CmS{};
+  /// Whether that is the identity, as of most shapes.
+  bool is_centered = false;
+  typename Backend::template Collidable<S> shape{};
+  ShapeKind kind = ShapeKind::sphere;
+  Material<S> material{};
+  /// [m] Box in the shape's own frame; infinite for a half-space.
+  Aabb<S> bounds{};
+  /// [m] Farthest point from the body's centre of mass.
+  S radius = S(0);
+  /// The half-space itself, since a box cannot bound it.
+  std::optional<HalfSpace<S>> half_space{};
+};
+
+/// Everything that persists from step to step, and the bodies as the solver sees them.
+template <Scalar S, typename Backend>
+struct WorldState {
+  WorldDef<S> def{};
+  SlotMap<Body<S>, BodyTag> bodies;
+  SlotMap<Collider<S, Backend>, ShapeTag> colliders;
+  SlotMap<Joint<S>, JointTag> joints;
+  SlotMap<SensorPatch<S>, PatchTag> patches;
+  BroadPhase<S> broad_phase;
+  ContactCache<S> contacts;
+  /// Touches that ended because a shape was removed, for the events of the last step, and those
+  /// since.
+  std::vector<ContactEvent> ended, ended_since;
+  /// Pairs of body slots that do not touch because a joint connects them, sorted.
+  std::vector<ShapePair> unpaired;
+  StepReport<S> report{};
+  /// Bodies asleep, and whether all is: then a step has nothing to do.
+  std::uint32_t sleeping_bodies = 0;
+  bool is_idle = false;
+  /// Whether a caller may have changed any body since the last step (`BodySleep::is_stirred`).
+  bool is_any_stirred = false;
+  /// [-] Steps so far in which anything could move.
+  std::uint64_t steps = 0;
+
+  /// This step's scratch: one entry a body slot, and all constraints.
+  std::vector<SolverBody<S>> solver_bodies;
+  Constraints<S> constraints;
+
+  [[nodiscard]] const Body<S>& body_of(const Collider<S, Backend>& c) const {
+    return bodies.at(c.body.index);
+  }
+  /// Whether a body may move in this step, or was changed by the caller since the last one.
+  [[nodiscard]] bool is_active(std::uint32_t slot) const {
+    const Body<S>& body = bodies.at(slot);
+    if (body.sleep.is_stirred) return true;
+    if (body.is_dynamic()) return !body.is_asleep();
+    return !body.twist.linear.isZero(S(0)) || !body.twist.angular.isZero(S(0));
+  }
+  /// Whether there is a patch in a slot that is switched on.
+  [[nodiscard]] bool is_sensing(std::uint32_t slot) const {
+    return patches.is_live(slot) && patches.at(slot).is_active;
+  }
+  /// [m] Pose of a shape in the frame of A's centre of mass.
+  [[nodiscard]] Transform<S> pose_from(const Body<S>& A, const Collider<S, Backend>& c) const {
+    return relative_pose(A.center_pose, body_of(c).center_pose) * c.X_CmS;
+  }
+  /// Whether a box in the world reaches a shape that has no box itself; true for shapes that do.
+  [[nodiscard]] bool reaches(const Aabb<S>& box, const Collider<S, Backend>& c) const {
+    if (!c.half_space) return true;
+    const Transform<S> X_WS = body_of(c).center_pose * c.X_CmS;
+    const Vec3<S> n = X_WS.rotate(c.half_space->normal);
+    const S height = n.dot(box.center() - X_WS.translation) - c.half_space->offset;
+    return height <= n.cwiseAbs().dot(box.half_extents());
+  }
+};
+
+}  // namespace bristle::inline BRISTLE_ABI
+
+#include <cstdint>
+
+namespace bristle::inline BRISTLE_ABI {
+
+/// A body as its surroundings let it move.
+template <Scalar S>
+struct HeldMobility {
+  /// [1/kg and products with 1/m] Change of its twist for an impulse about its centre of mass,
+  /// world axes: symmetric, positive semidefinite.
+  Mat6<S> matrix = Mat6<S>::Zero();
+  /// Whether anything but its inertia resists.
+  bool is_held = false;
+  /// Whether it hit something in the last step, so that forces of that step say little of the next.
+  bool was_hit = false;
+  /// [-] How the step finds its position: sensors, drives and stops ask for symplectic Euler.
+  Integrator integrator = Integrator::trapezoidal;
+};
+
+/// Finds the mobility of bodies from the state that a step left behind.
+///
+/// Contacts that carried load stop the body along their normal, and across it where they stick;
+/// joints stop it along their locked axes, along a driven one while the drive has force to spare;
+/// patches of the world and springs add their stiffness and damping over a step. What is on the
+/// other side counts as immovable.
+template <Scalar S, typename Backend>
+class HeldMobilityFinder {
+ public:
+  using State = WorldState<S, Backend>;
+
+  [[nodiscard]] HeldMobility<S> find(const State& state, std::uint32_t slot) {
+    HeldMobility<S> result;
+    const Body<S>& body = state.bodies.at(slot);
+    if (!body.moves()) return result;
+    result.integrator = state.def.integrator;
+    result.matrix.template topLeftCorner<3, 3>() = body.inverse_mass_W().asDiagonal();
+    result.matrix.template bottomRightCorner<3, 3>() = body.inverse_inertia_W();
+    add_patches(state, slot, result);
+    free_ = result.matrix;
+    add_contacts(state, slot, result);
+    add_joints(state, slot, result);
+    return result;
+  }
+
+ private:
+  /// Takes away all motion along a row: impulses along it find an equal answer.
+  void stop(const Vec3<S>& direction, const Vec3<S>& angular, HeldMobility<S>& held) const {
+    Vec6<S> row;
+    row << direction, angular;
+    const Vec6<S> motion = held.matrix * row;
+    const S response = row.dot(motion);
+    held.is_held = true;
+    // Along a row that others stop already there is nothing left but rounding.
+    if (!(response > Tolerance<S>::equal() * row.dot(free_ * row))) return;
+    held.matrix -= (motion / response) * motion.transpose();
+  }
+
+  void add_patches(const State& state, std::uint32_t slot, HeldMobility<S>& held) const {
+    const S dt = state.def.time_step;
+    for (std::uint32_t i = 0; i < state.patches.slot_count(); ++i) {
+      if (!state.patches.is_live(i)) continue;
+      const SensorPatch<S>& patch = state.patches.at(i);
+      const bool is_own = patch.body.index == slot;
+      for (const PatchPair<S>& pair : patch.pairs) {
+        if (pair.count == 0 || (!is_own && pair.body_b != slot)) continue;
+        Mat6<S> K, D;
+        detail::sum_stiffness(patch, pair, K, D);
+        soften(dt * dt * K + dt * D, is_own ? pair.arm_a : pair.arm_b, held);
+      }
+    }
+  }
+
+  /// Takes away what stiffness and damping at the end of an arm hold back within a step.
+  /// @param soft  [N s^2/m and products with m] As `SoftBlock::matrix`.
+  void soften(const Mat6<S>& soft, const Vec3<S>& arm, HeldMobility<S>& held) const {
+    Mat6<S> to_point = Mat6<S>::Identity();
+    to_point.template topRightCorner<3, 3>() = -skew(arm);
+    const Mat6<S> at_center = to_point.transpose() * soft * to_point;
+    const Mat6<S> grown = Mat6<S>::Identity() + held.matrix * at_center;
+    held.matrix = solved(grown, held.matrix);
+    held.is_held = true;
+    held.integrator = Integrator::symplectic_euler;
+  }
+
+  void add_contacts(const State& state, std::uint32_t slot, HeldMobility<S>& held) const {
+    for (const CachedManifold<S>& m : state.contacts.manifolds()) {
+      const Collider<S, Backend>& a = state.colliders.at(m.shapes.a);
+      const Collider<S, Backend>& b = state.colliders.at(m.shapes.b);
+      if (a.body.index != slot && b.body.index != slot) continue;
+      const S friction = combined(a.material, b.material).friction;
+      const Twist<S>& twist_a = state.body_of(a).twist;
+      const Twist<S>& twist_b = state.body_of(b).twist;
+      Vec3<S> t1, t2;
+      tangent_basis<S>(m.normal, t1, t2);
+      for (std::uint32_t i = m.first; i < m.first + m.count; ++i) {
+        const CachedPoint<S>& point = state.contacts.points()[i];
+        if (!(point.impulse[0] > S(0))) continue;
+        if (point.took_impact) {
+          held.was_hit = true;
+          const S parting = m.normal.dot(twist_b.at(point.arm_b) - twist_a.at(point.arm_a));
+          if (parting > state.def.restitution_speed) continue;
+        }
+        const Vec3<S>& arm = a.body.index == slot ? point.arm_a : point.arm_b;
+        stop(m.normal, arm.cross(m.normal), held);
+        // Close to the limit it counts as sliding: friction then goes on as a force.
+        constexpr S sticks_below = S(0.999);
+        if (friction_impulse(m, point).norm() >= sticks_below * friction * point.impulse[0]) {
+          continue;
+        }
+        stop(t1, arm.cross(t1), held);
+        stop(t2, arm.cross(t2), held);
+      }
+    }
+  }
+
+  void add_joints(const State& state, std::uint32_t slot, HeldMobility<S>& held) {
+    for (std::uint32_t i = 0; i < state.joints.slot_count(); ++i) {
+      if (!state.joints.is_live(i)) continue;
+      Joint<S> joint = state.joints.at(i);
+      const bool is_a = joint.def.body_a.index == slot;
+      if (!is_a && joint.def.body_b.index != slot) continue;
+      rows_.clear();
+      add_joint_rows(joint, i, state.bodies.at(joint.def.body_a.index),
+                     state.bodies.at(joint.def.body_b.index), state.def.time_step, rows_);
+      for (const SoftBlock<S>& soft : rows_.soft) {
+        soften(soft.matrix, is_a ? soft.arm_a : soft.arm_b, held);
+      }
+      for (const ConstraintBlock<S>& block : rows_.blocks) {
+        if (block.kind != BlockKind::equality) held.integrator = Integrator::symplectic_euler;
+        for (std::uint32_t r = block.first; r < block.first + block.count; ++r) {
+          const ConstraintRow<S>& row = rows_.rows[r];
+          const bool holds = block.kind == BlockKind::equality ||
+                             (row.impulse > block.lower && row.impulse < block.upper);
+          if (!holds) continue;
+          const Vec3<S>& angular = is_a ? row.angular_a : row.angular_b;
+          if (value_of(row.compliance) == 0) {
+            stop(row.direction, angular, held);
+          } else {
+            Vec6<S> j;
+            j << row.direction, angular;
+            soften((S(1) / row.compliance) * j * j.transpose(), Vec3<S>::Zero(), held);
+          }
+        }
+      }
+    }
+  }
+
+  Mat6<S> free_ = Mat6<S>::Zero();
+  Constraints<S> rows_;
+};
+
+}  // namespace bristle::inline BRISTLE_ABI
+
+namespace bristle::inline BRISTLE_ABI {
+
+/// A body as the ticks of a `HapticLoop` see it. Between steps of the world it moves by
+///
+///     v' = v + h W f + W sum of impulses,
+///
+/// W being its `HeldMobility` and f what else acted on it in the last step. Impulses of all patches
+/// that touch it are solved together and implicitly, so that stiff sensors on a light body are
+/// stable at any rate of ticks.
+template <Scalar S>
+class HapticBody {
+ public:
+  HapticBody() = default;
+  /// @param other_force  [N, N m] What else acts on the body about its centre of mass.
+  /// @param step         [s] Of the world.
+  HapticBody(BodyId id, const Body<S>& body, const HeldMobility<S>& held,
+             const Vec6<S>& other_force, S step)
+      : id_(id),
+        body_(body),
+        held_(held),
+        other_force_(other_force),
+        share_((held.integrator == Integrator::trapezoidal ? S(0.5) : S(1)) * step),
+        spread_(share_ - S(0.5) * step) {}
+
+  [[nodiscard]] BodyId id() const { return id_; }
+  /// Where the body is predicted to be.
+  [[nodiscard]] const Body<S>& body() const { return body_; }
+  [[nodiscard]] const HeldMobility<S>& held() const { return held_; }
+  /// [N s, N m s] What all ticks gave it about its centre of mass, world axes.
+  [[nodiscard]] const Wrench<S>& impulse() const { return given_; }
+
+  /// [kg m/s, kg m^2/s] Momentum of a body about its centre of mass.
+  [[nodiscard]] static Vec6<S> momentum(const Body<S>& body) {
+    Vec6<S> p;
+    p << body.mass * body.twist.linear, body.angular_momentum();
+    return p;
+  }
+
+  /// Prepares for one tick.
+  void begin_tick() {
+    if (held_.is_held || !body_.moves()) return;
+    held_.matrix.template bottomRightCorner<3, 3>() = body_.inverse_inertia_W();
+  }
+  /// [1/kg] Mean mobility of the point at `arm` [m] from the centre of mass.
+  [[nodiscard]] S mobility_at(const Vec3<S>& arm) const {
+    const Mat6<S> G = to_point(arm);
+    return (G * held_.matrix * G.transpose()).template topLeftCorner<3, 3>().trace() / S(3);
+  }
+
+  /// Starts the equations of one solve.
+  void clear_system() {
+    matrix_.setZero();
+    offset_.setZero();
+  }
+  /// Adds a patch that pushes this body as B.
+  /// @param motion_a  [m/s, rad/s] Twist of A at the point c of the block.
+  void add(const SoftBlock<S>& block, const Vec6<S>& motion_a) {
+    const Mat6<S> G = to_point(block.arm_b);
+    matrix_ += G.transpose() * block.matrix * G;
+    offset_ += G.transpose() * (block.offset + block.matrix * motion_a);
+  }
+  /// Finds the twist at the end of the tick: (1 + W Q) v' = v + W (h f + q).
+  void solve(S h) {
+    Vec6<S> start;
+    start << body_.twist.linear, body_.twist.angular;
+    end_ = start;
+    if (!body_.moves()) return;
+    const Mat6<S> left = Mat6<S>::Identity() + held_.matrix * matrix_;
+    end_ = solved(left, start + held_.matrix * (h * other_force_ + offset_));
+    if (!all_finite(end_)) end_ = start + held_.matrix * (h * other_force_);
+  }
+  /// Twist of the solution at the point c of a block.
+  [[nodiscard]] Vec6<S> motion_at(const Vec3<S>& arm) const { return to_point(arm) * end_; }
+
+  /// Counts an impulse about the centre of mass.
+  /// @param left  [s] From the start of the tick to the end of the step: as long as it moves the
+  ///              body.
+  void push(const Wrench<S>& impulse, S left) {
+    const S carry = left - share_;
+    given_ += impulse;
+    carried_ += carry * impulse;
+  }
+  /// Moves the body by one tick.
+  void end_tick(S h) {
+    if (body_.moves()) {
+      // Forces known from the start accelerate it evenly; by what the world's integrator makes of
+      // them all ticks are equally off.
+      const Vec6<S> motion = end_ + (spread_ - S(0.5) * h) * (held_.matrix * other_force_);
+      body_.twist = {end_.template head<3>(), end_.template tail<3>()};
+      step_pose(body_, Twist<S>{motion.template head<3>(), motion.template tail<3>()}, h);
+    } else {
+      step_pose(body_, body_.twist, h);
+    }
+  }
+
+  /// [m, rad] By how much farther than a constant force the impulses of the ticks moved the body,
+  /// since they came when they came.
+  [[nodiscard]] Twist<S> carried() const {
+    Vec6<S> moment;
+    moment << carried_.force, carried_.torque;
+    const Vec6<S> shift = held_.matrix * moment;
+    return {shift.template head<3>(), shift.template tail<3>()};
+  }
+
+  /// [kg m/s, kg m^2/s] Momentum that the world's body had when it was given the impulses.
+  Vec6<S> start_momentum = Vec6<S>::Zero();
+
+ private:
+  /// From a twist about the centre of mass to one about the point at `arm`.
+  [[nodiscard]] static Mat6<S> to_point(const Vec3<S>& arm) {
+    Mat6<S> G = Mat6<S>::Identity();
+    G.template topRightCorner<3, 3>() = -skew(arm);
+    return G;
+  }
+
+  BodyId id_{};
+  Body<S> body_{};
+  HeldMobility<S> held_{};
+  Vec6<S> other_force_ = Vec6<S>::Zero();
+  /// [s] For how long the step carries the body by what a force of the whole step gives it: half
+  /// the step, or all of it; and how much more than half that is.
+  S share_ = S(0);
+  S spread_ = S(0);
+  Wrench<S> given_{};
+  Wrench<S> carried_{};  // [N s^2, N m s^2]
+  Mat6<S> matrix_ = Mat6<S>::Zero();
+  Vec6<S> offset_ = Vec6<S>::Zero();
+  Vec6<S> end_ = Vec6<S>::Zero();
+};
+
+}  // namespace bristle::inline BRISTLE_ABI
+
+// === bristle/world/kernels.hpp
+
+/// @file
+/// The door between what is compiled once and what is compiled for each instruction set.
+///
+/// All that a world computes in every step goes through a table of functions. Header-only there is
+/// one, made for what the program is compiled for; `bristle::compiled` has one for each
+/// `InstructionSet` and chooses. Both sides of the door see one layout of all types: what is stored
+/// holds arrays of scalars and unaligned matrices, never a register.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <span>
+
+namespace bristle::inline BRISTLE_ABI {
+
+struct RayFilter;
+template <Scalar S>
+struct WorldRayHit;
+template <Scalar S>
+class ProximityArray;
+template <Scalar S, typename Backend = AnalyticBackend>
+class HapticLoop;
+
+/// The functions of a world that are compiled for each instruction set. None of them throws.
+template <Scalar S, typename Backend>
+struct WorldKernels {
+  /// A new `Stepper`, and its end.
+  void* (*make_scratch)();
+  void (*delete_scratch)(void* stepper);
+  /// `Stepper::step`.
+  void (*step)(void* stepper, WorldState<S, Backend>& state);
+  /// Nearest hits of rays with all shapes. Rays are valid, and there is one hit for each.
+  void (*cast_rays)(const WorldState<S, Backend>& state, std::span<const Ray<S>> rays,
+                    const RayFilter& filter, std::span<WorldRayHit<S>> hits);
+  /// `ProximityArray::sense`; the carrier is there.
+  void (*sense)(ProximityArray<S>& array, const WorldState<S, Backend>& state, BodyId carrier);
+};
+
+/// The same of a haptic loop, apart, so that a header-only program without one does not compile it.
+template <Scalar S, typename Backend>
+struct HapticKernels {
+  /// One tick of a loop that is open and has one left.
+  void (*tick)(HapticLoop<S, Backend>& loop);
+};
+
+/// The tables that are used from here on.
+template <Scalar S, typename Backend>
+[[nodiscard]] const WorldKernels<S, Backend>& world_kernels();
+template <Scalar S, typename Backend>
+[[nodiscard]] const HapticKernels<S, Backend>& haptic_kernels();
+
+}  // namespace bristle::inline BRISTLE_ABI
+
+// === bristle/world/patch_rays.hpp
+
+/// @file
+/// What the rays of a patch meet: cast at the shapes in reach, or carried on since they were cast.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <algorithm>
+#include <cstdint>
+#include <span>
+
+namespace bristle::inline BRISTLE_ABI {
+
+/// A shape that the rays of a patch on A may meet within a step.
+template <Scalar S, typename Backend>
+struct ShapeInReach {
+  std::uint32_t tag = 0;
+  std::uint32_t generation = 0;
+  const Collider<S, Backend>* collider = nullptr;
+  /// [m] The shape and its body B about their centres of mass, as A sees them.
+  Transform<S> X_AS{};
+  Transform<S> X_AB{};
+  /// [m] By how much it can come closer within the step, and how much longer rays are cast.
+  S approach = S(0);
+  S extra_length = S(0);
+  /// [m] Around what the rays may meet of it, in A; for a half-space the plane instead.
+  Aabb<S> box{};
+  Vec3<S> normal = Vec3<S>::Zero();
+  S offset = S(0);
+
+  [[nodiscard]] bool is_near(const Aabb<S>& rays) const {
+    if (!collider->half_space) return box.overlaps(rays);
+    return normal.dot(rays.center()) - normal.cwiseAbs().dot(rays.half_extents()) <= offset;
+  }
+  /// The same of the boxes with these corners.
+  [[nodiscard]] BRISTLE_INLINE Mask<S> is_near(const Pack3<S>& lower, const Pack3<S>& upper) const {
+    if (!collider->half_space) {
+      return (lower.x <= Pack<S>(box.upper.x())) & (lower.y <= Pack<S>(box.upper.y())) &
+             (lower.z <= Pack<S>(box.upper.z())) & (upper.x >= Pack<S>(box.lower.x())) &
+             (upper.y >= Pack<S>(box.lower.y())) & (upper.z >= Pack<S>(box.lower.z()));
+    }
+    const Pack3<S> n = Pack3<S>::all(normal);
+    const Pack<S> lowest = min(n.x * lower.x, n.x * upper.x) + min(n.y * lower.y, n.y * upper.y) +
+                           min(n.z * lower.z, n.z * upper.z);
+    return lowest <= Pack<S>(offset);
+  }
+};
+
+/// Looks at a shape from A.
+/// @param X_AB      [m] Its body about its centre of mass.
+/// @param approach  [m] By how much it can come closer within the step.
+template <Scalar S, typename Backend>
+[[nodiscard]] ShapeInReach<S, Backend> shape_in_reach(const SensorPatch<S>& patch, ShapeId id,
+                                                      const Collider<S, Backend>& collider,
+                                                      const Transform<S>& X_AB, S approach);
+
+/// Fills `patch.near` and the hits of these tiles.
+/// @param shapes  By ascending tags.
+/// @param is_due  Whether it is the patch's turn to cast its rays.
+/// @return [-] Number of rays cast, one a sensor and shape.
+template <Scalar S, typename Backend>
+std::uint64_t find_hits(SensorPatch<S>& patch, std::span<const ShapeInReach<S, Backend>> shapes,
+                        bool is_due);
+
+// The same in parts, for threads that share the second.
+
+/// Decides whether rays are to be cast, and fills `patch.near` if so. Before they are, hits there
+/// are to be forgotten (`SensorPatch::reset_near_hits`).
+template <Scalar S, typename Backend>
+[[nodiscard]] bool wants_rays(SensorPatch<S>& patch,
+                              std::span<const ShapeInReach<S, Backend>> shapes, bool is_due);
+
+/// Casts the rays of a slice at one of the shapes, which are asked by ascending tags. Where slices
+/// are not runs of sensors, all of them before the next shape is.
+template <Scalar S, typename Backend>
+void cast_rays_at(SensorPatch<S>& patch, const ShapeInReach<S, Backend>& shape, RaySlice slice,
+                  RayTrail<S>* trail = nullptr);
+
+/// Keeps what was met, where rays are not cast in every step, and carries it on.
+template <Scalar S, typename Backend>
+void carry_hits(SensorPatch<S>& patch, std::span<const ShapeInReach<S, Backend>> shapes,
+                bool has_cast);
+
+// Implementation -----------------------------------------------------------------------------------
+
+namespace detail {
+
+/// Whether the sensors of a patch take notice of a shape.
+template <Scalar S, typename Backend>
+[[nodiscard]] bool sees(const WorldState<S, Backend>& state, const SensorPatch<S>& patch,
+                        const Collider<S, Backend>& c) {
+  if (c.body == patch.body) return false;
+  if ((patch.def.sees & state.body_of(c).filter.category) == 0) return false;
+  return std::find(patch.def.excluded.begin(), patch.def.excluded.end(), c.body) ==
+         patch.def.excluded.end();
+}
+
+/// [m/s] How fast a body B can come closer to any point of a box on A.
+/// @param box  [m] From A's centre of mass, in A's axes; `center_b` is B's centre, world axes.
+template <Scalar S>
+[[nodiscard]] S closing_speed(const Aabb<S>& box, const Transform<S>& X_WA, const Twist<S>& a,
+                              const Vec3<S>& center_b, const Twist<S>& b) {
+  const Vec3<S> center = X_WA.rotate(box.center());
+  const Vec3<S> p_ab = center_b - X_WA.translation;
+  const Vec3<S> v = a.at(center) - b.at(center - p_ab);
+  return v.norm() + (a.angular - b.angular).norm() * box.half_extents().norm();
+}
+
+}  // namespace detail
+
+template <Scalar S, typename Backend>
+ShapeInReach<S, Backend> shape_in_reach(const SensorPatch<S>& patch, ShapeId id,
+                                        const Collider<S, Backend>& collider,
+                                        const Transform<S>& X_AB, S approach) {
+  ShapeInReach<S, Backend> shape;
+  shape.tag = id.index;
+  shape.generation = id.generation;
+  shape.collider = &collider;
+  shape.X_AB = X_AB;
+  shape.X_AS = X_AB * collider.X_CmS;
+  shape.approach = approach;
+  // What is kept must last for a while.
+  shape.extra_length = patch.def.cast_every > 1 ? approach + patch.shortest / S(4) : approach;
+  if (collider.half_space) {
+    shape.normal = shape.X_AS.rotate(collider.half_space->normal);
+    shape.offset = collider.half_space->offset + shape.normal.dot(shape.X_AS.translation);
+  } else {
+    shape.box = transformed(collider.bounds, shape.X_AS).inflated(shape.extra_length);
+  }
+  // Boxes that touch but for their rounding do touch.
+  const S size = shape.X_AS.translation.cwiseAbs().sum() + patch.reach + collider.radius;
+  shape.offset += shape.extra_length + Tolerance<S>::round_off() * size;
+  shape.box = shape.box.inflated(Tolerance<S>::round_off() * size);
+  return shape;
+}
+
+namespace detail {
+
+/// Whether what was met when the rays were cast last still serves.
+template <Scalar S, typename Backend>
+[[nodiscard]] bool serves(const SensorPatch<S>& patch,
+                          std::span<const ShapeInReach<S, Backend>> shapes) {
+  const std::vector<KeptShape<S>>& kept = patch.kept.shapes;
+  if (kept.size() != shapes.size()) return false;
+  for (std::size_t i = 0; i < kept.size(); ++i) {
+    const ShapeInReach<S, Backend>& shape = shapes[i];
+    if (kept[i].tag != shape.tag || kept[i].generation != shape.generation ||
+        !kept[i].covers({shape.X_AB.rotation_matrix(), shape.X_AB.translation}, shape.approach,
+                        patch.reach)) {
+      return false;
+    }
+  }
+  return true;
+}
+
+/// Whether the rays of a patch surely meet none of the shapes.
+template <Scalar S, typename Backend>
+[[nodiscard]] bool are_clear(const SensorPatch<S>& patch,
+                             std::span<const ShapeInReach<S, Backend>> shapes) {
+  return std::all_of(shapes.begin(), shapes.end(), [&](const auto& shape) {
+    return is_surely_clear<S, Backend>(shape.collider->shape, shape.X_AS,
+                                       patch.rays(shape.extra_length));
+  });
+}
+
+}  // namespace detail
+
+template <Scalar S, typename Backend>
+bool wants_rays(SensorPatch<S>& patch, std::span<const ShapeInReach<S, Backend>> shapes,
+                bool is_due) {
+  if (patch.def.cast_every > 1 && !is_due && detail::serves(patch, shapes)) return false;
+  // What met nothing in the last step mostly meets nothing now, and a look tells more quickly than
+  // asking every tile.
+  if (patch.contacts.empty() && detail::are_clear<S, Backend>(patch, shapes)) {
+    patch.near.clear();
+    return true;
+  }
+  patch.tile_boxes.find(
+      [&](const Pack3<S>& lower, const Pack3<S>& upper) {
+        Mask<S> near = Mask<S>::first(0);
+        for (const auto& shape : shapes) near = near | shape.is_near(lower, upper);
+        return near;
+      },
+      patch.near);
+  return true;
+}
+
+template <Scalar S, typename Backend>
+void cast_rays_at(SensorPatch<S>& patch, const ShapeInReach<S, Backend>& shape, RaySlice slice,
+                  RayTrail<S>* trail) {
+  RayBatch<S> rays = patch.near_rays(shape.extra_length);
+  rays.slice = slice;
+  rays.trail = trail;
+  rays.kept = &patch.candidates;
+  rays.shape_life = shape.generation;
+  Backend::cast_rays(shape.collider->shape, shape.X_AS, rays, shape.tag, patch.hits);
+}
+
+template <Scalar S, typename Backend>
+void carry_hits(SensorPatch<S>& patch, std::span<const ShapeInReach<S, Backend>> shapes,
+                bool has_cast) {
+  if (patch.def.cast_every == 1) return;
+  if (has_cast) {
+    patch.kept.shapes.clear();
+    for (const ShapeInReach<S, Backend>& shape : shapes) {
+      patch.kept.shapes.push_back({shape.tag,
+                                   shape.generation,
+                                   {shape.X_AB.rotation_matrix(), shape.X_AB.translation},
+                                   shape.extra_length});
+    }
+    patch.kept.keep(patch);
+  }
+  // Also where rays were just cast: all steps of a patch then look alike.
+  patch.kept.advance(patch, [&](std::uint32_t tag, PairPose<S>& pose) {
+    const auto same = [tag](const auto& shape) { return shape.tag == tag; };
+    const ShapeInReach<S, Backend>& shape = *std::find_if(shapes.begin(), shapes.end(), same);
+    pose = {shape.X_AB.rotation_matrix(), shape.X_AB.translation};
+    return shape.approach;
+  });
+}
+
+template <Scalar S, typename Backend>
+std::uint64_t find_hits(SensorPatch<S>& patch, std::span<const ShapeInReach<S, Backend>> shapes,
+                        bool is_due) {
+  const bool casts = wants_rays<S, Backend>(patch, shapes, is_due);
+  const std::uint64_t rays = casts ? patch.near_count() * shapes.size() : 0;
+  if (rays > 0) {
+    patch.reset_near_hits();
+    for (const ShapeInReach<S, Backend>& shape : shapes) cast_rays_at<S>(patch, shape, {});
+  }
+  carry_hits<S, Backend>(patch, shapes, casts);
+  return rays;
+}
+
+}  // namespace bristle::inline BRISTLE_ABI
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace bristle::inline BRISTLE_ABI {
+namespace detail {
+template <Scalar S, typename Backend>
+class HapticTick;
+}  // namespace detail
+
+/// Settings of a haptic loop.
+template <Scalar S>
+struct HapticDef {
+  /// [-] Ticks in a step of the world, >= 1.
+  std::uint32_t ticks = 16;
+  /// [m/s] Fastest that any point of a tool moves, >= 0. What a tool could not reach at that speed
+  /// within a step is not felt before the next one.
+  S max_speed = S(1);
+};
+
+/// Names a tool of a haptic loop.
+struct ToolId {
+  std::uint32_t index = 0xffffffffu;
+};
+/// Names a patch of a haptic loop.
+struct TickedPatchId {
+  std::uint32_t index = 0xffffffffu;
+};
+
+/// What `World::open` and `World::step` give a haptic loop to see. A value: a copy goes on as the
+/// original would, so that a copy of the loop goes with a snapshot of its world.
+///
+/// The patches of a loop belong to it alone; the world does not sense with them. They are always
+/// implicit: `PatchDef::integration` and `explicit_below` are not used.
+template <Scalar S, typename Backend>
+class HapticLoop {
+ public:
+  /// @throws InvalidArgument naming the field.
+  explicit HapticLoop(const HapticDef<S>& def) : def_(def) {
+    detail::require(def.ticks > 0, "HapticDef::ticks", def.ticks, "must be > 0");
+    detail::require_not_negative("HapticDef::max_speed", def.max_speed);
+  }
+
+  /// Adds a tool: a kinematic body of the world, which `World::open` and `World::step` check. Steps
+  /// move it to where the ticks left it; until it is moved for the first time it is where its body
+  /// is.
+  ToolId add_tool(BodyId body) {
+    tools_.emplace_back().body = body;
+    return {static_cast<std::uint32_t>(tools_.size() - 1)};
+  }
+  /// Adds sensors to a tool, in the frame of its body. They feel from the next `World::open` or
+  /// `World::step` on.
+  /// @throws InvalidArgument naming the field; the law must be the paper's.
+  TickedPatchId add_patch(ToolId tool, PatchDef<S> def) {
+    const Tool& owner = tool_of(tool);
+    detail::require(def.options.law == Law::paper, "LawOptions::law", "ambf",
+                    "must be the paper's");
+    def.integration = Integration::implicit;
+    Skin skin;
+    // About the origin of the body frame, which is the device's.
+    skin.patch = make_patch(std::move(def), owner.body, Vec3<S>(Vec3<S>::Zero()));
+    skin.tool = tool.index;
+    skins_.push_back(std::move(skin));
+    return {static_cast<std::uint32_t>(skins_.size() - 1)};
+  }
+
+  /// Says where a tool is now; its velocity is that since the last tick, zero in the first tick
+  /// after `World::open`. Of several calls between two ticks the last one counts.
+  /// @param X_WT  [m] Pose of the body frame in the world.
+  /// @throws InvalidArgument when it is not finite or no rotation; the loop is unchanged then.
+  void move(ToolId tool, const Transform<S>& X_WT) {
+    Tool& t = tool_of(tool);
+    require_pose(X_WT);
+    Twist<S> twist;
+    if (t.last_pose) {
+      twist = {(X_WT.translation - t.last_pose->translation) / h_,
+               log_rotation<S>(X_WT.rotation * t.last_pose->rotation.conjugate()) / h_};
+      detail::require_all_finite("X_WT.translation: velocity", twist.linear);
+      detail::require_all_finite("X_WT.rotation: angular velocity", twist.angular);
+    }
+    set_motion(t, X_WT, twist);
+  }
+  /// The same for a device that knows its velocity.
+  /// @param twist  [m/s, rad/s] Of the origin of the body frame, world axes.
+  void move(ToolId tool, const Transform<S>& X_WT, const Twist<S>& twist) {
+    Tool& t = tool_of(tool);
+    require_pose(X_WT);
+    detail::require_all_finite("twist.linear", twist.linear);
+    detail::require_all_finite("twist.angular", twist.angular);
+    set_motion(t, X_WT, twist);
+  }
+
+  /// Senses and moves the bodies near the tools on by one tick. A tool that was not moved since the
+  /// last tick stands still.
+  /// @throws InvalidArgument when `World::open` was not called, or all ticks of the step are done.
+  void tick();
+
+  /// [N, N m] What the sensors of a tool felt in the last tick, about the origin of its body frame,
+  /// world axes: the mean over the tick that begins, if the tool keeps its velocity.
+  [[nodiscard]] const Wrench<S>& wrench(ToolId tool) const {
+    require_tool(tool);
+    return tools_[tool.index].wrench;
+  }
+  /// What a patch felt in the last tick; valid until the next one.
+  [[nodiscard]] PatchReading<S> reading(TickedPatchId id) const {
+    detail::require(id.index < skins_.size(), "TickedPatchId", id.index, "must name a patch");
+    return skins_[id.index].patch.readings.view();
+  }
+  /// Bodies near the tools, as predicted by the ticks so far.
+  [[nodiscard]] std::span<const HapticBody<S>> bodies() const { return bodies_; }
+  /// [s] Length of a tick; 0 before `World::open`.
+  [[nodiscard]] S tick_length() const { return h_; }
+  /// [-] Ticks since the last step.
+  [[nodiscard]] std::uint32_t ticks_done() const { return done_; }
+  /// [-] Rays that were cast in the last tick, one a sensor and shape.
+  [[nodiscard]] std::uint64_t rays_cast() const { return rays_cast_; }
+  [[nodiscard]] const HapticDef<S>& def() const { return def_; }
+
+ private:
+  template <Scalar T, typename B>
+  requires ShapeBackend<B, T>
+  friend class World;
+  friend class detail::HapticTick<S, Backend>;
+
+  struct Tool {
+    BodyId body{};
+    Transform<S> pose{};
+    Twist<S> twist{};
+    Wrench<S> wrench{};
+    /// [m] Where `move` had it in the last tick since the loop was opened.
+    std::optional<Transform<S>> last_pose;
+    /// Whether `move` ever said where it is; and since the last tick.
+    bool is_placed = false;
+    bool is_moved = false;
+
+    /// [m] Where it is a tick of length h [s] after the last one began.
+    [[nodiscard]] Transform<S> end_pose(S h) const {
+      if (is_moved) return pose;
+      return {step_rotation<S>(pose.rotation, twist.angular, h),
+              Vec3<S>(pose.translation + h * twist.linear)};
+    }
+  };
+  /// A shape near the tools. Its own copy, so that ticks need no world.
+  struct NearShape {
+    ShapeId id{};
+    Collider<S, Backend> collider{};
+    std::uint32_t body = 0;
+  };
+  struct Skin {
+    SensorPatch<S> patch{};
+    std::uint32_t tool = 0;
+    /// [-] Which of the near shapes it may meet within the step.
+    std::vector<std::uint32_t> near;
+    std::vector<ShapeInReach<S, Backend>> in_reach;
+    /// One for each pair, and the body that it pushes.
+    std::vector<SoftBlock<S>> blocks;
+    std::vector<std::uint32_t> touched;
+  };
+
+  void require_tool(ToolId tool) const {
+    detail::require(tool.index < tools_.size(), "ToolId", tool.index, "must name a tool");
+  }
+  [[nodiscard]] Tool& tool_of(ToolId tool) {
+    require_tool(tool);
+    return tools_[tool.index];
+  }
+  static void require_pose(const Transform<S>& X_WT) {
+    detail::require_all_finite("X_WT.translation", X_WT.translation);
+    detail::require_unit<S>("X_WT.rotation", X_WT.rotation);
+  }
+  static void set_motion(Tool& tool, const Transform<S>& X_WT, const Twist<S>& twist) {
+    tool.pose = {X_WT.rotation.normalized(), X_WT.translation};
+    tool.twist = twist;
+    tool.is_placed = tool.is_moved = true;
+  }
+
+  void require_open() const {
+    detail::require(h_ > S(0), "HapticLoop: tick_length", h_,
+                    "must be > 0: call World::open first");
+  }
+
+  // What the world calls.
+  void require_ticked() const {
+    require_open();
+    detail::require(done_ == def_.ticks, "HapticLoop: ticks", done_,
+                    "must be HapticDef::ticks before a step");
+  }
+  void forget();
+  void observe(const WorldState<S, Backend>& state);
+  void find_near(const WorldState<S, Backend>& state, Skin& skin, S fastest);
+  /// [m/s] Fastest that any point of a shape moves; of a half-space, its body.
+  [[nodiscard]] static S speed_of(const WorldState<S, Backend>& state,
+                                  const Collider<S, Backend>& c) {
+    const Twist<S>& twist = state.body_of(c).twist;
+    return twist.linear.norm() + (c.half_space ? S(0) : twist.angular.norm() * c.radius);
+  }
+  [[nodiscard]] std::uint32_t add_body(const WorldState<S, Backend>& state, BodyId id);
+  [[nodiscard]] Vec6<S> other_force(const WorldState<S, Backend>& state, BodyId id,
+                                    const HeldMobility<S>& held) const;
+
+  const HapticKernels<S, Backend>* kernels_ = &haptic_kernels<S, Backend>();
+  HapticDef<S> def_;
+  std::vector<Tool> tools_;
+  std::vector<Skin> skins_;
+  std::vector<NearShape> shapes_;
+  std::vector<HapticBody<S>> bodies_, last_bodies_;
+  HeldMobilityFinder<S, Backend> finder_;
+  S h_ = S(0);
+  std::uint32_t done_ = 0;
+  std::uint64_t ticks_ = 0;
+  std::uint64_t rays_cast_ = 0;
+};
+
+}  // namespace bristle::inline BRISTLE_ABI
+
+// Implementation -----------------------------------------------------------------------------------
+
+// === bristle/world/proximity.hpp
+
+/// @file
+/// Sensors of distance: the rays of resistive sensors without their forces.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <utility>
+#include <vector>
+
+namespace bristle::inline BRISTLE_ABI {
+
+/// Whom sensors of distance see.
+struct ProximityFilter {
+  /// [-] Categories of the bodies that are seen.
+  std::uint32_t sees = 0xffffffffu;
+  /// [-] Bodies that are not seen, besides the one that carries the sensors.
+  std::vector<BodyId> excluded{};
+};
+
+/// An array of rays on a body and what they met last.
+///
+/// It belongs to no world: `world.sense(body, array)` fills it when somebody wants to know, so that
+/// sensors which are read every tenth step, or not at all, cost nothing in between, and no state of
+/// the world depends on whether it was asked. A body far from the array costs one test of boxes.
+template <Scalar S>
+class ProximityArray {
+ public:
+  /// @throws InvalidArgument as `SensorLayout::validate`, or when there are no rays.
+  explicit ProximityArray(SensorLayout<S> rays, ProximityFilter filter = {})
+      : rays_(std::move(rays)), filter_(std::move(filter)) {
+    rays_.validate();
+    detail::require(rays_.size() > 0, "ProximityArray: rays.size()", rays_.size(), "must be > 0");
+    for (std::size_t i = 0; i < rays_.size(); ++i) {
+      box_.include(rays_.start[i]);
+      box_.include(rays_.start[i] + rays_.length[i] * rays_.direction[i]);
+    }
+    bundles_ = RayBundles<S>(batch(nullptr));
+    hits_.reset(rays_.size());
+    body_.resize(rays_.size());
+  }
+
+  [[nodiscard]] std::size_t size() const { return rays_.size(); }
+  [[nodiscard]] const SensorLayout<S>& rays() const { return rays_; }
+
+  /// [m] Distance of each ray's start from what it met; infinite where it met nothing, 0 where it
+  /// starts inside.
+  [[nodiscard]] std::span<const S> distance() const { return hits_.distance; }
+  /// [-] What each ray met; names nothing where it met nothing.
+  [[nodiscard]] std::span<const BodyId> body() const { return body_; }
+  /// [1] Outward unit normal of the surface that a ray met, in the frame of the carrying body.
+  [[nodiscard]] Vec3<S> normal(std::size_t ray) const { return hits_.normal[ray]; }
+  /// [-] The ray with the shortest distance, the first of equals; `size()` where none met anything.
+  [[nodiscard]] std::size_t nearest() const {
+    const auto least = std::min_element(hits_.distance.begin(), hits_.distance.end());
+    return *least < infinity<S> ? static_cast<std::size_t>(least - hits_.distance.begin()) : size();
+  }
+  /// [-] Rays that were cast in the last call: rays times shapes in reach.
+  [[nodiscard]] std::uint64_t rays_cast() const { return rays_cast_; }
+
+  /// What `World::sense` calls.
+  template <typename Backend>
+  void sense(const WorldState<S, Backend>& state, BodyId carrier);
+
+ private:
+  template <typename Backend>
+  [[nodiscard]] bool sees(const WorldState<S, Backend>& state, BodyId carrier,
+                          const Collider<S, Backend>& c) const {
+    return c.body != carrier && (filter_.sees & state.body_of(c).filter.category) != 0 &&
+           std::find(filter_.excluded.begin(), filter_.excluded.end(), c.body) ==
+               filter_.excluded.end();
+  }
+
+  [[nodiscard]] RayBatch<S> batch(const RayBundles<S>* bundles) const {
+    RayBatch<S> batch = rays_.rays();
+    batch.bundles = bundles;
+    return batch;
+  }
+
+  SensorLayout<S> rays_;
+  RayBundles<S> bundles_;
+  ProximityFilter filter_;
+  Aabb<S> box_{};
+  RayHits<S> hits_;
+  std::vector<BodyId> body_;
+  std::vector<std::uint32_t> near_;
+  std::uint64_t rays_cast_ = 0;
+};
+
+}  // namespace bristle::inline BRISTLE_ABI
+
+// Implementation -----------------------------------------------------------------------------------
+
+// === bristle/world/ray_query.hpp
+
+/// @file
+/// Rays through a whole world.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <span>
+
+namespace bristle::inline BRISTLE_ABI {
+
+/// Whom a ray query meets.
+struct RayFilter {
+  /// [-] Categories of the bodies that are met.
+  std::uint32_t categories = 0xffffffffu;
+  /// [-] A body that is not met (the one the ray starts from, say).
+  BodyId excluded{};
+};
+
+/// Nearest hit of a ray through a world.
+template <Scalar S>
+struct WorldRayHit {
+  /// [m] Distance from the ray's start; infinite where nothing was hit, 0 where it starts inside.
+  S distance = infinity<S>;
+  /// [m] Point of the hit, and [1] outward unit normal of the surface, in the world.
+  Vec3<S> point = Vec3<S>::Zero();
+  Vec3<S> normal = Vec3<S>::Zero();
+  /// [-] What was hit.
+  BodyId body{};
+  ShapeId shape{};
+
+  [[nodiscard]] bool is_hit() const { return distance < infinity<S>; }
+};
+
+namespace detail {
+
+/// @throws InvalidArgument when the ray is not finite, has no unit direction or no length.
+template <Scalar S>
+void require_ray(const Ray<S>& ray) {
+  using std::abs;
+  require_all_finite("Ray::origin", ray.origin);
+  require_all_finite("Ray::direction", ray.direction);
+  require(abs(ray.direction.squaredNorm() - S(1)) <= Tolerance<S>::equal(), "Ray::direction",
+          ray.direction.norm(), "must have length 1");
+  require(ray.length > S(0), "Ray::length", ray.length, "must be > 0");
+}
+
+/// @param scratch  Room for one hit, so that many rays need it once.
+template <Scalar S, typename Backend>
+[[nodiscard]] WorldRayHit<S> cast_ray(const WorldState<S, Backend>& state, const Ray<S>& ray,
+                                      const RayFilter& filter, RayHits<S>& scratch) {
+  RayHit<S> best;
+  std::uint32_t best_tag = 0;
+  state.broad_phase.walk_ray(ray, [&](std::uint32_t tag, S nearest) {
+    const Collider<S, Backend>& c = state.colliders.at(tag);
+    const Body<S>& body = state.body_of(c);
+    if (c.body == filter.excluded || (body.filter.category & filter.categories) == 0) {
+      return nearest;
+    }
+    // The ray starts in the frame of its own origin, so nothing is lost far from the world's.
+    Transform<S> X_RS = body.center_pose * c.X_CmS;
+    X_RS.translation -= ray.origin;
+    const S zero = S(0);
+    const S length = std::min(nearest, ray.length);
+    const auto one = [](const S& value) { return std::span<const S>(&value, 1); };
+    const RayBatch<S> batch{one(zero),
+                            one(zero),
+                            one(zero),
+                            one(ray.direction.x()),
+                            one(ray.direction.y()),
+                            one(ray.direction.z()),
+                            one(length),
+                            S(0)};
+    scratch.reset(1);
+    Backend::cast_rays(c.shape, X_RS, batch, tag, scratch);
+    // The order of visits is that of the tree; on equal distance the lower shape wins, as it does
+    // for sensors.
+    const S distance = scratch.distance[0];
+    if (distance < best.distance ||
+        (distance == best.distance && scratch.is_hit(0) && tag < best_tag)) {
+      best = {distance, scratch.normal[0]};
+      best_tag = tag;
+    }
+    return std::min(nearest, best.distance);
+  });
+  WorldRayHit<S> result;
+  if (!(best.distance < infinity<S>)) return result;
+  result.distance = best.distance;
+  result.normal = best.normal;
+  result.point = ray.origin + best.distance * ray.direction;
+  result.body = state.colliders.at(best_tag).body;
+  result.shape = state.colliders.handle(best_tag);
+  return result;
+}
+
+}  // namespace detail
+}  // namespace bristle::inline BRISTLE_ABI
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace bristle::inline BRISTLE_ABI {
+
+template <Scalar S, typename Backend>
+class HostSensors;
+
+/// A minimal rigid-body world whose hands can hold things.
+///
+/// Calls that take a definition check it and throw `InvalidArgument` before anything has changed;
+/// so do calls with a handle that names nothing any more. `step` never throws, never lets a
+/// non-finite number spread, and does not allocate once it has seen the scene's largest step.
+///
+/// A world is a value: a copy steps on exactly as the original would, and warms up scratch memory
+/// of its own. One that was moved from may only be destroyed or assigned to. The same calls give
+/// the same bits, run to run and for any `WorldDef::parallel_for`. One thread at a time may use a
+/// world; const calls may run concurrently.
+///
+/// @tparam S        Scalar: float, double, or `Dual<double, n>` (docs/gradients.md).
+/// @tparam Backend  What computes geometry; see `ShapeBackend`.
+template <Scalar S, typename Backend = AnalyticBackend>
+requires ShapeBackend<Backend, S>
+class World {
+ public:
+  /// @throws InvalidArgument naming the field of the definition.
+  explicit World(const WorldDef<S>& def = {});
+  World(const World& other);
+  World(World&& other) noexcept;
+  World& operator=(const World& other);
+  World& operator=(World&& other) noexcept;
+  ~World();
+
+  // Bodies and shapes
+  // ------------------------------------------------------------------------------
+
+  /// Adds a body, with the shapes it has.
+  /// @throws InvalidArgument naming the field; or when the backend knows no contact between this
+  ///         shape and one already here that it may meet (docs/backends.md lists the pairs).
+  BodyId add_body(const BodyDef<S>& def);
+
+  /// Adds a shape to a body; mass properties stay as they are.
+  ShapeId add_shape(BodyId body, const ShapeDef<S>& def);
+
+  /// Removes a body with its shapes, patches and joints. Sensors of others let go of it.
+  void remove_body(BodyId id);
+  void remove_shape(ShapeId id);
+
+  [[nodiscard]] bool contains(BodyId id) const noexcept { return state_.bodies.contains(id); }
+  /// Mass, pose and velocities of a body.
+  [[nodiscard]] const Body<S>& body(BodyId id) const { return state_.bodies.get(id, "BodyId"); }
+  /// Pose of the body frame in the world.
+  [[nodiscard]] Transform<S> pose(BodyId id) const { return body(id).pose(); }
+  /// [-] Number of bodies.
+  [[nodiscard]] std::size_t body_count() const noexcept { return state_.bodies.size(); }
+
+  /// Puts a body somewhere else at once; its velocity stays. Its contacts and bristles notice in
+  /// the next step.
+  void set_pose(BodyId id, const Transform<S>& X_WB);
+  /// [m/s, rad/s] Sets the velocity of the centre of mass and the angular velocity, world axes. The
+  /// body must not be fixed.
+  void set_velocity(BodyId id, const Twist<S>& twist);
+  /// Gives a kinematic body the velocity that brings it to a pose at the end of the next step; it
+  /// keeps moving at it until told otherwise.
+  void move_to(BodyId id, const Transform<S>& X_WB);
+  /// [N, N m] Adds a wrench about the centre of mass, world axes, that acts during the next step.
+  void apply_wrench(BodyId id, const Wrench<S>& wrench);
+  /// [N] Adds a force at a point [m] of the world that acts during the next step.
+  void apply_force(BodyId id, const Vec3<S>& force, const Vec3<S>& point);
+  /// [-] Changes who may touch and sense a body.
+  void set_filter(BodyId id, const CollisionFilter& filter);
+
+  /// Whether a body sleeps (`WorldDef::sleep`; off unless set). All calls above that change a body
+  /// wake its island, and so does what comes to reach it.
+  [[nodiscard]] bool is_asleep(BodyId id) const { return body(id).is_asleep(); }
+  /// Wakes a body with its island; it has to be at rest for `SleepDef::time` to sleep again.
+  void wake(BodyId id);
+
+  // Joints
+  // -----------------------------------------------------------------------------------------
+
+  JointId add_joint(const JointDef<S>& def);
+  void remove_joint(JointId id);
+  /// Changes what drives a joint.
+  void set_drive(JointId id, const JointDrive<S>& drive);
+  /// Position, velocity and forces of a joint in the last step.
+  [[nodiscard]] JointReading<S> reading(JointId id) const;
+
+  // Sensors
+  // ----------------------------------------------------------------------------------------
+
+  /// Adds sensors to a body, in its frame. Shapes that the body gets later are not looked at.
+  /// @throws InvalidArgument naming the field or the sensor that points into its own body.
+  PatchId add_patch(BodyId body, PatchDef<S> def);
+  /// A patch whose sensors share constants and integrate automatically.
+  PatchId add_patch(BodyId body, SensorLayout<S> sensors, const SensorParameters<S>& parameters);
+  /// The same with constants from physical wants; the patch is taken to carry the load alone.
+  PatchId add_patch(BodyId body, SensorLayout<S> sensors, const Tuning<S>& tuning);
+  void remove_patch(PatchId id);
+  /// Switches a patch off or on. Switched off it lets go of what it holds, reads nothing and costs
+  /// nothing; `patch(id).is_active` tells.
+  void set_active(PatchId id, bool is_active);
+  /// Gives all sensors of a patch the same constants, also where they had their own; bristles keep
+  /// their stretch.
+  void set_parameters(PatchId id, const SensorParameters<S>& parameters);
+  /// What a patch felt in the last step; valid until the next one.
+  [[nodiscard]] PatchReading<S> reading(PatchId id) const;
+  [[nodiscard]] const SensorPatch<S>& patch(PatchId id) const {
+    return state_.patches.get(id, "PatchId");
+  }
+
+  /// [s] Longest step at which what the patch touched in the last step could be integrated
+  /// explicitly; infinite when it touched nothing that moves.
+  [[nodiscard]] S largest_stable_step(PatchId id) const;
+
+  // Queries
+  // ----------------------------------------------------------------------------------------
+
+  /// Nearest hit of a ray with any shape. O(log n) of the number of shapes.
+  [[nodiscard]] WorldRayHit<S> cast_ray(const Ray<S>& ray, const RayFilter& filter = {}) const;
+  /// Nearest hits of many rays; `hits` has one entry a ray.
+  void cast_rays(std::span<const Ray<S>> rays, const RayFilter& filter,
+                 std::span<WorldRayHit<S>> hits) const;
+  /// Measures distances with an array of rays on a body, given in its frame, as things are now.
+  /// Several arrays may be filled at once from several threads.
+  void sense(BodyId carrier, ProximityArray<S>& array) const;
+
+  // Contacts
+  // ---------------------------------------------------------------------------------------
+
+  /// Calls visit(const ContactEvent&) for every two shapes that touched in the last step or in the
+  /// one before it: first for touches that a removal ended, then in the order of slots. Costs
+  /// nothing unless called; call it before the world is changed again.
+  template <typename Visit>
+  void for_each_contact_event(Visit&& visit) const;
+  /// Calls visit(const ContactReading<S>&) for every two shapes that were within reach of each
+  /// other in the last step, in the order of slots.
+  template <typename Visit>
+  void for_each_contact(Visit&& visit) const;
+  /// [N s, N m s] What all contacts of a body gave it in the last step, about its centre of mass.
+  [[nodiscard]] Wrench<S> contact_impulse(BodyId id) const;
+  /// The same of those with one other body.
+  [[nodiscard]] Wrench<S> contact_impulse(BodyId id, BodyId from) const;
+
+  // State
+  // ------------------------------------------------------------------------------------------
+
+  /// All that changes from step to step or by the calls above, as bytes: poses, velocities, contact
+  /// and joint impulses, bristles, readings, drives, filters, constants of sensors, step length and
+  /// gravity. Not shapes, masses and other definitions. For this version and machine.
+  [[nodiscard]] std::vector<std::byte> snapshot() const;
+  /// Puts the world into the state of a snapshot; it then steps on with the same bits. It must have
+  /// the same bodies, shapes, joints and patches, under the same handles: be the world the snapshot
+  /// was taken of, or built by the same calls. What the last step did (`report`, contact events) is
+  /// not state and stays with the world that did it.
+  /// @throws InvalidArgument naming what differs, or what is wrong with the bytes.
+  void restore(std::span<const std::byte> bytes);
+  /// [-] One number for what a snapshot would hold (`BitHash` of it, value by value): equal bits,
+  /// equal number, and for different ones a different number but for a chance of 2^-64.
+  [[nodiscard]] std::uint64_t state_hash() const;
+
+  // Time
+  // -------------------------------------------------------------------------------------------
+
+  /// Advances the world by one time step.
+  void step();
+
+  /// Shows a haptic loop the world as it is, before its first ticks, and when the world has jumped:
+  /// was restored, got another time step, or has bodies set elsewhere. The loop starts anew: it
+  /// lets go of all it touched, and ticks since the last step give nothing to anybody. Tools stay
+  /// where they were moved to last, at rest. A copy of a loop that goes with a snapshot is not
+  /// opened.
+  /// @throws InvalidArgument when a tool names a body that is not kinematic, or none that ever was;
+  ///         the loop is unchanged then.
+  void open(HapticLoop<S, Backend>& loop) const;
+  /// Gives the bodies what the ticks of a loop gave them, moves the tools to where it has them,
+  /// advances the world by one time step, and shows the loop the new state. Bodies that are gone
+  /// get nothing, and tools whose body is gone feel nothing.
+  /// @throws InvalidArgument when the loop has not done all its ticks, or for its tools as `open`;
+  ///         nothing has changed then.
+  void step(HapticLoop<S, Backend>& loop);
+
+  /// [s] Length of the next step.
+  [[nodiscard]] S time_step() const noexcept { return state_.def.time_step; }
+  void set_time_step(S dt);
+  void set_gravity(const Vec3<S>& gravity);
+  [[nodiscard]] const WorldDef<S>& def() const noexcept { return state_.def; }
+  /// What the last step did.
+  [[nodiscard]] const StepReport<S>& report() const noexcept { return state_.report; }
+  /// Contacts of the last step, by the slots of their shapes, with their impulses (N s; after
+  /// `set_time_step`, scaled to the new step), as the solver keeps them. See `for_each_contact`.
+  [[nodiscard]] const ContactCache<S>& contacts() const noexcept { return state_.contacts; }
+
+ private:
+  /// Senses with a world that mirrors somebody else's engine.
+  friend class HostSensors<S, Backend>;
+
+  using State = WorldState<S, Backend>;
+  using Prepared = typename Backend::template Collidable<S>;
+
+  void require_known_contacts(BodyId id, bool is_dynamic, const CollisionFilter& filter,
+                              ShapeKind kind) const;
+  [[nodiscard]] static Collider<S, Backend> make_collider(const Body<S>& body, Prepared prepared,
+                                                          const Shape<S>& shape,
+                                                          const Transform<S>& X_BS,
+                                                          const Material<S>& material);
+  ShapeId insert_shape(BodyId id, Collider<S, Backend> collider);
+  template <typename Visit>
+  void for_each_shape_of(BodyId id, Visit&& visit) const;
+  void refresh_box(std::uint32_t tag);
+  void set_twist(BodyId id, const Twist<S>& twist);
+  /// Velocity that brings a kinematic body to a pose within a step.
+  [[nodiscard]] Twist<S> twist_to(BodyId id, const Transform<S>& X_WB) const;
+  void push(const HapticBody<S>& pushed);
+  template <typename Visit>
+  static void for_each_impulse(State& state, Visit&& visit);
+  void require_tools(const HapticLoop<S, Backend>& loop) const;
+  void erase_joint(std::uint32_t index);
+
+  State state_;
+  detail::KernelScratch<WorldKernels<S, Backend>> stepper_{world_kernels<S, Backend>()};
+};
+
+}  // namespace bristle::inline BRISTLE_ABI
+
+// === bristle/world/world_contacts_impl.hpp
+
+/// @file
+/// Definitions of `World`: what callers see of contacts. Included by world.hpp.
+// SPDX-License-Identifier: BSD-3-Clause
+
+namespace bristle::inline BRISTLE_ABI {
+
+template <Scalar S, typename Backend>
+requires ShapeBackend<Backend, S>
+template <typename Visit>
+void World<S, Backend>::for_each_contact_event(Visit&& visit) const {
+  for (const ContactEvent& event : state_.ended) visit(event);
+  detail::for_each_touch(state_.contacts, [&](ShapePair shapes, bool touched, bool touches) {
+    const ContactPhase phase = !touched  ? ContactPhase::begin
+                               : touches ? ContactPhase::persist
+                                         : ContactPhase::end;
+    visit(ContactEvent{phase, state_.colliders.handle(shapes.a), state_.colliders.handle(shapes.b),
+                       state_.colliders.at(shapes.a).body, state_.colliders.at(shapes.b).body});
+  });
+}
+
+template <Scalar S, typename Backend>
+requires ShapeBackend<Backend, S>
+template <typename Visit>
+void World<S, Backend>::for_each_contact(Visit&& visit) const {
+  const std::vector<CachedManifold<S>>& manifolds = state_.contacts.manifolds();
+  for (std::size_t i = 0; i < manifolds.size();) {
+    const std::span<const CachedManifold<S>> pair = detail::same_pair(manifolds, i);
+    ContactReading<S> reading(pair, state_.contacts.points());
+    reading.shape_a = state_.colliders.handle(manifolds[i].shapes.a);
+    reading.shape_b = state_.colliders.handle(manifolds[i].shapes.b);
+    reading.body_a = state_.colliders.at(manifolds[i].shapes.a).body;
+    reading.body_b = state_.colliders.at(manifolds[i].shapes.b).body;
+    visit(reading);
+    i += pair.size();
+  }
+}
+
+template <Scalar S, typename Backend>
+requires ShapeBackend<Backend, S> Wrench<S> World<S, Backend>::contact_impulse(BodyId id)
+const {
+  (void)body(id);
+  Wrench<S> sum;
+  for_each_contact([&](const ContactReading<S>& contact) {
+    if (contact.body_a == id) sum += contact.impulse_on_a();
+    if (contact.body_b == id) sum += contact.impulse_on_b();
+  });
+  return sum;
+}
+
+template <Scalar S, typename Backend>
+requires ShapeBackend<Backend, S> Wrench<S> World<S, Backend>::contact_impulse(BodyId id,
+                                                                               BodyId from)
+const {
+  (void)body(id);
+  (void)body(from);
+  Wrench<S> sum;
+  for_each_contact([&](const ContactReading<S>& contact) {
+    if (contact.body_a == id && contact.body_b == from) sum += contact.impulse_on_a();
+    if (contact.body_b == id && contact.body_a == from) sum += contact.impulse_on_b();
+  });
+  return sum;
+}
+
+}  // namespace bristle::inline BRISTLE_ABI
+
+#if defined(BRISTLE_WITH_FCL)
+// === bristle/geometry/fcl_backend.hpp
+
+/// @file
+/// Shape backend over FCL 0.7 and libccd: rays and contacts of all shapes over FCL's geometry.
+///
+/// Link `bristle::fcl`; the umbrella header includes this only with BRISTLE_WITH_FCL.
+///
+/// Everything FCL is asked is asked in double, whatever the user's scalar; rays are cast in S. No
+/// FCL type that Eigen aligns by the machine (Transform3d, CollisionObject) crosses into libfcl, so
+/// it does not matter with which -march either was built.
+// SPDX-License-Identifier: BSD-3-Clause
+
+// === bristle/geometry/fcl_geometry.hpp
+
+/// @file
+/// How the FCL backend hands its geometry around, without FCL's own headers.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <memory>
+
+namespace fcl {
+template <typename S>
+class CollisionGeometry;
+}  // namespace fcl
+
+namespace bristle::inline BRISTLE_ABI {
+
+/// FCL geometry that nobody changes any more, shared by all who use it.
+using FclGeometry = std::shared_ptr<const fcl::CollisionGeometry<double>>;
+
+}  // namespace bristle::inline BRISTLE_ABI
+
+#include <cstdint>
+#include <memory>
+
+namespace bristle::inline BRISTLE_ABI {
+
+/// Satisfies `ShapeBackend` for float and double.
+///
+/// Contacts as solid_contacts.hpp finds them, over FCL's GJK (fcl_contact_normal.hpp) and FCL's
+/// mesh trees. What FCL itself reports for a mesh has no meaningful depth (fcl#106, #491, #574) and
+/// is not used. Every pair is known except two half-spaces.
+///
+/// `collide` allocates nothing but room in `out`, `cast_rays` nothing at all: FCL's GJK works on
+/// the stack. What FCL may throw is caught, what it answers is checked with supports; there is no
+/// loop without bound on the way.
+struct FclBackend {
+  template <Scalar S>
+  class Collidable;
+
+  static constexpr bool asks_slices = true;
+
+  /// @throws InvalidArgument as `validate` and `to_fcl` do.
+  template <Scalar S>
+  [[nodiscard]] static Collidable<S> make(const Shape<S>& shape);
+
+  template <Scalar S>
+  [[nodiscard]] static ShapeKind kind(const Collidable<S>& c);
+  template <Scalar S>
+  [[nodiscard]] static Aabb<S> bounds(const Collidable<S>& c);
+  template <Scalar S>
+  [[nodiscard]] static MassProperties<S> mass_properties(const Collidable<S>& c);
+
+  /// All pairs but two half-spaces.
+  [[nodiscard]] static bool can_collide(ShapeKind a, ShapeKind b) {
+    return a != ShapeKind::half_space || b != ShapeKind::half_space;
+  }
+
+  /// As `ShapeBackend` says. `failed` for a pair it does not know, a pose or margin that is not
+  /// finite, and for whatever of FCL throws or gives numbers that are none.
+  template <Scalar S>
+  [[nodiscard]] static ContactStatus collide(const Collidable<S>& a, const Collidable<S>& b,
+                                             const Transform<S>& X_AB, S margin,
+                                             ContactManifolds<S>& out) noexcept;
+
+  template <Scalar S>
+  static void cast_rays(const Collidable<S>& c, const Transform<S>& X_RC, const RayBatch<S>& rays,
+                        std::uint32_t tag, RayHits<S>& hits) noexcept;
+
+  /// Meshes only.
+  template <Scalar S>
+  [[nodiscard]] static bool is_clear(const Collidable<S>& c, const Transform<S>& X_RC,
+                                     const RayBatch<S>& rays) noexcept;
+};
+
+/// A shape as the FCL backend holds it. Copies share one immutable preparation; the default-
+/// constructed one holds nothing and may only be assigned to.
+template <Scalar S>
+class FclBackend::Collidable {
+ public:
+  Collidable() = default;
+
+  /// The FCL geometry, for whoever wants to hand it to FCL.
+  [[nodiscard]] const FclGeometry& geometry() const;
+
+ private:
+  friend struct FclBackend;
+  struct Data;
+
+  explicit Collidable(const Shape<S>& shape);
+
+  std::shared_ptr<const Data> data_;
 };
 
 }  // namespace bristle::inline BRISTLE_ABI
@@ -9440,12 +14168,311 @@ class HostPatch {
 #if defined(BRISTLE_COMPILED) && BRISTLE_HAS_DEFINITIONS
 namespace bristle::inline BRISTLE_ABI {
 
-template <>
-const HostKernels<float>& host_kernels<float>();
-template <>
-const HostKernels<double>& host_kernels<double>();
-extern template class HostPatch<float>;
-extern template class HostPatch<double>;
+extern template class FclBackend::Collidable<float>;
+extern template class FclBackend::Collidable<double>;
+BRISTLE_BACKEND_FUNCTIONS(extern template, FclBackend, float)
+BRISTLE_BACKEND_FUNCTIONS(extern template, FclBackend, double)
+
+}  // namespace bristle::inline BRISTLE_ABI
+#endif
+
+#endif
+
+#if defined(BRISTLE_COMPILED) && BRISTLE_HAS_DEFINITIONS
+namespace bristle::inline BRISTLE_ABI {
+
+#define BRISTLE_COMPILED_WORLD(S, Backend)                       \
+  template <>                                                    \
+  const WorldKernels<S, Backend>& world_kernels<S, Backend>();   \
+  template <>                                                    \
+  const HapticKernels<S, Backend>& haptic_kernels<S, Backend>(); \
+  extern template class World<S, Backend>;                       \
+  extern template class HapticLoop<S, Backend>;
+BRISTLE_COMPILED_WORLD(float, AnalyticBackend)
+BRISTLE_COMPILED_WORLD(double, AnalyticBackend)
+#if defined(BRISTLE_WITH_FCL)
+BRISTLE_COMPILED_WORLD(float, FclBackend)
+BRISTLE_COMPILED_WORLD(double, FclBackend)
+#endif
+#undef BRISTLE_COMPILED_WORLD
+
+}  // namespace bristle::inline BRISTLE_ABI
+#endif
+
+#include <algorithm>
+#include <concepts>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+namespace bristle::inline BRISTLE_ABI {
+
+/// A body of the engine as it is before the engine's step, in world axes.
+template <Scalar S>
+struct HostBody {
+  /// [m] Its frame, in which its shapes and sensors are given.
+  Transform<S> pose{};
+  /// [m] Its centre of mass in the world.
+  Vec3<S> center = Vec3<S>::Zero();
+  /// [m/s, rad/s] Of the centre of mass.
+  Twist<S> twist{};
+  /// [m/s^2, rad/s^2] What the engine will add by itself in its next step: gravity, applied forces,
+  /// motors, what turns without torque. The patches solve for the velocity at the end of the step,
+  /// so what is left out here is taken for motion: a force f left out presses a stiff patch deeper
+  /// by about f dt over its damping.
+  Twist<S> acceleration{};
+  /// [-] Bodies of one mechanism (links of an arm) move each other; those of others do not.
+  std::uint32_t mechanism = no_mechanism;
+
+  static constexpr std::uint32_t no_mechanism = 0xffffffffu;
+};
+
+/// What sensors ask of an engine, about mirrored bodies that are not fixed.
+///
+/// - `host.body(id)` is the present state of a body: a `HostBody<S>`, or nothing where it is gone.
+/// - `host.mobility(i, j)` is what an impulse on body j about its centre of mass adds to the twist
+///   of body i about its own: `Mat6<S>`, world axes, for i = j symmetric and positive semidefinite;
+///   zero for what forces do not move. It is asked for bodies that are touched, and for two of them
+///   where they are of one mechanism. `free_mobility` has it for free bodies.
+/// - `host.apply_wrench(id, wrench)` adds a wrench [N, N m] about the centre of mass that acts
+///   during the engine's next step.
+template <typename H, typename S>
+concept SensorHost = Scalar<S> &&
+    requires(H& host, const H& view, BodyId id, const Wrench<S>& wrench) {
+  { view.body(id) } -> std::convertible_to<std::optional<HostBody<S>>>;
+  { view.mobility(id, id) } -> std::convertible_to<Mat6<S>>;
+  host.apply_wrench(id, wrench);
+};
+
+/// An engine that casts rays at geometry which is not mirrored, too.
+///
+/// `host.cast_rays(id, rays, hits)` offers to `hits` the nearest hit of each ray, the index of the
+/// mirrored body that was hit as tag. The rays start from the centre of mass of the mirrored body
+/// `id`, along its axes; that body itself is not to be hit. A ray that starts inside a body hits it
+/// at distance 0. Rays are as long as in the layout and `rays.extra_length` longer.
+template <typename H, typename S>
+concept CastsRays = requires(const H& view, BodyId id, const RayBatch<S>& rays, RayHits<S>& hits) {
+  view.cast_rays(id, rays, hits);
+};
+
+/// [1/kg, 1/(kg m^2)] Mobility of a body that nothing holds, about its centre of mass.
+/// @param inverse_mass       [1/kg] Along each axis of the world; zero where it is locked.
+/// @param inverse_inertia_W  [1/(kg m^2)] World axes.
+template <Scalar S>
+[[nodiscard]] Mat6<S> free_mobility(const Vec3<S>& inverse_mass, const Mat3<S>& inverse_inertia_W) {
+  return mobility<S>(inverse_mass, inverse_inertia_W, Vec3<S>::Zero());
+}
+template <Scalar S>
+[[nodiscard]] Mat6<S> free_mobility(S inverse_mass, const Mat3<S>& inverse_inertia_W) {
+  return free_mobility<S>(Vec3<S>::Constant(inverse_mass), inverse_inertia_W);
+}
+
+/// What a step of `HostSensors` did.
+struct HostReport {
+  /// [-] Mirrored bodies that the engine had no state for, or one that was not finite: nobody saw
+  /// them, and their patches let go.
+  std::size_t missing_bodies = 0;
+  /// [-] Bodies that a patch touched, summed over patches.
+  std::size_t pairs = 0;
+  /// [-] Times the patches were solved, since sensors changed state.
+  int passes = 0;
+  /// [-] Pairs whose impulses were not finite, and were not applied.
+  std::size_t discarded = 0;
+};
+
+template <Scalar S, typename Backend = AnalyticBackend>
+class HostSensors;
+
+/// The functions of `HostSensors` that are compiled for each instruction set, as `WorldKernels`.
+template <Scalar S, typename Backend>
+struct HostKernels {
+  /// A new `HostStage`, and its end.
+  void* (*make_scratch)();
+  void (*delete_scratch)(void* stage);
+  /// `HostStage::cast`, `collect` and `solve`.
+  void (*cast)(void* stage, HostSensors<S, Backend>& sensors, bool all_rays);
+  void (*collect)(void* stage, HostSensors<S, Backend>& sensors);
+  void (*solve)(void* stage, HostSensors<S, Backend>& sensors);
+};
+
+/// The table that is used from here on.
+template <Scalar S, typename Backend>
+[[nodiscard]] const HostKernels<S, Backend>& host_kernels();
+
+namespace detail {
+
+template <Scalar S, typename Backend>
+class HostStage;
+
+/// A mirrored body in a step.
+template <Scalar S>
+struct HostEntry {
+  HostBody<S> host{};
+  /// [m/s, rad/s] About the mirrored centre of mass: the twist it will have without sensors.
+  Twist<S> free{};
+  /// [m] From the engine's centre of mass to the mirrored one, world axes.
+  Vec3<S> shift = Vec3<S>::Zero();
+  bool is_there = false;
+  bool has_moved = false;
+};
+
+/// What one touched body does to another.
+template <Scalar S>
+struct HostMobility {
+  std::uint32_t from = 0;
+  std::uint32_t to = 0;
+  Mat6<S> matrix = Mat6<S>::Zero();
+};
+
+/// What a body is to be given.
+template <Scalar S>
+struct HostWrench {
+  std::uint32_t body = 0;
+  Wrench<S> wrench{};
+};
+
+/// Tags from here on are bodies that the engine hit.
+inline constexpr std::uint32_t first_host_tag = 0x80000000u;
+
+}  // namespace detail
+
+/// The sensors of an engine. A value, as its world is.
+///
+/// Patches are integrated implicitly unless their definition asks for explicit integration or for
+/// AMBF's law: `PatchDef::explicit_below` is not used.
+template <Scalar S, typename Backend>
+class HostSensors {
+ public:
+  HostSensors() = default;
+
+  /// The mirrored bodies, their shapes and patches; for readings, queries and snapshots, too.
+  /// Bodies that are not fixed are asked of the engine in each step, whatever their kind of motion;
+  /// masses and joints are not used. Do not step it: the engine does.
+  [[nodiscard]] World<S, Backend>& world() noexcept { return world_; }
+  [[nodiscard]] const World<S, Backend>& world() const noexcept { return world_; }
+
+  /// Senses, and gives the engine's bodies the mean force of its next step. Gives nothing that is
+  /// not finite, and allocates only until warm.
+  /// @param dt  [s] Length of the engine's next step.
+  /// @throws InvalidArgument when dt is not finite and > 0, or when the engine hits what is no
+  ///         mirrored body; and whatever the engine throws. Nothing was applied then.
+  template <typename Host>
+  requires SensorHost<Host, S>
+  void step(Host& host, S dt) {
+    detail::require_positive("dt", dt);
+    if (dt != world_.time_step()) world_.set_time_step(dt);
+    report_ = {};
+    observe(host);
+    stage_.kernels().cast(stage_.get(), *this, CastsRays<Host, S>);
+    if constexpr (CastsRays<Host, S>) add_hits_of(host);
+    stage_.kernels().collect(stage_.get(), *this);
+    ask_mobilities(host);
+    stage_.kernels().solve(stage_.get(), *this);
+    for (const detail::HostWrench<S>& given : wrenches_) {
+      host.apply_wrench(world_.state_.bodies.handle(given.body), given.wrench);
+    }
+  }
+
+  /// What the last step did.
+  [[nodiscard]] const HostReport& report() const noexcept { return report_; }
+
+ private:
+  friend class detail::HostStage<S, Backend>;
+  using State = WorldState<S, Backend>;
+
+  [[nodiscard]] State& state() noexcept { return world_.state_; }
+
+  template <typename Host>
+  void observe(const Host& host) {
+    begin_observing();
+    for (std::uint32_t i = 0; i < bodies_.size(); ++i) {
+      if (!state().bodies.is_live(i)) continue;
+      if (state().bodies.at(i).motion == Motion::fixed) continue;
+      place(i, host.body(state().bodies.handle(i)));
+    }
+    end_observing();
+  }
+  /// Asks the engine what the rays of each patch meet.
+  template <typename Host>
+  void add_hits_of(const Host& host) {
+    for (std::uint32_t i = 0; i < state().patches.slot_count(); ++i) {
+      if (!is_sensing(i)) continue;
+      SensorPatch<S>& patch = state().patches.at(i);
+      host_hits_.reset(patch.size());
+      host.cast_rays(patch.body, patch.rays(host_reach(patch)), host_hits_);
+      take_hits(patch);
+    }
+  }
+  template <typename Host>
+  void ask_mobilities(const Host& host) {
+    mobilities_.clear();
+    for (std::size_t k = 0; k < touched_.size(); ++k) {
+      for (std::size_t l = 0; l <= k; ++l) {
+        if (k == l ? !is_mobile(touched_[k]) : !are_coupled(touched_[k], touched_[l])) continue;
+        mobilities_.push_back({touched_[k], touched_[l],
+                               host.mobility(state().bodies.handle(touched_[k]),
+                                             state().bodies.handle(touched_[l]))});
+      }
+    }
+  }
+
+  /// Whether the patch in a slot senses in this step.
+  [[nodiscard]] bool is_sensing(std::uint32_t slot) {
+    return state().is_sensing(slot) && bodies_[state().patches.at(slot).body.index].is_there;
+  }
+  /// Whether the engine moves a body.
+  [[nodiscard]] bool is_mobile(std::uint32_t slot) {
+    return state().bodies.at(slot).motion != Motion::fixed;
+  }
+  [[nodiscard]] bool are_coupled(std::uint32_t i, std::uint32_t j) const {
+    return bodies_[i].host.mechanism != HostBody<S>::no_mechanism &&
+           bodies_[i].host.mechanism == bodies_[j].host.mechanism;
+  }
+
+  /// [m] By how much longer the engine is to cast the rays of a patch: what may come closer.
+  [[nodiscard]] S host_reach(const SensorPatch<S>& patch) const {
+    const Twist<S>& own = bodies_[patch.body.index].free;
+    return world_.time_step() * (own.linear.norm() + own.angular.norm() * patch.reach + fastest_);
+  }
+
+  void begin_observing();
+  void place(std::uint32_t slot, const std::optional<HostBody<S>>& found);
+  void end_observing();
+  void take_hits(SensorPatch<S>& patch);
+
+  World<S, Backend> world_{};
+  /// By slots of mirrored bodies.
+  std::vector<detail::HostEntry<S>> bodies_;
+  /// [m/s] Speed of the fastest point of any body.
+  S fastest_ = S(0);
+  RayHits<S> host_hits_{};
+  /// Slots of bodies that a patch touches, or that have one that does, ascending.
+  std::vector<std::uint32_t> touched_;
+  std::vector<detail::HostMobility<S>> mobilities_;
+  std::vector<detail::HostWrench<S>> wrenches_;
+  HostReport report_{};
+  detail::KernelScratch<HostKernels<S, Backend>> stage_{host_kernels<S, Backend>()};
+};
+
+}  // namespace bristle::inline BRISTLE_ABI
+
+// Implementation -----------------------------------------------------------------------------------
+
+#if defined(BRISTLE_COMPILED) && BRISTLE_HAS_DEFINITIONS
+namespace bristle::inline BRISTLE_ABI {
+
+#define BRISTLE_COMPILED_HOSTS(S, Backend)                   \
+  template <>                                                \
+  const HostKernels<S, Backend>& host_kernels<S, Backend>(); \
+  extern template class HostSensors<S, Backend>;
+BRISTLE_COMPILED_HOSTS(float, AnalyticBackend)
+BRISTLE_COMPILED_HOSTS(double, AnalyticBackend)
+#if defined(BRISTLE_WITH_FCL)
+BRISTLE_COMPILED_HOSTS(float, FclBackend)
+BRISTLE_COMPILED_HOSTS(double, FclBackend)
+#endif
+#undef BRISTLE_COMPILED_HOSTS
 
 }  // namespace bristle::inline BRISTLE_ABI
 #endif
@@ -11564,211 +16591,6 @@ SensorLayout<S> ray_fan(const RayFanDef<S>& def) {
 
 }  // namespace bristle::inline BRISTLE_ABI
 
-// === bristle/sensors/stability.hpp
-
-/// @file
-/// How long an explicit step may be.
-///
-/// Symplectic Euler with an explicit damper integrates a mode of stiffness k, damping c and mass m
-/// stably if and only if k dt^2 / m + 2 c dt / m < 4 (docs/sensors.md). For a whole patch the same
-/// holds for the largest eigenvalue of W (dt^2 K + 2 dt D), W being the mobility of the two bodies.
-// SPDX-License-Identifier: BSD-3-Clause
-
-// === bristle/sensors/patch_touch.hpp
-
-/// @file
-/// What the hits of a patch mean to its sensors: where they touch, how deep, and which way the
-/// depth grows. Found from the hit wherever it is wanted: that costs less than to keep it, since
-/// large patches wait for memory (docs/decisions/0023-law-in-lanes.md).
-// SPDX-License-Identifier: BSD-3-Clause
-
-#include <cstddef>
-
-namespace bristle::inline BRISTLE_ABI {
-
-/// A sensor that meets a surface, in A's axes.
-template <Value T>
-struct SensorTouch {
-  /// [1] Ray direction n and depth gradient g.
-  Vector3<T> n, g;
-  /// [m] From A's centre of mass to the point of touch.
-  Vector3<T> point;
-  /// [1], [1/m] Depth e_N and inverse length of the ray.
-  T depth, inverse_length;
-};
-
-/// The touch of sensor `i`, which has a hit.
-template <Scalar S>
-[[nodiscard]] SensorTouch<S> touch_of(const SensorPatch<S>& patch, std::size_t i) {
-  const SensorTile<S>& sensors = patch.tiles[i / tile_size];
-  const std::size_t lane = i % tile_size;
-  const S distance = patch.hits.distance[i];
-  const Vec3<S> n = sensors.direction[lane];
-  return {n, depth_gradient<S>(n, patch.hits.normal[i]), sensors.start[lane] + distance * n,
-          sensor_depth(distance, sensors.inverse_length[lane]), sensors.inverse_length[lane]};
-}
-
-namespace detail {
-
-/// Touches of the sensors from lane `at` of a tile, and which of them there are. Made in its place:
-/// returned by a function, it would go through memory.
-template <Scalar S>
-struct TouchPack : SensorTouch<Pack<S>> {
-  /// Lanes that have a contact. The others go on with a hit from ahead at the start of the ray, so
-  /// that all is finite.
-  Mask<S> is_met;
-
-  /// @param sensors  Tile `number` of the patch, which the caller has at hand and need not look up
-  ///                 again for each pack.
-  /// @param hit      Lanes that have a hit.
-  /// @param decides  Whether a contact is what is hit at more than a grazing angle. That is decided
-  ///                 once a step; afterwards every hit counts.
-  BRISTLE_INLINE TouchPack(const SensorPatch<S>& patch, const SensorTile<S>& sensors,
-                           std::size_t number, std::size_t at, LaneBits hit, bool decides) {
-    using T = Pack<S>;
-    const std::size_t first = number * tile_size + at;
-    const RayHits<S>& hits = patch.hits;
-    this->n = load_pack(sensors.direction, at);
-    const Pack3<S> surface = Pack3<S>::load(
-        hits.normal.x.data() + first, hits.normal.y.data() + first, hits.normal.z.data() + first);
-    const T cosine = dot(surface, this->n);
-    is_met = load_mask<S>(hit, at);
-    // False for a normal that is no number, too.
-    if (decides) is_met = is_met & (cosine <= T(grazing_cosine<S>));
-    const T distance = patch.distances_of(first, is_met);
-    this->inverse_length = load_pack(sensors.inverse_length, at);
-    this->g =
-        depth_gradient<T>(select(is_met, surface, -this->n), select(is_met, cosine, T(S(-1))));
-    this->depth = sensor_depth(distance, this->inverse_length);
-    this->point = load_pack(sensors.start, at) + distance * this->n;
-  }
-};
-
-}  // namespace detail
-
-}  // namespace bristle::inline BRISTLE_ABI
-
-namespace bristle::inline BRISTLE_ABI {
-
-/// [s] Longest stable explicit step of one mode; infinite without stiffness and damping.
-template <Scalar S>
-struct Mode {
-  /// [kg] Mass that moves.
-  S mass = S(1);
-  /// [N/m] Stiffness.
-  S stiffness = S(0);
-  /// [N s/m] Damping.
-  S damping = S(0);
-
-  /// The positive root of k dt^2 + 2 c dt = 4 m, free of cancellation.
-  [[nodiscard]] S largest_stable_step() const {
-    using std::sqrt;
-    const S sum = damping + sqrt(damping * damping + S(4) * mass * stiffness);
-    return sum > S(0) ? S(4) * mass / sum : infinity<S>;
-  }
-};
-
-/// [s] Longest explicit step at which symplectic Euler is stable for what the patch touches now, in
-/// all six directions of each touched body; infinite when it touches nothing that moves.
-///
-/// Several patches on one body add up: this looks at one alone.
-/// @param mobility_of  Callable: Mat6<S> mobility_of(pair), the mobility of the pair's two bodies
-///                     about its point c.
-template <Scalar S, typename MobilityOf>
-[[nodiscard]] S largest_stable_step(const SensorPatch<S>& patch, MobilityOf&& mobility_of);
-
-// Implementation -----------------------------------------------------------------------------------
-
-namespace detail {
-
-/// Stiffness and damping of the contacts of a pair about c.
-template <Scalar S>
-void sum_stiffness(const SensorPatch<S>& patch, const PatchPair<S>& pair, Mat6<S>& K, Mat6<S>& D) {
-  K.setZero();
-  D.setZero();
-  for (std::uint32_t k = pair.first; k < pair.first + pair.count; ++k) {
-    const ContactTile<S>& contacts = patch.contacts[k];
-    const SensorTile<S>& sensors = patch.tiles[contacts.tile];
-    for (std::size_t i = 0; i < tile_size; ++i) {
-      if ((contacts.is_touching >> i & 1u) == 0) continue;
-      const std::size_t sensor = contacts.tile * tile_size + i;
-      const SensorParameters<S>& p = patch.parameters(sensor);
-      const auto [n, g, point, depth, per_length] = touch_of(patch, sensor);
-      const S rate = g.dot(pair.start_motion.at(point)) * per_length;
-      const S k_t =
-          bristle_stiffness(p, patch.def.options.scaling, normal_force(p, depth, rate), depth);
-      const Vec3<S> rho = pair.R_WA * (point - pair.center);
-      const auto add = [&](const Vec3<S>& d_A, S stiffness, S damping) {
-        const Vec3<S> d = pair.R_WA * d_A;
-        Vec6<S> j;
-        j << d, rho.cross(d);
-        K += (stiffness * j) * j.transpose();
-        D += (damping * j) * j.transpose();
-      };
-      const Vec3<S> t1 = sensors.tangent[i];
-      add(t1, k_t, p.sliding_friction);
-      add(n.cross(t1), k_t, p.sliding_friction);
-      add(g, p.normal_stiffness * per_length, p.normal_damping * per_length);
-    }
-  }
-}
-
-/// L with L L^T = W for a mobility W. Axes along which nothing can move make it semidefinite; L
-/// then has columns of zeros.
-template <Scalar S>
-[[nodiscard]] Mat6<S> mobility_root(const Mat6<S>& W) {
-  using std::sqrt;
-  Mat6<S> root = Mat6<S>::Zero();
-  for (int j = 0; j < 6; ++j) {
-    const Vec6<S> rest = W.col(j) - root.leftCols(j) * root.row(j).head(j).transpose();
-    if (!(rest[j] > S(8) * Tolerance<S>::round_off() * W(j, j))) continue;
-    // Not as blocks: of unknown length, GCC 12 sees whole AVX-512 registers read and warns.
-    for (int i = j; i < 6; ++i) root(i, j) = rest[i] / sqrt(rest[j]);
-  }
-  return root;
-}
-
-/// Whether all eigenvalues of W (dt^2 K + 2 dt D) are below 4, with K and D as L^T K L and L^T D L:
-/// 4 - dt^2 K - 2 dt D is then positive definite, which a Cholesky factorisation decides.
-template <Scalar S>
-[[nodiscard]] bool is_stable_step(const Mat6<S>& K, const Mat6<S>& D, S dt) {
-  Mat6<S> rest = S(4) * Mat6<S>::Identity() - dt * dt * K - S(2) * dt * D;
-  return factor_cholesky(rest.data(), 6);
-}
-
-}  // namespace detail
-
-template <Scalar S, typename MobilityOf>
-S largest_stable_step(const SensorPatch<S>& patch, MobilityOf&& mobility_of) {
-  S smallest = infinity<S>;
-  for (const PatchPair<S>& pair : patch.pairs) {
-    if (pair.count == 0) continue;
-    Mat6<S> K, D;
-    detail::sum_stiffness(patch, pair, K, D);
-    const Mat6<S> root = detail::mobility_root<S>(mobility_of(pair));
-    K = root.transpose() * K * root;
-    D = root.transpose() * D * root;
-    if (!(K.trace() + D.trace() > S(0))) continue;
-    // The criterion is monotone in dt: bracket by doubling, then bisect to round-off.
-    S low = S(0);
-    S high = Mode<S>{S(1), K.trace(), D.trace()}.largest_stable_step();
-    for (int i = 0; i < 200 && detail::is_stable_step(K, D, high); ++i) {
-      low = high;
-      high *= S(2);
-    }
-    // Halves once for each bit of a number where a step is stable; where none is, until `high` is
-    // 0, which takes as many more as the scalar has powers of two below it.
-    while (high - low > Tolerance<S>::round_off() * high) {
-      const S middle = S(0.5) * (low + high);
-      (detail::is_stable_step(K, D, middle) ? low : high) = middle;
-    }
-    smallest = std::min(smallest, low);
-  }
-  return smallest;
-}
-
-}  // namespace bristle::inline BRISTLE_ABI
-
 // === bristle/sensors/tactile_image.hpp
 
 /// @file
@@ -12073,205 +16895,6 @@ void TaxelFlaws<S>::apply(std::span<const S> in, std::span<S> out) {
     }
   }
   ++sample_;
-}
-
-}  // namespace bristle::inline BRISTLE_ABI
-
-// === bristle/sensors/tuning.hpp
-
-/// @file
-/// Sensor constants from physical wants, and what given constants mean physically.
-///
-/// Nobody should tune by guessing: the closed forms behind both directions are derived in
-/// docs/sensors.md and verified by the test suite on masses from 2 g to 1000 kg.
-// SPDX-License-Identifier: BSD-3-Clause
-
-#include <cstddef>
-
-namespace bristle::inline BRISTLE_ABI {
-
-/// What one wants of a patch that grips.
-template <Scalar S>
-struct GripWants {
-  /// [1] Static friction coefficient: shear per normal force that it shall hold. > 0.
-  S friction = S(0.8);
-  /// [m] How far the held thing has crept when it is about to slip: sigma_a. > 0.
-  S creep = S(1e-3);
-  /// [N] Normal force that the whole patch carries. > 0.
-  S load = S(10);
-  /// [kg] Mass that moves against the patch. 0: the heaviest that the grip holds against
-  /// 9.81 m/s^2, friction * load / 9.81.
-  S mass = S(0);
-  /// [1] Depth of the sensors under the load, in (0, 1].
-  S press = S(0.3);
-  /// [1] Damping ratio of the normal direction, >= 0.
-  S normal_damping_ratio = S(1);
-  /// [1] Damping ratio of the bristles, >= 0. 0.7 makes slip start at the same load at every step
-  /// and keeps load changes from pumping energy in; below 0.2 a sudden load slips at half the
-  /// limit.
-  S bristle_damping_ratio = S(0.7);
-  /// [-] What friction grows with; `none` and `depth` change the unit of the constants.
-  FrictionScaling scaling = FrictionScaling::normal_force;
-};
-
-/// Wants that become constants once the number and length of the sensors are known.
-template <Scalar S>
-struct Tuning {
-  GripWants<S> wants{};
-
-  /// Constants for `count` sensors of `length` [m] that share the load.
-  [[nodiscard]] SensorParameters<S> parameters(std::size_t count, S length) const;
-  /// Constants for a layout, with the mean length of its rays.
-  [[nodiscard]] SensorParameters<S> parameters(const SensorLayout<S>& layout) const;
-};
-
-/// Checks wants: `world.add_patch(body, sensors, tuned_for<double>({.friction = 0.8, .load =
-/// 20}))`.
-/// @throws InvalidArgument naming the field.
-template <Scalar S>
-[[nodiscard]] Tuning<S> tuned_for(const GripWants<S>& wants);
-
-/// A patch in use: what its constants are asked about.
-template <Scalar S>
-struct PatchUse {
-  /// [-] Number of sensors in contact.
-  std::size_t count = 1;
-  /// [m] Length of their rays.
-  S length = S(0.01);
-  /// [N] Normal force they carry together.
-  S load = S(10);
-  /// [kg] Mass that moves against them.
-  S mass = S(1);
-  /// [1] How much a lever arm stiffens the tangential mode: 1 + m h^2 / I with the height h of the
-  /// centre of mass above the patch; 1 for a patch that cannot tilt.
-  S lever = S(1);
-};
-
-/// What constants mean physically in a given use.
-template <Scalar S>
-struct PatchMeaning {
-  /// [1] Shear per normal force that is held if loaded slowly: mu = mu_S sigma_a.
-  S holding_coefficient = S(0);
-  /// [1] The same for a load that comes at once: the bristles overshoot by 1 + D with
-  /// D = exp(-pi z / sqrt(1 - z^2)), so it is mu / (1 + D); half of mu without damping.
-  S sudden_coefficient = S(0);
-  /// [1] Mean shear per normal force while sliding, without the viscous part: mu / 2 with
-  /// `release`, mu with `drag`.
-  S kinetic_release = S(0);
-  S kinetic_drag = S(0);
-  /// [N/m] Stiffness against shear of the whole patch, and along the rays.
-  S bristle_stiffness = S(0);
-  S normal_stiffness = S(0);
-  /// [1] Depth at the load; above 1 the sensors cannot carry it.
-  S press = S(0);
-  /// [1] Damping ratios.
-  S bristle_damping_ratio = S(0);
-  S normal_damping_ratio = S(0);
-  /// [1/s] Natural frequency of the bristles, as an angular frequency.
-  S bristle_frequency = S(0);
-  /// [s] Longest explicit step at which all this is stable, and the one at which it is safely so:
-  /// 0.35 of it, where Lambda is about 0.5.
-  S largest_explicit_step = S(0);
-  S recommended_explicit_step = S(0);
-
-  /// [m] Creep at rest under a shear force [N].
-  [[nodiscard]] S sag(S shear) const { return shear / bristle_stiffness; }
-};
-
-/// The inverse of `tuned_for`.
-/// @throws InvalidArgument naming the field.
-template <Scalar S>
-[[nodiscard]] PatchMeaning<S> meaning_of(const SensorParameters<S>& p, const PatchUse<S>& use,
-                                         FrictionScaling scaling = FrictionScaling::normal_force);
-
-// Implementation -----------------------------------------------------------------------------------
-
-template <Scalar S>
-Tuning<S> tuned_for(const GripWants<S>& wants) {
-  detail::require_positive("GripWants::friction", wants.friction);
-  detail::require_positive("GripWants::creep", wants.creep);
-  detail::require_positive("GripWants::load", wants.load);
-  detail::require_not_negative("GripWants::mass", wants.mass);
-  detail::require_positive("GripWants::press", wants.press);
-  detail::require(wants.press <= S(1), "GripWants::press", wants.press, "must be <= 1");
-  detail::require_not_negative("GripWants::normal_damping_ratio", wants.normal_damping_ratio);
-  detail::require_not_negative("GripWants::bristle_damping_ratio", wants.bristle_damping_ratio);
-  return {wants};
-}
-
-template <Scalar S>
-SensorParameters<S> Tuning<S>::parameters(std::size_t count, S length) const {
-  using std::sqrt;
-  detail::require(count > 0, "count", S(0), "must be > 0");
-  detail::require_positive("length", length);
-  const S n = static_cast<S>(count);
-  const S mass = wants.mass > S(0) ? wants.mass : wants.friction * wants.load / S(9.81);
-  // k_t of the whole patch, whatever it grows with: mu N at a stretch of sigma_a.
-  const S stiffness = wants.friction * wants.load / wants.creep;
-  SensorParameters<S> p;
-  p.breakaway_distance = wants.creep;
-  p.normal_stiffness = wants.load / (n * wants.press);
-  p.normal_damping =
-      S(2) * wants.normal_damping_ratio * sqrt(p.normal_stiffness * mass * length / n);
-  p.sliding_friction = S(2) * wants.bristle_damping_ratio * sqrt(stiffness * mass) / n;
-  switch (wants.scaling) {
-    case FrictionScaling::normal_force:
-      p.static_friction = wants.friction / wants.creep;
-      break;
-    case FrictionScaling::depth:
-      p.static_friction = stiffness / (n * wants.press);
-      break;
-    case FrictionScaling::none:
-      p.static_friction = stiffness / n;
-      break;
-  }
-  return p;
-}
-
-template <Scalar S>
-SensorParameters<S> Tuning<S>::parameters(const SensorLayout<S>& layout) const {
-  layout.validate();
-  detail::require(layout.size() > 0, "SensorLayout::size()", S(0),
-                  "must be > 0: it has no sensors");
-  S sum = S(0);
-  for (const S length : layout.length) sum += length;
-  return parameters(layout.size(), sum / static_cast<S>(layout.size()));
-}
-
-template <Scalar S>
-PatchMeaning<S> meaning_of(const SensorParameters<S>& p, const PatchUse<S>& use,
-                           FrictionScaling scaling) {
-  using std::exp;
-  using std::sqrt;
-  validate(p);
-  detail::require(use.count > 0, "PatchUse::count", S(0), "must be > 0");
-  detail::require_positive("PatchUse::length", use.length);
-  detail::require_positive("PatchUse::load", use.load);
-  detail::require_positive("PatchUse::mass", use.mass);
-  detail::require_positive("PatchUse::lever", use.lever);
-  const S n = static_cast<S>(use.count);
-  PatchMeaning<S> out;
-  out.normal_stiffness = n * p.normal_stiffness / use.length;
-  out.press = use.load / (n * p.normal_stiffness);
-  out.bristle_stiffness =
-      n * bristle_stiffness(p, scaling, use.load / n, std::min(out.press, S(1)));
-  out.holding_coefficient = out.bristle_stiffness * p.breakaway_distance / use.load;
-  out.kinetic_release = out.holding_coefficient / S(2);
-  out.kinetic_drag = out.holding_coefficient;
-  out.bristle_frequency = sqrt(out.bristle_stiffness / use.mass);
-  const S viscous = n * p.sliding_friction;
-  out.bristle_damping_ratio = viscous / (S(2) * sqrt(out.bristle_stiffness * use.mass));
-  out.normal_damping_ratio =
-      n * p.normal_damping / use.length / (S(2) * sqrt(out.normal_stiffness * use.mass));
-  const S z = out.bristle_damping_ratio;
-  const S overshoot = z < S(1) ? S(exp(-S(EIGEN_PI) * z / sqrt(S(1) - z * z))) : S(0);
-  out.sudden_coefficient = out.holding_coefficient / (S(1) + overshoot);
-  const Mode<S> tangential_mode{use.mass, out.bristle_stiffness * use.lever, viscous};
-  const Mode<S> normal_mode{use.mass, out.normal_stiffness, n * p.normal_damping / use.length};
-  out.largest_explicit_step =
-      std::min(tangential_mode.largest_stable_step(), normal_mode.largest_stable_step());
-  out.recommended_explicit_step = S(0.35) * out.largest_explicit_step;
-  return out;
 }
 
 }  // namespace bristle::inline BRISTLE_ABI
@@ -12688,4483 +17311,6 @@ TriangleMesh<S> wrap_patch(const PatchMesh<S>& patch, const TriangleMesh<S>& sha
 
 }  // namespace bristle::inline BRISTLE_ABI
 
-// === bristle/world/world.hpp
-
-/// @file
-/// The world: bodies, shapes, joints and patches of sensors, and one function that steps them.
-// SPDX-License-Identifier: BSD-3-Clause
-
-// === bristle/geometry/analytic_backend.hpp
-
-/// @file
-/// The shape backend that needs nothing but Eigen.
-// SPDX-License-Identifier: BSD-3-Clause
-
-// === bristle/geometry/shape_backend.hpp
-
-/// @file
-/// The only door between the library and whatever computes geometry.
-///
-/// A backend is a struct of static functions over a nested template `Collidable<S>`: its own
-/// prepared, immutable form of a shape, cheap to copy (a shared pointer, usually).
-// SPDX-License-Identifier: BSD-3-Clause
-
-// === bristle/geometry/contact_manifold.hpp
-
-/// @file
-/// Where two shapes touch, as a backend reports it.
-// SPDX-License-Identifier: BSD-3-Clause
-
-#include <array>
-#include <cstddef>
-#include <cstdint>
-#include <vector>
-
-namespace bristle::inline BRISTLE_ABI {
-
-/// One point of contact.
-template <Scalar S>
-struct ContactPoint {
-  /// [m] Halfway between the two surfaces, in the frame of shape A.
-  Vec3<S> position = Vec3<S>::Zero();
-  /// [m] Distance of the surfaces along the normal; negative where they overlap.
-  S gap = S(0);
-  /// [-] Which features meet here. The same features give the same number in the next step, which
-  /// is how impulses are carried over.
-  std::uint32_t feature = 0;
-};
-
-/// Points of contact that share one normal.
-template <Scalar S>
-struct ContactManifold {
-  static constexpr std::size_t capacity = 8;
-
-  /// [1] Unit normal from shape A into shape B, in the frame of A.
-  Vec3<S> normal = Vec3<S>::UnitZ();
-  std::array<ContactPoint<S>, capacity> points{};
-  std::size_t size = 0;
-  /// [-] Tells the manifolds of one pair apart (a triangle's number, say); 0 where there is only
-  /// one.
-  std::uint32_t key = 0;
-
-  void add(const ContactPoint<S>& point) {
-    if (size < capacity) points[size++] = point;
-  }
-};
-
-/// All manifolds of one pair of shapes. Reused from pair to pair, so it stops allocating.
-template <Scalar S>
-using ContactManifolds = std::vector<ContactManifold<S>>;
-
-/// How a contact query ended.
-enum class ContactStatus {
-  /// The manifolds are right; there may be none.
-  ok,
-  /// The backend failed (threw, looped or returned nonsense); the manifolds are empty.
-  failed
-};
-
-}  // namespace bristle::inline BRISTLE_ABI
-
-#include <concepts>
-#include <cstdint>
-
-namespace bristle::inline BRISTLE_ABI {
-
-/// What `World<S, B>` asks of a backend B.
-///
-/// - `make(shape)` checks and prepares a shape. Throws InvalidArgument; nothing after it throws.
-/// - `kind(c)` is the kind of the shape it was made from.
-/// - `bounds(c)` [m] in the shape's own frame; infinite for a half-space.
-/// - `mass_properties(c)` of the solid at unit density, in the shape's own frame; zero mass for a
-///   half-space.
-/// - `can_collide(a, b)` says whether `collide` knows the pair, in either order; the world refuses
-///   shapes that would meet one it does not know.
-/// - `collide(a, b, X_AB, margin, out)` appends to `out` the manifolds of all contact with a gap of
-///   at most `margin` [m], in the frame of A. Returns ContactStatus::failed instead of throwing.
-/// - `cast_rays(c, X_RC, rays, tag, hits)` offers to `hits` the nearest hit of each ray within its
-///   reach, where X_RC is the shape's pose in the rays' frame. The solid is closed: a ray that
-///   starts inside is hit at distance 0 with the normal -direction. Triangles are met from both
-///   sides. Arithmetic is done in the shape's frame and knows no absolute length.
-///
-/// All functions are safe to call from several threads at once. A backend that has a
-/// `static constexpr bool asks_slices = true` casts only the rays of `RayBatch::slice`, in the
-/// order of the batch or of its bundles, and the same ray to the same bits in any slice; hits of
-/// other rays it neither reads nor writes. Then threads share the rays of one large patch. One that
-/// has `is_clear(c, X_RC, rays)` says quickly, and not always, that no ray can meet the shape: then
-/// large patches that meet nothing cost less.
-template <typename B, typename S>
-concept ShapeBackend = Scalar<S> && std::copyable<typename B::template Collidable<S>> &&
-    requires(const Shape<S>& shape, const typename B::template Collidable<S>& c,
-             const Transform<S>& X, S margin, ContactManifolds<S>& manifolds,
-             const RayBatch<S>& rays, std::uint32_t tag, RayHits<S>& hits, ShapeKind kind) {
-  { B::template make<S>(shape) } -> std::same_as<typename B::template Collidable<S>>;
-  { B::kind(c) } -> std::same_as<ShapeKind>;
-  { B::bounds(c) } -> std::same_as<Aabb<S>>;
-  { B::mass_properties(c) } -> std::same_as<MassProperties<S>>;
-  { B::can_collide(kind, kind) } -> std::same_as<bool>;
-  { B::collide(c, c, X, margin, manifolds) }
-  noexcept->std::same_as<ContactStatus>;
-  { B::cast_rays(c, X, rays, tag, hits) }
-  noexcept;
-};
-
-/// Whether `cast_rays` of a backend casts only the rays of `RayBatch::slice`.
-template <typename B>
-inline constexpr bool asks_slices = requires {
-  requires B::asks_slices;
-};
-
-/// Whether no ray of a batch can meet a shape, as far as a backend that can says. See
-/// `ShapeBackend`.
-template <Scalar S, typename B>
-[[nodiscard]] bool is_surely_clear(const typename B::template Collidable<S>& c,
-                                   const Transform<S>& X_RC, const RayBatch<S>& rays) {
-  if constexpr (requires { B::is_clear(c, X_RC, rays); }) return B::is_clear(c, X_RC, rays);
-  return false;
-}
-
-}  // namespace bristle::inline BRISTLE_ABI
-
-/// Declares (`extern template`) or makes (`template`) the functions of a backend in a scalar.
-#define BRISTLE_BACKEND_FUNCTIONS(instantiate, Backend, S)                                         \
-  instantiate Backend::Collidable<S> Backend::make<S>(const Shape<S>&);                            \
-  instantiate ShapeKind Backend::kind<S>(const Backend::Collidable<S>&);                           \
-  instantiate Aabb<S> Backend::bounds<S>(const Backend::Collidable<S>&);                           \
-  instantiate MassProperties<S> Backend::mass_properties<S>(const Backend::Collidable<S>&);        \
-  instantiate ContactStatus Backend::collide<S>(                                                   \
-      const Backend::Collidable<S>&, const Backend::Collidable<S>&, const Transform<S>&, S,        \
-      ContactManifolds<S>&) noexcept;                                                              \
-  instantiate void Backend::cast_rays<S>(const Backend::Collidable<S>&, const Transform<S>&,       \
-                                         const RayBatch<S>&, std::uint32_t, RayHits<S>&) noexcept; \
-  instantiate bool Backend::is_clear<S>(const Backend::Collidable<S>&, const Transform<S>&,        \
-                                        const RayBatch<S>&) noexcept;
-
-#include <cstdint>
-#include <memory>
-
-namespace bristle::inline BRISTLE_ABI {
-
-template <Scalar S>
-class AnalyticShape;
-
-/// Rays in closed form against every shape. Contacts in closed form where analytic_contacts.hpp and
-/// box_box.hpp have a formula, which is computed in S; all others as solid_contacts.hpp finds them,
-/// in `Precise<S>`. Satisfies `ShapeBackend`, which says what each function does.
-struct AnalyticBackend {
-  template <Scalar S>
-  using Collidable = std::shared_ptr<const AnalyticShape<S>>;
-
-  static constexpr bool asks_slices = true;
-
-  template <Scalar S>
-  [[nodiscard]] static Collidable<S> make(const Shape<S>& shape);
-
-  template <Scalar S>
-  [[nodiscard]] static ShapeKind kind(const std::shared_ptr<const AnalyticShape<S>>& c);
-  template <Scalar S>
-  [[nodiscard]] static Aabb<S> bounds(const std::shared_ptr<const AnalyticShape<S>>& c);
-  template <Scalar S>
-  [[nodiscard]] static MassProperties<S> mass_properties(
-      const std::shared_ptr<const AnalyticShape<S>>& c);
-
-  /// All pairs but two half-spaces.
-  [[nodiscard]] static constexpr bool can_collide(ShapeKind a, ShapeKind b) {
-    return a != ShapeKind::half_space || b != ShapeKind::half_space;
-  }
-
-  template <Scalar S>
-  static ContactStatus collide(const std::shared_ptr<const AnalyticShape<S>>& a,
-                               const std::shared_ptr<const AnalyticShape<S>>& b,
-                               const Transform<S>& X_AB, S margin,
-                               ContactManifolds<S>& out) noexcept;
-
-  template <Scalar S>
-  static void cast_rays(const std::shared_ptr<const AnalyticShape<S>>& c, const Transform<S>& X_RC,
-                        const RayBatch<S>& rays, std::uint32_t tag, RayHits<S>& hits) noexcept;
-
-  /// Meshes only.
-  template <Scalar S>
-  [[nodiscard]] static bool is_clear(const std::shared_ptr<const AnalyticShape<S>>& c,
-                                     const Transform<S>& X_RC, const RayBatch<S>& rays) noexcept;
-};
-
-}  // namespace bristle::inline BRISTLE_ABI
-
-// Implementation -----------------------------------------------------------------------------------
-
-#if defined(BRISTLE_COMPILED) && BRISTLE_HAS_DEFINITIONS
-namespace bristle::inline BRISTLE_ABI {
-
-BRISTLE_BACKEND_FUNCTIONS(extern template, AnalyticBackend, float)
-BRISTLE_BACKEND_FUNCTIONS(extern template, AnalyticBackend, double)
-
-}  // namespace bristle::inline BRISTLE_ABI
-#endif
-
-// === bristle/world/contact_events.hpp
-
-/// @file
-/// Who touches whom, since when, and with what impulse: the contacts of the last step as callers
-/// see them. Computed when asked for, from what the solver keeps anyway.
-// SPDX-License-Identifier: BSD-3-Clause
-
-// === bristle/collision/contact_cache.hpp
-
-/// @file
-/// Contacts of this step with the impulses of the last one: persistence of manifolds.
-// SPDX-License-Identifier: BSD-3-Clause
-
-// === bristle/collision/broadphase.hpp
-
-/// @file
-/// Which shapes may touch: a tree of grown boxes, and a list of shapes without bounds beside it.
-///
-/// Boxes are grown so that they seldom change, and which of them overlap is remembered: a step
-/// looks into the tree only for shapes that left their box.
-// SPDX-License-Identifier: BSD-3-Clause
-
-// === bristle/geometry/aabb_tree.hpp
-
-/// @file
-/// Binary tree of boxes: moving bodies in the broad phase and triangles of a mesh share it.
-// SPDX-License-Identifier: BSD-3-Clause
-
-// === bristle/geometry/ray_box.hpp
-
-/// @file
-/// Whether and where a ray enters a box: the inner loop of every walk through a tree.
-// SPDX-License-Identifier: BSD-3-Clause
-
-namespace bristle::inline BRISTLE_ABI {
-
-/// Entry of a ray into boxes, by the three pairs of planes. Kay and Kajiya 1986; that the exit is
-/// moved outwards so that rounding loses nothing follows Ize 2013, "Robust BVH Ray Traversal".
-template <Scalar S>
-class SlabTest {
- public:
-  explicit SlabTest(const Ray<S>& ray)
-      : origin_(ray.origin), inverse_(ray.direction.cwiseInverse()) {}
-
-  /// [m] Where the ray enters, >= 0; infinite where it does not by `max_distance`.
-  [[nodiscard]] S enter(const Aabb<S>& box, S max_distance) const {
-    S enter = S(0);
-    S leave = max_distance;
-    for (int i = 0; i < 3; ++i) {
-      const S a = (box.lower[i] - origin_[i]) * inverse_[i];
-      const S b = (box.upper[i] - origin_[i]) * inverse_[i];
-      // A ray within one of the planes gives 0 * infinity = NaN, which loses both comparisons: the
-      // pair of planes then sets no bound, as it should.
-      const S near = inverse_[i] < S(0) ? b : a;
-      const S far = inverse_[i] < S(0) ? a : b;
-      if (near > enter) enter = near;
-      if (far < leave) leave = far;
-    }
-    return enter <= leave * (S(1) + Tolerance<S>::round_off()) ? enter : infinity<S>;
-  }
-
- private:
-  Vec3<S> origin_;
-  Vec3<S> inverse_;
-};
-
-}  // namespace bristle::inline BRISTLE_ABI
-
-#include <algorithm>
-#include <array>
-#include <cstddef>
-#include <cstdint>
-#include <limits>
-#include <span>
-#include <utility>
-#include <vector>
-
-namespace bristle::inline BRISTLE_ABI {
-
-/// Boxes, each with a number that is its owner's (the payload), found by box or by ray.
-///
-/// Leaves are inserted where they add least surface (the heuristic of Goldsmith and Salmon 1987)
-/// and the path above them is improved by rotations (Kopta et al. 2012; Catto, GDC 2019). The tree
-/// is a function of the sequence of calls alone, and so is the order of visits.
-///
-/// Nodes are pooled: a tree that has once held n leaves does not allocate until it holds more. No
-/// tree is higher than `max_height`: one that would grow beyond is built anew, balanced by count.
-/// So queries run on a stack of fixed size.
-///
-/// Boxes may be infinite, and are found, but one that overlaps everything is a cost to every query
-/// near it: a world keeps its half-spaces in a list beside the tree.
-///
-/// Queries change nothing and may run concurrently; a visitor must not change the tree.
-template <Scalar S>
-class AabbTree {
- public:
-  /// Names a leaf until it is removed.
-  using NodeId = std::uint32_t;
-  /// Names no node.
-  static constexpr NodeId null = 0xffffffffu;
-  /// [-] Bound on the number of edges from the root to any leaf.
-  static constexpr int max_height = 64;
-
-  /// Adds a leaf. O(log n) on boxes that are spread out.
-  NodeId insert(const Aabb<S>& box, std::uint32_t payload);
-
-  /// Ends a leaf; its id may be given out again.
-  void remove(NodeId leaf);
-
-  /// Moves a leaf, which keeps its id. Where its parent still contains it the boxes above shrink to
-  /// fit; otherwise it is inserted anew.
-  void update(NodeId leaf, const Aabb<S>& box);
-
-  /// Replaces all content by one leaf for each box, its place in `boxes` being its payload and its
-  /// id. Gives better trees than insertion (binned surface-area heuristic, Wald 2007). O(n log n).
-  void build(std::span<const Aabb<S>> boxes);
-
-  /// Removes everything and keeps the memory.
-  void clear();
-
-  /// [-] Number of leaves.
-  [[nodiscard]] std::size_t size() const { return size_; }
-  /// [-] Edges from the root to the deepest leaf; 0 for a tree of at most one.
-  [[nodiscard]] int height() const { return root_ == null ? 0 : nodes_[root_].height; }
-  /// Box of a leaf.
-  [[nodiscard]] const Aabb<S>& box(NodeId leaf) const {
-    BRISTLE_ASSERT(is_live_leaf(leaf));
-    return nodes_[leaf].box;
-  }
-  /// Payload of a leaf.
-  [[nodiscard]] std::uint32_t payload(NodeId leaf) const {
-    BRISTLE_ASSERT(is_live_leaf(leaf));
-    return nodes_[leaf].child[1];
-  }
-  /// Box around all leaves; empty for an empty tree.
-  [[nodiscard]] Aabb<S> root_box() const { return root_ == null ? Aabb<S>{} : nodes_[root_].box; }
-
-  /// Calls `visit(payload) -> bool` for every leaf whose box overlaps or touches `box`, until a
-  /// visit returns false.
-  template <typename Visit>
-  void overlap(const Aabb<S>& box, Visit&& visit) const {
-    find([&](const Aabb<S>& other) { return other.overlaps(box); }, visit);
-  }
-
-  /// Calls `visit(payload) -> bool` for every leaf that `accept(box) -> bool`s together with all
-  /// boxes around it, until a visit returns false.
-  template <typename Accept, typename Visit>
-  void find(Accept&& accept, Visit&& visit) const;
-
-  /// Calls `visit(payload, max_distance) -> new max_distance` for every leaf whose box the ray
-  /// meets before max_distance [m], which starts as the ray's length; nearer boxes come first.
-  ///
-  /// No box that the ray touches is missed: what rounding may hide is visited too, up to
-  /// `Tolerance::round_off` of the distance. A visit that wants no more returns a negative number.
-  template <typename Visit>
-  void walk_ray(const Ray<S>& ray, Visit&& visit) const;
-
- private:
-  struct Node {
-    Aabb<S> box;
-    NodeId parent = null;                     // Next free node where height < 0.
-    std::array<NodeId, 2> child{null, null};  // A leaf has null and its payload.
-    std::int32_t height = 0;
-
-    [[nodiscard]] bool is_leaf() const { return child[0] == null; }
-  };
-
-  [[nodiscard]] bool is_live_leaf(NodeId id) const {
-    return id < nodes_.size() && nodes_[id].height == 0;
-  }
-  NodeId allocate();
-  void release(NodeId id);
-
-  void attach(NodeId leaf);
-  void detach(NodeId leaf);
-  [[nodiscard]] NodeId best_sibling(const Aabb<S>& box) const;
-  bool fit(NodeId id);
-  void fit_upwards(NodeId id);
-  void rotate(NodeId id);
-  void swap_subtrees(NodeId a, NodeId b);
-
-  void rebuild();
-  NodeId build_range(std::span<detail::SplitLeaf<S>> leaves, int depth);
-
-  std::vector<Node> nodes_;
-  std::vector<detail::SplitLeaf<S>> order_;  // Scratch of rebuild(), kept as large as the pool.
-  NodeId root_ = null;
-  NodeId free_ = null;
-  std::size_t size_ = 0;
-};
-
-// Implementation -----------------------------------------------------------------------------------
-
-namespace detail {
-
-/// What a node costs a query: in proportion to its surface.
-template <Scalar S>
-[[nodiscard]] S tree_cost(const Aabb<S>& box) {
-  const S area = box.half_area();
-  // Not so where it overflows or is no number.
-  if (area <= tree_extent_limit<S>() * tree_extent_limit<S>()) return area;
-  return finite_part(box).half_area();
-}
-
-template <Scalar S>
-[[nodiscard]] Aabb<S> merged(Aabb<S> a, const Aabb<S>& b) {
-  a.include(b);
-  return a;
-}
-
-/// What a node around two boxes costs. The edges stay scalars: a box that goes through memory is
-/// written in other pieces than it is read in, and that takes longer than all of this. Boxes beyond
-/// bounds go the long way.
-template <Scalar S>
-[[nodiscard]] S merged_cost(const Aabb<S>& a, const Aabb<S>& b) {
-  const auto edge = [&](Eigen::Index i) {
-    return std::max(a.upper[i], b.upper[i]) - std::min(a.lower[i], b.lower[i]);
-  };
-  const S area = Aabb<S>::half_area_of(edge(0), edge(1), edge(2));
-  if (area <= tree_extent_limit<S>() * tree_extent_limit<S>()) return area;
-  return tree_cost(merged(a, b));
-}
-
-}  // namespace detail
-
-template <Scalar S>
-auto AabbTree<S>::insert(const Aabb<S>& box, std::uint32_t payload) -> NodeId {
-  BRISTLE_ASSERT(!box.is_empty());
-  const NodeId leaf = allocate();
-  nodes_[leaf].box = box;
-  nodes_[leaf].child = {null, payload};
-  attach(leaf);
-  ++size_;
-  return leaf;
-}
-
-template <Scalar S>
-void AabbTree<S>::remove(NodeId leaf) {
-  BRISTLE_ASSERT(is_live_leaf(leaf));
-  detach(leaf);
-  release(leaf);
-  --size_;
-}
-
-template <Scalar S>
-void AabbTree<S>::update(NodeId leaf, const Aabb<S>& box) {
-  BRISTLE_ASSERT(is_live_leaf(leaf) && !box.is_empty());
-  const NodeId parent = nodes_[leaf].parent;
-  if (parent == null) {
-    nodes_[leaf].box = box;
-  } else if (nodes_[parent].box.contains(box)) {
-    nodes_[leaf].box = box;
-    fit_upwards(parent);
-  } else {
-    detach(leaf);
-    nodes_[leaf].box = box;
-    attach(leaf);
-  }
-}
-
-template <Scalar S>
-void AabbTree<S>::build(std::span<const Aabb<S>> boxes) {
-  clear();
-  nodes_.reserve(2 * boxes.size());
-  for (const Aabb<S>& box : boxes) {
-    BRISTLE_ASSERT(!box.is_empty());
-    const NodeId leaf = allocate();
-    nodes_[leaf].box = box;
-    nodes_[leaf].child = {null, leaf};
-  }
-  size_ = boxes.size();
-  rebuild();
-}
-
-template <Scalar S>
-void AabbTree<S>::clear() {
-  nodes_.clear();
-  root_ = null;
-  free_ = null;
-  size_ = 0;
-}
-
-template <Scalar S>
-template <typename Accept, typename Visit>
-void AabbTree<S>::find(Accept&& accept, Visit&& visit) const {
-  if (root_ == null) return;
-  std::array<NodeId, max_height + 1> stack;
-  std::size_t count = 0;
-  stack[count++] = root_;
-  while (count > 0) {
-    const Node& node = nodes_[stack[--count]];
-    if (!accept(node.box)) continue;
-    if (node.is_leaf()) {
-      if (!visit(node.child[1])) return;
-    } else {
-      stack[count++] = node.child[1];
-      stack[count++] = node.child[0];
-    }
-  }
-}
-
-template <Scalar S>
-template <typename Visit>
-void AabbTree<S>::walk_ray(const Ray<S>& ray, Visit&& visit) const {
-  if (root_ == null) return;
-  const SlabTest<S> slabs(ray);
-  // A finite reach, so that planes at infinity are out of it.
-  S reach = std::min(ray.length, std::numeric_limits<S>::max() / S(2));
-  struct Entry {
-    NodeId node;
-    S enter;
-  };
-  std::array<Entry, max_height + 1> stack;
-  std::size_t count = 0;
-  stack[count++] = {root_, slabs.enter(nodes_[root_].box, reach)};
-  while (count > 0) {
-    const Entry entry = stack[--count];
-    // The reach may have shrunk since the entry was computed.
-    if (!(entry.enter <= reach * (S(1) + Tolerance<S>::round_off()))) continue;
-    const Node& node = nodes_[entry.node];
-    if (node.is_leaf()) {
-      reach = visit(node.child[1], reach);
-    } else {
-      Entry near{node.child[0], slabs.enter(nodes_[node.child[0]].box, reach)};
-      Entry far{node.child[1], slabs.enter(nodes_[node.child[1]].box, reach)};
-      if (far.enter < near.enter) std::swap(near, far);
-      if (far.enter < infinity<S>) stack[count++] = far;
-      if (near.enter < infinity<S>) stack[count++] = near;
-    }
-  }
-}
-
-template <Scalar S>
-auto AabbTree<S>::allocate() -> NodeId {
-  if (free_ == null) {
-    nodes_.emplace_back();
-    if (order_.capacity() < nodes_.capacity()) order_.reserve(nodes_.capacity());
-    return static_cast<NodeId>(nodes_.size() - 1);
-  }
-  const NodeId id = free_;
-  free_ = nodes_[id].parent;
-  nodes_[id] = Node{};
-  return id;
-}
-
-template <Scalar S>
-void AabbTree<S>::release(NodeId id) {
-  nodes_[id].height = -1;
-  nodes_[id].parent = free_;
-  free_ = id;
-}
-
-/// Hangs a loose leaf into the tree.
-template <Scalar S>
-void AabbTree<S>::attach(NodeId leaf) {
-  if (root_ == null) {
-    nodes_[leaf].parent = null;
-    root_ = leaf;
-    return;
-  }
-  const NodeId sibling = best_sibling(nodes_[leaf].box);
-  const NodeId parent = allocate();
-  const NodeId grandparent = nodes_[sibling].parent;
-  nodes_[parent].parent = grandparent;
-  nodes_[parent].child = {sibling, leaf};
-  if (grandparent == null) {
-    root_ = parent;
-  } else {
-    auto& child = nodes_[grandparent].child;
-    child[child[0] == sibling ? 0 : 1] = parent;
-  }
-  nodes_[sibling].parent = parent;
-  nodes_[leaf].parent = parent;
-  for (NodeId id = parent; id != null; id = nodes_[id].parent) {
-    fit(id);
-    rotate(id);
-  }
-  if (nodes_[root_].height > max_height) rebuild();
-}
-
-/// Takes a leaf out of the tree; its parent goes, its sibling moves up.
-template <Scalar S>
-void AabbTree<S>::detach(NodeId leaf) {
-  const NodeId parent = nodes_[leaf].parent;
-  if (parent == null) {
-    root_ = null;
-    return;
-  }
-  const auto& child = nodes_[parent].child;
-  const NodeId sibling = child[child[0] == leaf ? 1 : 0];
-  const NodeId grandparent = nodes_[parent].parent;
-  nodes_[sibling].parent = grandparent;
-  release(parent);
-  if (grandparent == null) {
-    root_ = sibling;
-  } else {
-    auto& uncle = nodes_[grandparent].child;
-    uncle[uncle[0] == parent ? 0 : 1] = sibling;
-    fit_upwards(grandparent);
-  }
-}
-
-/// The node beside which a new leaf adds least surface, searched down one path: what a sibling
-/// costs is the surface of the common parent plus the growth of all nodes above.
-template <Scalar S>
-auto AabbTree<S>::best_sibling(const Aabb<S>& box) const -> NodeId {
-  using detail::merged_cost;
-  using detail::tree_cost;
-  const S box_cost = tree_cost(box);
-  const auto distance_of = [&](NodeId child) {
-    return (detail::finite_center(nodes_[child].box) - detail::finite_center(box)).squaredNorm();
-  };
-  NodeId best = root_;
-  NodeId id = root_;
-  S with_box = merged_cost(nodes_[root_].box, box);
-  S best_cost = with_box;
-  S growth_above = S(0);
-  while (!nodes_[id].is_leaf()) {
-    growth_above += with_box - tree_cost(nodes_[id].box);
-    NodeId next = null;
-    S next_bound = infinity<S>;
-    S next_with_box = S(0);
-    for (const NodeId child : nodes_[id].child) {
-      const Node& node = nodes_[child];
-      const S cost = merged_cost(node.box, box);
-      if (cost + growth_above < best_cost) {
-        best = child;
-        best_cost = cost + growth_above;
-      }
-      if (node.is_leaf()) continue;
-      // Below the child at least the leaf itself is paid for. Boxes that contain the leaf tie, and
-      // then the one around it goes first.
-      const S bound = growth_above + (cost - tree_cost(node.box)) + box_cost;
-      const bool is_nearer =
-          bound == next_bound && next != null && distance_of(child) < distance_of(next);
-      if (bound < next_bound || is_nearer) {
-        next = child;
-        next_bound = bound;
-        next_with_box = cost;
-      }
-    }
-    if (next == null || !(next_bound < best_cost)) break;
-    id = next;
-    with_box = next_with_box;
-  }
-  return best;
-}
-
-/// Box and height of an inner node from its children. Returns whether they are others than before.
-template <Scalar S>
-bool AabbTree<S>::fit(NodeId id) {
-  Node& node = nodes_[id];
-  const Node& a = nodes_[node.child[0]];
-  const Node& b = nodes_[node.child[1]];
-  const Aabb<S> box = detail::merged(a.box, b.box);
-  const std::int32_t height = 1 + std::max(a.height, b.height);
-  if (height == node.height && box.lower == node.box.lower && box.upper == node.box.upper) {
-    return false;
-  }
-  node.box = box;
-  node.height = height;
-  return true;
-}
-
-/// Fits a node and those above it, as far as anything changes.
-template <Scalar S>
-void AabbTree<S>::fit_upwards(NodeId id) {
-  while (id != null && fit(id)) id = nodes_[id].parent;
-}
-
-/// Exchanges a child with a grandchild from the other side where that makes the child's box
-/// smaller; the node's own box stays.
-template <Scalar S>
-void AabbTree<S>::rotate(NodeId id) {
-  NodeId best_child = null;
-  NodeId best_grandchild = null;
-  S best_gain = S(0);
-  for (std::size_t side = 0; side < 2; ++side) {
-    const NodeId child = nodes_[id].child[side];
-    const NodeId other = nodes_[id].child[1 - side];
-    if (nodes_[other].is_leaf()) continue;
-    const S cost = detail::tree_cost(nodes_[other].box);
-    for (std::size_t i = 0; i < 2; ++i) {
-      const NodeId stays = nodes_[other].child[1 - i];
-      const S gain = cost - detail::merged_cost(nodes_[child].box, nodes_[stays].box);
-      if (gain > best_gain) {
-        best_gain = gain;
-        best_child = child;
-        best_grandchild = nodes_[other].child[i];
-      }
-    }
-  }
-  if (best_child == null) return;
-  const NodeId other = nodes_[best_grandchild].parent;
-  swap_subtrees(best_child, best_grandchild);
-  fit(other);
-  fit(id);
-}
-
-template <Scalar S>
-void AabbTree<S>::swap_subtrees(NodeId a, NodeId b) {
-  const NodeId parent_a = nodes_[a].parent;
-  const NodeId parent_b = nodes_[b].parent;
-  auto& slot_a = nodes_[parent_a].child;
-  auto& slot_b = nodes_[parent_b].child;
-  slot_a[slot_a[0] == a ? 0 : 1] = b;
-  slot_b[slot_b[0] == b ? 0 : 1] = a;
-  nodes_[a].parent = parent_b;
-  nodes_[b].parent = parent_a;
-}
-
-/// Builds all inner nodes anew over the leaves there are.
-template <Scalar S>
-void AabbTree<S>::rebuild() {
-  order_.clear();
-  for (NodeId id = 0; id < nodes_.size(); ++id) {
-    if (nodes_[id].height > 0) release(id);
-    if (nodes_[id].height == 0) order_.push_back({id});
-  }
-  root_ = order_.empty() ? null : build_range(order_, 0);
-  if (root_ != null) nodes_[root_].parent = null;
-}
-
-template <Scalar S>
-auto AabbTree<S>::build_range(std::span<detail::SplitLeaf<S>> leaves, int depth) -> NodeId {
-  if (leaves.size() == 1) return leaves.front().number;
-  const NodeId id = allocate();
-  const auto box_of = [this](NodeId leaf) -> const Aabb<S>& { return nodes_[leaf].box; };
-  // From half the height on, halves: 2^32 leaves then end at the full height.
-  const std::size_t middle = depth < max_height / 2 ? detail::split_by_surface<S>(leaves, box_of)
-                                                    : detail::split_in_halves<S>(leaves, box_of);
-  const NodeId a = build_range(leaves.first(middle), depth + 1);
-  const NodeId b = build_range(leaves.subspan(middle), depth + 1);
-  nodes_[id].child = {a, b};
-  nodes_[a].parent = id;
-  nodes_[b].parent = id;
-  fit(id);
-  return id;
-}
-
-}  // namespace bristle::inline BRISTLE_ABI
-
-#include <algorithm>
-#include <compare>
-#include <cstddef>
-#include <cstdint>
-#include <vector>
-
-namespace bristle::inline BRISTLE_ABI {
-
-/// Two shapes that may touch, by their tags, a < b.
-struct ShapePair {
-  std::uint32_t a = 0;
-  std::uint32_t b = 0;
-
-  friend constexpr auto operator<=>(const ShapePair&, const ShapePair&) = default;
-  friend constexpr bool operator==(const ShapePair&, const ShapePair&) = default;
-};
-
-/// Boxes of all shapes of a world. Tags are small numbers that the caller gives out and reuses.
-template <Scalar S>
-class BroadPhase {
- public:
-  /// Adds a shape with its box in the world; an infinite box is kept in a list of its own.
-  void insert(std::uint32_t tag, const Aabb<S>& box) {
-    if (entries_.size() <= tag) entries_.resize(tag + 1);
-    mark_stale(tag);
-    Entry& entry = entries_[tag];
-    entry.swept = box;
-    if (is_bounded(box)) {
-      entry.node = tree_.insert(box, tag);
-    } else {
-      unbounded_.insert(std::lower_bound(unbounded_.begin(), unbounded_.end(), tag), tag);
-    }
-  }
-
-  void remove(std::uint32_t tag) {
-    mark_stale(tag);
-    Entry& entry = entries_[tag];
-    if (entry.node != AabbTree<S>::null) {
-      tree_.remove(entry.node);
-    } else {
-      unbounded_.erase(std::lower_bound(unbounded_.begin(), unbounded_.end(), tag));
-    }
-    entry = Entry{};
-    entry.is_stale = true;
-  }
-
-  /// Sets the box that a shape may reach during the step. The tree keeps a larger one, so that slow
-  /// shapes do not change it every step.
-  /// @param reach   [m] By how much it was grown around the shape for the step.
-  /// @param center  [m] Point from which the shape is followed, and about which it turns.
-  void move(std::uint32_t tag, const Aabb<S>& swept, S reach, const Vec3<S>& center) {
-    Entry& entry = entries_[tag];
-    entry.swept = swept;
-    entry.is_coarse = false;
-    if (entry.node == AabbTree<S>::null) return;
-    fit_tree(entry, tag, center - entry.center, reach);
-    entry.center = center;
-    entry.is_followed = true;
-    const Aabb<S>& box = tree_.box(entry.node);
-    const Vec3<S> margin = Vec3<S>::Constant(reach);
-    entry.room = {center - ((swept.lower - box.lower) + margin),
-                  center + ((box.upper - swept.upper) + margin)};
-    entry.turned = S(0);
-  }
-  /// The same for a shape that is not followed.
-  void move(std::uint32_t tag, const Aabb<S>& swept) {
-    move(tag, swept, S(0), swept.center());
-    entries_[tag].is_followed = false;
-  }
-
-  /// Whether a shape is alone in its box in the tree, and stays there while its points move by
-  /// `reach` [m]: nothing more needs to be known of it then, and all of that box counts as swept.
-  [[nodiscard]] bool stays(std::uint32_t tag, S reach, const Vec3<S>& center) {
-    Entry& entry = entries_[tag];
-    if (!entry.is_followed || has_company(entry) || !is_within(entry, center, reach)) return false;
-    if (!entry.is_coarse) entry.swept = tree_.box(entry.node);
-    entry.is_coarse = true;
-    return true;
-  }
-  /// Whether that is so in this step.
-  [[nodiscard]] bool is_coarse(std::uint32_t tag) const { return entries_[tag].is_coarse; }
-  /// Sets the swept box after all, which will be needed again in the steps to come.
-  void refine(std::uint32_t tag, const Aabb<S>& swept) {
-    Entry& entry = entries_[tag];
-    entry.swept = swept;
-    entry.is_coarse = false;
-    entry.is_needed = true;
-  }
-
-  /// Notes where a shape is after the step.
-  /// @param shift, turn  [m] By how much its centre has moved, and other points about it at most.
-  /// @return Whether its swept box holds it still, as far as that is known.
-  [[nodiscard]] bool settle(std::uint32_t tag, const Vec3<S>& center, S shift, S turn, S reach) {
-    Entry& entry = entries_[tag];
-    entry.turned += turn;
-    return entry.is_coarse ? is_within(entry, center, S(0)) : shift + turn <= reach;
-  }
-
-  /// The box a shape was last given.
-  [[nodiscard]] const Aabb<S>& swept(std::uint32_t tag) const { return entries_[tag].swept; }
-
-  /// Calls visit(tag) -> bool for every shape whose swept box overlaps `box`, until it returns
-  /// false; unbounded shapes come last, in order of their tags.
-  template <typename Visit>
-  void overlap(const Aabb<S>& box, Visit&& visit) const {
-    bool goes_on = true;
-    tree_.overlap(box, [&](std::uint32_t tag) {
-      if (!entries_[tag].swept.overlaps(box)) return true;
-      goes_on = visit(tag);
-      return goes_on;
-    });
-    for (std::size_t i = 0; goes_on && i < unbounded_.size(); ++i) goes_on = visit(unbounded_[i]);
-  }
-
-  /// Appends to `out` every pair of a shape in `moving` with any other that overlaps it and that
-  /// `accept(a, b)` lets through, a < b, sorted, each once.
-  /// @param[in,out] tested  Number of pairs of overlapping boxes, accepted or not.
-  template <typename Accept>
-  void find_pairs(const std::vector<std::uint32_t>& moving, Accept&& accept,
-                  std::vector<ShapePair>& out, std::uint64_t& tested) {
-    for (const std::uint32_t tag : moving) {
-      entries_[tag].is_moving = true;
-      if (!entries_[tag].has_moved) mark_stale(tag);
-      entries_[tag].has_moved = true;
-    }
-    refresh_near();
-    found_.clear();
-    const auto offer = [&](const ShapePair& pair) {
-      ++tested;
-      if (accept(pair.a, pair.b)) found_.push_back(pair);
-    };
-    for (const ShapePair& pair : near_) {
-      const Entry& a = entries_[pair.a];
-      const Entry& b = entries_[pair.b];
-      if ((a.is_moving || b.is_moving) && a.swept.overlaps(b.swept)) offer(pair);
-    }
-    const std::size_t bounded = found_.size();
-    for (const std::uint32_t tag : moving) {
-      const auto offer_with = [&](std::uint32_t other) {
-        // What else moves and is bounded meets this one as one of `unbounded_`; two unbounded ones
-        // meet once.
-        const bool meets_later = entries_[other].is_moving && (is_in_tree(other) || other < tag);
-        if (other != tag && !meets_later) offer(ordered(tag, other));
-        return true;
-      };
-      if (is_in_tree(tag)) {
-        for (const std::uint32_t other : unbounded_) offer(ordered(tag, other));
-      } else {
-        overlap(entries_[tag].swept, offer_with);
-      }
-    }
-    append_sorted(bounded, out);
-    for (const std::uint32_t tag : moving) entries_[tag].is_moving = false;
-  }
-
-  /// Calls visit(tag, max_distance) -> new max_distance for shapes that the ray may meet, nearer
-  /// boxes first, unbounded shapes before all.
-  template <typename Visit>
-  void walk_ray(Ray<S> ray, Visit&& visit) const {
-    for (const std::uint32_t tag : unbounded_) ray.length = visit(tag, ray.length);
-    tree_.walk_ray(ray, visit);
-  }
-
- private:
-  struct Entry {
-    typename AabbTree<S>::NodeId node = AabbTree<S>::null;
-    Aabb<S> swept{};
-    /// [m] Where it was when its box was last given, and where its centre may be without the shape
-    /// leaving its box in the tree.
-    Vec3<S> center = Vec3<S>::Zero();
-    Aabb<S> room{};
-    /// [m] By how much it has turned about its centre since then.
-    S turned = S(0);
-    /// Whether that is known.
-    bool is_followed = false;
-    /// When `near_` last named it.
-    std::uint64_t met_at = 0;
-    /// Whether its swept box was of use since its box in the tree changed.
-    bool is_needed = false;
-    /// Whether `swept` is its box in the tree.
-    bool is_coarse = false;
-    /// Whether the box in the tree is another than `near_` knows.
-    bool is_stale = false;
-    /// Whether it has ever been named as moving; those that never were do not meet each other.
-    bool has_moved = false;
-    /// Scratch of `find_pairs`.
-    bool is_moving = false;
-  };
-
-  [[nodiscard]] static bool is_bounded(const Aabb<S>& box) {
-    return (box.upper.array() < infinity<S>).all() && (box.lower.array() > -infinity<S>).all();
-  }
-
-  [[nodiscard]] static ShapePair ordered(std::uint32_t a, std::uint32_t b) {
-    return {std::min(a, b), std::max(a, b)};
-  }
-  [[nodiscard]] bool is_in_tree(std::uint32_t tag) const {
-    return entries_[tag].node != AabbTree<S>::null;
-  }
-
-  /// Whether a shape with its centre at a place, grown by a margin, lies within its box in the
-  /// tree.
-  [[nodiscard]] static bool is_within(const Entry& entry, const Vec3<S>& center, S margin) {
-    const Vec3<S> extra = Vec3<S>::Constant(margin + entry.turned);
-    return entry.room.contains(Aabb<S>{center - extra, center + extra});
-  }
-
-  /// Whether what a shape reaches matters to others, or may.
-  [[nodiscard]] bool has_company(const Entry& entry) const {
-    return entry.is_stale || entry.is_needed || entry.met_at == refreshes_;
-  }
-
-  void mark_stale(std::uint32_t tag) {
-    if (entries_[tag].is_stale) return;
-    entries_[tag].is_stale = true;
-    stale_.push_back(tag);
-  }
-
-  /// Changes the box in the tree where it does not hold the swept one, or is far too large for it.
-  /// @param shift  [m] By how much the shape has moved since the last time, some steps ago.
-  void fit_tree(Entry& entry, std::uint32_t tag, Vec3<S> shift, S reach) {
-    const Aabb<S>& swept = entry.swept;
-    // A surplus of a tenth of the size, and where the shape is going as much as thirty steps take,
-    // but not more than twice its size: a change of the tree costs as much as hundreds of false
-    // pairs. A box left over from a faster step shrinks again once it is several times too large.
-    const S size = swept.half_extents().maxCoeff();
-    const S surplus = S(0.2) * size;
-    const Aabb<S>& box = tree_.box(entry.node);
-    const Vec3<S> spare = (box.upper - box.lower) - (swept.upper - swept.lower);
-    const bool fits = box.contains(swept);
-    if (fits && spare.maxCoeff() <= S(8) * surplus) return;
-    const S distance = shift.norm();
-    if (distance > reach) shift *= reach / distance;
-    Vec3<S> ahead = (S(30) * shift)
-                        .cwiseMin(Vec3<S>::Constant(S(4) * size))
-                        .cwiseMax(Vec3<S>::Constant(S(-4) * size));
-    // What is too fast for its square reaches everywhere, which has no centre.
-    if (!all_finite(ahead)) ahead.setZero();
-    if (fits && (spare - ahead.cwiseAbs()).maxCoeff() <= S(8) * surplus) return;
-    Aabb<S> grown = swept.inflated(surplus);
-    grown.lower += ahead.cwiseMin(Vec3<S>::Zero());
-    grown.upper += ahead.cwiseMax(Vec3<S>::Zero());
-    tree_.update(entry.node, grown);
-    entry.is_needed = false;
-    mark_stale(tag);
-  }
-
-  /// Looks up in the tree what the boxes overlap that changed since the last time.
-  void refresh_near() {
-    if (stale_.empty()) return;
-    found_.clear();
-    for (const ShapePair& pair : near_) {
-      if (!entries_[pair.a].is_stale && !entries_[pair.b].is_stale) found_.push_back(pair);
-    }
-    const std::size_t kept = found_.size();
-    for (const std::uint32_t tag : stale_) {
-      if (!is_in_tree(tag)) continue;
-      tree_.overlap(tree_.box(entries_[tag].node), [&](std::uint32_t other) {
-        const bool is_found_from_other = entries_[other].is_stale && other < tag;
-        const bool may_move = entries_[tag].has_moved || entries_[other].has_moved;
-        if (other != tag && !is_found_from_other && may_move) {
-          found_.push_back(ordered(tag, other));
-        }
-        return true;
-      });
-    }
-    near_.clear();
-    append_sorted(kept, near_);
-    ++refreshes_;
-    for (const ShapePair& pair : near_) {
-      entries_[pair.a].met_at = entries_[pair.b].met_at = refreshes_;
-    }
-    for (const std::uint32_t tag : stale_) entries_[tag].is_stale = false;
-    stale_.clear();
-  }
-
-  /// Appends `found_` to `out` in order. Most of it is: the first `sorted` pairs.
-  void append_sorted(std::size_t sorted, std::vector<ShapePair>& out) {
-    const auto middle = found_.begin() + static_cast<std::ptrdiff_t>(sorted);
-    if (!std::is_sorted(middle, found_.end())) std::sort(middle, found_.end());
-    const std::size_t before = out.size();
-    out.resize(before + found_.size());
-    std::merge(found_.begin(), middle, middle, found_.end(),
-               out.begin() + static_cast<std::ptrdiff_t>(before));
-  }
-
-  AabbTree<S> tree_;
-  std::vector<Entry> entries_;
-  std::vector<std::uint32_t> unbounded_;
-  /// Pairs of bounded shapes whose boxes in the tree overlap and one of which moves, or did,
-  /// sorted.
-  std::vector<ShapePair> near_;
-  std::uint64_t refreshes_ = 0;
-  /// Shapes whose boxes in the tree are not those that `near_` was made from.
-  std::vector<std::uint32_t> stale_;
-  /// Scratch.
-  std::vector<ShapePair> found_;
-};
-
-}  // namespace bristle::inline BRISTLE_ABI
-
-#include <algorithm>
-#include <array>
-#include <cstdint>
-#include <span>
-#include <vector>
-
-namespace bristle::inline BRISTLE_ABI {
-
-/// One point of contact between two bodies.
-template <Scalar S>
-struct CachedPoint {
-  /// [m] From each centre of mass to the point at the start of the step, world axes.
-  Vec3<S> arm_a = Vec3<S>::Zero();
-  Vec3<S> arm_b = Vec3<S>::Zero();
-  /// [m] From these arms to those in the middle of the step: half of what they changed by in the
-  /// last one; zero for a new point.
-  Vec3<S> mid_offset_a = Vec3<S>::Zero();
-  Vec3<S> mid_offset_b = Vec3<S>::Zero();
-  /// [m] Distance of the surfaces; negative where they overlap.
-  S gap = S(0);
-  /// [-] Features that meet here; see `ContactPoint::feature`.
-  std::uint32_t feature = 0;
-  /// [N s] Impulse along the normal, and along the two tangents of `tangent_basis`.
-  std::array<S, 3> impulse{};
-  /// [N s] What of it the next step will not need; see `ContactConstraint::passing`.
-  std::array<S, 3> passing{};
-  /// Whether no contact of the last step tells what to expect of this one.
-  bool is_fresh = true;
-  /// Whether the impulse stopped an approach, and says nothing about the step to come.
-  bool took_impact = false;
-  /// Whether the impulse acts in the middle of the step.
-  bool acts_at_mid = false;
-
-  /// [m] Arms at which the impulse acts.
-  [[nodiscard]] Vec3<S> acting_arm_a() const { return acts_at_mid ? arm_a + mid_offset_a : arm_a; }
-  [[nodiscard]] Vec3<S> acting_arm_b() const { return acts_at_mid ? arm_b + mid_offset_b : arm_b; }
-};
-
-/// Points with one normal between two shapes.
-template <Scalar S>
-struct CachedManifold {
-  ShapePair shapes{};
-  /// [-] Tells manifolds of one pair apart; see `ContactManifold::key`.
-  std::uint32_t key = 0;
-  /// [1] From a to b, world axes.
-  Vec3<S> normal = Vec3<S>::UnitZ();
-  /// [m] a's centre of mass in the world when the contact was found; from it `arm_a` is measured.
-  Vec3<S> center_a = Vec3<S>::Zero();
-  /// [-] Its points are [first, first + count).
-  std::uint32_t first = 0;
-  std::uint32_t count = 0;
-  /// [-] Whether it was carried over from the last step and has no rows in this one.
-  bool is_carried = false;
-};
-
-/// [N s] Friction of a point on b, world axes.
-template <Scalar S>
-[[nodiscard]] Vec3<S> friction_impulse(const CachedManifold<S>& manifold,
-                                       const CachedPoint<S>& point) {
-  Vec3<S> t1, t2;
-  tangent_basis<S>(manifold.normal, t1, t2);
-  return point.impulse[1] * t1 + point.impulse[2] * t2;
-}
-
-/// Two generations of manifolds, sorted by pair. The older one gives its impulses to points of the
-/// younger one with the same pair, key and feature. Where features change names while nothing moves
-/// (corners of equal boxes coincide, and either box may name them) the point in the same place is
-/// taken.
-template <Scalar S>
-class ContactCache {
- public:
-  /// Where the shapes of a pair stand when their manifolds are added.
-  struct PairFrame {
-    /// [1] Axes of shape a in the world.
-    Mat3<S> R_WS = Mat3<S>::Identity();
-    /// [m] From a's centre of mass to the origin of its shape, world axes.
-    Vec3<S> p_as = Vec3<S>::Zero();
-    /// [m] From a's centre of mass to b's, world axes.
-    Vec3<S> p_ab = Vec3<S>::Zero();
-    /// [m] a's centre of mass in the world.
-    Vec3<S> center_a = Vec3<S>::Zero();
-  };
-
-  /// Starts a new generation, of a step of `dt` [s].
-  void begin_step(S dt) {
-    half_ = S(0.5) * (dt / last_step_);
-    last_step_ = dt;
-    manifolds_.swap(old_manifolds_);
-    points_.swap(old_points_);
-    manifolds_.clear();
-    points_.clear();
-    cursor_ = 0;
-    is_repeated_ = false;
-  }
-
-  /// Makes the present generation stand for one more step, in which nothing changed.
-  void repeat() { is_repeated_ = true; }
-
-  /// Adds the manifolds of one pair; pairs come in ascending order.
-  void add(ShapePair shapes, std::span<const ContactManifold<S>> found, const PairFrame& frame) {
-    for (const ContactManifold<S>& m : found) {
-      CachedManifold<S> cached;
-      cached.shapes = shapes;
-      cached.key = m.key;
-      cached.normal = frame.R_WS * m.normal;
-      cached.center_a = frame.center_a;
-      cached.first = static_cast<std::uint32_t>(points_.size());
-      cached.count = static_cast<std::uint32_t>(m.size);
-      const CachedManifold<S>* old = find_old(shapes, m.key);
-      for (std::size_t i = 0; i < m.size; ++i) {
-        CachedPoint<S>& point = points_.emplace_back();
-        point.arm_a = frame.p_as + frame.R_WS * m.points[i].position;
-        point.arm_b = point.arm_a - frame.p_ab;
-        point.gap = m.points[i].gap;
-        point.feature = m.points[i].feature;
-      }
-      if (old != nullptr) inherit(*old, cached);
-      manifolds_.push_back(cached);
-    }
-  }
-
-  /// Takes over, as they were, the manifolds of all pairs before `end` that `keeps(shapes)` wants:
-  /// pairs that are not collided in this step, and still touch.
-  template <typename Keeps>
-  void carry_before(ShapePair end, Keeps&& keeps) {
-    for (; cursor_ < old_manifolds_.size() && old_manifolds_[cursor_].shapes < end; ++cursor_) {
-      const CachedManifold<S>& old = old_manifolds_[cursor_];
-      if (!keeps(old.shapes)) continue;
-      manifolds_.push_back(old);
-      manifolds_.back().first = static_cast<std::uint32_t>(points_.size());
-      manifolds_.back().is_carried = true;
-      points_.insert(points_.end(), old_points_.begin() + old.first,
-                     old_points_.begin() + old.first + old.count);
-    }
-  }
-
-  /// Removes the contacts of a shape, so that nothing is inherited by the next one with its tag.
-  void forget(std::uint32_t tag) {
-    forget(tag, manifolds_, points_);
-    forget(tag, old_manifolds_, old_points_);
-  }
-
-  [[nodiscard]] std::vector<CachedManifold<S>>& manifolds() { return manifolds_; }
-  [[nodiscard]] const std::vector<CachedManifold<S>>& manifolds() const { return manifolds_; }
-  [[nodiscard]] std::vector<CachedPoint<S>>& points() { return points_; }
-  [[nodiscard]] const std::vector<CachedPoint<S>>& points() const { return points_; }
-
-  /// [s] Length of the step that the present generation is of.
-  [[nodiscard]] S& last_step() { return last_step_; }
-  [[nodiscard]] const S& last_step() const { return last_step_; }
-
-  /// The generation of the step before.
-  [[nodiscard]] const std::vector<CachedManifold<S>>& last_manifolds() const {
-    return is_repeated_ ? manifolds_ : old_manifolds_;
-  }
-  [[nodiscard]] const std::vector<CachedPoint<S>>& last_points() const {
-    return is_repeated_ ? points_ : old_points_;
-  }
-
- private:
-  [[nodiscard]] const CachedManifold<S>* find_old(ShapePair shapes, std::uint32_t key) {
-    while (cursor_ < old_manifolds_.size() && old_manifolds_[cursor_].shapes < shapes) ++cursor_;
-    for (std::size_t i = cursor_; i < old_manifolds_.size() && old_manifolds_[i].shapes == shapes;
-         ++i) {
-      if (old_manifolds_[i].key == key) return &old_manifolds_[i];
-    }
-    return nullptr;
-  }
-
-  /// Carries friction over as a vector: the tangents of two nearly equal normals may be opposite.
-  class TangentTurn {
-   public:
-    TangentTurn(const Vec3<S>& from, const Vec3<S>& to) {
-      // Faces at rest keep theirs to the last bit.
-      if (from == to) return;
-      Vec3<S> t1, t2, u1, u2;
-      tangent_basis<S>(from, t1, t2);
-      tangent_basis<S>(to, u1, u2);
-      t1_ = {t1.dot(u1), t1.dot(u2)};
-      t2_ = {t2.dot(u1), t2.dot(u2)};
-    }
-    [[nodiscard]] std::array<S, 3> operator()(const CachedPoint<S>& old) const {
-      const Vec2<S> friction =
-          (old.impulse[1] - old.passing[1]) * t1_ + (old.impulse[2] - old.passing[2]) * t2_;
-      return {old.impulse[0] - old.passing[0], friction.x(), friction.y()};
-    }
-
-   private:
-    Vec2<S> t1_ = Vec2<S>::UnitX();  // The old tangents along the new ones.
-    Vec2<S> t2_ = Vec2<S>::UnitY();
-  };
-
-  /// Gives the points of a manifold the impulses of their predecessors: first by feature, then what
-  /// is left by place.
-  void inherit(const CachedManifold<S>& old, const CachedManifold<S>& young) {
-    const TangentTurn turn(old.normal, young.normal);
-    std::array<bool, ContactManifold<S>::capacity> is_taken{};
-    std::uint32_t fresh = young.count;
-    const auto match = [&](const auto& is_same) {
-      for (std::uint32_t i = 0; i < young.count; ++i) {
-        CachedPoint<S>& point = points_[young.first + i];
-        // Points mostly keep their order: what stood in this one's place is asked first.
-        std::uint32_t k = i < old.count ? i : 0;
-        for (std::uint32_t asked = 0; asked < old.count && point.is_fresh; ++asked) {
-          const CachedPoint<S>& other = old_points_[old.first + k];
-          if (!is_taken[k] && !other.took_impact && is_same(point, other)) {
-            is_taken[k] = true;
-            point.is_fresh = false;
-            point.impulse = turn(other);
-            point.mid_offset_a = mid_offset(point.arm_a, other.arm_a);
-            point.mid_offset_b = mid_offset(point.arm_b, other.arm_b);
-            --fresh;
-          }
-          k = k + 1 < old.count ? k + 1 : 0;
-        }
-      }
-    };
-    match([](const CachedPoint<S>& a, const CachedPoint<S>& b) { return a.feature == b.feature; });
-    if (fresh == 0) return;
-    // A hundredth of the patch is much more than resting points move and much less than they are
-    // apart.
-    S extent2 = S(0);
-    for (std::uint32_t k = 0; k < old.count; ++k) {
-      extent2 = std::max(
-          extent2, (old_points_[old.first + k].arm_a - old_points_[old.first].arm_a).squaredNorm());
-    }
-    match([&](const CachedPoint<S>& a, const CachedPoint<S>& b) {
-      return (a.arm_a - b.arm_a).squaredNorm() <= S(1e-4) * extent2;
-    });
-  }
-
-  /// Half of what an arm will change by if it goes on as in the last step.
-  [[nodiscard]] Vec3<S> mid_offset(const Vec3<S>& arm, const Vec3<S>& last) const {
-    const Vec3<S> offset = half_ * (arm - last);
-    // No turn moves an arm by more than this, whatever the steps' lengths say.
-    return offset.squaredNorm() <= arm.squaredNorm() ? offset : Vec3<S>::Zero();
-  }
-
-  static void forget(std::uint32_t tag, std::vector<CachedManifold<S>>& manifolds,
-                     std::vector<CachedPoint<S>>& points) {
-    std::size_t kept = 0;
-    std::uint32_t end = 0;
-    for (CachedManifold<S> m : manifolds) {
-      if (m.shapes.a == tag || m.shapes.b == tag) continue;
-      std::copy_n(points.begin() + m.first, m.count, points.begin() + end);
-      m.first = end;
-      end += m.count;
-      manifolds[kept++] = m;
-    }
-    manifolds.resize(kept);
-    points.resize(end);
-  }
-
-  std::vector<CachedManifold<S>> manifolds_, old_manifolds_;
-  std::vector<CachedPoint<S>> points_, old_points_;
-  std::size_t cursor_ = 0;
-  bool is_repeated_ = false;
-  S last_step_ = S(1);
-  S half_ = S(0.5);  // Half of this step as a multiple of the last one.
-};
-
-}  // namespace bristle::inline BRISTLE_ABI
-
-#include <algorithm>
-#include <cstdint>
-#include <span>
-#include <vector>
-
-namespace bristle::inline BRISTLE_ABI {
-
-/// What happened to a touch in the last step.
-enum class ContactPhase {
-  /// They touch and did not in the step before.
-  begin,
-  /// They touched in both.
-  persist,
-  /// They touched in the step before, and do no more; also because one of them was removed.
-  end
-};
-
-/// Two shapes whose touch began, went on or ended. Shapes *touch* in a step when one of their
-/// contacts exchanged an impulse along its normal, or had a gap <= 0 when the step began.
-struct ContactEvent {
-  ContactPhase phase = ContactPhase::begin;
-  /// [-] The shapes, in the order of their slots, and their bodies. After an end, they may name
-  /// what is gone.
-  ShapeId shape_a{};
-  ShapeId shape_b{};
-  BodyId body_a{};
-  BodyId body_b{};
-};
-
-/// One point where two shapes met in the last step. World axes.
-template <Scalar S>
-struct ContactPointReading {
-  /// [m] Where, when the step began.
-  Vec3<S> position = Vec3<S>::Zero();
-  /// [1] From shape a to shape b.
-  Vec3<S> normal = Vec3<S>::UnitZ();
-  /// [m] Distance of the surfaces when the step began; negative where they overlap.
-  S gap = S(0);
-  /// [N s] Impulse on b along the normal, >= 0.
-  S normal_impulse = S(0);
-  /// [N s] Impulse of friction on b.
-  Vec3<S> friction_impulse = Vec3<S>::Zero();
-};
-
-/// All contacts of two shapes in the last step. Valid until the world changes.
-template <Scalar S>
-class ContactReading {
- public:
-  /// [-] The shapes, in the order of their slots, and their bodies.
-  ShapeId shape_a{};
-  ShapeId shape_b{};
-  BodyId body_a{};
-  BodyId body_b{};
-
-  /// @param manifolds  All those of the two shapes, of which there is at least one.
-  ContactReading(std::span<const CachedManifold<S>> manifolds,
-                 const std::vector<CachedPoint<S>>& points)
-      : manifolds_(manifolds), points_(&points) {}
-
-  /// Whether they touch, as `ContactEvent` has it.
-  [[nodiscard]] bool is_touching() const;
-
-  /// Calls visit(const ContactPointReading<S>&) for each point.
-  template <typename Visit>
-  void for_each_point(Visit&& visit) const;
-
-  /// [N s, N m s] Total impulse on b about a point [m] of the world; on a acts its negative.
-  [[nodiscard]] Wrench<S> impulse_about(const Vec3<S>& point) const;
-
-  /// [N s, N m s] Total impulse on body a or b about its centre of mass as it was when the step
-  /// began: by how much they changed its momentum and its angular momentum, to round-off.
-  [[nodiscard]] Wrench<S> impulse_on_a() const;
-  [[nodiscard]] Wrench<S> impulse_on_b() const;
-
- private:
-  /// Sums over points with the arm that `arm_of(manifold, point)` gives.
-  template <typename ArmOf>
-  [[nodiscard]] Wrench<S> sum(ArmOf&& arm_of) const;
-
-  std::span<const CachedManifold<S>> manifolds_;
-  const std::vector<CachedPoint<S>>* points_;
-};
-
-// Implementation -----------------------------------------------------------------------------------
-
-namespace detail {
-
-/// [N s] Impulse of one point on b, world axes.
-template <Scalar S>
-[[nodiscard]] Vec3<S> point_impulse(const CachedManifold<S>& m, const CachedPoint<S>& point) {
-  return point.impulse[0] * m.normal + friction_impulse(m, point);
-}
-
-/// Manifolds of the pair that the list holds from `first` on.
-template <Scalar S>
-[[nodiscard]] std::span<const CachedManifold<S>> same_pair(
-    const std::vector<CachedManifold<S>>& manifolds, std::size_t first) {
-  std::size_t end = first;
-  while (end < manifolds.size() && manifolds[end].shapes == manifolds[first].shapes) ++end;
-  return std::span(manifolds).subspan(first, end - first);
-}
-
-template <Scalar S>
-[[nodiscard]] bool touches(std::span<const CachedManifold<S>> manifolds,
-                           const std::vector<CachedPoint<S>>& points) {
-  for (const CachedManifold<S>& m : manifolds) {
-    for (std::uint32_t i = m.first; i < m.first + m.count; ++i) {
-      if (points[i].impulse[0] > S(0) || points[i].gap <= S(0)) return true;
-    }
-  }
-  return false;
-}
-
-/// Calls visit(shapes, touched, touches) for each pair that touches now or did in the step before,
-/// in ascending order.
-template <Scalar S, typename Visit>
-void for_each_touch(const ContactCache<S>& cache, Visit&& visit) {
-  const std::vector<CachedManifold<S>>& before = cache.last_manifolds();
-  const std::vector<CachedManifold<S>>& now = cache.manifolds();
-  std::size_t i = 0;
-  std::size_t k = 0;
-  while (i < before.size() || k < now.size()) {
-    const bool is_old =
-        i < before.size() && (k == now.size() || !(now[k].shapes < before[i].shapes));
-    const bool is_new =
-        k < now.size() && (i == before.size() || !(before[i].shapes < now[k].shapes));
-    const ShapePair shapes = is_old ? before[i].shapes : now[k].shapes;
-    bool touched = false;
-    bool touches_now = false;
-    if (is_old) {
-      const auto manifolds = same_pair(before, i);
-      touched = touches(manifolds, cache.last_points());
-      i += manifolds.size();
-    }
-    if (is_new) {
-      const auto manifolds = same_pair(now, k);
-      touches_now = touches(manifolds, cache.points());
-      k += manifolds.size();
-    }
-    if (touched || touches_now) visit(shapes, touched, touches_now);
-  }
-}
-
-}  // namespace detail
-
-template <Scalar S>
-bool ContactReading<S>::is_touching() const {
-  return detail::touches(manifolds_, *points_);
-}
-
-template <Scalar S>
-template <typename Visit>
-void ContactReading<S>::for_each_point(Visit&& visit) const {
-  for (const CachedManifold<S>& m : manifolds_) {
-    for (std::uint32_t i = m.first; i < m.first + m.count; ++i) {
-      const CachedPoint<S>& point = (*points_)[i];
-      visit(ContactPointReading<S>{m.center_a + point.arm_a, m.normal, point.gap, point.impulse[0],
-                                   friction_impulse(m, point)});
-    }
-  }
-}
-
-template <Scalar S>
-template <typename ArmOf>
-Wrench<S> ContactReading<S>::sum(ArmOf&& arm_of) const {
-  Wrench<S> total;
-  for (const CachedManifold<S>& m : manifolds_) {
-    for (std::uint32_t i = m.first; i < m.first + m.count; ++i) {
-      const CachedPoint<S>& point = (*points_)[i];
-      total += Wrench<S>::at(arm_of(m, point), detail::point_impulse(m, point));
-    }
-  }
-  return total;
-}
-
-template <Scalar S>
-Wrench<S> ContactReading<S>::impulse_about(const Vec3<S>& point) const {
-  return sum([&](const CachedManifold<S>& m, const CachedPoint<S>& p) -> Vec3<S> {
-    return m.center_a - point + p.acting_arm_a();
-  });
-}
-
-template <Scalar S>
-Wrench<S> ContactReading<S>::impulse_on_a() const {
-  return -sum([](const CachedManifold<S>&, const CachedPoint<S>& p) { return p.acting_arm_a(); });
-}
-
-template <Scalar S>
-Wrench<S> ContactReading<S>::impulse_on_b() const {
-  return sum([](const CachedManifold<S>&, const CachedPoint<S>& p) { return p.acting_arm_b(); });
-}
-
-}  // namespace bristle::inline BRISTLE_ABI
-
-// === bristle/world/haptic_loop.hpp
-
-/// @file
-/// A haptic loop: sensors on tools that a user holds, sensed more often than the world steps.
-///
-///     HapticLoop<double> loop({.ticks = 16});
-///     const ToolId tool = loop.add_tool(stylus);  // a kinematic body
-///     loop.add_patch(tool, patch);
-///     world.open(loop);
-///     for (;;) {
-///       for (int i = 0; i < 16; ++i) {
-///         loop.move(tool, device.pose());
-///         loop.tick();
-///         device.send(loop.wrench(tool));
-///       }
-///       world.step(loop);
-///     }
-///
-/// Ticks run ahead of the world: the bodies near a tool are predicted from the state in which the
-/// last step left them (haptic_body.hpp), each tick evaluates the law of the loop's patches and
-/// moves them on, and the step then gives the bodies of the world the sum of all impulses. Rays are
-/// cast in each tick, or once a step (`PatchDef::cast_every` counts ticks here). A tick looks at
-/// the loop alone. docs/decisions/0024-haptic-ticks.md says why it is built this way.
-// SPDX-License-Identifier: BSD-3-Clause
-
-// === bristle/world/haptic_body.hpp
-
-/// @file
-/// A body near a haptic tool, ahead of the world: how the ticks of a loop move it.
-// SPDX-License-Identifier: BSD-3-Clause
-
-// === bristle/dynamics/integrator.hpp
-
-/// @file
-/// Free velocities, and poses from velocities.
-///
-/// The turn of a body in one step keeps angular momentum exactly and kinetic energy to round-off:
-/// the discrete Moser-Veselov equation of the free top with preprocessed inertia (Hairer and
-/// Vilmart 2006, "Preprocessed discrete Moser-Veselov algorithm for the full dynamics of a rigid
-/// body"), fourth order in the step, in parts of at most a radian where the body spins faster.
-// SPDX-License-Identifier: BSD-3-Clause
-
-namespace bristle::inline BRISTLE_ABI {
-
-/// Velocities of a body after the forces known at the start of the step: gravity and what the
-/// caller applies. The gyroscopic torque is not among them; `step_pose` accounts for it exactly.
-template <Scalar S>
-[[nodiscard]] Twist<S> free_twist(const Body<S>& body, const Vec3<S>& gravity, S dt) {
-  Twist<S> result = body.twist;
-  if (!body.is_dynamic()) return result;
-  for (std::size_t k = 0; k < 3; ++k) {
-    const auto i = static_cast<Eigen::Index>(k);
-    if (body.locked.linear[k]) continue;
-    result.linear[i] +=
-        dt * (body.gravity_scale * gravity[i] + body.inverse_mass * body.applied.force[i]);
-  }
-  if (body.applied.torque != Vec3<S>::Zero()) {
-    result.angular += dt * (body.inverse_inertia_W() * body.applied.torque);
-  }
-  return result;
-}
-
-/// Moves a body by one step.
-///
-/// A dynamic body keeps its angular momentum, so its angular velocity, which comes in as at the old
-/// attitude, changes as it turns.
-/// @param motion  [m/s, rad/s] Displacement divided by the step, at the old attitude.
-template <Scalar S>
-void step_pose(Body<S>& body, const Twist<S>& motion, S dt);
-
-// Implementation -----------------------------------------------------------------------------------
-
-namespace detail {
-
-/// Vector part q of the quaternion of one step of the free top, in body axes: the root of
-/// q0 J q + q x J q = h y / 2 with q0 = sqrt(1 - |q|^2), by Newton. Returns false when the step
-/// turns too far for a root.
-/// @param inertia  [kg m^2] Over any unit, near which it is, as are its inverse and y.
-/// @param y        [kg m^2/s] Body-frame angular momentum.
-template <Scalar S>
-bool solve_top_step(const Mat3<S>& inertia, const Mat3<S>& inverse_inertia, const Vec3<S>& y, S h,
-                    Vec3<S>& q) {
-  using std::sqrt;
-  // Preprocessing: with these modified moments the second-order map is fourth-order.
-  const S trace_inverse = inverse_inertia.trace();
-  const S product = inertia.determinant();
-  const S sum = inertia.trace();
-  const S C = y.squaredNorm() / S(2);
-  const S H = y.dot(inverse_inertia * y) / S(2);
-  const S scale = sum / (S(6) * product);
-  const S s = -trace_inverse * H / S(3) + scale * C;
-  const S d = scale * H - C / (S(3) * product);
-  const Mat3<S> inverse_J = (S(1) + h * h * s) * inverse_inertia + h * h * d * Mat3<S>::Identity();
-  const Mat3<S> J = inverse_J.inverse();
-
-  const Vec3<S> target = (h / S(2)) * y;
-  q = inverse_J * target;
-  const S round_off = Tolerance<S>::round_off();
-  for (int iteration = 0; iteration < 8; ++iteration) {
-    const S rest = S(1) - q.squaredNorm();
-    if (!(rest > S(0.5))) return false;
-    const S q0 = sqrt(rest);
-    const Vec3<S> Jq = J * q;
-    const Vec3<S> residual = q0 * Jq + q.cross(Jq) - target;
-    const Mat3<S> slope = q0 * J - Jq * (q.transpose() / q0) + skew(q) * J - skew(Jq);
-    const Vec3<S> change = slope.inverse() * residual;
-    q -= change;
-    if (change.squaredNorm() <= round_off * round_off * q.squaredNorm()) return true;
-  }
-  return true;
-}
-
-template <Scalar S>
-[[nodiscard]] bool is_isotropic(const Mat3<S>& inertia) {
-  using std::abs;
-  using std::max;
-  const S unequal = max(abs(inertia(1, 1) - inertia(0, 0)), abs(inertia(2, 2) - inertia(0, 0)));
-  const S mixed = max({abs(inertia(1, 0)), abs(inertia(2, 0)), abs(inertia(2, 1))});
-  return max(unequal, mixed) <= Tolerance<S>::round_off() * inertia(0, 0);
-}
-
-/// Turns a body as a free top that has the angular velocity w [rad/s, world axes] now; the body's
-/// own angular momentum stays, its angular velocity follows its attitude. The step is halved until
-/// each part turns by less than a radian, where the map has its root.
-template <Scalar S>
-void turn_free_top(Body<S>& body, const Vec3<S>& w, S dt) {
-  using std::sqrt;
-  Quat<S>& rotation = body.center_pose.rotation;
-  // Over a power of two near the inertia, which scales out of the equation: its third power stays
-  // in range then.
-  const S scale = power_of_two_below(S(body.inertia_B.trace()));
-  const S unit = S(1) / scale;
-  const Mat3<S> inertia = unit * body.inertia_B;
-  const Mat3<S> inverse_inertia = scale * body.inverse_inertia_B;
-  const Mat3<S> R = body.center_pose.rotation_matrix();
-  const Vec3<S> own_L_W = R * (inertia * (R.transpose() * body.twist.angular));
-  const Vec3<S> L_W = rotation * (inertia * (rotation.conjugate() * w));
-  if (!(L_W.squaredNorm() > S(0)) && !(own_L_W.squaredNorm() > S(0))) return;
-  // The fastest that this momentum can ever turn the body, whatever its attitude becomes.
-  const S fastest = dt * L_W.norm() * inverse_inertia.norm();
-  constexpr int most_parts = 4096;
-  int parts = 1;
-  while (S(parts) < fastest && parts < most_parts) parts *= 2;
-  const S h = dt / S(parts);
-  for (int i = 0; i < parts; ++i) {
-    const Vec3<S> y = rotation.conjugate() * L_W;
-    Vec3<S> q;
-    if (solve_top_step(inertia, inverse_inertia, y, h, q)) {
-      const Quat<S> turn(sqrt(S(1) - q.squaredNorm()), q.x(), q.y(), q.z());
-      rotation = unit_product(rotation, turn);
-    } else {
-      // Faster than the parts resolve: momentum is still kept, and energy stays between its bounds.
-      rotation = step_rotation<S>(rotation, rotation * (inverse_inertia * y), h);
-    }
-  }
-  body.twist.angular = rotation * (inverse_inertia * (rotation.conjugate() * own_L_W));
-}
-
-}  // namespace detail
-
-template <Scalar S>
-void step_pose(Body<S>& body, const Twist<S>& motion, S dt) {
-  Transform<S>& X = body.center_pose;
-  X.translation += dt * motion.linear;
-  if (body.is_dynamic() && !body.locked.any_angular() && !detail::is_isotropic(body.inertia_B)) {
-    detail::turn_free_top(body, motion.angular, dt);
-  } else {
-    X.rotation = step_rotation(X.rotation, motion.angular, dt);
-  }
-}
-
-}  // namespace bristle::inline BRISTLE_ABI
-
-// === bristle/math/elimination.hpp
-
-/// @file
-/// Linear equations with a matrix of any kind, of a size that the compiler knows.
-// SPDX-License-Identifier: BSD-3-Clause
-
-#include <cmath>
-#include <utility>
-
-namespace bristle::inline BRISTLE_ABI {
-
-/// X of A X = B, by elimination with pivots by row. Eigen's own takes blocks of any size, and a
-/// compiler longer than the rest of what calls it.
-///
-/// @return  What is not finite where A is singular.
-template <Scalar S, int size, int columns, int options>
-[[nodiscard]] Eigen::Matrix<S, size, columns, options> solved(
-    Eigen::Matrix<S, size, size, options> A, Eigen::Matrix<S, size, columns, options> B) {
-  using std::abs;
-  for (int k = 0; k < size; ++k) {
-    int pivot = k;
-    for (int i = k + 1; i < size; ++i) {
-      if (abs(A(i, k)) > abs(A(pivot, k))) pivot = i;
-    }
-    for (int j = 0; j < size; ++j) std::swap(A(k, j), A(pivot, j));
-    for (int j = 0; j < columns; ++j) std::swap(B(k, j), B(pivot, j));
-    for (int i = k + 1; i < size; ++i) {
-      const S factor = A(i, k) / A(k, k);
-      for (int j = k + 1; j < size; ++j) A(i, j) -= factor * A(k, j);
-      for (int j = 0; j < columns; ++j) B(i, j) -= factor * B(k, j);
-    }
-  }
-  for (int k = size; k-- > 0;) {
-    for (int j = 0; j < columns; ++j) {
-      for (int i = k + 1; i < size; ++i) B(k, j) -= A(k, i) * B(i, j);
-      B(k, j) /= A(k, k);
-    }
-  }
-  return B;
-}
-
-}  // namespace bristle::inline BRISTLE_ABI
-
-// === bristle/world/held_mobility.hpp
-
-/// @file
-/// How a body answers a push while what held it in the last step holds on.
-///
-/// A haptic loop runs ahead of the world. What it needs to know of the rest of the world is how the
-/// body under the tool gives way: a box in the air by its mass, the same box on a table not at all
-/// downwards, and sideways as long as it sticks no more.
-// SPDX-License-Identifier: BSD-3-Clause
-
-// === bristle/dynamics/joint_rows.hpp
-
-/// @file
-/// The rows that joints become in a step.
-// SPDX-License-Identifier: BSD-3-Clause
-
-// === bristle/dynamics/joint_kinematics.hpp
-
-/// @file
-/// What a joint says of the positions, velocities and accelerations of its two bodies.
-///
-/// Bodies stand at x with axes R, velocity v of the centre of mass and angular velocity w, all in
-/// the world. B's joint origin is P = x_B + r_B, A's is Q = x_A + r_A. A joint keeps c = P - Q at
-/// zero along axes d of A, all three or, where B slides, the two across the slide. Where it lets
-/// nothing turn, it keeps the turn of B's axes from A's at zero too. As r' = w x r,
-///
-///   u = (v_B + w_B x r_B) - (v_A + w_A x r_A)                                          = J v
-///
-/// is the rate of c. Where B slides, r_A goes to P instead of Q and so slides along: its rate is
-/// P' - v_A = u + w_A x r_A. Then u is the rate of c as seen from A, since what c has beyond it,
-/// w_A x c, is what A's axes turn by: (d . c)' = d . (u + w_A x c) + (w_A x d) . c = d . u.
-///
-/// Once more, with (w_A x d) . u = -d . (w_A x u) and the slide of the arm giving another such
-/// term,
-///
-///   (d . u)' = d . [ (v_B' + w_B' x r_B) - (v_A' + w_A' x r_A)                         = J v'
-///                    + w_B x (w_B x r_B) - w_A x (w_A x r_A) - 2 w_A x u ],            = J' v
-///
-/// the centripetal accelerations of both arms and the Coriolis acceleration of the slide. Where all
-/// of u is kept at zero its last term is zero too; it is used there all the same, as that is the
-/// acceleration of c in the axes of A, and one formula serves all joints. w_B - w_A has no such
-/// terms where it is kept at zero altogether. Where B turns about the axis h of A it is kept at
-/// zero across h, in the axes of A again:
-///
-///   (d . (w_B - w_A))' = d . [ w_B' - w_A' - w_A x (w_B - w_A) ].
-///
-/// Rows are kept in world axes: three that hold mean the same in any axes, and where B slides along
-/// d, or turns about it, I - d d^T takes what is along d out of them.
-// SPDX-License-Identifier: BSD-3-Clause
-
-// === bristle/dynamics/joint.hpp
-
-/// @file
-/// Joints between two bodies: what they leave free, what acts on it, what they report.
-// SPDX-License-Identifier: BSD-3-Clause
-
-#include <array>
-#include <cstdint>
-#include <string>
-
-namespace bristle::inline BRISTLE_ABI {
-
-struct JointTag;
-/// Names a joint of a world.
-using JointId = Id<JointTag>;
-
-/// What a joint leaves free.
-enum class JointKind {
-  /// Nothing.
-  fixed,
-  /// Turning about the x axis of the joint frame.
-  revolute,
-  /// Sliding along the x axis of the joint frame.
-  prismatic,
-  /// Turning about the origin of the joint frame.
-  ball,
-  /// The same within a cone and a range of twist.
-  cone_twist,
-  /// Everything; springs and dampers pull the two joint frames together.
-  six_dof
-};
-
-/// What drives the free axis of a joint.
-enum class DriveMode {
-  /// Nothing.
-  none,
-  /// The velocity target, as far as the force limit lets it.
-  velocity,
-  /// The position target, at up to the speed limit and as far as the force limit lets it.
-  position,
-  /// The position target by a spring and a damper (a PD controller), within the force limit.
-  spring
-};
-
-/// Drive of the free axis of a joint; without one it does nothing.
-template <Scalar S>
-struct JointDrive {
-  /// [-] What is driven.
-  DriveMode mode = DriveMode::none;
-  /// [m/s] or [m] Velocity or position of the joint that is wanted; rad for one that turns.
-  S target = S(0);
-  /// [N] Largest force, >= 0; [N m] torque for one that turns.
-  S max_force = S(0);
-  /// [m/s] Largest speed of a position drive, > 0; rad/s for one that turns. It goes slower where
-  /// it could not brake in time.
-  S max_speed = infinity<S>;
-  /// [N/m], [N s/m] Gains of a spring drive, >= 0: force per distance from the target and per
-  /// velocity, both at the end of the step, so that any gains are stable; N m/rad, N m s/rad for
-  /// one that turns.
-  S stiffness = S(0);
-  S damping = S(0);
-};
-
-/// Spring and damper on the free axis of a joint, always on. Stable for any constants and step.
-template <Scalar S>
-struct JointSpring {
-  /// [N/m] Force per displacement from rest, >= 0; N m/rad for a joint that turns.
-  S stiffness = S(0);
-  /// [N s/m] Force per velocity, >= 0; N m s/rad for a joint that turns.
-  S damping = S(0);
-  /// [m] Position without force; rad for a joint that turns.
-  S rest = S(0);
-};
-
-/// Springs and dampers of a `six_dof` joint between its two frames, along and about the axes of A's
-/// joint frame; without force where the frames coincide.
-template <Scalar S>
-struct JointBushing {
-  /// [N/m; N m/rad] Along x, y, z, then about x, y, z, each >= 0. Turns count as one rotation
-  /// vector.
-  Vec6<S> stiffness = Vec6<S>::Zero();
-  /// [N s/m; N m s/rad] The same per velocity.
-  Vec6<S> damping = Vec6<S>::Zero();
-};
-
-/// [-] How many relative velocities a joint keeps at zero.
-[[nodiscard]] constexpr std::uint32_t locked_rows(JointKind kind) {
-  switch (kind) {
-    case JointKind::fixed:
-      break;
-    case JointKind::revolute:
-    case JointKind::prismatic:
-      return 5;
-    case JointKind::ball:
-    case JointKind::cone_twist:
-      return 3;
-    case JointKind::six_dof:
-      return 0;
-  }
-  return 6;
-}
-
-/// Name of a kind as it stands in messages ("cone_twist").
-[[nodiscard]] constexpr const char* name_of(JointKind kind) {
-  constexpr const char* names[] = {"fixed", "revolute",   "prismatic",
-                                   "ball",  "cone_twist", "six_dof"};
-  return names[static_cast<std::size_t>(kind)];
-}
-
-/// Whether a joint has one free axis, for drives and springs.
-[[nodiscard]] constexpr bool has_free_axis(JointKind kind) {
-  return kind == JointKind::revolute || kind == JointKind::prismatic;
-}
-/// Whether its position is an angle about the x axis of the joint frame.
-[[nodiscard]] constexpr bool has_angle(JointKind kind) {
-  return kind == JointKind::revolute || kind == JointKind::cone_twist;
-}
-
-/// Describes a joint to `World::add_joint`.
-template <Scalar S>
-struct JointDef {
-  /// [-] What it leaves free.
-  JointKind kind = JointKind::fixed;
-  /// [-] Body A. At least one of the two must be dynamic.
-  BodyId body_a{};
-  /// [-] Body B, another than A.
-  BodyId body_b{};
-  /// [m] Pose of the joint frame in the body frame of A.
-  Transform<S> X_AJ{};
-  /// [m] Pose of the joint frame in the body frame of B. The position of a slide is the x
-  /// coordinate of this frame's origin in A's joint frame; that of a joint that turns is the angle
-  /// about x from A's frame to this one, whole turns counted. It starts within half a turn of zero,
-  /// or at the turn nearest to the limits where they leave that out.
-  /// Frames that do not meet when the joint is made are brought together as a position error is,
-  /// mostly within a step, however far apart they are: place the bodies first.
-  Transform<S> X_BJ{};
-  /// [m] Smallest position of the free axis; -infinity for no stop. [rad] for a joint that turns,
-  /// also below -pi; the twist about x of a `cone_twist`.
-  S lower_limit = -infinity<S>;
-  /// [m] Largest position of the free axis; infinity for no stop. [rad] for a joint that turns.
-  S upper_limit = infinity<S>;
-  /// [rad] Largest angle between the x axes of the two frames of a `cone_twist`, > 0; no stop from
-  /// pi on.
-  S swing_limit = infinity<S>;
-  /// [-] What drives the free axis of a `revolute` or `prismatic` joint.
-  JointDrive<S> drive{};
-  /// [-] Passive spring and damper on the free axis of a `revolute` or `prismatic` joint.
-  JointSpring<S> spring{};
-  /// [-] Springs and dampers of a `six_dof` joint.
-  JointBushing<S> bushing{};
-  /// [-] Whether the two bodies still touch each other.
-  bool bodies_collide = false;
-};
-
-/// What a joint did in the last step.
-template <Scalar S>
-struct JointReading {
-  /// [m] Position of the free axis at the end of the step, 0 for a joint without one; [rad] angle
-  /// of a `revolute` and twist of a `cone_twist` joint, whole turns counted.
-  S position = S(0);
-  /// [m/s] Its velocity; rad/s for a joint that turns.
-  S velocity = S(0);
-  /// [rad] Angle between the x axes of the two frames of a `cone_twist`.
-  S swing = S(0);
-  /// [N] Force of the drive on B along the axis; [N m] torque about it.
-  S drive_force = S(0);
-  /// [N, N m] Wrench of the whole joint on B about B's joint frame's origin, world axes.
-  Wrench<S> reaction{};
-  /// [m] How far the origins of the two frames are from each other, and [rad] how far their axes are
-  /// turned, where the joint allows neither, limits apart. More than round-off is left before the
-  /// first step, where a loop cannot be closed, where a step could not close it, and where the axes
-  /// of a hinge are opposite to each other, from where no way is the shortest.
-  S gap = S(0);
-  S tilt = S(0);
-};
-
-/// A joint of a world.
-template <Scalar S>
-struct Joint {
-  JointDef<S> def{};
-  /// Frames about the centres of mass.
-  Transform<S> X_CmA_J{};
-  Transform<S> X_CmB_J{};
-  /// [rad] Angle of a joint that has one, at the end of the last step: it tells whole turns apart.
-  S angle = S(0);
-  /// [N s, N m s] Impulses of the last step, for warm start: up to six locked axes, then drive,
-  /// lower and upper stop, cone.
-  std::array<S, 10> impulses{};
-  /// [N s, N m s] The same of springs, on B about B's joint origin, world axes.
-  Wrench<S> spring_impulse{};
-  /// [N s, N m s] All of them on B about B's joint origin, world axes of the step they acted in.
-  Wrench<S> total{};
-  /// [-] First of this step's blocks, and how many.
-  std::uint32_t first_block = 0;
-  std::uint32_t block_count = 0;
-  /// [-] This step's soft block, whether there is one, and whether a step is short for its spring:
-  /// not more than a radian of its oscillation.
-  std::uint32_t soft_block = 0;
-  bool is_sprung = false;
-  bool is_resolved = false;
-};
-
-/// @throws InvalidArgument naming the field, or where a joint of this kind has nothing to drive.
-template <Scalar S>
-void validate(const JointDrive<S>& drive, JointKind kind) {
-  detail::require_finite("JointDrive::target", drive.target);
-  using std::isfinite;
-  // Only a bound, which may be the largest number there is.
-  detail::require(isfinite(drive.max_force) && drive.max_force >= S(0), "JointDrive::max_force",
-                  drive.max_force, "must be finite and >= 0");
-  detail::require(drive.max_speed > S(0), "JointDrive::max_speed", drive.max_speed, "must be > 0");
-  detail::require_not_negative("JointDrive::stiffness", drive.stiffness);
-  detail::require_not_negative("JointDrive::damping", drive.damping);
-  detail::require(has_free_axis(kind) || drive.mode == DriveMode::none, "JointDef::drive",
-                  name_of(kind), "needs a revolute or prismatic joint");
-}
-
-/// @throws InvalidArgument naming the field.
-template <Scalar S>
-void validate(const JointSpring<S>& spring) {
-  detail::require_not_negative("JointSpring::stiffness", spring.stiffness);
-  detail::require_not_negative("JointSpring::damping", spring.damping);
-  detail::require_finite("JointSpring::rest", spring.rest);
-}
-
-/// @throws InvalidArgument naming the field.
-template <Scalar S>
-void validate(const JointBushing<S>& bushing) {
-  for (Eigen::Index i = 0; i < 6; ++i) {
-    const std::string index = "[" + std::to_string(i) + "]";
-    detail::require_not_negative("JointBushing::stiffness" + index, bushing.stiffness[i]);
-    detail::require_not_negative("JointBushing::damping" + index, bushing.damping[i]);
-  }
-}
-
-/// @throws InvalidArgument naming the field.
-template <Scalar S>
-void validate(const JointDef<S>& def) {
-  const JointKind kind = def.kind;
-  detail::require_all_finite("JointDef::X_AJ.translation", def.X_AJ.translation);
-  detail::require_all_finite("JointDef::X_BJ.translation", def.X_BJ.translation);
-  detail::require_unit<S>("JointDef::X_AJ.rotation", def.X_AJ.rotation);
-  detail::require_unit<S>("JointDef::X_BJ.rotation", def.X_BJ.rotation);
-  detail::require(def.lower_limit <= def.upper_limit, "JointDef::lower_limit", def.lower_limit,
-                  "must be <= upper_limit");
-  detail::require(def.lower_limit < infinity<S>, "JointDef::lower_limit", def.lower_limit,
-                  "must be < infinity");
-  detail::require(def.upper_limit > -infinity<S>, "JointDef::upper_limit", def.upper_limit,
-                  "must be > -infinity");
-  const bool has_position = has_free_axis(kind) || has_angle(kind);
-  detail::require(has_position || def.lower_limit == -infinity<S>, "JointDef::lower_limit",
-                  def.lower_limit, "needs a revolute, prismatic or cone_twist joint");
-  detail::require(has_position || def.upper_limit == infinity<S>, "JointDef::upper_limit",
-                  def.upper_limit, "needs a revolute, prismatic or cone_twist joint");
-  detail::require(def.swing_limit > S(0), "JointDef::swing_limit", def.swing_limit, "must be > 0");
-  detail::require(kind == JointKind::cone_twist || def.swing_limit == infinity<S>,
-                  "JointDef::swing_limit", def.swing_limit, "needs a cone_twist joint");
-  validate(def.drive, kind);
-  validate(def.spring);
-  detail::require(
-      has_free_axis(kind) || (def.spring.stiffness == S(0) && def.spring.damping == S(0)),
-      "JointDef::spring", def.spring.stiffness, "needs a revolute or prismatic joint");
-  validate(def.bushing);
-  detail::require(kind == JointKind::six_dof ||
-                      (def.bushing.stiffness.isZero(S(0)) && def.bushing.damping.isZero(S(0))),
-                  "JointDef::bushing", def.bushing.stiffness.maxCoeff(), "needs a six_dof joint");
-}
-
-}  // namespace bristle::inline BRISTLE_ABI
-
-#include <cstdint>
-
-namespace bristle::inline BRISTLE_ABI {
-
-/// A joint of a mechanism, between two of its bodies.
-template <Scalar S>
-struct JointFlowJoint {
-  /// [-] What it leaves free.
-  JointKind kind = JointKind::fixed;
-  /// [-] Numbers of its bodies.
-  std::uint32_t body_a = 0;
-  std::uint32_t body_b = 0;
-  /// [m] Joint frames about the centres of mass, along the bodies' axes.
-  Transform<S> X_CmA_J{};
-  Transform<S> X_CmB_J{};
-  /// [-] Spring and damper on its free axis, if it has one.
-  JointSpring<S> spring{};
-  /// [rad] Angle at the start of the step, to within half a turn, of a hinge with a spring.
-  S angle = S(0);
-
-  [[nodiscard]] bool has_spring() const { return spring.stiffness > S(0) || spring.damping > S(0); }
-};
-
-/// Where a body is and how it moves at one instant.
-template <Scalar S>
-struct BodyInstant {
-  /// [m] Centre of mass.
-  Vec3<S> x = Vec3<S>::Zero();
-  /// [1] Axes of the body.
-  Quat<S> q = Quat<S>::Identity();
-  Mat3<S> R = Mat3<S>::Identity();
-  /// [m/s, rad/s] Velocity of the centre of mass and angular velocity.
-  Twist<S> twist{};
-
-  /// Sets the axes from a quaternion of any length but zero.
-  void set_axes(const Quat<S>& rotation);
-};
-
-/// The geometry of a joint at one instant, world axes.
-template <Scalar S>
-struct JointInstant {
-  /// [m] From the centres of mass to the joint origins; that of A to B's origin where B slides, or
-  /// where other joints connect the two bodies, too.
-  Vec3<S> arm_a = Vec3<S>::Zero();
-  Vec3<S> arm_b = Vec3<S>::Zero();
-  /// [1] Along what B slides; zero where it does not.
-  Vec3<S> slide = Vec3<S>::Zero();
-  /// [1] About what B turns; zero where it does not, or about any axis.
-  Vec3<S> hinge = Vec3<S>::Zero();
-};
-
-/// Whether a joint lets its bodies slide, turn about one axis, or turn about all, relative to each
-/// other.
-[[nodiscard]] constexpr bool lets_slide(JointKind kind) { return kind == JointKind::prismatic; }
-[[nodiscard]] constexpr bool lets_hinge(JointKind kind) { return kind == JointKind::revolute; }
-[[nodiscard]] constexpr bool lets_turn(JointKind kind) {
-  return kind == JointKind::ball || kind == JointKind::cone_twist;
-}
-
-/// A vector without its part along the unit vector d.
-template <Scalar S>
-[[nodiscard]] Vec3<S> across(const Vec3<S>& d, const Vec3<S>& u) {
-  return u - d.dot(u) * d;
-}
-
-template <Scalar S>
-[[nodiscard]] JointInstant<S> joint_instant(const JointFlowJoint<S>& joint, const BodyInstant<S>& a,
-                                            const BodyInstant<S>& b);
-
-/// J v: the relative velocity that the joint keeps at zero. Also J times accelerations.
-template <Scalar S>
-[[nodiscard]] Twist<S> held_velocity(JointKind kind, const JointInstant<S>& at, const Twist<S>& a,
-                                     const Twist<S>& b);
-
-/// [m/s^2, rad/s^2] J' v.
-template <Scalar S>
-[[nodiscard]] Twist<S> held_acceleration_bias(JointKind kind, const JointInstant<S>& at,
-                                              const Twist<S>& a, const Twist<S>& b);
-
-/// [m, rad] How far the bodies are from where the joint holds them.
-template <Scalar S>
-[[nodiscard]] Twist<S> held_gap(const JointFlowJoint<S>& joint, const JointInstant<S>& at,
-                                const BodyInstant<S>& a, const BodyInstant<S>& b);
-
-/// [m or rad] Position along or about the free axis.
-/// @param guess  [rad] Angle of a hinge to within half a turn.
-template <Scalar S>
-[[nodiscard]] S axis_position(const JointFlowJoint<S>& joint, const JointInstant<S>& at,
-                              const BodyInstant<S>& a, const BodyInstant<S>& b, S guess);
-
-/// [m/s or rad/s] Its rate.
-template <Scalar S>
-[[nodiscard]] S axis_rate(const JointInstant<S>& at, const Twist<S>& a, const Twist<S>& b);
-
-// Implementation -----------------------------------------------------------------------------------
-
-template <Scalar S>
-void BodyInstant<S>::set_axes(const Quat<S>& rotation) {
-  q = rotation;
-  // Divided by the squared length, which no root needs: within a Runge-Kutta step quaternions are
-  // not of length one.
-  const S k = S(2) / q.squaredNorm();
-  const S x2 = k * q.x(), y2 = k * q.y(), z2 = k * q.z();
-  const S wx = x2 * q.w(), wy = y2 * q.w(), wz = z2 * q.w();
-  const S xx = x2 * q.x(), xy = y2 * q.x(), xz = z2 * q.x();
-  const S yy = y2 * q.y(), yz = z2 * q.y(), zz = z2 * q.z();
-  R(0, 0) = S(1) - (yy + zz);
-  R(0, 1) = xy - wz;
-  R(0, 2) = xz + wy;
-  R(1, 0) = xy + wz;
-  R(1, 1) = S(1) - (xx + zz);
-  R(1, 2) = yz - wx;
-  R(2, 0) = xz - wy;
-  R(2, 1) = yz + wx;
-  R(2, 2) = S(1) - (xx + yy);
-}
-
-template <Scalar S>
-JointInstant<S> joint_instant(const JointFlowJoint<S>& joint, const BodyInstant<S>& a,
-                              const BodyInstant<S>& b) {
-  JointInstant<S> at;
-  at.arm_b = b.R * joint.X_CmB_J.translation;
-  if (lets_slide(joint.kind)) {
-    at.arm_a = (b.x - a.x) + at.arm_b;
-    at.slide = a.R * (joint.X_CmA_J.rotation * Vec3<S>::UnitX());
-  } else {
-    at.arm_a = a.R * joint.X_CmA_J.translation;
-  }
-  if (lets_hinge(joint.kind)) at.hinge = a.R * (joint.X_CmA_J.rotation * Vec3<S>::UnitX());
-  return at;
-}
-
-template <Scalar S>
-Twist<S> held_velocity(JointKind kind, const JointInstant<S>& at, const Twist<S>& a,
-                       const Twist<S>& b) {
-  const Vec3<S> u = (b.linear - a.linear) + b.angular.cross(at.arm_b) - a.angular.cross(at.arm_a);
-  if (lets_turn(kind)) return {u, Vec3<S>::Zero()};
-  const Vec3<S> w = b.angular - a.angular;
-  return {lets_slide(kind) ? across(at.slide, u) : u, lets_hinge(kind) ? across(at.hinge, w) : w};
-}
-
-template <Scalar S>
-Twist<S> held_acceleration_bias(JointKind kind, const JointInstant<S>& at, const Twist<S>& a,
-                                const Twist<S>& b) {
-  const Vec3<S> turn_a = a.angular.cross(at.arm_a);
-  const Vec3<S> turn_b = b.angular.cross(at.arm_b);
-  const Vec3<S> u = (b.linear - a.linear) + turn_b - turn_a;
-  const Vec3<S> bias = b.angular.cross(turn_b) - a.angular.cross(turn_a + S(2) * u);
-  if (lets_slide(kind)) return {across(at.slide, bias), Vec3<S>::Zero()};
-  if (!lets_hinge(kind)) return {bias, Vec3<S>::Zero()};
-  return {bias, across(at.hinge, Vec3<S>(b.angular.cross(a.angular)))};
-}
-
-template <Scalar S>
-Twist<S> held_gap(const JointFlowJoint<S>& joint, const JointInstant<S>& at,
-                  const BodyInstant<S>& a, const BodyInstant<S>& b) {
-  // Centres of mass are subtracted first, so nothing is lost far from the world's origin.
-  const Vec3<S> c = (b.x - a.x) + (at.arm_b - a.R * joint.X_CmA_J.translation);
-  if (lets_turn(joint.kind)) return {c, Vec3<S>::Zero()};
-  if (lets_hinge(joint.kind)) {
-    const Vec3<S> axis_b = b.R * (joint.X_CmB_J.rotation * Vec3<S>::UnitX());
-    return {c, shortest_turn<S>(at.hinge, axis_b)};
-  }
-  const Quat<S> turn = (b.q * joint.X_CmB_J.rotation) * (a.q * joint.X_CmA_J.rotation).conjugate();
-  return {lets_slide(joint.kind) ? across(at.slide, c) : c, log_rotation<S>(turn)};
-}
-
-template <Scalar S>
-S axis_position(const JointFlowJoint<S>& joint, const JointInstant<S>& at, const BodyInstant<S>& a,
-                const BodyInstant<S>& b, S guess) {
-  using std::atan2;
-  if (lets_hinge(joint.kind)) {
-    const Quat<S> turn_J =
-        (a.q * joint.X_CmA_J.rotation).conjugate() * (b.q * joint.X_CmB_J.rotation);
-    return nearest_turn(S(2) * atan2(turn_J.x(), turn_J.w()), guess);
-  }
-  return at.slide.dot((b.x - a.x) + (at.arm_b - a.R * joint.X_CmA_J.translation));
-}
-
-template <Scalar S>
-S axis_rate(const JointInstant<S>& at, const Twist<S>& a, const Twist<S>& b) {
-  // One of the two axes is zero.
-  return at.slide.dot(b.at(at.arm_b) - a.at(at.arm_a)) + at.hinge.dot(b.angular - a.angular);
-}
-
-}  // namespace bristle::inline BRISTLE_ABI
-
-// === bristle/dynamics/joint_pose.hpp
-
-/// @file
-/// Where the two frames of a joint stand to each other.
-///
-/// B's frame is turned from A's by q = swing * twist: first about the common x axis, then about an
-/// axis across it. The twist is 2 atan2(q_x, q_w); with a and b the x axes of both frames its rate
-/// is (a + b) . w / (1 + a . b), w the angular velocity of B relative to A. The swing is the angle
-/// between a and b; its rate is w . (a x b) / |a x b|.
-// SPDX-License-Identifier: BSD-3-Clause
-
-#include <array>
-#include <numbers>
-
-namespace bristle::inline BRISTLE_ABI {
-
-/// Where a joint stands: its frame on A in the world and the offset of B's frame from it.
-template <Scalar S>
-struct JointPose {
-  /// [1] Columns: axes of A's joint frame, in the world.
-  Mat3<S> axes_W;
-  /// [m] From each centre of mass to B's joint origin, world axes.
-  Vec3<S> arm_a, arm_b;
-  /// [m] Of B's origin from A's, in A's joint frame.
-  Vec3<S> offset_J;
-  /// [1] Of B's axes from A's, in A's joint frame.
-  Quat<S> turn_J;
-
-  /// [1] x axis of B's joint frame, in A's.
-  [[nodiscard]] Vec3<S> axis_b_J() const { return turn_J * Vec3<S>::UnitX(); }
-};
-
-/// [rad] Angle between the x axes of both frames.
-template <Scalar S>
-[[nodiscard]] S joint_swing(const JointPose<S>& pose);
-
-/// @param X_WA, X_WB  Centres of mass in the world, with the bodies' axes.
-template <Scalar S>
-[[nodiscard]] JointPose<S> joint_pose(const Joint<S>& joint, const Transform<S>& X_WA,
-                                      const Transform<S>& X_WB);
-
-/// [m or rad] Position of a joint that has one: along its slide, or its angle.
-/// @param guess  [rad] Angle to within half a turn.
-template <Scalar S>
-[[nodiscard]] S joint_position(JointKind kind, const JointPose<S>& pose, S guess);
-
-/// Row whose velocity is the rate of that position; neither error nor impulse.
-template <Scalar S>
-[[nodiscard]] ConstraintRow<S> position_row(JointKind kind, const JointPose<S>& pose);
-
-/// [m or rad] The same at the end of a step, whole turns counted by the velocities at both ends.
-/// @param pose  At the end of the step.
-template <Scalar S>
-[[nodiscard]] S followed_position(const Joint<S>& joint, const JointPose<S>& pose,
-                                  const std::array<Twist<S>, 2>& of_a,
-                                  const std::array<Twist<S>, 2>& of_b, S dt);
-
-/// Whether a joint is on the allowed side of all its stops.
-template <Scalar S>
-[[nodiscard]] bool is_within_stops(const JointDef<S>& def, const JointPose<S>& pose, S position);
-
-// Implementation -----------------------------------------------------------------------------------
-
-template <Scalar S>
-JointPose<S> joint_pose(const Joint<S>& joint, const Transform<S>& X_WA, const Transform<S>& X_WB) {
-  JointPose<S> pose;
-  const Quat<S> R_WJa = X_WA.rotation * joint.X_CmA_J.rotation;
-  const Quat<S> R_WJb = X_WB.rotation * joint.X_CmB_J.rotation;
-  pose.axes_W = R_WJa.toRotationMatrix();
-  pose.arm_b = X_WB.rotation * joint.X_CmB_J.translation;
-  // Centres of mass are subtracted first, so nothing is lost far from the world's origin.
-  pose.arm_a = (X_WB.translation - X_WA.translation) + pose.arm_b;
-  const Vec3<S> offset_W = pose.arm_a - X_WA.rotation * joint.X_CmA_J.translation;
-  pose.offset_J = pose.axes_W.transpose() * offset_W;
-  pose.turn_J = R_WJa.conjugate() * R_WJb;
-  return pose;
-}
-
-template <Scalar S>
-S joint_swing(const JointPose<S>& pose) {
-  using std::atan2;
-  using std::sqrt;
-  // Unlike the length of the shortest turn it tells opposite axes from equal ones.
-  const Vec3<S> b_J = pose.axis_b_J();
-  return atan2(sqrt(b_J.y() * b_J.y() + b_J.z() * b_J.z()), b_J.x());
-}
-
-template <Scalar S>
-S joint_position(JointKind kind, const JointPose<S>& pose, S guess) {
-  using std::atan2;
-  if (!has_angle(kind)) return kind == JointKind::prismatic ? pose.offset_J.x() : S(0);
-  return nearest_turn(S(2) * atan2(pose.turn_J.x(), pose.turn_J.w()), guess);
-}
-
-namespace detail {
-
-/// Row along an axis of A's joint frame at B's joint origin.
-template <Scalar S>
-[[nodiscard]] ConstraintRow<S> linear_row(const JointPose<S>& pose, int axis) {
-  ConstraintRow<S> row;
-  row.direction = pose.axes_W.col(axis);
-  row.angular_a = pose.arm_a.cross(row.direction);
-  row.angular_b = pose.arm_b.cross(row.direction);
-  return row;
-}
-
-}  // namespace detail
-
-template <Scalar S>
-ConstraintRow<S> position_row(JointKind kind, const JointPose<S>& pose) {
-  using std::max;
-  ConstraintRow<S> row;
-  switch (kind) {
-    case JointKind::prismatic:
-      return detail::linear_row(pose, 0);
-    case JointKind::revolute:
-      row.angular_a = row.angular_b = pose.axes_W.col(0);
-      break;
-    case JointKind::cone_twist: {
-      const Vec3<S> b_J = pose.axis_b_J();
-      // Where the axes are opposite the twist has no rate: any turn may be one.
-      const S scale = S(1) / max(S(1) + b_J.x(), Tolerance<S>::equal());
-      row.angular_a = row.angular_b = pose.axes_W * (scale * (b_J + Vec3<S>::UnitX()));
-      break;
-    }
-    case JointKind::fixed:
-    case JointKind::ball:
-    case JointKind::six_dof:
-      break;
-  }
-  return row;
-}
-
-template <Scalar S>
-S followed_position(const Joint<S>& joint, const JointPose<S>& pose,
-                    const std::array<Twist<S>, 2>& of_a, const std::array<Twist<S>, 2>& of_b,
-                    S dt) {
-  const JointKind kind = joint.def.kind;
-  if (!has_angle(kind)) return joint_position(kind, pose, S(0));
-  const ConstraintRow<S> row = position_row(kind, pose);
-  const S rate = S(0.5) * (row.velocity(of_a[0], of_b[0]) + row.velocity(of_a[1], of_b[1]));
-  return joint_position(kind, pose, joint.angle + dt * rate);
-}
-
-template <Scalar S>
-bool is_within_stops(const JointDef<S>& def, const JointPose<S>& pose, S position) {
-  if (position < def.lower_limit || position > def.upper_limit) return false;
-  if (def.swing_limit >= S(std::numbers::pi)) return true;
-  return joint_swing(pose) <= def.swing_limit;
-}
-
-}  // namespace bristle::inline BRISTLE_ABI
-
-// === bristle/dynamics/joint_spring.hpp
-
-/// @file
-/// Springs and dampers of joints as soft blocks, by implicit Euler: stable for any constants and
-/// step, and never a source of energy. Where the step resolves them mechanisms may integrate them
-/// instead (joint_flow.hpp), without its loss.
-///
-/// A spring k, d along a position x with x' = j . v pulls with -k (x - rest) - d x'. With both at
-/// the end of the step, x + dt x', its impulse is affine in the velocity there:
-///
-///   p = -dt k (x - rest) - (dt^2 k + dt d) x'.
-///
-/// Six springs of a bushing act on the offset of B's frame along the axes of A's, c, and on the
-/// rotation vector phi between them. c' is the velocity of B's origin as seen from A, and
-/// phi' = J(phi) w with w the angular velocity of B relative to A, so that the torque which the
-/// energy phi . K phi / 2 gives is -J^T K phi.
-// SPDX-License-Identifier: BSD-3-Clause
-
-namespace bristle::inline BRISTLE_ABI {
-
-/// Adds the spring on the free axis of a joint, if it has one.
-/// @param along  Row of the position.
-/// @param position  [m or rad] At the start of the step.
-/// @param mobility  [1/kg or 1/(kg m^2)] Largest that force along the row can meet.
-template <Scalar S>
-void add_joint_spring(Joint<S>& joint, const JointPose<S>& pose, const ConstraintRow<S>& along,
-                      S position, S mobility, S dt, Constraints<S>& out);
-
-/// Adds the springs of a `six_dof` joint.
-template <Scalar S>
-void add_joint_bushing(Joint<S>& joint, const JointPose<S>& pose, S dt, Constraints<S>& out);
-
-// Implementation -----------------------------------------------------------------------------------
-
-namespace detail {
-
-/// Adds an empty soft block about B's joint origin, warm from the last step.
-template <Scalar S>
-SoftBlock<S>& open_joint_soft_block(Joint<S>& joint, const JointPose<S>& pose,
-                                    Constraints<S>& out) {
-  SoftBlock<S> soft;
-  soft.body_a = joint.def.body_a.index;
-  soft.body_b = joint.def.body_b.index;
-  soft.arm_a = pose.arm_a;
-  soft.arm_b = pose.arm_b;
-  soft.impulse.template head<3>() = joint.spring_impulse.force;
-  soft.impulse.template tail<3>() = joint.spring_impulse.torque;
-  joint.soft_block = static_cast<std::uint32_t>(out.soft.size());
-  joint.is_sprung = true;
-  joint.is_resolved = false;
-  out.soft.push_back(soft);
-  return out.soft.back();
-}
-
-/// J(phi) of phi' = J(phi) w, w in the axes that phi turns from.
-template <Scalar S>
-[[nodiscard]] Mat3<S> rotation_vector_rate(const Vec3<S>& phi) {
-  using std::cos;
-  using std::sin;
-  using std::sqrt;
-  const S angle2 = phi.squaredNorm();
-  S k = S(1) / S(12) + angle2 / S(720);
-  // Below, what the series leaves out is less than rounding.
-  if (angle2 > Tolerance<S>::equal()) {
-    const S half = sqrt(angle2) / S(2);
-    k = (S(1) - half * cos(half) / sin(half)) / angle2;
-  }
-  const Mat3<S> X = skew(phi);
-  return Mat3<S>::Identity() - S(0.5) * X + k * X * X;
-}
-
-}  // namespace detail
-
-template <Scalar S>
-void add_joint_spring(Joint<S>& joint, const JointPose<S>& pose, const ConstraintRow<S>& along,
-                      S position, S mobility, S dt, Constraints<S>& out) {
-  const JointSpring<S>& spring = joint.def.spring;
-  SoftBlock<S>& soft = detail::open_joint_soft_block(joint, pose, out);
-  const bool turns = has_angle(joint.def.kind);
-  Vec6<S> j = Vec6<S>::Zero();
-  if (turns) {
-    j.template tail<3>() = along.angular_b;
-  } else {
-    j.template head<3>() = along.direction;
-  }
-  const S held = dt * dt * spring.stiffness + dt * spring.damping;
-  joint.is_resolved = held * mobility <= S(1);
-  soft.matrix = held * j * j.transpose();
-  soft.offset = (-dt * spring.stiffness * (position - spring.rest)) * j;
-}
-
-template <Scalar S>
-void add_joint_bushing(Joint<S>& joint, const JointPose<S>& pose, S dt, Constraints<S>& out) {
-  const JointBushing<S>& bushing = joint.def.bushing;
-  SoftBlock<S>& soft = detail::open_joint_soft_block(joint, pose, out);
-  const Vec3<S> turn_J = log_rotation<S>(pose.turn_J);
-  const Mat3<S>& R = pose.axes_W;
-  // To the rates of the offset and of the rotation vector, in A's joint frame.
-  const Mat3<S> rate = detail::rotation_vector_rate<S>(turn_J) * R.transpose();
-  const auto squared = [](const Mat3<S>& J, const Vec3<S>& weight) -> Mat3<S> {
-    return J.transpose() * weight.asDiagonal() * J;
-  };
-  const Vec3<S> k_linear = dt * bushing.stiffness.template head<3>();
-  const Vec3<S> k_angular = dt * bushing.stiffness.template tail<3>();
-  const Vec3<S> d_linear = dt * bushing.damping.template head<3>();
-  const Vec3<S> d_angular = dt * bushing.damping.template tail<3>();
-  soft.matrix.template topLeftCorner<3, 3>() =
-      squared(R.transpose(), Vec3<S>(dt * k_linear + d_linear));
-  soft.matrix.template bottomRightCorner<3, 3>() =
-      squared(rate, Vec3<S>(dt * k_angular)) + squared(R.transpose(), d_angular);
-  soft.offset.template head<3>() = -(R * k_linear.cwiseProduct(pose.offset_J));
-  soft.offset.template tail<3>() = -(rate.transpose() * k_angular.cwiseProduct(turn_J));
-}
-
-}  // namespace bristle::inline BRISTLE_ABI
-
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <span>
-
-namespace bristle::inline BRISTLE_ABI {
-
-/// Adds what a joint is in this step: locked axes as one equality block, then the drive, the stops,
-/// and a soft block for springs.
-template <Scalar S>
-void add_joint_rows(Joint<S>& joint, std::uint32_t joint_slot, const Body<S>& a, const Body<S>& b,
-                    S dt, Constraints<S>& out);
-
-/// Turns the rows of the locked axes to where the bodies will be at the end of the step, for bodies
-/// whose free motion obeys the joint: they then only answer to what else acts, and have no error.
-/// @param motion_a, motion_b  [m/s, rad/s] Displacements of the free motion, divided by the step.
-template <Scalar S>
-void turn_joint_rows(const Joint<S>& joint, const Transform<S>& X_WA, const Transform<S>& X_WB,
-                     const Twist<S>& motion_a, const Twist<S>& motion_b, S dt, Constraints<S>& out);
-
-/// Takes the rows of the locked axes to the instant at which their impulses act, and tells them
-/// what the joint's own turning makes of its velocities until the end of the step: the same as
-/// `time_contact` for contacts, with J' v of `held_acceleration_bias` for the turning of the arms.
-template <Scalar S>
-void time_joint_rows(const Joint<S>& joint, const Body<S>& a, const Body<S>& b,
-                     Integrator integrator, S dt, Constraints<S>& out);
-
-/// Keeps the impulses that the solver found.
-template <Scalar S>
-void store_joint_impulses(Joint<S>& joint, const Constraints<S>& constraints);
-
-/// How far a joint is from what it allows.
-template <Scalar S>
-struct JointGap {
-  /// [m] Distance of the origins of its frames, and [rad] angle between them.
-  S distance = S(0);
-  S angle = S(0);
-};
-/// That of a joint whose rows have been added.
-template <Scalar S>
-[[nodiscard]] JointGap<S> joint_gap(const Joint<S>& joint, const Constraints<S>& constraints);
-
-/// State of a joint from its bodies and the impulses of the last step.
-template <Scalar S>
-[[nodiscard]] JointReading<S> read_joint(const Joint<S>& joint, const Body<S>& a, const Body<S>& b,
-                                         S dt);
-
-// Implementation -----------------------------------------------------------------------------------
-
-namespace detail {
-
-/// [m/s] Speed of a position drive at a distance [m] from its target: as fast as it can still brake
-/// with half of its force (the other half is for loads), and not beyond the target in this step.
-/// The same in rad for a drive that turns, with the mobility about its axis.
-template <Scalar S>
-[[nodiscard]] S approach_speed(const JointDrive<S>& drive, S distance, S inverse_mass, S dt) {
-  using std::abs;
-  using std::min;
-  using std::sqrt;
-  const S braking = drive.max_force * inverse_mass / S(2);
-  const S speed =
-      min(min(abs(distance) / dt, drive.max_speed), sqrt(S(2) * braking * abs(distance)));
-  return distance < S(0) ? -speed : speed;
-}
-
-/// What a drive wants of the velocity along its axis at the end of the step.
-template <Scalar S>
-struct DriveAim {
-  bool acts = true;
-  S velocity = S(0);    // [m/s or rad/s]
-  S compliance = S(0);  // Of the row: how far it gives way.
-};
-
-/// @param position  [m or rad] Of the joint, at the start of the step.
-/// @param mobility  Callable that finds that of the axis, for a position drive.
-template <Scalar S, typename Mobility>
-[[nodiscard]] DriveAim<S> aim_drive(const JointDrive<S>& drive, S position,
-                                    const Mobility& mobility, S dt) {
-  const S distance = drive.target - position;
-  switch (drive.mode) {
-    case DriveMode::none:
-      break;
-    case DriveMode::velocity:
-      return {true, drive.target, S(0)};
-    case DriveMode::position:
-      return {true, approach_speed(drive, distance, mobility(), dt), S(0)};
-    case DriveMode::spring: {
-      // The impulse dt k (distance - dt v) - dt d v is what a row gives that wants the velocity
-      // below and gives way by 1 / (dt (dt k + d)).
-      const S held = dt * drive.stiffness + drive.damping;
-      if (!(held > S(0))) break;
-      return {true, drive.stiffness * distance / held, S(1) / (dt * held)};
-    }
-  }
-  return {false, S(0), S(0)};
-}
-
-/// Row on the turning of B relative to A about an axis.
-template <Scalar S>
-[[nodiscard]] ConstraintRow<S> angular_row(const Vec3<S>& axis, S error) {
-  ConstraintRow<S> row;
-  row.angular_a = row.angular_b = axis;
-  row.error = error;
-  return row;
-}
-
-/// Calls use(row) for each row that a joint keeps at zero, `locked_rows` in all.
-template <Scalar S, typename Use>
-void for_each_locked_row(JointKind kind, const JointPose<S>& pose, Use&& use) {
-  if (kind == JointKind::six_dof) return;
-  for (int axis = kind == JointKind::prismatic ? 1 : 0; axis < 3; ++axis) {
-    ConstraintRow<S> row = linear_row(pose, axis);
-    row.error = pose.offset_J[axis];
-    use(row);
-  }
-  if (kind == JointKind::ball || kind == JointKind::cone_twist) return;
-  const bool has_hinge = kind == JointKind::revolute;
-  const Vec3<S> turn_J = has_hinge ? shortest_turn<S>(Vec3<S>::UnitX(), pose.axis_b_J())
-                                   : log_rotation<S>(pose.turn_J);
-  for (int axis = has_hinge ? 1 : 0; axis < 3; ++axis) {
-    use(angular_row<S>(pose.axes_W.col(axis), turn_J[axis]));
-  }
-}
-
-/// What locked rows say of the gap. It has no derivatives, since a length has none at 0.
-template <Scalar S>
-[[nodiscard]] JointGap<S> gap_of(std::span<const ConstraintRow<S>> locked) {
-  using std::sqrt;
-  auto distance2 = value_of(S(0));
-  auto angle2 = value_of(S(0));
-  for (const ConstraintRow<S>& row : locked) {
-    const auto error = value_of(row.error);
-    (row.direction.isZero(S(0)) ? angle2 : distance2) += error * error;
-  }
-  return {S(sqrt(distance2)), S(sqrt(angle2))};
-}
-
-/// [1/kg or 1/(kg m^2)] Acceleration along a free axis per force there, when only the two bodies
-/// move and the joint holds what it locks.
-template <Scalar S>
-[[nodiscard]] S axis_mobility(JointKind kind, const JointPose<S>& pose, const Body<S>& a,
-                              const Body<S>& b) {
-  if (kind == JointKind::prismatic) return a.inverse_mass + b.inverse_mass;
-  std::array<ConstraintRow<S>, 6> rows;
-  std::size_t count = 0;
-  for_each_locked_row(kind, pose, [&](const ConstraintRow<S>& row) { rows[count++] = row; });
-  rows[count] = position_row(kind, pose);
-  ConstraintBlock<S> block;
-  block.count = 6;
-  const auto mass_of = [](const Body<S>& body) {
-    SolverBody<S> out;
-    out.inverse_mass = body.inverse_mass_W();
-    out.inverse_inertia = body.inverse_inertia_W();
-    return out;
-  };
-  BlockResponse<S> K;
-  local_response(block, rows.data(), mass_of(a), mass_of(b), K);
-  // The last pivot is what the rows before leave of the last one's response.
-  const S pivot = K.factor.back();
-  return pivot < infinity<S> ? pivot * pivot : S(0);
-}
-
-/// Row whose velocity is the rate of the swing of a `cone_twist`, and the swing as its error.
-/// Without a swing, or with axes that are opposite, it is about the axis that the bodies swing
-/// about at present.
-template <Scalar S>
-[[nodiscard]] ConstraintRow<S> swing_row(const JointPose<S>& pose, const Twist<S>& a,
-                                         const Twist<S>& b) {
-  const Vec3<S> turn_J = shortest_turn<S>(Vec3<S>::UnitX(), pose.axis_b_J());
-  const S swing = joint_swing(pose);
-  const S length = turn_J.norm();
-  if (length > Tolerance<S>::equal()) {
-    return angular_row<S>(pose.axes_W * (turn_J / length), swing);
-  }
-  Vec3<S> rate_J = pose.axes_W.transpose() * (b.angular - a.angular);
-  rate_J.x() = S(0);
-  const S speed = rate_J.norm();
-  const Vec3<S> axis_J = speed > S(0) ? Vec3<S>(rate_J / speed) : Vec3<S>(Vec3<S>::UnitY());
-  return angular_row<S>(pose.axes_W * axis_J, swing);
-}
-
-inline constexpr std::uint8_t drive_impulse = 6;
-inline constexpr std::uint8_t lower_impulse = 7;
-inline constexpr std::uint8_t upper_impulse = 8;
-inline constexpr std::uint8_t swing_impulse = 9;
-
-}  // namespace detail
-
-template <Scalar S>
-void add_joint_rows(Joint<S>& joint, std::uint32_t joint_slot, const Body<S>& a, const Body<S>& b,
-                    S dt, Constraints<S>& out) {
-  using std::max;
-  using std::min;
-  const JointDef<S>& def = joint.def;
-  const JointKind kind = def.kind;
-  const JointPose<S> pose = joint_pose(joint, a.center_pose, b.center_pose);
-  joint.first_block = static_cast<std::uint32_t>(out.blocks.size());
-  const auto open_block = [&](BlockKind block_kind,
-                              std::uint8_t first_impulse) -> ConstraintBlock<S>& {
-    ConstraintBlock<S> block;
-    block.body_a = def.body_a.index;
-    block.body_b = def.body_b.index;
-    block.first = static_cast<std::uint32_t>(out.rows.size());
-    block.kind = block_kind;
-    block.first_impulse = first_impulse;
-    block.joint = joint_slot;
-    out.blocks.push_back(block);
-    return out.blocks.back();
-  };
-  if (locked_rows(kind) > 0) {
-    open_block(BlockKind::equality, 0).count = locked_rows(kind);
-    std::size_t k = 0;
-    detail::for_each_locked_row(kind, pose, [&](ConstraintRow<S> row) {
-      row.impulse = joint.impulses[k++];
-      out.rows.push_back(row);
-    });
-  }
-
-  const auto single_row = [&](BlockKind block_kind, ConstraintRow<S> row, S target, S lower,
-                              S upper, std::uint8_t slot) {
-    ConstraintBlock<S>& block = open_block(block_kind, slot);
-    block.count = 1;
-    block.lower = lower;
-    block.upper = upper;
-    row.target = target;
-    row.impulse = min(max(joint.impulses[slot], lower), upper);
-    out.rows.push_back(row);
-  };
-  // Like a contact, a stop may be approached as fast as reaches it in this step; what is beyond
-  // it comes back by the position correction, which leaves no speed behind.
-  const auto stop = [&](ConstraintRow<S> row, S distance, std::uint8_t slot) {
-    row.error = distance;
-    single_row(BlockKind::stop, row, -max(S(0), distance) / dt, S(0), infinity<S>, slot);
-  };
-  const bool is_driven = has_free_axis(kind) && def.drive.mode != DriveMode::none;
-  const bool has_lower = def.lower_limit > -infinity<S>;
-  const bool has_upper = def.upper_limit < infinity<S>;
-  const bool has_spring = def.spring.stiffness > S(0) || def.spring.damping > S(0);
-  if (is_driven || has_lower || has_upper || has_spring) {
-    const S position = joint_position(kind, pose, joint.angle);
-    const ConstraintRow<S> along = position_row(kind, pose);
-    // A drive that can give nothing is none.
-    if (is_driven && def.drive.max_force > S(0)) {
-      const S limit = def.drive.max_force * dt;
-      const detail::DriveAim<S> aim = detail::aim_drive(
-          def.drive, position, [&] { return detail::axis_mobility(kind, pose, a, b); }, dt);
-      ConstraintRow<S> row = along;
-      row.compliance = aim.compliance;
-      if (aim.acts) {
-        single_row(BlockKind::bounded, row, aim.velocity, -limit, limit, detail::drive_impulse);
-      }
-    }
-    if (has_lower) stop(along, position - def.lower_limit, detail::lower_impulse);
-    if (has_upper) stop(reversed(along), def.upper_limit - position, detail::upper_impulse);
-    if (has_spring) {
-      const S mobility = kind == JointKind::prismatic
-                             ? a.inverse_mass + b.inverse_mass
-                             : along.angular_a.dot(a.inverse_inertia_W() * along.angular_a) +
-                                   along.angular_b.dot(b.inverse_inertia_W() * along.angular_b);
-      add_joint_spring(joint, pose, along, position, mobility, dt, out);
-    }
-  }
-  if (kind == JointKind::cone_twist && def.swing_limit < S(std::numbers::pi)) {
-    const ConstraintRow<S> swing = detail::swing_row(pose, a.twist, b.twist);
-    stop(reversed(swing), def.swing_limit - swing.error, detail::swing_impulse);
-  }
-  if (kind == JointKind::six_dof) add_joint_bushing(joint, pose, dt, out);
-  joint.block_count = static_cast<std::uint32_t>(out.blocks.size()) - joint.first_block;
-}
-
-template <Scalar S>
-void turn_joint_rows(const Joint<S>& joint, const Transform<S>& X_WA, const Transform<S>& X_WB,
-                     const Twist<S>& motion_a, const Twist<S>& motion_b, S dt,
-                     Constraints<S>& out) {
-  ConstraintRow<S>* out_row = &out.rows[out.blocks[joint.first_block].first];
-  detail::for_each_locked_row(joint.def.kind, joint_pose(joint, X_WA, X_WB),
-                              [&](ConstraintRow<S> row) {
-                                row.impulse = out_row->impulse;
-                                row.error = -dt * row.velocity(motion_a, motion_b);
-                                *out_row++ = row;
-                              });
-}
-
-template <Scalar S>
-void time_joint_rows(const Joint<S>& joint, const Body<S>& a, const Body<S>& b,
-                     Integrator integrator, S dt, Constraints<S>& out) {
-  if (a.twist.angular.isZero(S(0)) && b.twist.angular.isZero(S(0))) return;
-  if (turns_far(a.twist, dt) || turns_far(b.twist, dt)) return;
-  const bool is_trapezoidal = integrator == Integrator::trapezoidal;
-  const JointKind kind = joint.def.kind;
-  const S half = dt / S(2);
-  const auto acting_pose = [&](const Body<S>& body) -> Transform<S> {
-    if (!is_trapezoidal) return body.center_pose;
-    return {step_rotation(body.center_pose.rotation, body.twist.angular, half),
-            body.center_pose.translation + half * body.twist.linear};
-  };
-  const JointPose<S> pose = joint_pose(joint, acting_pose(a), acting_pose(b));
-  JointInstant<S> at;
-  at.arm_a = pose.arm_a;
-  at.arm_b = pose.arm_b;
-  if (lets_slide(kind)) at.slide = pose.axes_W.col(0);
-  if (lets_hinge(kind)) at.hinge = pose.axes_W.col(0);
-  const Twist<S> turning = held_acceleration_bias(kind, at, a.twist, b.twist);
-  ConstraintRow<S>* out_row = &out.rows[out.blocks[joint.first_block].first];
-  detail::for_each_locked_row(kind, pose, [&](ConstraintRow<S> row) {
-    const bool is_angular = row.direction.isZero(S(0));
-    row.target = -half * (is_angular ? row.angular_b.dot(turning.angular)
-                                     : row.direction.dot(turning.linear));
-    row.impulse = out_row->impulse;
-    row.error = is_trapezoidal ? out_row->error : out_row->error - dt * row.target;
-    *out_row++ = row;
-  });
-}
-
-template <Scalar S>
-void store_joint_impulses(Joint<S>& joint, const Constraints<S>& constraints) {
-  joint.total = {};
-  joint.impulses.fill(S(0));
-  for (std::uint32_t i = joint.first_block; i < joint.first_block + joint.block_count; ++i) {
-    const ConstraintBlock<S>& block = constraints.blocks[i];
-    for (std::uint32_t r = 0; r < block.count; ++r) {
-      const ConstraintRow<S>& row = constraints.rows[block.first + r];
-      const bool is_angular = row.direction.isZero(S(0));
-      joint.impulses[block.first_impulse + r] = row.impulse;
-      joint.total.force += row.impulse * row.direction;
-      if (is_angular) joint.total.torque += row.impulse * row.angular_b;
-    }
-  }
-  if (!joint.is_sprung) return;
-  const Vec6<S>& impulse = constraints.soft[joint.soft_block].impulse;
-  joint.spring_impulse = {impulse.template head<3>(), impulse.template tail<3>()};
-  joint.total += joint.spring_impulse;
-}
-
-template <Scalar S>
-JointGap<S> joint_gap(const Joint<S>& joint, const Constraints<S>& constraints) {
-  const std::size_t count = locked_rows(joint.def.kind);
-  if (count == 0) return {};
-  const std::span<const ConstraintRow<S>> rows = constraints.rows;
-  return detail::gap_of(rows.subspan(constraints.blocks[joint.first_block].first, count));
-}
-
-template <Scalar S>
-JointReading<S> read_joint(const Joint<S>& joint, const Body<S>& a, const Body<S>& b, S dt) {
-  const JointKind kind = joint.def.kind;
-  JointReading<S> reading;
-  reading.reaction = (S(1) / dt) * joint.total;
-  const JointPose<S> pose = joint_pose(joint, a.center_pose, b.center_pose);
-  std::array<ConstraintRow<S>, 6> rows;
-  std::size_t count = 0;
-  detail::for_each_locked_row(kind, pose,
-                              [&](const ConstraintRow<S>& row) { rows[count++] = row; });
-  const JointGap<S> gap = detail::gap_of(std::span<const ConstraintRow<S>>(rows.data(), count));
-  reading.gap = gap.distance;
-  // Opposite axes have no shortest turn, and so no rows that close them.
-  reading.tilt = kind == JointKind::revolute ? S(value_of(joint_swing(pose))) : gap.angle;
-  if (!has_free_axis(kind) && !has_angle(kind)) return reading;
-  reading.position = joint_position(kind, pose, joint.angle);
-  reading.velocity = position_row(kind, pose).velocity(a.twist, b.twist);
-  reading.drive_force = joint.impulses[detail::drive_impulse] / dt;
-  if (kind == JointKind::cone_twist) {
-    reading.swing = joint_swing(pose);
-  }
-  return reading;
-}
-
-}  // namespace bristle::inline BRISTLE_ABI
-
-// === bristle/world/world_state.hpp
-
-/// @file
-/// What a world holds, and what its stages share. Users meet `World`.
-// SPDX-License-Identifier: BSD-3-Clause
-
-// === bristle/world/report.hpp
-
-/// @file
-/// What a step did, in numbers.
-// SPDX-License-Identifier: BSD-3-Clause
-
-#include <cstdint>
-
-namespace bristle::inline BRISTLE_ABI {
-
-/// Counters of one step. A stage with nothing to do leaves its counters at zero: what a scene does
-/// not need is not done, and this is where it shows.
-template <Scalar S>
-struct StepReport {
-  /// [-] Pairs of overlapping boxes, pairs asked of the backend, and points of contact found.
-  std::uint64_t pairs_tested = 0;
-  std::uint64_t pairs_collided = 0;
-  std::uint64_t contact_points = 0;
-  /// [-] Patches in the world, and those with a body in reach.
-  std::uint64_t patches = 0;
-  std::uint64_t patches_near = 0;
-  /// [-] Rays cast (a ray counts once per shape it is asked of; those that meshes are asked in
-  /// bundles with others are not counted), sensors skipped because nothing was in reach of them or
-  /// all of it sleeps, and sensors that touch. Patches that are switched off count as patches, and
-  /// as nothing else.
-  std::uint64_t rays_cast = 0;
-  std::uint64_t sensors_skipped = 0;
-  std::uint64_t sensors_touching = 0;
-  /// [-] Patch-body pairs evaluated explicitly and solved implicitly.
-  std::uint64_t explicit_pairs = 0;
-  std::uint64_t implicit_pairs = 0;
-  /// [-] Islands with constraints, those solved by factorisation, rows, sweeps, factorisations.
-  std::uint64_t islands = 0;
-  std::uint64_t direct_islands = 0;
-  std::uint64_t rows = 0;
-  std::uint64_t sweeps = 0;
-  std::uint64_t factorisations = 0;
-  /// [-] Evaluations of accelerations in the smooth motion of mechanisms.
-  std::uint64_t flow_evaluations = 0;
-  /// [m] Largest distance between the frames of a joint of bodies that are awake, and [rad] largest
-  /// angle, that the joint does not allow, when the step began; limits do not count, nor do hinges
-  /// whose axes are opposite. The step closes what it can of them, however wide they are, by
-  /// displacements that velocities do not show.
-  S joint_gap = S(0);
-  S joint_tilt = S(0);
-  /// [-] Sweeps of the position correction; zero in a step without position errors.
-  std::uint64_t position_sweeps = 0;
-  /// [m/s] What is left to solve in the worst island: the largest velocity change of its last
-  /// sweep.
-  S residual = S(0);
-  /// [-] Islands where a limit of `SolverDef` ended the solution before its tolerance did.
-  std::uint64_t capped_islands = 0;
-  /// [-] Contact queries that the backend failed; those pairs do not touch in this step.
-  std::uint64_t backend_failures = 0;
-  /// [-] Islands whose solution was not finite. Their contacts and joints are swept one by one, and
-  /// those that would overflow give nothing in this step; nor do sensors and springs.
-  std::uint64_t discarded_islands = 0;
-  /// [-] Dynamic bodies asleep and awake when the step ended.
-  std::uint64_t sleeping_bodies = 0;
-  std::uint64_t awake_bodies = 0;
-  /// [-] Bodies whose new state was not finite; they stay where they were, at rest.
-  std::uint64_t frozen_bodies = 0;
-};
-
-}  // namespace bristle::inline BRISTLE_ABI
-
-#include <algorithm>
-#include <optional>
-#include <vector>
-
-namespace bristle::inline BRISTLE_ABI {
-
-/// When islands of bodies fall asleep. Asleep, they are not computed: nothing moves, contacts,
-/// joints and sensors keep their impulses and readings, velocities are zero.
-template <Scalar S>
-struct SleepDef {
-  /// [m/s] Speed of the centre of mass up to which a body is at rest, >= 0.
-  S linear_speed = S(0.01);
-  /// [rad/s] Angular speed up to which it is, >= 0.
-  S angular_speed = S(0.05);
-  /// [s] For how long all bodies of an island must be at rest, > 0. Infinite, the default: nothing
-  /// ever sleeps (docs/decisions/0014-sleep-is-off.md says why).
-  S time = infinity<S>;
-};
-
-/// Settings of a world.
-template <Scalar S>
-struct WorldDef {
-  /// [m/s^2] Gravity.
-  Vec3<S> gravity = Vec3<S>(S(0), S(0), S(-9.81));
-  /// [s] Length of a step, > 0.
-  S time_step = S(1) / S(240);
-  /// [m/s] Impacts slower than this do not bounce, >= 0.
-  S restitution_speed = S(0.01);
-  /// [-] How positions follow from velocities.
-  Integrator integrator = Integrator::trapezoidal;
-  /// [-] The solver.
-  SolverDef<S> solver{};
-  /// [-] When bodies at rest are no longer computed.
-  SleepDef<S> sleep{};
-  /// [-] Runs independent tasks, on threads of the host if it likes; the results are the same.
-  ParallelFor parallel_for = serial_for;
-};
-
-/// A shape on a body.
-template <Scalar S, typename Backend>
-struct Collider {
-  BodyId body{};
-  /// [m] Pose of the shape from the body's centre of mass, along the body's axes.
-  Transform<S> X_CmS{};
-  /// Whether that is the identity, as of most shapes.
-  bool is_centered = false;
-  typename Backend::template Collidable<S> shape{};
-  ShapeKind kind = ShapeKind::sphere;
-  Material<S> material{};
-  /// [m] Box in the shape's own frame; infinite for a half-space.
-  Aabb<S> bounds{};
-  /// [m] Farthest point from the body's centre of mass.
-  S radius = S(0);
-  /// The half-space itself, since a box cannot bound it.
-  std::optional<HalfSpace<S>> half_space{};
-};
-
-/// Everything that persists from step to step, and the bodies as the solver sees them.
-template <Scalar S, typename Backend>
-struct WorldState {
-  WorldDef<S> def{};
-  SlotMap<Body<S>, BodyTag> bodies;
-  SlotMap<Collider<S, Backend>, ShapeTag> colliders;
-  SlotMap<Joint<S>, JointTag> joints;
-  SlotMap<SensorPatch<S>, PatchTag> patches;
-  BroadPhase<S> broad_phase;
-  ContactCache<S> contacts;
-  /// Touches that ended because a shape was removed, for the events of the last step, and those
-  /// since.
-  std::vector<ContactEvent> ended, ended_since;
-  /// Pairs of body slots that do not touch because a joint connects them, sorted.
-  std::vector<ShapePair> unpaired;
-  StepReport<S> report{};
-  /// Bodies asleep, and whether all is: then a step has nothing to do.
-  std::uint32_t sleeping_bodies = 0;
-  bool is_idle = false;
-  /// Whether a caller may have changed any body since the last step (`BodySleep::is_stirred`).
-  bool is_any_stirred = false;
-  /// [-] Steps so far in which anything could move.
-  std::uint64_t steps = 0;
-
-  /// This step's scratch: one entry a body slot, and all constraints.
-  std::vector<SolverBody<S>> solver_bodies;
-  Constraints<S> constraints;
-
-  [[nodiscard]] const Body<S>& body_of(const Collider<S, Backend>& c) const {
-    return bodies.at(c.body.index);
-  }
-  /// Whether a body may move in this step, or was changed by the caller since the last one.
-  [[nodiscard]] bool is_active(std::uint32_t slot) const {
-    const Body<S>& body = bodies.at(slot);
-    if (body.sleep.is_stirred) return true;
-    if (body.is_dynamic()) return !body.is_asleep();
-    return !body.twist.linear.isZero(S(0)) || !body.twist.angular.isZero(S(0));
-  }
-  /// Whether there is a patch in a slot that is switched on.
-  [[nodiscard]] bool is_sensing(std::uint32_t slot) const {
-    return patches.is_live(slot) && patches.at(slot).is_active;
-  }
-  /// [m] Pose of a shape in the frame of A's centre of mass.
-  [[nodiscard]] Transform<S> pose_from(const Body<S>& A, const Collider<S, Backend>& c) const {
-    return relative_pose(A.center_pose, body_of(c).center_pose) * c.X_CmS;
-  }
-  /// Whether a box in the world reaches a shape that has no box itself; true for shapes that do.
-  [[nodiscard]] bool reaches(const Aabb<S>& box, const Collider<S, Backend>& c) const {
-    if (!c.half_space) return true;
-    const Transform<S> X_WS = body_of(c).center_pose * c.X_CmS;
-    const Vec3<S> n = X_WS.rotate(c.half_space->normal);
-    const S height = n.dot(box.center() - X_WS.translation) - c.half_space->offset;
-    return height <= n.cwiseAbs().dot(box.half_extents());
-  }
-};
-
-}  // namespace bristle::inline BRISTLE_ABI
-
-#include <cstdint>
-
-namespace bristle::inline BRISTLE_ABI {
-
-/// A body as its surroundings let it move.
-template <Scalar S>
-struct HeldMobility {
-  /// [1/kg and products with 1/m] Change of its twist for an impulse about its centre of mass,
-  /// world axes: symmetric, positive semidefinite.
-  Mat6<S> matrix = Mat6<S>::Zero();
-  /// Whether anything but its inertia resists.
-  bool is_held = false;
-  /// Whether it hit something in the last step, so that forces of that step say little of the next.
-  bool was_hit = false;
-  /// [-] How the step finds its position: sensors, drives and stops ask for symplectic Euler.
-  Integrator integrator = Integrator::trapezoidal;
-};
-
-/// Finds the mobility of bodies from the state that a step left behind.
-///
-/// Contacts that carried load stop the body along their normal, and across it where they stick;
-/// joints stop it along their locked axes, along a driven one while the drive has force to spare;
-/// patches of the world and springs add their stiffness and damping over a step. What is on the
-/// other side counts as immovable.
-template <Scalar S, typename Backend>
-class HeldMobilityFinder {
- public:
-  using State = WorldState<S, Backend>;
-
-  [[nodiscard]] HeldMobility<S> find(const State& state, std::uint32_t slot) {
-    HeldMobility<S> result;
-    const Body<S>& body = state.bodies.at(slot);
-    if (!body.moves()) return result;
-    result.integrator = state.def.integrator;
-    result.matrix.template topLeftCorner<3, 3>() = body.inverse_mass_W().asDiagonal();
-    result.matrix.template bottomRightCorner<3, 3>() = body.inverse_inertia_W();
-    add_patches(state, slot, result);
-    free_ = result.matrix;
-    add_contacts(state, slot, result);
-    add_joints(state, slot, result);
-    return result;
-  }
-
- private:
-  /// Takes away all motion along a row: impulses along it find an equal answer.
-  void stop(const Vec3<S>& direction, const Vec3<S>& angular, HeldMobility<S>& held) const {
-    Vec6<S> row;
-    row << direction, angular;
-    const Vec6<S> motion = held.matrix * row;
-    const S response = row.dot(motion);
-    held.is_held = true;
-    // Along a row that others stop already there is nothing left but rounding.
-    if (!(response > Tolerance<S>::equal() * row.dot(free_ * row))) return;
-    held.matrix -= (motion / response) * motion.transpose();
-  }
-
-  void add_patches(const State& state, std::uint32_t slot, HeldMobility<S>& held) const {
-    const S dt = state.def.time_step;
-    for (std::uint32_t i = 0; i < state.patches.slot_count(); ++i) {
-      if (!state.patches.is_live(i)) continue;
-      const SensorPatch<S>& patch = state.patches.at(i);
-      const bool is_own = patch.body.index == slot;
-      for (const PatchPair<S>& pair : patch.pairs) {
-        if (pair.count == 0 || (!is_own && pair.body_b != slot)) continue;
-        Mat6<S> K, D;
-        detail::sum_stiffness(patch, pair, K, D);
-        soften(dt * dt * K + dt * D, is_own ? pair.arm_a : pair.arm_b, held);
-      }
-    }
-  }
-
-  /// Takes away what stiffness and damping at the end of an arm hold back within a step.
-  /// @param soft  [N s^2/m and products with m] As `SoftBlock::matrix`.
-  void soften(const Mat6<S>& soft, const Vec3<S>& arm, HeldMobility<S>& held) const {
-    Mat6<S> to_point = Mat6<S>::Identity();
-    to_point.template topRightCorner<3, 3>() = -skew(arm);
-    const Mat6<S> at_center = to_point.transpose() * soft * to_point;
-    const Mat6<S> grown = Mat6<S>::Identity() + held.matrix * at_center;
-    held.matrix = solved(grown, held.matrix);
-    held.is_held = true;
-    held.integrator = Integrator::symplectic_euler;
-  }
-
-  void add_contacts(const State& state, std::uint32_t slot, HeldMobility<S>& held) const {
-    for (const CachedManifold<S>& m : state.contacts.manifolds()) {
-      const Collider<S, Backend>& a = state.colliders.at(m.shapes.a);
-      const Collider<S, Backend>& b = state.colliders.at(m.shapes.b);
-      if (a.body.index != slot && b.body.index != slot) continue;
-      const S friction = combined(a.material, b.material).friction;
-      const Twist<S>& twist_a = state.body_of(a).twist;
-      const Twist<S>& twist_b = state.body_of(b).twist;
-      Vec3<S> t1, t2;
-      tangent_basis<S>(m.normal, t1, t2);
-      for (std::uint32_t i = m.first; i < m.first + m.count; ++i) {
-        const CachedPoint<S>& point = state.contacts.points()[i];
-        if (!(point.impulse[0] > S(0))) continue;
-        if (point.took_impact) {
-          held.was_hit = true;
-          const S parting = m.normal.dot(twist_b.at(point.arm_b) - twist_a.at(point.arm_a));
-          if (parting > state.def.restitution_speed) continue;
-        }
-        const Vec3<S>& arm = a.body.index == slot ? point.arm_a : point.arm_b;
-        stop(m.normal, arm.cross(m.normal), held);
-        // Close to the limit it counts as sliding: friction then goes on as a force.
-        constexpr S sticks_below = S(0.999);
-        if (friction_impulse(m, point).norm() >= sticks_below * friction * point.impulse[0]) {
-          continue;
-        }
-        stop(t1, arm.cross(t1), held);
-        stop(t2, arm.cross(t2), held);
-      }
-    }
-  }
-
-  void add_joints(const State& state, std::uint32_t slot, HeldMobility<S>& held) {
-    for (std::uint32_t i = 0; i < state.joints.slot_count(); ++i) {
-      if (!state.joints.is_live(i)) continue;
-      Joint<S> joint = state.joints.at(i);
-      const bool is_a = joint.def.body_a.index == slot;
-      if (!is_a && joint.def.body_b.index != slot) continue;
-      rows_.clear();
-      add_joint_rows(joint, i, state.bodies.at(joint.def.body_a.index),
-                     state.bodies.at(joint.def.body_b.index), state.def.time_step, rows_);
-      for (const SoftBlock<S>& soft : rows_.soft) {
-        soften(soft.matrix, is_a ? soft.arm_a : soft.arm_b, held);
-      }
-      for (const ConstraintBlock<S>& block : rows_.blocks) {
-        if (block.kind != BlockKind::equality) held.integrator = Integrator::symplectic_euler;
-        for (std::uint32_t r = block.first; r < block.first + block.count; ++r) {
-          const ConstraintRow<S>& row = rows_.rows[r];
-          const bool holds = block.kind == BlockKind::equality ||
-                             (row.impulse > block.lower && row.impulse < block.upper);
-          if (!holds) continue;
-          const Vec3<S>& angular = is_a ? row.angular_a : row.angular_b;
-          if (value_of(row.compliance) == 0) {
-            stop(row.direction, angular, held);
-          } else {
-            Vec6<S> j;
-            j << row.direction, angular;
-            soften((S(1) / row.compliance) * j * j.transpose(), Vec3<S>::Zero(), held);
-          }
-        }
-      }
-    }
-  }
-
-  Mat6<S> free_ = Mat6<S>::Zero();
-  Constraints<S> rows_;
-};
-
-}  // namespace bristle::inline BRISTLE_ABI
-
-namespace bristle::inline BRISTLE_ABI {
-
-/// A body as the ticks of a `HapticLoop` see it. Between steps of the world it moves by
-///
-///     v' = v + h W f + W sum of impulses,
-///
-/// W being its `HeldMobility` and f what else acted on it in the last step. Impulses of all patches
-/// that touch it are solved together and implicitly, so that stiff sensors on a light body are
-/// stable at any rate of ticks.
-template <Scalar S>
-class HapticBody {
- public:
-  HapticBody() = default;
-  /// @param other_force  [N, N m] What else acts on the body about its centre of mass.
-  /// @param step         [s] Of the world.
-  HapticBody(BodyId id, const Body<S>& body, const HeldMobility<S>& held,
-             const Vec6<S>& other_force, S step)
-      : id_(id),
-        body_(body),
-        held_(held),
-        other_force_(other_force),
-        share_((held.integrator == Integrator::trapezoidal ? S(0.5) : S(1)) * step),
-        spread_(share_ - S(0.5) * step) {}
-
-  [[nodiscard]] BodyId id() const { return id_; }
-  /// Where the body is predicted to be.
-  [[nodiscard]] const Body<S>& body() const { return body_; }
-  [[nodiscard]] const HeldMobility<S>& held() const { return held_; }
-  /// [N s, N m s] What all ticks gave it about its centre of mass, world axes.
-  [[nodiscard]] const Wrench<S>& impulse() const { return given_; }
-
-  /// [kg m/s, kg m^2/s] Momentum of a body about its centre of mass.
-  [[nodiscard]] static Vec6<S> momentum(const Body<S>& body) {
-    Vec6<S> p;
-    p << body.mass * body.twist.linear, body.angular_momentum();
-    return p;
-  }
-
-  /// Prepares for one tick.
-  void begin_tick() {
-    if (held_.is_held || !body_.moves()) return;
-    held_.matrix.template bottomRightCorner<3, 3>() = body_.inverse_inertia_W();
-  }
-  /// [1/kg] Mean mobility of the point at `arm` [m] from the centre of mass.
-  [[nodiscard]] S mobility_at(const Vec3<S>& arm) const {
-    const Mat6<S> G = to_point(arm);
-    return (G * held_.matrix * G.transpose()).template topLeftCorner<3, 3>().trace() / S(3);
-  }
-
-  /// Starts the equations of one solve.
-  void clear_system() {
-    matrix_.setZero();
-    offset_.setZero();
-  }
-  /// Adds a patch that pushes this body as B.
-  /// @param motion_a  [m/s, rad/s] Twist of A at the point c of the block.
-  void add(const SoftBlock<S>& block, const Vec6<S>& motion_a) {
-    const Mat6<S> G = to_point(block.arm_b);
-    matrix_ += G.transpose() * block.matrix * G;
-    offset_ += G.transpose() * (block.offset + block.matrix * motion_a);
-  }
-  /// Finds the twist at the end of the tick: (1 + W Q) v' = v + W (h f + q).
-  void solve(S h) {
-    Vec6<S> start;
-    start << body_.twist.linear, body_.twist.angular;
-    end_ = start;
-    if (!body_.moves()) return;
-    const Mat6<S> left = Mat6<S>::Identity() + held_.matrix * matrix_;
-    end_ = solved(left, start + held_.matrix * (h * other_force_ + offset_));
-    if (!all_finite(end_)) end_ = start + held_.matrix * (h * other_force_);
-  }
-  /// Twist of the solution at the point c of a block.
-  [[nodiscard]] Vec6<S> motion_at(const Vec3<S>& arm) const { return to_point(arm) * end_; }
-
-  /// Counts an impulse about the centre of mass.
-  /// @param left  [s] From the start of the tick to the end of the step: as long as it moves the
-  ///              body.
-  void push(const Wrench<S>& impulse, S left) {
-    const S carry = left - share_;
-    given_ += impulse;
-    carried_ += carry * impulse;
-  }
-  /// Moves the body by one tick.
-  void end_tick(S h) {
-    if (body_.moves()) {
-      // Forces known from the start accelerate it evenly; by what the world's integrator makes of
-      // them all ticks are equally off.
-      const Vec6<S> motion = end_ + (spread_ - S(0.5) * h) * (held_.matrix * other_force_);
-      body_.twist = {end_.template head<3>(), end_.template tail<3>()};
-      step_pose(body_, Twist<S>{motion.template head<3>(), motion.template tail<3>()}, h);
-    } else {
-      step_pose(body_, body_.twist, h);
-    }
-  }
-
-  /// [m, rad] By how much farther than a constant force the impulses of the ticks moved the body,
-  /// since they came when they came.
-  [[nodiscard]] Twist<S> carried() const {
-    Vec6<S> moment;
-    moment << carried_.force, carried_.torque;
-    const Vec6<S> shift = held_.matrix * moment;
-    return {shift.template head<3>(), shift.template tail<3>()};
-  }
-
-  /// [kg m/s, kg m^2/s] Momentum that the world's body had when it was given the impulses.
-  Vec6<S> start_momentum = Vec6<S>::Zero();
-
- private:
-  /// From a twist about the centre of mass to one about the point at `arm`.
-  [[nodiscard]] static Mat6<S> to_point(const Vec3<S>& arm) {
-    Mat6<S> G = Mat6<S>::Identity();
-    G.template topRightCorner<3, 3>() = -skew(arm);
-    return G;
-  }
-
-  BodyId id_{};
-  Body<S> body_{};
-  HeldMobility<S> held_{};
-  Vec6<S> other_force_ = Vec6<S>::Zero();
-  /// [s] For how long the step carries the body by what a force of the whole step gives it: half
-  /// the step, or all of it; and how much more than half that is.
-  S share_ = S(0);
-  S spread_ = S(0);
-  Wrench<S> given_{};
-  Wrench<S> carried_{};  // [N s^2, N m s^2]
-  Mat6<S> matrix_ = Mat6<S>::Zero();
-  Vec6<S> offset_ = Vec6<S>::Zero();
-  Vec6<S> end_ = Vec6<S>::Zero();
-};
-
-}  // namespace bristle::inline BRISTLE_ABI
-
-// === bristle/world/kernels.hpp
-
-/// @file
-/// The door between what is compiled once and what is compiled for each instruction set.
-///
-/// All that a world computes in every step goes through a table of functions. Header-only there is
-/// one, made for what the program is compiled for; `bristle::compiled` has one for each
-/// `InstructionSet` and chooses. Both sides of the door see one layout of all types: what is stored
-/// holds arrays of scalars and unaligned matrices, never a register.
-// SPDX-License-Identifier: BSD-3-Clause
-
-#include <span>
-
-namespace bristle::inline BRISTLE_ABI {
-
-struct RayFilter;
-template <Scalar S>
-struct WorldRayHit;
-template <Scalar S>
-class ProximityArray;
-template <Scalar S, typename Backend = AnalyticBackend>
-class HapticLoop;
-
-/// The functions of a world that are compiled for each instruction set. None of them throws.
-template <Scalar S, typename Backend>
-struct WorldKernels {
-  /// A new `Stepper`, and its end.
-  void* (*make_scratch)();
-  void (*delete_scratch)(void* stepper);
-  /// `Stepper::step`.
-  void (*step)(void* stepper, WorldState<S, Backend>& state);
-  /// Nearest hits of rays with all shapes. Rays are valid, and there is one hit for each.
-  void (*cast_rays)(const WorldState<S, Backend>& state, std::span<const Ray<S>> rays,
-                    const RayFilter& filter, std::span<WorldRayHit<S>> hits);
-  /// `ProximityArray::sense`; the carrier is there.
-  void (*sense)(ProximityArray<S>& array, const WorldState<S, Backend>& state, BodyId carrier);
-};
-
-/// The same of a haptic loop, apart, so that a header-only program without one does not compile it.
-template <Scalar S, typename Backend>
-struct HapticKernels {
-  /// One tick of a loop that is open and has one left.
-  void (*tick)(HapticLoop<S, Backend>& loop);
-};
-
-/// The tables that are used from here on.
-template <Scalar S, typename Backend>
-[[nodiscard]] const WorldKernels<S, Backend>& world_kernels();
-template <Scalar S, typename Backend>
-[[nodiscard]] const HapticKernels<S, Backend>& haptic_kernels();
-
-}  // namespace bristle::inline BRISTLE_ABI
-
-// === bristle/world/patch_rays.hpp
-
-/// @file
-/// What the rays of a patch meet: cast at the shapes in reach, or carried on since they were cast.
-// SPDX-License-Identifier: BSD-3-Clause
-
-#include <algorithm>
-#include <cstdint>
-#include <span>
-
-namespace bristle::inline BRISTLE_ABI {
-
-/// A shape that the rays of a patch on A may meet within a step.
-template <Scalar S, typename Backend>
-struct ShapeInReach {
-  std::uint32_t tag = 0;
-  std::uint32_t generation = 0;
-  const Collider<S, Backend>* collider = nullptr;
-  /// [m] The shape and its body B about their centres of mass, as A sees them.
-  Transform<S> X_AS{};
-  Transform<S> X_AB{};
-  /// [m] By how much it can come closer within the step, and how much longer rays are cast.
-  S approach = S(0);
-  S extra_length = S(0);
-  /// [m] Around what the rays may meet of it, in A; for a half-space the plane instead.
-  Aabb<S> box{};
-  Vec3<S> normal = Vec3<S>::Zero();
-  S offset = S(0);
-
-  [[nodiscard]] bool is_near(const Aabb<S>& rays) const {
-    if (!collider->half_space) return box.overlaps(rays);
-    return normal.dot(rays.center()) - normal.cwiseAbs().dot(rays.half_extents()) <= offset;
-  }
-  /// The same of the boxes with these corners.
-  [[nodiscard]] BRISTLE_INLINE Mask<S> is_near(const Pack3<S>& lower, const Pack3<S>& upper) const {
-    if (!collider->half_space) {
-      return (lower.x <= Pack<S>(box.upper.x())) & (lower.y <= Pack<S>(box.upper.y())) &
-             (lower.z <= Pack<S>(box.upper.z())) & (upper.x >= Pack<S>(box.lower.x())) &
-             (upper.y >= Pack<S>(box.lower.y())) & (upper.z >= Pack<S>(box.lower.z()));
-    }
-    const Pack3<S> n = Pack3<S>::all(normal);
-    const Pack<S> lowest = min(n.x * lower.x, n.x * upper.x) + min(n.y * lower.y, n.y * upper.y) +
-                           min(n.z * lower.z, n.z * upper.z);
-    return lowest <= Pack<S>(offset);
-  }
-};
-
-/// Looks at a shape from A.
-/// @param X_AB      [m] Its body about its centre of mass.
-/// @param approach  [m] By how much it can come closer within the step.
-template <Scalar S, typename Backend>
-[[nodiscard]] ShapeInReach<S, Backend> shape_in_reach(const SensorPatch<S>& patch, ShapeId id,
-                                                      const Collider<S, Backend>& collider,
-                                                      const Transform<S>& X_AB, S approach);
-
-/// Fills `patch.near` and the hits of these tiles.
-/// @param shapes  By ascending tags.
-/// @param is_due  Whether it is the patch's turn to cast its rays.
-/// @return [-] Number of rays cast, one a sensor and shape.
-template <Scalar S, typename Backend>
-std::uint64_t find_hits(SensorPatch<S>& patch, std::span<const ShapeInReach<S, Backend>> shapes,
-                        bool is_due);
-
-// The same in parts, for threads that share the second.
-
-/// Decides whether rays are to be cast, and fills `patch.near` if so. Before they are, hits there
-/// are to be forgotten (`SensorPatch::reset_near_hits`).
-template <Scalar S, typename Backend>
-[[nodiscard]] bool wants_rays(SensorPatch<S>& patch,
-                              std::span<const ShapeInReach<S, Backend>> shapes, bool is_due);
-
-/// Casts the rays of a slice at one of the shapes, which are asked by ascending tags. Where slices
-/// are not runs of sensors, all of them before the next shape is.
-template <Scalar S, typename Backend>
-void cast_rays_at(SensorPatch<S>& patch, const ShapeInReach<S, Backend>& shape, RaySlice slice,
-                  RayTrail<S>* trail = nullptr);
-
-/// Keeps what was met, where rays are not cast in every step, and carries it on.
-template <Scalar S, typename Backend>
-void carry_hits(SensorPatch<S>& patch, std::span<const ShapeInReach<S, Backend>> shapes,
-                bool has_cast);
-
-// Implementation -----------------------------------------------------------------------------------
-
-namespace detail {
-
-/// Whether the sensors of a patch take notice of a shape.
-template <Scalar S, typename Backend>
-[[nodiscard]] bool sees(const WorldState<S, Backend>& state, const SensorPatch<S>& patch,
-                        const Collider<S, Backend>& c) {
-  if (c.body == patch.body) return false;
-  if ((patch.def.sees & state.body_of(c).filter.category) == 0) return false;
-  return std::find(patch.def.excluded.begin(), patch.def.excluded.end(), c.body) ==
-         patch.def.excluded.end();
-}
-
-/// [m/s] How fast a body B can come closer to any point of a box on A.
-/// @param box  [m] From A's centre of mass, in A's axes; `center_b` is B's centre, world axes.
-template <Scalar S>
-[[nodiscard]] S closing_speed(const Aabb<S>& box, const Transform<S>& X_WA, const Twist<S>& a,
-                              const Vec3<S>& center_b, const Twist<S>& b) {
-  const Vec3<S> center = X_WA.rotate(box.center());
-  const Vec3<S> p_ab = center_b - X_WA.translation;
-  const Vec3<S> v = a.at(center) - b.at(center - p_ab);
-  return v.norm() + (a.angular - b.angular).norm() * box.half_extents().norm();
-}
-
-}  // namespace detail
-
-template <Scalar S, typename Backend>
-ShapeInReach<S, Backend> shape_in_reach(const SensorPatch<S>& patch, ShapeId id,
-                                        const Collider<S, Backend>& collider,
-                                        const Transform<S>& X_AB, S approach) {
-  ShapeInReach<S, Backend> shape;
-  shape.tag = id.index;
-  shape.generation = id.generation;
-  shape.collider = &collider;
-  shape.X_AB = X_AB;
-  shape.X_AS = X_AB * collider.X_CmS;
-  shape.approach = approach;
-  // What is kept must last for a while.
-  shape.extra_length = patch.def.cast_every > 1 ? approach + patch.shortest / S(4) : approach;
-  if (collider.half_space) {
-    shape.normal = shape.X_AS.rotate(collider.half_space->normal);
-    shape.offset = collider.half_space->offset + shape.normal.dot(shape.X_AS.translation);
-  } else {
-    shape.box = transformed(collider.bounds, shape.X_AS).inflated(shape.extra_length);
-  }
-  // Boxes that touch but for their rounding do touch.
-  const S size = shape.X_AS.translation.cwiseAbs().sum() + patch.reach + collider.radius;
-  shape.offset += shape.extra_length + Tolerance<S>::round_off() * size;
-  shape.box = shape.box.inflated(Tolerance<S>::round_off() * size);
-  return shape;
-}
-
-namespace detail {
-
-/// Whether what was met when the rays were cast last still serves.
-template <Scalar S, typename Backend>
-[[nodiscard]] bool serves(const SensorPatch<S>& patch,
-                          std::span<const ShapeInReach<S, Backend>> shapes) {
-  const std::vector<KeptShape<S>>& kept = patch.kept.shapes;
-  if (kept.size() != shapes.size()) return false;
-  for (std::size_t i = 0; i < kept.size(); ++i) {
-    const ShapeInReach<S, Backend>& shape = shapes[i];
-    if (kept[i].tag != shape.tag || kept[i].generation != shape.generation ||
-        !kept[i].covers({shape.X_AB.rotation_matrix(), shape.X_AB.translation}, shape.approach,
-                        patch.reach)) {
-      return false;
-    }
-  }
-  return true;
-}
-
-/// Whether the rays of a patch surely meet none of the shapes.
-template <Scalar S, typename Backend>
-[[nodiscard]] bool are_clear(const SensorPatch<S>& patch,
-                             std::span<const ShapeInReach<S, Backend>> shapes) {
-  return std::all_of(shapes.begin(), shapes.end(), [&](const auto& shape) {
-    return is_surely_clear<S, Backend>(shape.collider->shape, shape.X_AS,
-                                       patch.rays(shape.extra_length));
-  });
-}
-
-}  // namespace detail
-
-template <Scalar S, typename Backend>
-bool wants_rays(SensorPatch<S>& patch, std::span<const ShapeInReach<S, Backend>> shapes,
-                bool is_due) {
-  if (patch.def.cast_every > 1 && !is_due && detail::serves(patch, shapes)) return false;
-  // What met nothing in the last step mostly meets nothing now, and a look tells more quickly than
-  // asking every tile.
-  if (patch.contacts.empty() && detail::are_clear<S, Backend>(patch, shapes)) {
-    patch.near.clear();
-    return true;
-  }
-  patch.tile_boxes.find(
-      [&](const Pack3<S>& lower, const Pack3<S>& upper) {
-        Mask<S> near = Mask<S>::first(0);
-        for (const auto& shape : shapes) near = near | shape.is_near(lower, upper);
-        return near;
-      },
-      patch.near);
-  return true;
-}
-
-template <Scalar S, typename Backend>
-void cast_rays_at(SensorPatch<S>& patch, const ShapeInReach<S, Backend>& shape, RaySlice slice,
-                  RayTrail<S>* trail) {
-  RayBatch<S> rays = patch.near_rays(shape.extra_length);
-  rays.slice = slice;
-  rays.trail = trail;
-  rays.kept = &patch.candidates;
-  rays.shape_life = shape.generation;
-  Backend::cast_rays(shape.collider->shape, shape.X_AS, rays, shape.tag, patch.hits);
-}
-
-template <Scalar S, typename Backend>
-void carry_hits(SensorPatch<S>& patch, std::span<const ShapeInReach<S, Backend>> shapes,
-                bool has_cast) {
-  if (patch.def.cast_every == 1) return;
-  if (has_cast) {
-    patch.kept.shapes.clear();
-    for (const ShapeInReach<S, Backend>& shape : shapes) {
-      patch.kept.shapes.push_back({shape.tag,
-                                   shape.generation,
-                                   {shape.X_AB.rotation_matrix(), shape.X_AB.translation},
-                                   shape.extra_length});
-    }
-    patch.kept.keep(patch);
-  }
-  // Also where rays were just cast: all steps of a patch then look alike.
-  patch.kept.advance(patch, [&](std::uint32_t tag, PairPose<S>& pose) {
-    const auto same = [tag](const auto& shape) { return shape.tag == tag; };
-    const ShapeInReach<S, Backend>& shape = *std::find_if(shapes.begin(), shapes.end(), same);
-    pose = {shape.X_AB.rotation_matrix(), shape.X_AB.translation};
-    return shape.approach;
-  });
-}
-
-template <Scalar S, typename Backend>
-std::uint64_t find_hits(SensorPatch<S>& patch, std::span<const ShapeInReach<S, Backend>> shapes,
-                        bool is_due) {
-  const bool casts = wants_rays<S, Backend>(patch, shapes, is_due);
-  const std::uint64_t rays = casts ? patch.near_count() * shapes.size() : 0;
-  if (rays > 0) {
-    patch.reset_near_hits();
-    for (const ShapeInReach<S, Backend>& shape : shapes) cast_rays_at<S>(patch, shape, {});
-  }
-  carry_hits<S, Backend>(patch, shapes, casts);
-  return rays;
-}
-
-}  // namespace bristle::inline BRISTLE_ABI
-
-#include <cstdint>
-#include <optional>
-#include <span>
-#include <string>
-#include <utility>
-#include <vector>
-
-namespace bristle::inline BRISTLE_ABI {
-namespace detail {
-template <Scalar S, typename Backend>
-class HapticTick;
-}  // namespace detail
-
-/// Settings of a haptic loop.
-template <Scalar S>
-struct HapticDef {
-  /// [-] Ticks in a step of the world, >= 1.
-  std::uint32_t ticks = 16;
-  /// [m/s] Fastest that any point of a tool moves, >= 0. What a tool could not reach at that speed
-  /// within a step is not felt before the next one.
-  S max_speed = S(1);
-};
-
-/// Names a tool of a haptic loop.
-struct ToolId {
-  std::uint32_t index = 0xffffffffu;
-};
-/// Names a patch of a haptic loop.
-struct TickedPatchId {
-  std::uint32_t index = 0xffffffffu;
-};
-
-/// What `World::open` and `World::step` give a haptic loop to see. A value: a copy goes on as the
-/// original would, so that a copy of the loop goes with a snapshot of its world.
-///
-/// The patches of a loop belong to it alone; the world does not sense with them. They are always
-/// implicit: `PatchDef::integration` and `explicit_below` are not used.
-template <Scalar S, typename Backend>
-class HapticLoop {
- public:
-  /// @throws InvalidArgument naming the field.
-  explicit HapticLoop(const HapticDef<S>& def) : def_(def) {
-    detail::require(def.ticks > 0, "HapticDef::ticks", def.ticks, "must be > 0");
-    detail::require_not_negative("HapticDef::max_speed", def.max_speed);
-  }
-
-  /// Adds a tool: a kinematic body of the world, which `World::open` and `World::step` check. Steps
-  /// move it to where the ticks left it; until it is moved for the first time it is where its body
-  /// is.
-  ToolId add_tool(BodyId body) {
-    tools_.emplace_back().body = body;
-    return {static_cast<std::uint32_t>(tools_.size() - 1)};
-  }
-  /// Adds sensors to a tool, in the frame of its body. They feel from the next `World::open` or
-  /// `World::step` on.
-  /// @throws InvalidArgument naming the field; the law must be the paper's.
-  TickedPatchId add_patch(ToolId tool, PatchDef<S> def) {
-    const Tool& owner = tool_of(tool);
-    detail::require(def.options.law == Law::paper, "LawOptions::law", "ambf",
-                    "must be the paper's");
-    def.integration = Integration::implicit;
-    Skin skin;
-    // About the origin of the body frame, which is the device's.
-    skin.patch = make_patch(std::move(def), owner.body, Vec3<S>(Vec3<S>::Zero()));
-    skin.tool = tool.index;
-    skins_.push_back(std::move(skin));
-    return {static_cast<std::uint32_t>(skins_.size() - 1)};
-  }
-
-  /// Says where a tool is now; its velocity is that since the last tick, zero in the first tick
-  /// after `World::open`. Of several calls between two ticks the last one counts.
-  /// @param X_WT  [m] Pose of the body frame in the world.
-  /// @throws InvalidArgument when it is not finite or no rotation; the loop is unchanged then.
-  void move(ToolId tool, const Transform<S>& X_WT) {
-    Tool& t = tool_of(tool);
-    require_pose(X_WT);
-    Twist<S> twist;
-    if (t.last_pose) {
-      twist = {(X_WT.translation - t.last_pose->translation) / h_,
-               log_rotation<S>(X_WT.rotation * t.last_pose->rotation.conjugate()) / h_};
-      detail::require_all_finite("X_WT.translation: velocity", twist.linear);
-      detail::require_all_finite("X_WT.rotation: angular velocity", twist.angular);
-    }
-    set_motion(t, X_WT, twist);
-  }
-  /// The same for a device that knows its velocity.
-  /// @param twist  [m/s, rad/s] Of the origin of the body frame, world axes.
-  void move(ToolId tool, const Transform<S>& X_WT, const Twist<S>& twist) {
-    Tool& t = tool_of(tool);
-    require_pose(X_WT);
-    detail::require_all_finite("twist.linear", twist.linear);
-    detail::require_all_finite("twist.angular", twist.angular);
-    set_motion(t, X_WT, twist);
-  }
-
-  /// Senses and moves the bodies near the tools on by one tick. A tool that was not moved since the
-  /// last tick stands still.
-  /// @throws InvalidArgument when `World::open` was not called, or all ticks of the step are done.
-  void tick();
-
-  /// [N, N m] What the sensors of a tool felt in the last tick, about the origin of its body frame,
-  /// world axes: the mean over the tick that begins, if the tool keeps its velocity.
-  [[nodiscard]] const Wrench<S>& wrench(ToolId tool) const {
-    require_tool(tool);
-    return tools_[tool.index].wrench;
-  }
-  /// What a patch felt in the last tick; valid until the next one.
-  [[nodiscard]] PatchReading<S> reading(TickedPatchId id) const {
-    detail::require(id.index < skins_.size(), "TickedPatchId", id.index, "must name a patch");
-    return skins_[id.index].patch.readings.view();
-  }
-  /// Bodies near the tools, as predicted by the ticks so far.
-  [[nodiscard]] std::span<const HapticBody<S>> bodies() const { return bodies_; }
-  /// [s] Length of a tick; 0 before `World::open`.
-  [[nodiscard]] S tick_length() const { return h_; }
-  /// [-] Ticks since the last step.
-  [[nodiscard]] std::uint32_t ticks_done() const { return done_; }
-  /// [-] Rays that were cast in the last tick, one a sensor and shape.
-  [[nodiscard]] std::uint64_t rays_cast() const { return rays_cast_; }
-  [[nodiscard]] const HapticDef<S>& def() const { return def_; }
-
- private:
-  template <Scalar T, typename B>
-  requires ShapeBackend<B, T>
-  friend class World;
-  friend class detail::HapticTick<S, Backend>;
-
-  struct Tool {
-    BodyId body{};
-    Transform<S> pose{};
-    Twist<S> twist{};
-    Wrench<S> wrench{};
-    /// [m] Where `move` had it in the last tick since the loop was opened.
-    std::optional<Transform<S>> last_pose;
-    /// Whether `move` ever said where it is; and since the last tick.
-    bool is_placed = false;
-    bool is_moved = false;
-
-    /// [m] Where it is a tick of length h [s] after the last one began.
-    [[nodiscard]] Transform<S> end_pose(S h) const {
-      if (is_moved) return pose;
-      return {step_rotation<S>(pose.rotation, twist.angular, h),
-              Vec3<S>(pose.translation + h * twist.linear)};
-    }
-  };
-  /// A shape near the tools. Its own copy, so that ticks need no world.
-  struct NearShape {
-    ShapeId id{};
-    Collider<S, Backend> collider{};
-    std::uint32_t body = 0;
-  };
-  struct Skin {
-    SensorPatch<S> patch{};
-    std::uint32_t tool = 0;
-    /// [-] Which of the near shapes it may meet within the step.
-    std::vector<std::uint32_t> near;
-    std::vector<ShapeInReach<S, Backend>> in_reach;
-    /// One for each pair, and the body that it pushes.
-    std::vector<SoftBlock<S>> blocks;
-    std::vector<std::uint32_t> touched;
-  };
-
-  void require_tool(ToolId tool) const {
-    detail::require(tool.index < tools_.size(), "ToolId", tool.index, "must name a tool");
-  }
-  [[nodiscard]] Tool& tool_of(ToolId tool) {
-    require_tool(tool);
-    return tools_[tool.index];
-  }
-  static void require_pose(const Transform<S>& X_WT) {
-    detail::require_all_finite("X_WT.translation", X_WT.translation);
-    detail::require_unit<S>("X_WT.rotation", X_WT.rotation);
-  }
-  static void set_motion(Tool& tool, const Transform<S>& X_WT, const Twist<S>& twist) {
-    tool.pose = {X_WT.rotation.normalized(), X_WT.translation};
-    tool.twist = twist;
-    tool.is_placed = tool.is_moved = true;
-  }
-
-  void require_open() const {
-    detail::require(h_ > S(0), "HapticLoop: tick_length", h_,
-                    "must be > 0: call World::open first");
-  }
-
-  // What the world calls.
-  void require_ticked() const {
-    require_open();
-    detail::require(done_ == def_.ticks, "HapticLoop: ticks", done_,
-                    "must be HapticDef::ticks before a step");
-  }
-  void forget();
-  void observe(const WorldState<S, Backend>& state);
-  void find_near(const WorldState<S, Backend>& state, Skin& skin, S fastest);
-  /// [m/s] Fastest that any point of a shape moves; of a half-space, its body.
-  [[nodiscard]] static S speed_of(const WorldState<S, Backend>& state,
-                                  const Collider<S, Backend>& c) {
-    const Twist<S>& twist = state.body_of(c).twist;
-    return twist.linear.norm() + (c.half_space ? S(0) : twist.angular.norm() * c.radius);
-  }
-  [[nodiscard]] std::uint32_t add_body(const WorldState<S, Backend>& state, BodyId id);
-  [[nodiscard]] Vec6<S> other_force(const WorldState<S, Backend>& state, BodyId id,
-                                    const HeldMobility<S>& held) const;
-
-  const HapticKernels<S, Backend>* kernels_ = &haptic_kernels<S, Backend>();
-  HapticDef<S> def_;
-  std::vector<Tool> tools_;
-  std::vector<Skin> skins_;
-  std::vector<NearShape> shapes_;
-  std::vector<HapticBody<S>> bodies_, last_bodies_;
-  HeldMobilityFinder<S, Backend> finder_;
-  S h_ = S(0);
-  std::uint32_t done_ = 0;
-  std::uint64_t ticks_ = 0;
-  std::uint64_t rays_cast_ = 0;
-};
-
-}  // namespace bristle::inline BRISTLE_ABI
-
-// Implementation -----------------------------------------------------------------------------------
-
-// === bristle/world/proximity.hpp
-
-/// @file
-/// Sensors of distance: the rays of resistive sensors without their forces.
-// SPDX-License-Identifier: BSD-3-Clause
-
-#include <algorithm>
-#include <cstddef>
-#include <cstdint>
-#include <span>
-#include <utility>
-#include <vector>
-
-namespace bristle::inline BRISTLE_ABI {
-
-/// Whom sensors of distance see.
-struct ProximityFilter {
-  /// [-] Categories of the bodies that are seen.
-  std::uint32_t sees = 0xffffffffu;
-  /// [-] Bodies that are not seen, besides the one that carries the sensors.
-  std::vector<BodyId> excluded{};
-};
-
-/// An array of rays on a body and what they met last.
-///
-/// It belongs to no world: `world.sense(body, array)` fills it when somebody wants to know, so that
-/// sensors which are read every tenth step, or not at all, cost nothing in between, and no state of
-/// the world depends on whether it was asked. A body far from the array costs one test of boxes.
-template <Scalar S>
-class ProximityArray {
- public:
-  /// @throws InvalidArgument as `SensorLayout::validate`, or when there are no rays.
-  explicit ProximityArray(SensorLayout<S> rays, ProximityFilter filter = {})
-      : rays_(std::move(rays)), filter_(std::move(filter)) {
-    rays_.validate();
-    detail::require(rays_.size() > 0, "ProximityArray: rays.size()", rays_.size(), "must be > 0");
-    for (std::size_t i = 0; i < rays_.size(); ++i) {
-      box_.include(rays_.start[i]);
-      box_.include(rays_.start[i] + rays_.length[i] * rays_.direction[i]);
-    }
-    bundles_ = RayBundles<S>(batch(nullptr));
-    hits_.reset(rays_.size());
-    body_.resize(rays_.size());
-  }
-
-  [[nodiscard]] std::size_t size() const { return rays_.size(); }
-  [[nodiscard]] const SensorLayout<S>& rays() const { return rays_; }
-
-  /// [m] Distance of each ray's start from what it met; infinite where it met nothing, 0 where it
-  /// starts inside.
-  [[nodiscard]] std::span<const S> distance() const { return hits_.distance; }
-  /// [-] What each ray met; names nothing where it met nothing.
-  [[nodiscard]] std::span<const BodyId> body() const { return body_; }
-  /// [1] Outward unit normal of the surface that a ray met, in the frame of the carrying body.
-  [[nodiscard]] Vec3<S> normal(std::size_t ray) const { return hits_.normal[ray]; }
-  /// [-] The ray with the shortest distance, the first of equals; `size()` where none met anything.
-  [[nodiscard]] std::size_t nearest() const {
-    const auto least = std::min_element(hits_.distance.begin(), hits_.distance.end());
-    return *least < infinity<S> ? static_cast<std::size_t>(least - hits_.distance.begin()) : size();
-  }
-  /// [-] Rays that were cast in the last call: rays times shapes in reach.
-  [[nodiscard]] std::uint64_t rays_cast() const { return rays_cast_; }
-
-  /// What `World::sense` calls.
-  template <typename Backend>
-  void sense(const WorldState<S, Backend>& state, BodyId carrier);
-
- private:
-  template <typename Backend>
-  [[nodiscard]] bool sees(const WorldState<S, Backend>& state, BodyId carrier,
-                          const Collider<S, Backend>& c) const {
-    return c.body != carrier && (filter_.sees & state.body_of(c).filter.category) != 0 &&
-           std::find(filter_.excluded.begin(), filter_.excluded.end(), c.body) ==
-               filter_.excluded.end();
-  }
-
-  [[nodiscard]] RayBatch<S> batch(const RayBundles<S>* bundles) const {
-    RayBatch<S> batch = rays_.rays();
-    batch.bundles = bundles;
-    return batch;
-  }
-
-  SensorLayout<S> rays_;
-  RayBundles<S> bundles_;
-  ProximityFilter filter_;
-  Aabb<S> box_{};
-  RayHits<S> hits_;
-  std::vector<BodyId> body_;
-  std::vector<std::uint32_t> near_;
-  std::uint64_t rays_cast_ = 0;
-};
-
-}  // namespace bristle::inline BRISTLE_ABI
-
-// Implementation -----------------------------------------------------------------------------------
-
-// === bristle/world/ray_query.hpp
-
-/// @file
-/// Rays through a whole world.
-// SPDX-License-Identifier: BSD-3-Clause
-
-#include <span>
-
-namespace bristle::inline BRISTLE_ABI {
-
-/// Whom a ray query meets.
-struct RayFilter {
-  /// [-] Categories of the bodies that are met.
-  std::uint32_t categories = 0xffffffffu;
-  /// [-] A body that is not met (the one the ray starts from, say).
-  BodyId excluded{};
-};
-
-/// Nearest hit of a ray through a world.
-template <Scalar S>
-struct WorldRayHit {
-  /// [m] Distance from the ray's start; infinite where nothing was hit, 0 where it starts inside.
-  S distance = infinity<S>;
-  /// [m] Point of the hit, and [1] outward unit normal of the surface, in the world.
-  Vec3<S> point = Vec3<S>::Zero();
-  Vec3<S> normal = Vec3<S>::Zero();
-  /// [-] What was hit.
-  BodyId body{};
-  ShapeId shape{};
-
-  [[nodiscard]] bool is_hit() const { return distance < infinity<S>; }
-};
-
-namespace detail {
-
-/// @throws InvalidArgument when the ray is not finite, has no unit direction or no length.
-template <Scalar S>
-void require_ray(const Ray<S>& ray) {
-  using std::abs;
-  require_all_finite("Ray::origin", ray.origin);
-  require_all_finite("Ray::direction", ray.direction);
-  require(abs(ray.direction.squaredNorm() - S(1)) <= Tolerance<S>::equal(), "Ray::direction",
-          ray.direction.norm(), "must have length 1");
-  require(ray.length > S(0), "Ray::length", ray.length, "must be > 0");
-}
-
-/// @param scratch  Room for one hit, so that many rays need it once.
-template <Scalar S, typename Backend>
-[[nodiscard]] WorldRayHit<S> cast_ray(const WorldState<S, Backend>& state, const Ray<S>& ray,
-                                      const RayFilter& filter, RayHits<S>& scratch) {
-  RayHit<S> best;
-  std::uint32_t best_tag = 0;
-  state.broad_phase.walk_ray(ray, [&](std::uint32_t tag, S nearest) {
-    const Collider<S, Backend>& c = state.colliders.at(tag);
-    const Body<S>& body = state.body_of(c);
-    if (c.body == filter.excluded || (body.filter.category & filter.categories) == 0) {
-      return nearest;
-    }
-    // The ray starts in the frame of its own origin, so nothing is lost far from the world's.
-    Transform<S> X_RS = body.center_pose * c.X_CmS;
-    X_RS.translation -= ray.origin;
-    const S zero = S(0);
-    const S length = std::min(nearest, ray.length);
-    const auto one = [](const S& value) { return std::span<const S>(&value, 1); };
-    const RayBatch<S> batch{one(zero),
-                            one(zero),
-                            one(zero),
-                            one(ray.direction.x()),
-                            one(ray.direction.y()),
-                            one(ray.direction.z()),
-                            one(length),
-                            S(0)};
-    scratch.reset(1);
-    Backend::cast_rays(c.shape, X_RS, batch, tag, scratch);
-    // The order of visits is that of the tree; on equal distance the lower shape wins, as it does
-    // for sensors.
-    const S distance = scratch.distance[0];
-    if (distance < best.distance ||
-        (distance == best.distance && scratch.is_hit(0) && tag < best_tag)) {
-      best = {distance, scratch.normal[0]};
-      best_tag = tag;
-    }
-    return std::min(nearest, best.distance);
-  });
-  WorldRayHit<S> result;
-  if (!(best.distance < infinity<S>)) return result;
-  result.distance = best.distance;
-  result.normal = best.normal;
-  result.point = ray.origin + best.distance * ray.direction;
-  result.body = state.colliders.at(best_tag).body;
-  result.shape = state.colliders.handle(best_tag);
-  return result;
-}
-
-}  // namespace detail
-}  // namespace bristle::inline BRISTLE_ABI
-
-#include <cstddef>
-#include <cstdint>
-#include <span>
-#include <vector>
-
-namespace bristle::inline BRISTLE_ABI {
-
-/// A minimal rigid-body world whose hands can hold things.
-///
-/// Calls that take a definition check it and throw `InvalidArgument` before anything has changed;
-/// so do calls with a handle that names nothing any more. `step` never throws, never lets a
-/// non-finite number spread, and does not allocate once it has seen the scene's largest step.
-///
-/// A world is a value: a copy steps on exactly as the original would, and warms up scratch memory
-/// of its own. One that was moved from may only be destroyed or assigned to. The same calls give
-/// the same bits, run to run and for any `WorldDef::parallel_for`. One thread at a time may use a
-/// world; const calls may run concurrently.
-///
-/// @tparam S        Scalar: float, double, or `Dual<double, n>` (docs/gradients.md).
-/// @tparam Backend  What computes geometry; see `ShapeBackend`.
-template <Scalar S, typename Backend = AnalyticBackend>
-requires ShapeBackend<Backend, S>
-class World {
- public:
-  /// @throws InvalidArgument naming the field of the definition.
-  explicit World(const WorldDef<S>& def = {});
-  World(const World& other);
-  World(World&& other) noexcept;
-  World& operator=(const World& other);
-  World& operator=(World&& other) noexcept;
-  ~World();
-
-  // Bodies and shapes
-  // ------------------------------------------------------------------------------
-
-  /// Adds a body, with the shapes it has.
-  /// @throws InvalidArgument naming the field; or when the backend knows no contact between this
-  ///         shape and one already here that it may meet (docs/backends.md lists the pairs).
-  BodyId add_body(const BodyDef<S>& def);
-
-  /// Adds a shape to a body; mass properties stay as they are.
-  ShapeId add_shape(BodyId body, const ShapeDef<S>& def);
-
-  /// Removes a body with its shapes, patches and joints. Sensors of others let go of it.
-  void remove_body(BodyId id);
-  void remove_shape(ShapeId id);
-
-  [[nodiscard]] bool contains(BodyId id) const noexcept { return state_.bodies.contains(id); }
-  /// Mass, pose and velocities of a body.
-  [[nodiscard]] const Body<S>& body(BodyId id) const { return state_.bodies.get(id, "BodyId"); }
-  /// Pose of the body frame in the world.
-  [[nodiscard]] Transform<S> pose(BodyId id) const { return body(id).pose(); }
-  /// [-] Number of bodies.
-  [[nodiscard]] std::size_t body_count() const noexcept { return state_.bodies.size(); }
-
-  /// Puts a body somewhere else at once; its velocity stays. Its contacts and bristles notice in
-  /// the next step.
-  void set_pose(BodyId id, const Transform<S>& X_WB);
-  /// [m/s, rad/s] Sets the velocity of the centre of mass and the angular velocity, world axes. The
-  /// body must not be fixed.
-  void set_velocity(BodyId id, const Twist<S>& twist);
-  /// Gives a kinematic body the velocity that brings it to a pose at the end of the next step; it
-  /// keeps moving at it until told otherwise.
-  void move_to(BodyId id, const Transform<S>& X_WB);
-  /// [N, N m] Adds a wrench about the centre of mass, world axes, that acts during the next step.
-  void apply_wrench(BodyId id, const Wrench<S>& wrench);
-  /// [N] Adds a force at a point [m] of the world that acts during the next step.
-  void apply_force(BodyId id, const Vec3<S>& force, const Vec3<S>& point);
-  /// [-] Changes who may touch and sense a body.
-  void set_filter(BodyId id, const CollisionFilter& filter);
-
-  /// Whether a body sleeps (`WorldDef::sleep`; off unless set). All calls above that change a body
-  /// wake its island, and so does what comes to reach it.
-  [[nodiscard]] bool is_asleep(BodyId id) const { return body(id).is_asleep(); }
-  /// Wakes a body with its island; it has to be at rest for `SleepDef::time` to sleep again.
-  void wake(BodyId id);
-
-  // Joints
-  // -----------------------------------------------------------------------------------------
-
-  JointId add_joint(const JointDef<S>& def);
-  void remove_joint(JointId id);
-  /// Changes what drives a joint.
-  void set_drive(JointId id, const JointDrive<S>& drive);
-  /// Position, velocity and forces of a joint in the last step.
-  [[nodiscard]] JointReading<S> reading(JointId id) const;
-
-  // Sensors
-  // ----------------------------------------------------------------------------------------
-
-  /// Adds sensors to a body, in its frame. Shapes that the body gets later are not looked at.
-  /// @throws InvalidArgument naming the field or the sensor that points into its own body.
-  PatchId add_patch(BodyId body, PatchDef<S> def);
-  /// A patch whose sensors share constants and integrate automatically.
-  PatchId add_patch(BodyId body, SensorLayout<S> sensors, const SensorParameters<S>& parameters);
-  /// The same with constants from physical wants; the patch is taken to carry the load alone.
-  PatchId add_patch(BodyId body, SensorLayout<S> sensors, const Tuning<S>& tuning);
-  void remove_patch(PatchId id);
-  /// Switches a patch off or on. Switched off it lets go of what it holds, reads nothing and costs
-  /// nothing; `patch(id).is_active` tells.
-  void set_active(PatchId id, bool is_active);
-  /// Gives all sensors of a patch the same constants, also where they had their own; bristles keep
-  /// their stretch.
-  void set_parameters(PatchId id, const SensorParameters<S>& parameters);
-  /// What a patch felt in the last step; valid until the next one.
-  [[nodiscard]] PatchReading<S> reading(PatchId id) const;
-  [[nodiscard]] const SensorPatch<S>& patch(PatchId id) const {
-    return state_.patches.get(id, "PatchId");
-  }
-
-  /// [s] Longest step at which what the patch touched in the last step could be integrated
-  /// explicitly; infinite when it touched nothing that moves.
-  [[nodiscard]] S largest_stable_step(PatchId id) const;
-
-  // Queries
-  // ----------------------------------------------------------------------------------------
-
-  /// Nearest hit of a ray with any shape. O(log n) of the number of shapes.
-  [[nodiscard]] WorldRayHit<S> cast_ray(const Ray<S>& ray, const RayFilter& filter = {}) const;
-  /// Nearest hits of many rays; `hits` has one entry a ray.
-  void cast_rays(std::span<const Ray<S>> rays, const RayFilter& filter,
-                 std::span<WorldRayHit<S>> hits) const;
-  /// Measures distances with an array of rays on a body, given in its frame, as things are now.
-  /// Several arrays may be filled at once from several threads.
-  void sense(BodyId carrier, ProximityArray<S>& array) const;
-
-  // Contacts
-  // ---------------------------------------------------------------------------------------
-
-  /// Calls visit(const ContactEvent&) for every two shapes that touched in the last step or in the
-  /// one before it: first for touches that a removal ended, then in the order of slots. Costs
-  /// nothing unless called; call it before the world is changed again.
-  template <typename Visit>
-  void for_each_contact_event(Visit&& visit) const;
-  /// Calls visit(const ContactReading<S>&) for every two shapes that were within reach of each
-  /// other in the last step, in the order of slots.
-  template <typename Visit>
-  void for_each_contact(Visit&& visit) const;
-  /// [N s, N m s] What all contacts of a body gave it in the last step, about its centre of mass.
-  [[nodiscard]] Wrench<S> contact_impulse(BodyId id) const;
-  /// The same of those with one other body.
-  [[nodiscard]] Wrench<S> contact_impulse(BodyId id, BodyId from) const;
-
-  // State
-  // ------------------------------------------------------------------------------------------
-
-  /// All that changes from step to step or by the calls above, as bytes: poses, velocities, contact
-  /// and joint impulses, bristles, readings, drives, filters, constants of sensors, step length and
-  /// gravity. Not shapes, masses and other definitions. For this version and machine.
-  [[nodiscard]] std::vector<std::byte> snapshot() const;
-  /// Puts the world into the state of a snapshot; it then steps on with the same bits. It must have
-  /// the same bodies, shapes, joints and patches, under the same handles: be the world the snapshot
-  /// was taken of, or built by the same calls. What the last step did (`report`, contact events) is
-  /// not state and stays with the world that did it.
-  /// @throws InvalidArgument naming what differs, or what is wrong with the bytes.
-  void restore(std::span<const std::byte> bytes);
-  /// [-] One number for what a snapshot would hold (`BitHash` of it, value by value): equal bits,
-  /// equal number, and for different ones a different number but for a chance of 2^-64.
-  [[nodiscard]] std::uint64_t state_hash() const;
-
-  // Time
-  // -------------------------------------------------------------------------------------------
-
-  /// Advances the world by one time step.
-  void step();
-
-  /// Shows a haptic loop the world as it is, before its first ticks, and when the world has jumped:
-  /// was restored, got another time step, or has bodies set elsewhere. The loop starts anew: it
-  /// lets go of all it touched, and ticks since the last step give nothing to anybody. Tools stay
-  /// where they were moved to last, at rest. A copy of a loop that goes with a snapshot is not
-  /// opened.
-  /// @throws InvalidArgument when a tool names a body that is not kinematic, or none that ever was;
-  ///         the loop is unchanged then.
-  void open(HapticLoop<S, Backend>& loop) const;
-  /// Gives the bodies what the ticks of a loop gave them, moves the tools to where it has them,
-  /// advances the world by one time step, and shows the loop the new state. Bodies that are gone
-  /// get nothing, and tools whose body is gone feel nothing.
-  /// @throws InvalidArgument when the loop has not done all its ticks, or for its tools as `open`;
-  ///         nothing has changed then.
-  void step(HapticLoop<S, Backend>& loop);
-
-  /// [s] Length of the next step.
-  [[nodiscard]] S time_step() const noexcept { return state_.def.time_step; }
-  void set_time_step(S dt);
-  void set_gravity(const Vec3<S>& gravity);
-  [[nodiscard]] const WorldDef<S>& def() const noexcept { return state_.def; }
-  /// What the last step did.
-  [[nodiscard]] const StepReport<S>& report() const noexcept { return state_.report; }
-  /// Contacts of the last step, by the slots of their shapes, with their impulses (N s; after
-  /// `set_time_step`, scaled to the new step), as the solver keeps them. See `for_each_contact`.
-  [[nodiscard]] const ContactCache<S>& contacts() const noexcept { return state_.contacts; }
-
- private:
-  using State = WorldState<S, Backend>;
-  using Prepared = typename Backend::template Collidable<S>;
-
-  void require_known_contacts(BodyId id, bool is_dynamic, const CollisionFilter& filter,
-                              ShapeKind kind) const;
-  [[nodiscard]] static Collider<S, Backend> make_collider(const Body<S>& body, Prepared prepared,
-                                                          const Shape<S>& shape,
-                                                          const Transform<S>& X_BS,
-                                                          const Material<S>& material);
-  ShapeId insert_shape(BodyId id, Collider<S, Backend> collider);
-  template <typename Visit>
-  void for_each_shape_of(BodyId id, Visit&& visit) const;
-  void refresh_box(std::uint32_t tag);
-  void set_twist(BodyId id, const Twist<S>& twist);
-  /// Velocity that brings a kinematic body to a pose within a step.
-  [[nodiscard]] Twist<S> twist_to(BodyId id, const Transform<S>& X_WB) const;
-  void push(const HapticBody<S>& pushed);
-  template <typename Visit>
-  static void for_each_impulse(State& state, Visit&& visit);
-  void require_tools(const HapticLoop<S, Backend>& loop) const;
-  void erase_joint(std::uint32_t index);
-
-  State state_;
-  detail::KernelScratch<WorldKernels<S, Backend>> stepper_{world_kernels<S, Backend>()};
-};
-
-}  // namespace bristle::inline BRISTLE_ABI
-
-// === bristle/world/world_contacts_impl.hpp
-
-/// @file
-/// Definitions of `World`: what callers see of contacts. Included by world.hpp.
-// SPDX-License-Identifier: BSD-3-Clause
-
-namespace bristle::inline BRISTLE_ABI {
-
-template <Scalar S, typename Backend>
-requires ShapeBackend<Backend, S>
-template <typename Visit>
-void World<S, Backend>::for_each_contact_event(Visit&& visit) const {
-  for (const ContactEvent& event : state_.ended) visit(event);
-  detail::for_each_touch(state_.contacts, [&](ShapePair shapes, bool touched, bool touches) {
-    const ContactPhase phase = !touched  ? ContactPhase::begin
-                               : touches ? ContactPhase::persist
-                                         : ContactPhase::end;
-    visit(ContactEvent{phase, state_.colliders.handle(shapes.a), state_.colliders.handle(shapes.b),
-                       state_.colliders.at(shapes.a).body, state_.colliders.at(shapes.b).body});
-  });
-}
-
-template <Scalar S, typename Backend>
-requires ShapeBackend<Backend, S>
-template <typename Visit>
-void World<S, Backend>::for_each_contact(Visit&& visit) const {
-  const std::vector<CachedManifold<S>>& manifolds = state_.contacts.manifolds();
-  for (std::size_t i = 0; i < manifolds.size();) {
-    const std::span<const CachedManifold<S>> pair = detail::same_pair(manifolds, i);
-    ContactReading<S> reading(pair, state_.contacts.points());
-    reading.shape_a = state_.colliders.handle(manifolds[i].shapes.a);
-    reading.shape_b = state_.colliders.handle(manifolds[i].shapes.b);
-    reading.body_a = state_.colliders.at(manifolds[i].shapes.a).body;
-    reading.body_b = state_.colliders.at(manifolds[i].shapes.b).body;
-    visit(reading);
-    i += pair.size();
-  }
-}
-
-template <Scalar S, typename Backend>
-requires ShapeBackend<Backend, S> Wrench<S> World<S, Backend>::contact_impulse(BodyId id)
-const {
-  (void)body(id);
-  Wrench<S> sum;
-  for_each_contact([&](const ContactReading<S>& contact) {
-    if (contact.body_a == id) sum += contact.impulse_on_a();
-    if (contact.body_b == id) sum += contact.impulse_on_b();
-  });
-  return sum;
-}
-
-template <Scalar S, typename Backend>
-requires ShapeBackend<Backend, S> Wrench<S> World<S, Backend>::contact_impulse(BodyId id,
-                                                                               BodyId from)
-const {
-  (void)body(id);
-  (void)body(from);
-  Wrench<S> sum;
-  for_each_contact([&](const ContactReading<S>& contact) {
-    if (contact.body_a == id && contact.body_b == from) sum += contact.impulse_on_a();
-    if (contact.body_b == id && contact.body_a == from) sum += contact.impulse_on_b();
-  });
-  return sum;
-}
-
-}  // namespace bristle::inline BRISTLE_ABI
-
-#if defined(BRISTLE_WITH_FCL)
-// === bristle/geometry/fcl_backend.hpp
-
-/// @file
-/// Shape backend over FCL 0.7 and libccd: rays and contacts of all shapes over FCL's geometry.
-///
-/// Link `bristle::fcl`; the umbrella header includes this only with BRISTLE_WITH_FCL.
-///
-/// Everything FCL is asked is asked in double, whatever the user's scalar; rays are cast in S. No
-/// FCL type that Eigen aligns by the machine (Transform3d, CollisionObject) crosses into libfcl, so
-/// it does not matter with which -march either was built.
-// SPDX-License-Identifier: BSD-3-Clause
-
-// === bristle/geometry/fcl_geometry.hpp
-
-/// @file
-/// How the FCL backend hands its geometry around, without FCL's own headers.
-// SPDX-License-Identifier: BSD-3-Clause
-
-#include <memory>
-
-namespace fcl {
-template <typename S>
-class CollisionGeometry;
-}  // namespace fcl
-
-namespace bristle::inline BRISTLE_ABI {
-
-/// FCL geometry that nobody changes any more, shared by all who use it.
-using FclGeometry = std::shared_ptr<const fcl::CollisionGeometry<double>>;
-
-}  // namespace bristle::inline BRISTLE_ABI
-
-#include <cstdint>
-#include <memory>
-
-namespace bristle::inline BRISTLE_ABI {
-
-/// Satisfies `ShapeBackend` for float and double.
-///
-/// Contacts as solid_contacts.hpp finds them, over FCL's GJK (fcl_contact_normal.hpp) and FCL's
-/// mesh trees. What FCL itself reports for a mesh has no meaningful depth (fcl#106, #491, #574) and
-/// is not used. Every pair is known except two half-spaces.
-///
-/// `collide` allocates nothing but room in `out`, `cast_rays` nothing at all: FCL's GJK works on
-/// the stack. What FCL may throw is caught, what it answers is checked with supports; there is no
-/// loop without bound on the way.
-struct FclBackend {
-  template <Scalar S>
-  class Collidable;
-
-  static constexpr bool asks_slices = true;
-
-  /// @throws InvalidArgument as `validate` and `to_fcl` do.
-  template <Scalar S>
-  [[nodiscard]] static Collidable<S> make(const Shape<S>& shape);
-
-  template <Scalar S>
-  [[nodiscard]] static ShapeKind kind(const Collidable<S>& c);
-  template <Scalar S>
-  [[nodiscard]] static Aabb<S> bounds(const Collidable<S>& c);
-  template <Scalar S>
-  [[nodiscard]] static MassProperties<S> mass_properties(const Collidable<S>& c);
-
-  /// All pairs but two half-spaces.
-  [[nodiscard]] static bool can_collide(ShapeKind a, ShapeKind b) {
-    return a != ShapeKind::half_space || b != ShapeKind::half_space;
-  }
-
-  /// As `ShapeBackend` says. `failed` for a pair it does not know, a pose or margin that is not
-  /// finite, and for whatever of FCL throws or gives numbers that are none.
-  template <Scalar S>
-  [[nodiscard]] static ContactStatus collide(const Collidable<S>& a, const Collidable<S>& b,
-                                             const Transform<S>& X_AB, S margin,
-                                             ContactManifolds<S>& out) noexcept;
-
-  template <Scalar S>
-  static void cast_rays(const Collidable<S>& c, const Transform<S>& X_RC, const RayBatch<S>& rays,
-                        std::uint32_t tag, RayHits<S>& hits) noexcept;
-
-  /// Meshes only.
-  template <Scalar S>
-  [[nodiscard]] static bool is_clear(const Collidable<S>& c, const Transform<S>& X_RC,
-                                     const RayBatch<S>& rays) noexcept;
-};
-
-/// A shape as the FCL backend holds it. Copies share one immutable preparation; the default-
-/// constructed one holds nothing and may only be assigned to.
-template <Scalar S>
-class FclBackend::Collidable {
- public:
-  Collidable() = default;
-
-  /// The FCL geometry, for whoever wants to hand it to FCL.
-  [[nodiscard]] const FclGeometry& geometry() const;
-
- private:
-  friend struct FclBackend;
-  struct Data;
-
-  explicit Collidable(const Shape<S>& shape);
-
-  std::shared_ptr<const Data> data_;
-};
-
-}  // namespace bristle::inline BRISTLE_ABI
-
-// Implementation -----------------------------------------------------------------------------------
-
-#if defined(BRISTLE_COMPILED) && BRISTLE_HAS_DEFINITIONS
-namespace bristle::inline BRISTLE_ABI {
-
-extern template class FclBackend::Collidable<float>;
-extern template class FclBackend::Collidable<double>;
-BRISTLE_BACKEND_FUNCTIONS(extern template, FclBackend, float)
-BRISTLE_BACKEND_FUNCTIONS(extern template, FclBackend, double)
-
-}  // namespace bristle::inline BRISTLE_ABI
-#endif
-
-#endif
-
-#if defined(BRISTLE_COMPILED) && BRISTLE_HAS_DEFINITIONS
-namespace bristle::inline BRISTLE_ABI {
-
-#define BRISTLE_COMPILED_WORLD(S, Backend)                       \
-  template <>                                                    \
-  const WorldKernels<S, Backend>& world_kernels<S, Backend>();   \
-  template <>                                                    \
-  const HapticKernels<S, Backend>& haptic_kernels<S, Backend>(); \
-  extern template class World<S, Backend>;                       \
-  extern template class HapticLoop<S, Backend>;
-BRISTLE_COMPILED_WORLD(float, AnalyticBackend)
-BRISTLE_COMPILED_WORLD(double, AnalyticBackend)
-#if defined(BRISTLE_WITH_FCL)
-BRISTLE_COMPILED_WORLD(float, FclBackend)
-BRISTLE_COMPILED_WORLD(double, FclBackend)
-#endif
-#undef BRISTLE_COMPILED_WORLD
-
-}  // namespace bristle::inline BRISTLE_ABI
-#endif
-
 #if defined(BRISTLE_WITH_FCL)
 #endif
 #if defined(BRISTLE_WITH_THREADS)
@@ -17491,3170 +17637,6 @@ class ThreadPool {
 #endif
 
 #if BRISTLE_HAS_DEFINITIONS
-
-// === bristle/hosts/sensor_host.hpp: definitions
-// === bristle/hosts/host_solver.hpp
-
-/// @file
-/// What a patch in somebody else's engine does in a step, once the host has said what its rays met.
-// SPDX-License-Identifier: BSD-3-Clause
-
-// === bristle/dynamics/proximal_solver.hpp
-
-/// @file
-/// The solver of small stiff islands: stacks of unlike masses, grips, mechanisms, patches of
-/// sensors, all in one system.
-///
-/// Unknown are the velocities v of the bodies. Soft blocks are linear in v and belong to the matrix
-/// Mt = M + sum G^T A6 G. Every other constraint i has a multiplier and a projection P_i onto what
-/// its impulse may be (any value, an interval, Coulomb's cone), and the proximal-point method
-///     lambda+ = P(lambda - (J v - b + s) / R),   Mt v = r + J^T lambda+
-/// is iterated with R = eps K, K the response of each constraint by itself. For given lambda the
-/// two equations are the gradient of a convex function of v, which Newton's method with an exact
-/// line search minimises from anywhere; its Hessian Mt + J^T D J is sparse like the island and is
-/// factored within its envelope. Redundant constraints share their load evenly, since nothing is
-/// ever divided by their (singular) response.
-///
-/// The projection on a cone makes sliding surfaces part at mu |v_t|; s = mu |v_t| of the iteration
-/// before takes that out again (De Saxce and Feng 1998; Acary, Cadoux, Lemarechal and Malick 2011).
-/// docs/solver.md derives this, and tells what friction disks of fixed radius did instead.
-// SPDX-License-Identifier: BSD-3-Clause
-
-// === bristle/dynamics/derivative_watch.hpp
-
-/// @file
-/// Tells when the derivatives in an iteration have settled.
-///
-/// Iterations end when values have converged. Derivatives come to rest by the same iteration but
-/// later: Newton's method has them one step behind the values, and where values start converged
-/// (from the impulses of the last step, say) nothing may have moved derivatives at all.
-// SPDX-License-Identifier: BSD-3-Clause
-
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <cstddef>
-#include <vector>
-
-namespace bristle::inline BRISTLE_ABI {
-
-/// Watches the derivatives of the velocities that an iteration finds. For scalars without
-/// derivatives there is nothing to watch, and nothing is compiled of it.
-template <Scalar S>
-class DerivativeWatch {
- public:
-  /// Begins with a new iteration.
-  void start() { last_.clear(); }
-
-  /// Whether no derivative of any velocity has changed since the last call by more than `tolerance`
-  /// [1], relative to the largest one by the same variable, of a velocity or of what an impulse
-  /// gives. False in the first call.
-  ///
-  /// @param show  Is called with this watch, to show it all `velocity` and `impulse`, each time in
-  ///              the same order.
-  template <typename Show>
-  [[nodiscard]] bool have_settled(S tolerance, Show&& show) {
-    if constexpr (derivatives_of<S> == 0) {
-      return true;
-    } else {
-      is_first_ = last_.empty();
-      at_ = 0;
-      change_ = size_ = {};
-      show(*this);
-      if (is_first_) return false;
-      for (std::size_t k = 0; k < change_.size(); ++k) {
-        if (change_[k] > value_of(tolerance) * size_[k]) return false;
-      }
-      return true;
-    }
-  }
-
-  /// [m/s, rad/s]
-  void velocity(const S& v) {
-    if (is_first_) last_.emplace_back();
-    Partials& last = last_[at_++];
-    for (std::size_t k = 0; k < last.size(); ++k) {
-      change_[k] = std::max(change_[k], std::abs(v.partial(k) - last[k]));
-      size_[k] = std::max(size_[k], std::abs(v.partial(k)));
-      last[k] = v.partial(k);
-    }
-  }
-  /// [N s, N m s] With what it makes of a velocity: impulses that hold each other leave derivatives
-  /// of velocities that are round-off.
-  void impulse(const S& x, const S& response) {
-    for (std::size_t k = 0; k < size_.size(); ++k) {
-      size_[k] = std::max(size_[k], std::abs(value_of(response) * x.partial(k)));
-    }
-  }
-
- private:
-  using Partials = std::array<double, derivatives_of<S>>;
-
-  std::vector<Partials> last_;
-  Partials change_{}, size_{};
-  std::size_t at_ = 0;
-  bool is_first_ = true;
-};
-
-}  // namespace bristle::inline BRISTLE_ABI
-
-// === bristle/dynamics/island_rows.hpp
-
-/// @file
-/// The constraints of one island as rows over its unknown velocities, for `ProximalSolver`.
-///
-/// A row has a Jacobian J over the two bodies, a multiplier, and a rule for what the multiplier may
-/// be. Bodies that forces do not move, and axes on which they do not, have no unknowns: their known
-/// velocity goes into the rows' targets.
-// SPDX-License-Identifier: BSD-3-Clause
-
-// === bristle/dynamics/island_order.hpp
-
-/// @file
-/// Order of an island's bodies in its matrix: neighbours side by side, so that the envelope is
-/// narrow (reverse Cuthill-McKee, from an end of the island; George 1971).
-// SPDX-License-Identifier: BSD-3-Clause
-
-#include <algorithm>
-#include <cstdint>
-#include <vector>
-
-namespace bristle::inline BRISTLE_ABI {
-
-/// Numbers the bodies of one island after the other. Keeps its memory.
-class IslandOrder {
- public:
-  static constexpr std::uint32_t none = 0xffffffffu;
-
-  /// Numbers the bodies, and finds for each the lowest number among itself and its neighbours.
-  template <Scalar S>
-  void build(const Island& island, const Constraints<S>& constraints, std::size_t slots) {
-    if (local_.size() < slots) local_.resize(slots, none);
-    const auto count = static_cast<std::uint32_t>(island.bodies.size());
-    for (std::uint32_t i = 0; i < count; ++i) local_[island.bodies[i]] = i;
-    link(island, constraints, count);
-    // Twice from a far end: the first walk finds it, the second starts there.
-    walk(0, count);
-    walk(queue_.back(), count);
-
-    number_.resize(count);
-    // Backwards: a hub that many bodies touch then comes after them, where it fills one row only.
-    for (std::uint32_t i = 0; i < count; ++i) number_[queue_[i]] = count - 1 - i;
-    lowest_.resize(count);
-    for (std::uint32_t i = 0; i < count; ++i) lowest_[i] = i;
-    for (std::uint32_t i = 0; i < count; ++i) {
-      for (std::uint32_t k = starts_[i]; k < starts_[i + 1]; ++k) {
-        lowest_[number_[i]] = std::min(lowest_[number_[i]], number_[links_[k]]);
-      }
-    }
-    // By slot from here on; slots of other islands stay `none`.
-    for (const std::uint32_t slot : island.bodies) local_[slot] = number_[local_[slot]];
-  }
-
-  /// Forgets the island, ready for the next one.
-  void clear(const Island& island) {
-    for (const std::uint32_t slot : island.bodies) local_[slot] = none;
-  }
-
-  /// Number of a body, `none` if it is not of the island.
-  [[nodiscard]] std::uint32_t number(std::uint32_t slot) const { return local_[slot]; }
-  /// [-] Multiply-adds of the factorisation of the island's matrix within its envelope: half the
-  /// square of what each row holds.
-  [[nodiscard]] std::uint64_t factor_work() const {
-    std::uint64_t sum = 0;
-    for (std::uint32_t i = 0; i < lowest_.size(); ++i) {
-      const std::uint64_t width = 6 * (i - lowest_[i]) + 3;  // The mean of a body's six rows.
-      sum += 3 * width * width;
-    }
-    return sum;
-  }
-  /// Lowest number among a body's neighbours and itself.
-  [[nodiscard]] std::uint32_t lowest(std::uint32_t number) const { return lowest_[number]; }
-
- private:
-  /// Lists the neighbours of each body, with repetitions.
-  template <Scalar S>
-  void link(const Island& island, const Constraints<S>& constraints, std::uint32_t count) {
-    const auto for_links = [&](const auto& use) {
-      const auto one = [&](std::uint32_t a, std::uint32_t b) {
-        if (local_[a] != none && local_[b] != none) use(local_[a], local_[b]);
-      };
-      // The points of a manifold come one after the other: one link is enough for all of them.
-      std::uint32_t last_a = none;
-      std::uint32_t last_b = none;
-      for (const std::uint32_t i : island.contacts) {
-        const ContactConstraint<S>& c = constraints.contacts[i];
-        if (c.body_a == last_a && c.body_b == last_b) continue;
-        last_a = c.body_a;
-        last_b = c.body_b;
-        one(last_a, last_b);
-      }
-      for (const std::uint32_t i : island.blocks) {
-        one(constraints.blocks[i].body_a, constraints.blocks[i].body_b);
-      }
-      for (const std::uint32_t i : island.soft) {
-        one(constraints.soft[i].body_a, constraints.soft[i].body_b);
-      }
-    };
-    starts_.assign(count + 1, 0);
-    for_links([&](std::uint32_t a, std::uint32_t b) {
-      ++starts_[a + 1];
-      ++starts_[b + 1];
-    });
-    for (std::uint32_t i = 0; i < count; ++i) starts_[i + 1] += starts_[i];
-    links_.resize(starts_[count]);
-    next_.assign(starts_.begin(), starts_.end());
-    for_links([&](std::uint32_t a, std::uint32_t b) {
-      links_[next_[a]++] = b;
-      links_[next_[b]++] = a;
-    });
-  }
-
-  /// Breadth first from a body, neighbours with fewer links first.
-  void walk(std::uint32_t from, std::uint32_t count) {
-    is_queued_.assign(count, false);
-    queue_.clear();
-    const auto push = [&](std::uint32_t i) {
-      if (is_queued_[i]) return;
-      is_queued_[i] = true;
-      queue_.push_back(i);
-    };
-    push(from);
-    for (std::size_t head = 0; head < queue_.size(); ++head) {
-      const std::uint32_t i = queue_[head];
-      const std::size_t first = queue_.size();
-      for (std::uint32_t k = starts_[i]; k < starts_[i + 1]; ++k) push(links_[k]);
-      std::sort(queue_.begin() + static_cast<std::ptrdiff_t>(first), queue_.end(),
-                [&](std::uint32_t a, std::uint32_t b) {
-                  const std::uint32_t links_a = starts_[a + 1] - starts_[a];
-                  const std::uint32_t links_b = starts_[b + 1] - starts_[b];
-                  return links_a != links_b ? links_a < links_b : a < b;
-                });
-    }
-    // Bodies that only fixed ones connect to the rest, if the caller's island has any.
-    for (std::uint32_t i = 0; i < count; ++i) push(i);
-  }
-
-  std::vector<std::uint32_t> local_, number_, lowest_, starts_, links_, next_, queue_;
-  std::vector<bool> is_queued_;
-};
-
-}  // namespace bristle::inline BRISTLE_ABI
-
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <cstdint>
-#include <span>
-#include <vector>
-
-namespace bristle::inline BRISTLE_ABI {
-
-/// Rows of one island after the other. Keeps its memory.
-/// @tparam Real  Scalar of the arithmetic.
-template <Scalar S, typename Real>
-class IslandRows {
- public:
-  static constexpr std::uint32_t none = IslandOrder::none;
-
-  /// Starts an island: numbers its unknowns.
-  void number(const Island& island, const Constraints<S>& constraints,
-              std::span<const SolverBody<S>> bodies) {
-    order_.build(island, constraints, bodies.size());
-    const std::size_t count = island.bodies.size();
-    unknowns_ = 6 * count;
-    unknown_.resize(std::max(unknown_.size(), bodies.size()), none);
-    envelope_.resize(unknowns_);
-    for (const std::uint32_t slot : island.bodies) {
-      const std::uint32_t n = order_.number(slot);
-      unknown_[slot] = 6 * n;
-      for (std::size_t i = 0; i < 6; ++i) envelope_[6 * n + i] = 6 * order_.lowest(n);
-    }
-    for (const std::uint32_t slot : last_) {
-      if (order_.number(slot) == none) unknown_[slot] = none;
-    }
-    last_.assign(island.bodies.begin(), island.bodies.end());
-    order_.clear(island);
-    rows_.clear();
-    can_switch_ = false;
-  }
-
-  /// One row for each velocity that a constraint acts on.
-  void add_velocity_rows(const Island& island, const Constraints<S>& constraints,
-                         std::span<const SolverBody<S>> bodies) {
-    const auto velocity = [](const SolverBody<S>& b) -> const Twist<S>& { return b.free; };
-    for (const std::uint32_t i : island.contacts) {
-      const ContactConstraint<S>& c = constraints.contacts[i];
-      for (std::size_t k = 0; k < 3; ++k) {
-        Row& row = add(c, k, bodies, velocity);
-        row.lambda = Real(c.impulse[k]);
-        row.friction = Real(c.friction);
-        row.kind = k == 0 ? Kind::cone : Kind::tangent;
-        row.aim = Real(k == 0 ? c.target : c.bias[k]);
-        row.target += row.aim;
-      }
-      // One response for all three, so that a circular cone stays one.
-      Row* last = &rows_.back();
-      const Real response = std::max({last[0].response, last[-1].response, last[-2].response});
-      last[0].response = last[-1].response = last[-2].response = response;
-    }
-    for (const std::uint32_t i : island.blocks) {
-      const ConstraintBlock<S>& block = constraints.blocks[i];
-      for (std::uint32_t r = block.first; r < block.first + block.count; ++r) {
-        Row& row = add(block, constraints.rows[r], bodies, velocity);
-        row.lambda = Real(constraints.rows[r].impulse);
-        row.target += Real(constraints.rows[r].target);
-        if (block.kind != BlockKind::equality) {
-          row.kind = Kind::bounded;
-          row.compliance = Real(constraints.rows[r].compliance);
-          row.lower = Real(block.lower);
-          row.upper = Real(block.upper);
-        }
-      }
-    }
-    find_switches();
-  }
-
-  /// One row for each position that a constraint keeps.
-  void add_position_rows(const Island& island, const Constraints<S>& constraints,
-                         std::span<const SolverBody<S>> bodies, S dt) {
-    const auto motion = [](const SolverBody<S>& b) -> const Twist<S>& { return b.motion; };
-    for (const std::uint32_t i : island.contacts) {
-      const ContactConstraint<S>& c = constraints.contacts[i];
-      Row& row = add(c, 0, bodies, motion);
-      row.target -= Real(c.gap / dt);
-      row.lambda = Real(c.placed);
-      row.lower = Real(c.least_placed);
-      row.upper = c.parts ? row.lambda : infinity<Real>;
-      if (c.parts) row.lower = row.lambda;
-      row.kind = Kind::bounded;
-    }
-    for (const std::uint32_t i : island.blocks) {
-      const ConstraintBlock<S>& block = constraints.blocks[i];
-      for (std::uint32_t r = block.first; r < block.first + corrected_rows(block); ++r) {
-        Row& row = add(block, constraints.rows[r], bodies, motion);
-        row.target -= Real(constraints.rows[r].error / dt);
-        row.lambda = Real(constraints.rows[r].correction);
-        if (block.kind == BlockKind::equality) continue;
-        row.kind = Kind::bounded;
-        row.lower = Real(0);
-        row.upper = infinity<Real>;
-      }
-    }
-    find_switches();
-  }
-
-  [[nodiscard]] std::size_t unknowns() const { return unknowns_; }
-  /// First of a body's six unknowns, or `none`.
-  [[nodiscard]] std::uint32_t unknown(std::uint32_t slot) const { return unknown_[slot]; }
-  [[nodiscard]] std::span<const std::uint32_t> envelope() const { return envelope_; }
-  /// Whether any row may change its state: without one the problem is linear.
-  [[nodiscard]] bool can_switch() const { return can_switch_; }
-
-  /// Whether any multiplier is known from the step before.
-  [[nodiscard]] bool has_impulses() const {
-    return std::any_of(rows_.begin(), rows_.end(),
-                       [](const Row& row) { return row.lambda != Real(0); });
-  }
-  [[nodiscard]] std::span<IslandRow<Real>> rows() { return rows_; }
-
-  /// Writes a body's velocity to the unknowns.
-  void put(std::uint32_t slot, const Twist<S>& twist, std::vector<Real>& v) const {
-    for (std::size_t i = 0; i < 3; ++i) {
-      v[unknown_[slot] + i] = Real(twist.linear[static_cast<Eigen::Index>(i)]);
-      v[unknown_[slot] + 3 + i] = Real(twist.angular[static_cast<Eigen::Index>(i)]);
-    }
-  }
-  /// Velocity of a body: of its unknowns, or what is known of it.
-  [[nodiscard]] Twist<S> twist(std::uint32_t slot, const std::vector<Real>& v,
-                               std::span<const SolverBody<S>> bodies) const {
-    if (unknown_[slot] == none) return bodies[slot].free;
-    const Real* u = v.data() + unknown_[slot];
-    return {{S(u[0]), S(u[1]), S(u[2])}, {S(u[3]), S(u[4]), S(u[5])}};
-  }
-
-  /// Whether there are joints, and other rows that may ask for what they forbid.
-  [[nodiscard]] bool has_joints_beside_others() const {
-    return can_switch_ && std::any_of(rows_.begin(), rows_.end(),
-                                      [](const Row& row) { return row.kind == Kind::free; });
-  }
-  /// Adds J^T J / (eps K) of the joints alone.
-  void add_joints(Real eps, EnvelopeMatrix<Real>& h) const {
-    for (const Row& row : rows_) {
-      if (row.kind != Kind::free || !(row.response > Real(0))) continue;
-      detail::add_square(h, Real(1) / (eps * row.response), row);
-    }
-  }
-  /// Leaves out rows whose response in a factored matrix is less than a share of what it is by
-  /// itself; a contact goes with its normal.
-  void drop_locked(const EnvelopeMatrix<Real>& factored, Real share, std::vector<Real>& scratch) {
-    for (std::size_t i = 0; i < rows_.size(); ++i) {
-      Row& row = rows_[i];
-      if (row.kind == Kind::free || row.kind == Kind::tangent) continue;
-      scratch.assign(unknowns_, Real(0));
-      row.add_to(scratch, Real(1));
-      factored.solve(scratch.data());
-      if (row.times(scratch) > share * row.response) continue;
-      row.response = Real(0);
-      if (row.kind == Kind::cone) rows_[i + 1].response = rows_[i + 2].response = Real(0);
-    }
-  }
-
-  /// Velocities of all rows, relative to their targets, for velocities of the bodies.
-  void evaluate(const std::vector<Real>& v) {
-    for (Row& row : rows_) row.velocity = row.times(v) - row.target;
-  }
-  /// How they change along a step of the bodies' velocities.
-  void evaluate_step(const std::vector<Real>& step) {
-    for (Row& row : rows_) row.change = row.times(step);
-  }
-  /// Moves them by a part of that step.
-  void move(Real s) {
-    for (Row& row : rows_) {
-      row.velocity += s * row.change;
-      row.change = Real(0);
-    }
-  }
-
-  /// Takes the opening speed that the cones add to sliding contacts, mu |v_t|, out of them again.
-  void set_shifts() {
-    using std::hypot;
-    for (std::size_t i = 0; i < rows_.size(); ++i) {
-      if (rows_[i].kind != Kind::cone) continue;
-      rows_[i].shift = rows_[i].friction * hypot(rows_[i + 1].velocity, rows_[i + 2].velocity);
-    }
-  }
-
-  /// g -= J^T lambda+.
-  void subtract_impulses(Real eps, std::vector<Real>& g) const {
-    for_each_impulse(eps, Real(0), [&](std::size_t i, Real x) {
-      if (x != Real(0)) rows_[i].add_to(g, -x);
-    });
-  }
-  /// lambda+ . J step, a part s of the way along the step: what constraints add to the derivative
-  /// on the line.
-  [[nodiscard]] Real work(Real eps, Real s) const {
-    Real sum = Real(0);
-    for_each_impulse(eps, s, [&](std::size_t i, Real x) { sum += x * rows_[i].change; });
-    return sum;
-  }
-  /// Adds J^T D J, D the derivative of -lambda+ by J v, and remembers on which side of their bounds
-  /// the rows are.
-  void add_hessian(Real eps, EnvelopeMatrix<Real>& h);
-  /// Remembers on which side of their bounds the rows are, without opening speeds.
-  void set_sides(Real eps) {
-    for (Row& row : rows_) row.shift = Real(0);
-    for (std::size_t i = 0; i < rows_.size(); ++i) {
-      if (rows_[i].kind != Kind::tangent) rows_[i].side = side_of(i, eps);
-    }
-  }
-  /// Whether lambda+ is still the linear function of J v that `add_hessian` took the slope of.
-  [[nodiscard]] bool is_linear(Real eps) const {
-    for (std::size_t i = 0; i < rows_.size(); ++i) {
-      const Row& row = rows_[i];
-      if (!(row.response > Real(0)) || row.kind == Kind::tangent) continue;
-      if (row.side == Side::sliding || side_of(i, eps) != row.side) return false;
-    }
-    return true;
-  }
-  /// lambda := lambda+.
-  void accept(Real eps) {
-    for_each_impulse(eps, Real(0), [this](std::size_t i, Real x) { rows_[i].lambda = x; });
-  }
-  /// [m/s] `distance_from_law` of the multipliers and velocities that there are.
-  [[nodiscard]] Real residual() const {
-    return distance_from_law<Real>(
-        rows_, [this](std::size_t i) { return rows_[i].lambda; },
-        [this](std::size_t i) { return rows_[i].velocity; });
-  }
-
-  /// Calls use(multiplier, response) for all rows.
-  template <typename Use>
-  void for_each_load(Use&& use) const {
-    for (const Row& row : rows_) use(row.lambda, row.response);
-  }
-
-  /// r := Mt v - J^T lambda.
-  void remove_impulses(const std::vector<Real>& v, std::vector<Real>& r,
-                       const EnvelopeMatrix<Real>& matrix) const {
-    matrix.multiply(v.data(), r.data());
-    for (const Row& row : rows_) row.add_to(r, -row.lambda);
-  }
-
-  /// Writes the multipliers back to where the velocity rows came from, friction within its disk.
-  void store_impulses(const Island& island, Constraints<S>& constraints) const {
-    std::size_t r = 0;
-    for (const std::uint32_t i : island.contacts) {
-      ContactConstraint<S>& c = constraints.contacts[i];
-      Real x = rows_[r + 1].lambda;
-      Real y = rows_[r + 2].lambda;
-      detail::shrink(rows_[r].friction * rows_[r].lambda, x, y);
-      c.impulse = {S(rows_[r].lambda), S(x), S(y)};
-      r += 3;
-    }
-    for (const std::uint32_t i : island.blocks) {
-      const ConstraintBlock<S>& block = constraints.blocks[i];
-      for (std::uint32_t k = 0; k < block.count; ++k) {
-        constraints.rows[block.first + k].impulse = S(rows_[r++].lambda);
-      }
-    }
-  }
-  /// Whether any contact that presses slides, faster than what adds `speed` to its cone.
-  [[nodiscard]] bool has_sliding(Real eps, Real speed) const {
-    for (std::size_t i = 0; i < rows_.size(); ++i) {
-      const Row& row = rows_[i];
-      if (row.kind != Kind::cone || !(row.shift > speed)) continue;
-      if (side_of(i, eps) == Side::sliding) return true;
-    }
-    return false;
-  }
-  /// Writes by how much the contacts' multipliers fall along the whole step of the velocities. The
-  /// step knows the contacts that press: where it closes another, the penalty may make any impulse
-  /// of that. A prediction above the largest impulse in the island is dropped.
-  void store_passing(Real eps, const Island& island, Constraints<S>& constraints,
-                     std::vector<Real>& scratch) const {
-    scratch.resize(rows_.size());
-    Real largest = Real(0);
-    for_each_impulse(eps, Real(0), [&](std::size_t i, Real x) {
-      scratch[i] = x;
-      if (rows_[i].kind == Kind::cone) largest = std::max(largest, x);
-    });
-    bool is_likely = true;
-    for_each_impulse(eps, Real(1), [&](std::size_t i, Real x) {
-      const Row& row = rows_[i];
-      if (row.kind == Kind::cone) is_likely = row.side != Side::at_bound || x <= largest;
-      constraints.contacts[island.contacts[i / 3]].passing[i % 3] =
-          is_likely ? S(scratch[i] - x) : S(0);
-    });
-  }
-  /// Writes the multipliers of the position rows back.
-  void store_placed(const Island& island, Constraints<S>& constraints) const {
-    std::size_t r = 0;
-    for (const std::uint32_t i : island.contacts) {
-      constraints.contacts[i].placed = S(rows_[r++].lambda);
-    }
-    for (const std::uint32_t i : island.blocks) {
-      const ConstraintBlock<S>& block = constraints.blocks[i];
-      for (std::uint32_t k = 0; k < corrected_rows(block); ++k) {
-        constraints.rows[block.first + k].correction = S(rows_[r++].lambda);
-      }
-    }
-  }
-
- private:
-  using Row = IslandRow<Real>;
-  using Kind = RowKind;
-  using Side = RowSide;
-
-  [[nodiscard]] Side side_of(std::size_t i, Real eps) const {
-    using std::hypot;
-    const Row& row = rows_[i];
-    if (row.kind == Kind::free) return Side::inside;
-    const Real x = row.proposed(eps, Real(0));
-    if (row.kind != Kind::cone) {
-      return x > row.lower && x < row.upper ? Side::inside : Side::at_bound;
-    }
-    const Real t = hypot(rows_[i + 1].proposed(eps, Real(0)), rows_[i + 2].proposed(eps, Real(0)));
-    if (x >= Real(0) && t <= row.friction * x) return Side::inside;
-    return row.friction * t <= -x ? Side::at_bound : Side::sliding;
-  }
-
-  /// Calls use(number of the row, lambda+) for all rows, a part s of the way along the step.
-  template <typename Use>
-  void for_each_impulse(Real eps, Real s, Use&& use) const {
-    for (std::size_t i = 0; i < rows_.size(); ++i) {
-      const Row& row = rows_[i];
-      Real n = row.proposed(eps, s);
-      if (row.kind != Kind::cone) {
-        use(i, row.clamped(n));
-        continue;
-      }
-      Real x = rows_[i + 1].proposed(eps, s);
-      Real y = rows_[i + 2].proposed(eps, s);
-      detail::project_on_cone(row.friction, n, x, y);
-      use(i, n);
-      use(i + 1, x);
-      use(i + 2, y);
-      i += 2;
-    }
-  }
-
-  template <typename Velocity>
-  Row& add(const ContactConstraint<S>& c, std::size_t axis, std::span<const SolverBody<S>> bodies,
-           Velocity&& velocity) {
-    const Vec3<S>& d = c.axes[axis];
-    return add(c.body_a, c.body_b, d, c.arm_a.cross(d), c.arm_b.cross(d), bodies, velocity);
-  }
-  template <typename Velocity>
-  Row& add(const ConstraintBlock<S>& block, const ConstraintRow<S>& row,
-           std::span<const SolverBody<S>> bodies, Velocity&& velocity) {
-    return add(block.body_a, block.body_b, row.direction, row.angular_a, row.angular_b, bodies,
-               velocity);
-  }
-  /// Adds a row without a rule, its target at rest relative to what does not move.
-  template <typename Velocity>
-  Row& add(std::uint32_t slot_a, std::uint32_t slot_b, const Vec3<S>& d, const Vec3<S>& angular_a,
-           const Vec3<S>& angular_b, std::span<const SolverBody<S>> bodies, Velocity&& velocity) {
-    Row row;
-    row.a = fill(bodies[slot_a], slot_a, -d, -angular_a, velocity, row.jacobian_a, row);
-    row.b = fill(bodies[slot_b], slot_b, d, angular_b, velocity, row.jacobian_b, row);
-    rows_.push_back(row);
-    return rows_.back();
-  }
-  template <typename Velocity>
-  std::uint32_t fill(const SolverBody<S>& body, std::uint32_t slot, const Vec3<S>& linear,
-                     const Vec3<S>& angular, Velocity&& velocity, std::array<Real, 6>& jacobian,
-                     Row& row) const {
-    if (unknown_[slot] == none) {
-      const Twist<S>& known = velocity(body);
-      row.target -= Real(linear.dot(known.linear) + angular.dot(known.angular));
-      return none;
-    }
-    for (std::size_t i = 0; i < 3; ++i) {
-      const auto axis = static_cast<Eigen::Index>(i);
-      jacobian[i] = body.is_locked(axis) ? Real(0) : Real(linear[axis]);
-      jacobian[i + 3] = body.is_locked(axis + 3) ? Real(0) : Real(angular[axis]);
-    }
-    row.response += Real(linear.dot(body.inverse_mass.cwiseProduct(linear)) +
-                         angular.dot(body.inverse_inertia * angular));
-    return unknown_[slot];
-  }
-
-  void find_switches() {
-    can_switch_ = std::any_of(rows_.begin(), rows_.end(),
-                              [](const Row& row) { return row.kind != Kind::free; });
-  }
-
-  IslandOrder order_;
-  std::size_t unknowns_ = 0;
-  std::vector<std::uint32_t> unknown_, last_, envelope_;
-  std::vector<Row> rows_;
-  bool can_switch_ = false;
-};
-
-// Implementation -----------------------------------------------------------------------------------
-
-template <Scalar S, typename Real>
-void IslandRows<S, Real>::add_hessian(Real eps, EnvelopeMatrix<Real>& h) {
-  using std::hypot;
-  for (std::size_t i = 0; i < rows_.size(); ++i) {
-    Row& row = rows_[i];
-    if (!(row.response > Real(0)) || row.kind == Kind::tangent) continue;
-    const Real stiffness = Real(1) / row.softness(eps);
-    row.side = side_of(i, eps);
-    if (row.side == Side::at_bound) continue;
-    if (row.kind != Kind::cone) {
-      detail::add_square(h, stiffness, row);
-      continue;
-    }
-    const Row& first = rows_[i + 1];
-    const Row& second = rows_[i + 2];
-    if (row.side == Side::inside) {
-      detail::add_square(h, stiffness, row);
-      detail::add_square(h, stiffness, first);
-      detail::add_square(h, stiffness, second);
-      continue;
-    }
-    // On the side of the cone: along its edge, and across, where only the direction may give.
-    Real n = row.proposed(eps, Real(0));
-    Real x = first.proposed(eps, Real(0));
-    Real y = second.proposed(eps, Real(0));
-    const Real t = hypot(x, y);
-    const Real mu = row.friction;
-    const Real on_edge = (n + mu * t) / (Real(1) + mu * mu);
-    const Real cosine = t > Real(0) ? x / t : Real(1);
-    const Real sine = t > Real(0) ? y / t : Real(0);
-    Row edge = row;
-    Row across = row;
-    for (std::size_t k = 0; k < 6; ++k) {
-      edge.jacobian_a[k] += mu * (cosine * first.jacobian_a[k] + sine * second.jacobian_a[k]);
-      edge.jacobian_b[k] += mu * (cosine * first.jacobian_b[k] + sine * second.jacobian_b[k]);
-      across.jacobian_a[k] = cosine * second.jacobian_a[k] - sine * first.jacobian_a[k];
-      across.jacobian_b[k] = cosine * second.jacobian_b[k] - sine * first.jacobian_b[k];
-    }
-    detail::add_square(h, stiffness / (Real(1) + mu * mu), edge);
-    if (t > Real(0)) detail::add_square(h, stiffness * mu * on_edge / t, across);
-  }
-}
-
-}  // namespace bristle::inline BRISTLE_ABI
-
-#include <algorithm>
-#include <type_traits>
-#include <vector>
-
-namespace bristle::inline BRISTLE_ABI {
-
-/// Scratch memory and the algorithm. One object serves many islands, one after the other. Islands
-/// of floats are solved in double: eps^-1 leaves float no digits.
-template <Scalar S>
-class ProximalSolver {
- public:
-  using Real = std::conditional_t<std::is_same_v<S, float>, double, S>;
-
-  /// Finds the impulses of all constraints and the motion of the soft blocks, starting from the
-  /// impulses there are.
-  ///
-  /// @return [m/s] What is left to solve, in the worst constraint; infinite when the matrix is not
-  ///         positive definite (input that is not finite), and nothing was changed then.
-  Real solve(const Island& island, Constraints<S>& constraints, std::span<SolverBody<S>> bodies,
-             const SolveContext<S>& context, SolveReport<S>& report) {
-    rows_.number(island, constraints, bodies);
-    rows_.add_velocity_rows(island, constraints, bodies);
-    make_matrix(island, constraints, bodies);
-    drop_locked_rows();
-    // Where all is linear one step from zero is exact; from anywhere else it would leave what
-    // rounding makes of stiff blocks there.
-    detail::refill(v_, rows_.unknowns(), Real(0));
-    if (rows_.can_switch()) {
-      for (const std::uint32_t slot : island.bodies) rows_.put(slot, bodies[slot].twist, v_);
-    }
-    is_stiff_ = rows_.can_switch() && !island.soft.empty();
-    // What slips is taken to slip on as it did when the step began. From slip that the impulses to
-    // come will stop, the iteration can end where a grip slides that could hold.
-    detail::refill(step_, rows_.unknowns(), Real(0));
-    for (const std::uint32_t slot : island.bodies) rows_.put(slot, bodies[slot].start, step_);
-    rows_.evaluate(step_);
-    rows_.set_shifts();
-    // Well below what counts, so that a sweep over the result finds nothing to do.
-    const Real tolerance = Real(0.1) * Real(context.velocity_tolerance);
-    enough_ = Real(context.velocity_tolerance);
-    if constexpr (derivatives_of<S> == 0) {
-      if (rows_.can_switch() && rows_.has_impulses()) {
-        const Real left = follow(island, constraints, bodies, context, report);
-        if (left < infinity<Real>) return left;
-      }
-    }
-    const Real left = iterate(tolerance, context.settings, report);
-    if (!(left < infinity<Real>)) return left;
-    rows_.store_impulses(island, constraints);
-    if (left <= tolerance && island.blocks.empty() && island.soft.empty() &&
-        !rows_.has_sliding(eps_, tolerance)) {
-      find_passing(island, constraints, bodies,
-                   [this](std::vector<Real>& x) { hessian_.solve(x.data()); });
-    }
-    store_soft(island, constraints, bodies);
-    return left;
-  }
-
-  /// Solves the position problem (`SequentialSolver::sweep_positions`) of the same island: finds
-  /// the placed impulses, and the motion that they give.
-  /// @return [m/s] As above, for displacements divided by the step.
-  Real place(const Island& island, Constraints<S>& constraints, std::span<SolverBody<S>> bodies,
-             const SolveContext<S>& context, SolveReport<S>& report) {
-    rows_.number(island, constraints, bodies);
-    rows_.add_position_rows(island, constraints, bodies, context.dt);
-    make_mass(island, bodies);
-    drop_locked_rows();
-    is_stiff_ = false;
-    // The motion without any placed impulse: the present one with them taken out again.
-    v_.resize(rows_.unknowns());
-    for (const std::uint32_t slot : island.bodies) rows_.put(slot, bodies[slot].motion, v_);
-    rows_.remove_impulses(v_, rhs_, matrix_);
-    const Real left =
-        iterate(Real(context.position_tolerance / context.dt), context.settings, report);
-    if (!(left < infinity<Real>)) return left;
-    rows_.store_placed(island, constraints);
-    for (const std::uint32_t slot : island.bodies) {
-      bodies[slot].motion = rows_.twist(slot, v_, bodies);
-    }
-    return left;
-  }
-
-  /// [m/s] What may be left to solve for the last `solve` to count as done: more where surfaces
-  /// slide than where they rest.
-  [[nodiscard]] Real enough() const { return enough_; }
-
- private:
-  Real follow(const Island& island, Constraints<S>& constraints, std::span<SolverBody<S>> bodies,
-              const SolveContext<S>& context, SolveReport<S>& report);
-  void store_soft(const Island& island, Constraints<S>& constraints,
-                  std::span<SolverBody<S>> bodies);
-  /// Whether all of Newton's steps on the convex problem take more than ten of the largest
-  /// factorisations.
-  [[nodiscard]] static bool is_convex_costly(const SolveContext<S>& context) {
-    const auto steps = static_cast<std::uint64_t>(context.settings.max_newton_steps);
-    return context.factor_work / 10 > context.settings.max_direct_work / steps;
-  }
-  void make_mass(const Island& island, std::span<const SolverBody<S>> bodies);
-  void make_matrix(const Island& island, const Constraints<S>& constraints,
-                   std::span<const SolverBody<S>> bodies);
-  void add_soft(const SoftBlock<S>& soft, std::span<const SolverBody<S>> bodies);
-  void drop_locked_rows();
-  template <typename SolveLinear>
-  void find_passing(const Island& island, Constraints<S>& constraints,
-                    std::span<const SolverBody<S>> bodies, const SolveLinear& solve_linear);
-  Real iterate(Real tolerance, const SolverDef<S>& settings, SolveReport<S>& report);
-  bool minimise(Real eps, Real tolerance, int& steps, int most_steps);
-  [[nodiscard]] Real mismatch() const;
-  [[nodiscard]] bool have_derivatives_settled(const SolverDef<S>& settings);
-  void find_gradient(Real eps);
-  Real search_line(Real eps);
-
-  IslandRows<S, Real> rows_;
-  CoulombNewton<Real> newton_;
-  Real enough_ = Real(0);
-  EnvelopeMatrix<Real> matrix_;   // Mt.
-  EnvelopeMatrix<Real> hessian_;  // Mt + J^T D J, then its factor.
-  Real eps_ = Real(1);            // With which it was factored.
-  bool is_stiff_ = false;         // Whether one step of Newton's leaves more than round-off.
-  std::vector<Real> rhs_;         // r.
-  std::vector<Real> masses_;      // Diagonal of M.
-  DerivativeWatch<Real> watch_;
-  std::vector<Real> v_, settled_, gradient_, step_, product_;
-};
-
-// Implementation -----------------------------------------------------------------------------------
-
-/// Solves with Coulomb's law as it is, from the answer of the last step.
-/// @return [m/s] What is left. Infinite where nothing was found that is good enough: the impulses
-///         are as before.
-template <Scalar S>
-auto ProximalSolver<S>::follow(const Island& island, Constraints<S>& constraints,
-                               std::span<SolverBody<S>> bodies, const SolveContext<S>& context,
-                               SolveReport<S>& report) -> Real {
-  const auto change = Real(context.driven_change);
-  product_.resize(rows_.unknowns());
-  for (const std::uint32_t slot : island.bodies) rows_.put(slot, bodies[slot].free, product_);
-  // Contacts alone are swept first in the next step, which ends it where little is left. With
-  // joints no sweep will do, and their rows need not agree to more than that.
-  const bool is_swept_first = island.blocks.empty() && island.soft.empty();
-  const CoulombProblem<Real> problem{
-      .rows = rows_.rows(),
-      .matrix = &matrix_,
-      .rhs = rhs_,
-      .is_uncoupled = island.soft.empty(),
-      .start = &step_,
-      .free = &product_,
-      .tolerance = Real(is_swept_first ? 0.01 : 0.1) * Real(context.velocity_tolerance),
-      .speed_change = change};
-  const CoulombAnswer<Real> answer = newton_.solve(problem);
-  report.factorisations += answer.factorisations;
-  enough_ = std::max(enough_, problem.good_enough(answer.slip));
-  // Many jammed bodies that are hit have no answer that is found in bounded time. Any that takes
-  // energy and stops half of the impact will do for this step: the next begins near its own.
-  const bool is_impact = answer.change > change && is_convex_costly(context);
-  if (!(answer.residual <= (is_impact ? Real(0.5) * answer.change : enough_))) {
-    return infinity<Real>;
-  }
-  enough_ = std::max(enough_, answer.residual);
-  for (std::size_t k = 0; k < rows_.rows().size(); ++k) rows_.rows()[k].lambda = newton_.impulse(k);
-  v_ = newton_.velocities();
-  rows_.store_impulses(island, constraints);
-  const auto tolerance = Real(context.velocity_tolerance);
-  if (answer.factorisations > 0 && answer.residual <= tolerance && answer.slip <= tolerance &&
-      is_swept_first) {
-    eps_ = answer.eps;
-    rows_.evaluate(v_);
-    rows_.set_sides(eps_);
-    find_passing(island, constraints, bodies,
-                 [this](std::vector<Real>& x) { newton_.solve_linear(x); });
-  }
-  store_soft(island, constraints, bodies);
-  return answer.residual;
-}
-
-/// Writes the motions of the soft blocks, and the impulses that belong to them.
-template <Scalar S>
-void ProximalSolver<S>::store_soft(const Island& island, Constraints<S>& constraints,
-                                   std::span<SolverBody<S>> bodies) {
-  for (const std::uint32_t s : island.soft) {
-    SoftBlock<S>& soft = constraints.soft[s];
-    soft.motion = relative_motion(soft, rows_.twist(soft.body_a, v_, bodies),
-                                  rows_.twist(soft.body_b, v_, bodies));
-    soft.impulse = soft.offset + soft.matrix * soft.motion;
-  }
-}
-
-template <Scalar S>
-void ProximalSolver<S>::make_mass(const Island& island, std::span<const SolverBody<S>> bodies) {
-  matrix_.reset(rows_.envelope());
-  detail::refill(rhs_, rows_.unknowns(), Real(0));
-  for (const std::uint32_t slot : island.bodies) {
-    const SolverBody<S>& body = bodies[slot];
-    const std::size_t u = rows_.unknown(slot);
-    for (std::size_t i = 0; i < 3; ++i) {
-      const auto e = static_cast<Eigen::Index>(i);
-      matrix_.at(u + i, u + i) = body.is_locked(e) ? Real(1) : Real(body.mass);
-      matrix_.at(u + 3 + i, u + 3 + i) = body.is_locked(e + 3) ? Real(1) : Real(body.inertia(e, e));
-      for (std::size_t j = 0; j < i; ++j) {
-        const auto f = static_cast<Eigen::Index>(j);
-        const bool is_free = !body.is_locked(e + 3) && !body.is_locked(f + 3);
-        matrix_.at(u + 3 + i, u + 3 + j) = is_free ? Real(body.inertia(e, f)) : Real(0);
-      }
-    }
-  }
-  masses_.resize(rows_.unknowns());
-  for (std::size_t i = 0; i < masses_.size(); ++i) masses_[i] = matrix_.at(i, i);
-}
-
-template <Scalar S>
-void ProximalSolver<S>::make_matrix(const Island& island, const Constraints<S>& constraints,
-                                    std::span<const SolverBody<S>> bodies) {
-  make_mass(island, bodies);
-  v_.resize(rows_.unknowns());
-  for (const std::uint32_t slot : island.bodies) rows_.put(slot, bodies[slot].free, v_);
-  matrix_.multiply(v_.data(), rhs_.data());
-  for (const std::uint32_t s : island.soft) add_soft(constraints.soft[s], bodies);
-}
-
-template <Scalar S>
-void ProximalSolver<S>::add_soft(const SoftBlock<S>& soft, std::span<const SolverBody<S>> bodies) {
-  using Matrix = Eigen::Matrix<Real, 6, 6, Eigen::DontAlign>;
-  using Vector = Eigen::Matrix<Real, 6, 1, Eigen::DontAlign>;
-  // G maps the twist of a body to the block's motion: V_c = v - arm x w for A, its negative for B.
-  // Columns of axes on which nothing moves the body are left out.
-  const auto motion_of_body = [&](std::uint32_t slot, const Vec3<S>& arm, Real sign) {
-    Matrix G = sign * Matrix::Identity();
-    G.template topRightCorner<3, 3>() = -sign * skew(arm).template cast<Real>();
-    for (Eigen::Index axis = 0; axis < 6; ++axis) {
-      if (rows_.unknown(slot) != rows_.none && bodies[slot].is_locked(axis)) G.col(axis).setZero();
-    }
-    return G;
-  };
-  const std::uint32_t slots[2] = {soft.body_a, soft.body_b};
-  const Matrix G[2] = {motion_of_body(slots[0], soft.arm_a, Real(1)),
-                       motion_of_body(slots[1], soft.arm_b, Real(-1))};
-  const Matrix A = soft.matrix.template cast<Real>();
-  // Bodies that forces do not move contribute their known motion to the constant part.
-  Vector constant = soft.offset.template cast<Real>();
-  for (int k = 0; k < 2; ++k) {
-    if (rows_.unknown(slots[k]) != rows_.none) continue;
-    Vector known;
-    known << bodies[slots[k]].free.linear.template cast<Real>(),
-        bodies[slots[k]].free.angular.template cast<Real>();
-    constant += A * (G[k] * known);
-  }
-  for (int k = 0; k < 2; ++k) {
-    const std::size_t row = rows_.unknown(slots[k]);
-    if (row == rows_.none) continue;
-    const Matrix left = G[k].transpose() * A;
-    const Vector load = G[k].transpose() * constant;
-    for (std::size_t i = 0; i < 6; ++i) rhs_[row + i] -= load[static_cast<Eigen::Index>(i)];
-    for (int l = 0; l < 2; ++l) {
-      const std::size_t column = rows_.unknown(slots[l]);
-      if (column == rows_.none || column > row) continue;  // Lower triangle only.
-      const Matrix product = left * G[l];
-      for (std::size_t i = 0; i < 6; ++i) {
-        for (std::size_t j = 0; j < (row == column ? i + 1 : 6); ++j) {
-          matrix_.at(row + i, column + j) +=
-              product(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j));
-        }
-      }
-    }
-  }
-}
-
-/// Leaves out rows along which joints leave no mobility: a finger on a slide, pushed across it,
-/// could only be met by tearing it off its slide
-/// (docs/decisions/0009-locked-contact-directions.md). What is left of a row's response is that of
-/// the matrix with all joints held by springs of 1e-9.
-template <Scalar S>
-void ProximalSolver<S>::drop_locked_rows() {
-  if (!rows_.has_joints_beside_others()) return;
-  hessian_ = matrix_;
-  rows_.add_joints(Real(1e-9), hessian_);
-  if (!hessian_.factor()) return;
-  rows_.drop_locked(hessian_, Real(1e-6), product_);
-}
-
-/// Finds what of the contacts' impulses the next step will not need: what they would be less if
-/// this one had started with the velocities v that it ends with. The difference is linear as long
-/// as no contact changes its state or slides, where the opening speed would change too, and the
-/// factor of the last step of Newton's gives it:
-///     H dv = M (v - v0),   dlambda = D J dv.
-/// Without it a step that stops what the last one left of motion would push it the other way in the
-/// next, and heavy bodies on light ones would never come to rest.
-template <Scalar S>
-template <typename SolveLinear>
-void ProximalSolver<S>::find_passing(const Island& island, Constraints<S>& constraints,
-                                     std::span<const SolverBody<S>> bodies,
-                                     const SolveLinear& solve_linear) {
-  product_.resize(v_.size());
-  step_.resize(v_.size());
-  for (const std::uint32_t slot : island.bodies) rows_.put(slot, bodies[slot].start, product_);
-  for (std::size_t i = 0; i < v_.size(); ++i) product_[i] = v_[i] - product_[i];
-  matrix_.multiply(product_.data(), step_.data());
-  solve_linear(step_);
-  rows_.evaluate_step(step_);
-  rows_.store_passing(eps_, island, constraints, product_);
-}
-
-/// The outer loop: multipliers, opening speeds, eps.
-template <Scalar S>
-auto ProximalSolver<S>::iterate(Real tolerance, const SolverDef<S>& settings,
-                                SolveReport<S>& report) -> Real {
-  // Smaller eps is a stiffer penalty: fewer outer iterations, but many Newton steps for one that
-  // starts from far away. Where nothing can switch the smallest is right at once.
-  const Real smallest = Real(1e-6);
-  Real eps = rows_.can_switch() ? Real(1e-3) : smallest;
-  Real left = infinity<Real>;
-  Real inner = Real(0);
-  int steps = 0;
-  watch_.start();
-  rows_.evaluate(v_);
-  for (int outer = 0; steps < settings.max_newton_steps; ++outer) {
-    if (outer > 0) rows_.set_shifts();
-    if (!minimise(eps, std::max(Real(0.1) * tolerance, inner), steps, settings.max_newton_steps)) {
-      // The impulses of an iteration that was cut short belong to no velocities: those of the one
-      // before do.
-      v_ = settled_;
-      break;
-    }
-    settled_ = v_;
-    eps_ = eps;
-    rows_.accept(eps);
-    const Real before = left;
-    left = rows_.residual();
-    if (left <= tolerance && have_derivatives_settled(settings)) break;
-    // Slip that keeps turning leaves a residual that no longer falls.
-    if (outer >= 10 && left > Real(0.9) * before) break;
-    eps = std::max(smallest, eps / Real(10));
-    inner = Real(0.01) * left;  // Exact minima of a function that is about to change are no use.
-  }
-  report.factorisations += steps;
-  return left;
-}
-
-template <Scalar S>
-bool ProximalSolver<S>::have_derivatives_settled(const SolverDef<S>& settings) {
-  return watch_.have_settled(Real(settings.tolerance), [&](auto& watch) {
-    for (const Real& x : v_) watch.velocity(x);
-    rows_.for_each_load([&](const Real& x, const Real& response) { watch.impulse(x, response); });
-  });
-}
-
-/// The inner loop: Newton with line search, until the impulses that belong to the velocities move
-/// the bodies by these velocities. Steps that are small are not enough: stiffnesses of 1e6 make
-/// much of what is left, and velocities are made of the impulses in the end.
-/// @return Whether that was reached.
-template <Scalar S>
-bool ProximalSolver<S>::minimise(Real eps, Real tolerance, int& steps, int most_steps) {
-  using std::abs;
-  find_gradient(eps);
-  Real left = infinity<Real>;
-  while (steps < most_steps) {
-    hessian_ = matrix_;
-    rows_.add_hessian(eps, hessian_);
-    if (!hessian_.factor()) return false;
-    ++steps;
-    step_.resize(gradient_.size());
-    for (std::size_t i = 0; i < step_.size(); ++i) step_[i] = -gradient_[i];
-    hessian_.solve(step_.data());
-    Real size = Real(0);
-    for (const Real x : step_) size = std::max(size, abs(x));
-    if (!(size < infinity<Real>)) return false;
-    // Where a whole step switches nothing, the function was the parabola that Newton minimises.
-    const bool is_whole = search_line(eps) == Real(1);
-    if (is_whole && !is_stiff_ && rows_.is_linear(eps)) return true;
-    find_gradient(eps);
-    // Where steps are small and no longer help, what is left is the rounding of large impulses.
-    const Real before = left;
-    left = mismatch();
-    if (left <= tolerance || (size <= tolerance && left > before / Real(2))) return true;
-  }
-  return false;
-}
-
-/// [m/s, rad/s] By how much the velocities differ from what the impulses make of them.
-template <Scalar S>
-auto ProximalSolver<S>::mismatch() const -> Real {
-  using std::abs;
-  Real largest = Real(0);
-  for (std::size_t i = 0; i < gradient_.size(); ++i) {
-    largest = std::max(largest, abs(gradient_[i]) / masses_[i]);
-  }
-  return largest;
-}
-
-/// gradient := Mt v - r - J^T lambda+.
-template <Scalar S>
-void ProximalSolver<S>::find_gradient(Real eps) {
-  gradient_.resize(v_.size());
-  matrix_.multiply(v_.data(), gradient_.data());
-  for (std::size_t i = 0; i < v_.size(); ++i) gradient_[i] -= rhs_[i];
-  rows_.subtract_impulses(eps, gradient_);
-}
-
-/// Moves v along the step to the minimum of the convex function on that line: the root of its
-/// derivative, which grows along the line, by the Illinois method.
-/// @return The part of the step that was taken.
-template <Scalar S>
-auto ProximalSolver<S>::search_line(Real eps) -> Real {
-  using std::abs;
-  rows_.evaluate_step(step_);
-  product_.resize(v_.size());
-  matrix_.multiply(step_.data(), product_.data());
-  Real constant = Real(0);
-  Real slope = Real(0);
-  for (std::size_t i = 0; i < v_.size(); ++i) {
-    constant += product_[i] * v_[i] - step_[i] * rhs_[i];
-    slope += product_[i] * step_[i];
-  }
-  const auto derivative = [&](Real s) { return constant + s * slope - rows_.work(eps, s); };
-  Real low = Real(0);
-  Real at_low = derivative(low);
-  Real high = Real(1);
-  Real at_high = derivative(high);
-  const Real small = Real(0.01) * abs(at_low);
-  Real s = high;
-  if (at_high > small && at_low < Real(0)) {
-    int side = 0;
-    for (int i = 0; i < 20; ++i) {
-      s = (low * at_high - high * at_low) / (at_high - at_low);
-      const Real at_s = derivative(s);
-      if (abs(at_s) <= small) break;
-      if (at_s > Real(0)) {
-        high = s;
-        at_high = at_s;
-        if (side == 1) at_low /= Real(2);
-        side = 1;
-      } else {
-        low = s;
-        at_low = at_s;
-        if (side == -1) at_high /= Real(2);
-        side = -1;
-      }
-    }
-  }
-  for (std::size_t i = 0; i < v_.size(); ++i) v_[i] += s * step_[i];
-  rows_.move(s);
-  return s;
-}
-
-}  // namespace bristle::inline BRISTLE_ABI
-
-// === bristle/sensors/passes.hpp
-
-/// @file
-/// The loop around a solve whose sensors change state within the step.
-// SPDX-License-Identifier: BSD-3-Clause
-
-#include <algorithm>
-
-namespace bristle::inline BRISTLE_ABI {
-
-/// One of the solves of a step.
-struct SolvePass {
-  /// [-] Its number, from 1, and how many there may be after it.
-  int number = 1;
-  int left = 0;
-};
-
-/// Solves, and solves anew while sensors find themselves in another state than they were linearised
-/// for (stuck to slipping, touching to free, another normal force), at most `max_passes` times.
-///
-/// @param solve   solve(): fills the soft blocks and finds velocities.
-/// @param answer  bool answer(pass), after every solve: evaluates the impulses and, if there is a
-///                solve left, says whether that is needed, with the linearisation moved to there.
-/// @return Number of solves.
-template <typename Solve, typename Answer>
-int solve_in_passes(int max_passes, Solve&& solve, Answer&& answer) {
-  SolvePass pass{1, std::max(1, max_passes) - 1};
-  for (;; ++pass.number, --pass.left) {
-    solve();
-    if (!answer(pass) || pass.left == 0) return pass.number;
-  }
-}
-
-}  // namespace bristle::inline BRISTLE_ABI
-
-// === bristle/sensors/patch_contacts.hpp
-
-/// @file
-/// From hits to contacts: sorts the hits of a patch by touched body and advances its bristles.
-// SPDX-License-Identifier: BSD-3-Clause
-
-// === bristle/sensors/lane_parameters.hpp
-
-/// @file
-/// The constants of a patch's sensors as kernels read them, lane by lane.
-// SPDX-License-Identifier: BSD-3-Clause
-
-#include <algorithm>
-#include <cstddef>
-#include <span>
-
-namespace bristle::inline BRISTLE_ABI::detail {
-
-/// Shared by all sensors, or each its own: one type, so that kernels are compiled once.
-template <Scalar S>
-class LaneParameters {
- public:
-  explicit LaneParameters(const PatchDef<S>& def)
-      : shared_{def.parameters.normal_stiffness, def.parameters.normal_damping,
-                def.parameters.static_friction, def.parameters.sliding_friction,
-                def.parameters.breakaway_distance},
-        own_(def.per_sensor) {}
-
-  /// Of the sensors from lane `at` of a tile; lanes behind the last sensor have its constants.
-  /// @param scratch  Where they are gathered if each sensor has its own.
-  [[nodiscard]] BRISTLE_INLINE const SensorParameters<Pack<S>>& operator()(
-      std::size_t tile, std::size_t at, SensorParameters<Pack<S>>& scratch) const {
-    if (own_.empty()) return shared_;
-    gather(tile * tile_size + at, scratch);
-    return scratch;
-  }
-
- private:
-  void gather(std::size_t first, SensorParameters<Pack<S>>& out) const {
-    Row<S> rows[5];
-    for (std::size_t i = 0; i < lanes<S>; ++i) {
-      const SensorParameters<S>& p = own_[std::min(first + i, own_.size() - 1)];
-      rows[0][i] = p.normal_stiffness;
-      rows[1][i] = p.normal_damping;
-      rows[2][i] = p.static_friction;
-      rows[3][i] = p.sliding_friction;
-      rows[4][i] = p.breakaway_distance;
-    }
-    out = {load_pack(rows[0], 0), load_pack(rows[1], 0), load_pack(rows[2], 0),
-           load_pack(rows[3], 0), load_pack(rows[4], 0)};
-  }
-
-  SensorParameters<Pack<S>> shared_;
-  std::span<const SensorParameters<S>> own_;
-};
-
-}  // namespace bristle::inline BRISTLE_ABI::detail
-
-namespace bristle::inline BRISTLE_ABI {
-
-/// A body that a ray met.
-template <Scalar S>
-struct TouchedBody {
-  const Body<S>* body = nullptr;
-  BodyId id{};
-};
-
-/// What contacts are made for.
-template <Scalar S>
-struct CollectDef {
-  /// [s] The step that follows.
-  S dt = S(0);
-  /// [-] Whether anybody chooses between explicit and implicit by Lambda.
-  bool measures_lambda = true;
-  /// [-] Tag of all hits, where only one shape was asked; `any_tag` otherwise.
-  std::uint32_t only_tag = any_tag;
-  /// [-] Whether `begin_hit_lanes` was called, and then `find_hit_lanes` for slices of all sensors.
-  bool knows_hit_lanes = false;
-
-  static constexpr std::uint32_t any_tag = 0xffffffffu;
-};
-
-/// Makes a patch read and remember nothing. Costs nothing when it does so already.
-template <Scalar S>
-void clear_patch(SensorPatch<S>& patch);
-
-/// Makes `hit_bits` what the contacts say that hit anything, for who sets those from outside.
-template <Scalar S>
-void mark_hits(SensorPatch<S>& patch);
-
-/// Keeps which lanes hit anything in the step before: once a step, before the first slice of
-/// `find_hit_lanes`.
-template <Scalar S>
-void begin_hit_lanes(SensorPatch<S>& patch);
-
-/// Finds the lanes of the near tiles of a slice that hit anything, and lets go in those of its
-/// tiles where none does any more. `collect_contacts` does both for all sensors unless it is told
-/// that they were done: threads that share the slices have the hits of their own in their caches.
-template <Scalar S>
-void find_hit_lanes(SensorPatch<S>& patch, RaySlice slice);
-
-/// Fills `contacts` and `pairs` from `hits`; a sensor without a hit lets go of what it held. For
-/// the paper's law the bristles are advanced too, and patches that are explicit by definition give
-/// their impulses, which spares them a second look at every contact.
-///
-/// @param A        The patch's own body.
-/// @param find     Callable: TouchedBody<S> find(tag), the body that owns the shape with that tag.
-/// @param parallel_for  Shares the sensors of a large patch; the contacts are the same bits.
-template <Scalar S, typename FindBody>
-void collect_contacts(SensorPatch<S>& patch, const Body<S>& A, FindBody&& find,
-                      const CollectDef<S>& def, const ParallelFor& parallel_for = serial_for);
-
-// Implementation -----------------------------------------------------------------------------------
-
-template <Scalar S>
-void clear_patch(SensorPatch<S>& patch) {
-  for (const ContactTile<S>& c : patch.contacts) {
-    patch.tiles[c.tile].is_rooted = 0;
-    patch.hit_bits[c.tile] = 0;
-  }
-  for (std::size_t i = 0; patch.has_felt && i < patch.felt.size(); ++i) {
-    if (patch.felt[i] != 0) patch.readings.clear_tile(i);
-    patch.felt[i] = 0;
-  }
-  patch.has_felt = false;
-  patch.contacts.clear();
-  patch.pairs.clear();
-  patch.last_impulses.clear();
-  patch.kept.clear();
-  patch.readings.wrench = {};
-  patch.readings.shear_W.setZero();
-}
-
-template <Scalar S>
-void mark_hits(SensorPatch<S>& patch) {
-  std::fill(patch.hit_bits.begin(), patch.hit_bits.end(), LaneBits(0));
-  // Only whether any lane of a tile did is asked of the step before.
-  for (const ContactTile<S>& c : patch.contacts) patch.hit_bits[c.tile] = 0xffffu;
-}
-
-template <Scalar S>
-void begin_hit_lanes(SensorPatch<S>& patch) {
-  std::swap(patch.hit_bits, patch.hit_before);
-  std::fill(patch.hit_bits.begin(), patch.hit_bits.end(), LaneBits(0));
-}
-
-template <Scalar S>
-void find_hit_lanes(SensorPatch<S>& patch, RaySlice slice) {
-  for (const std::uint32_t number : patch.near_in(slice)) {
-    const S* distance = patch.hits.distance.data() + number * tile_size;
-    std::uint32_t hit = 0;
-    for (std::size_t at = 0; at < tile_size; at += lanes<S>) {
-      hit |= bits(Pack<S>::load(distance + at) < Pack<S>(infinity<S>)) << at;
-    }
-    patch.hit_bits[number] = static_cast<LaneBits>(hit);
-  }
-  // Only what hit something has roots. Other tiles are not looked at: each is memory of its own.
-  const auto [begin, end] = patch.tiles_in(slice);
-  for (std::size_t i = begin; i < end; ++i) {
-    if (patch.hit_before[i] != 0 && patch.hit_bits[i] == 0) patch.tiles[i].is_rooted = 0;
-  }
-}
-
-namespace detail {
-
-/// The same for all slices at once, whoever filled the hits.
-template <Scalar S>
-void find_all_hit_lanes(SensorPatch<S>& patch) {
-  // Hosts know of real sensors only.
-  const std::size_t padded = patch.tiles.size() * tile_size;
-  patch.hits.distance.resize(padded, infinity<S>);
-  patch.hits.normal.resize(padded);
-  patch.hits.tag.resize(padded);
-  begin_hit_lanes(patch);
-  find_hit_lanes(patch, RaySlice{});
-}
-
-/// Gives every body that was hit a pair and every shape that was hit a place in `patch.touched`.
-template <Scalar S, typename FindBody>
-void find_touched(SensorPatch<S>& patch, FindBody&& find, std::uint32_t only_tag) {
-  patch.touched.clear();
-  const auto add_shape = [&](std::uint32_t tag) {
-    const std::uint32_t slot = find(tag).id.index;
-    std::uint32_t pair = 0;
-    while (pair < patch.pairs.size() && patch.pairs[pair].body_b != slot) ++pair;
-    if (pair == patch.pairs.size()) patch.pairs.emplace_back().body_b = slot;
-    patch.touched.push_back({tag, pair});
-  };
-  for (const std::uint32_t number : patch.near) {
-    std::uint32_t rest = patch.hit_bits[number];
-    if (rest == 0) continue;
-    if (only_tag != CollectDef<S>::any_tag) {
-      add_shape(only_tag);
-      return;
-    }
-    const std::uint32_t* tags = patch.hits.tag.data() + number * tile_size;
-    for (const TouchedShape& shape : patch.touched) {
-      rest &= ~std::uint32_t(equal_lanes(tags, shape.tag));
-      if (rest == 0) break;
-    }
-    while (rest != 0) {
-      const std::uint32_t tag = tags[std::countr_zero(rest)];
-      rest &= ~std::uint32_t(equal_lanes(tags, tag));
-      add_shape(tag);
-    }
-  }
-}
-
-/// Lanes of a tile that hit the body of a pair.
-template <Scalar S>
-[[nodiscard]] LaneBits hit_lanes(const SensorPatch<S>& patch, std::size_t number,
-                                 std::uint32_t pair) {
-  const LaneBits hit = patch.hit_bits[number];
-  if (hit == 0) return hit;
-  std::uint32_t of_pair = 0;
-  for (const TouchedShape& shape : patch.touched) {
-    if (shape.pair != pair) continue;
-    of_pair |= equal_lanes(patch.hits.tag.data() + number * tile_size, shape.tag);
-  }
-  return static_cast<LaneBits>(hit & of_pair);
-}
-
-/// Finds which of the near tiles are a pair's and makes room for their contacts from contact
-/// `first` on.
-/// @return One behind the last of them.
-template <Scalar S>
-std::uint32_t place_contacts(SensorPatch<S>& patch, std::uint32_t pair, std::uint32_t first) {
-  const bool is_only = patch.pairs.size() == 1;
-  const std::size_t slice = tiles_per_slice(patch.near.size());
-  std::uint32_t next = first;
-  for (std::size_t from = 0, number = 0; from < patch.near.size(); from += slice) {
-    patch.slice_contacts[number++] = next;
-    const std::size_t to = std::min(patch.near.size(), from + slice);
-    for (std::size_t k = from; k < to; ++k) {
-      const std::uint32_t tile = patch.near[k];
-      const LaneBits hit = is_only ? patch.hit_bits[tile] : hit_lanes(patch, tile, pair);
-      patch.pair_bits[k] = hit;
-      next += hit != 0 ? 1u : 0u;
-    }
-  }
-  // What is there already is kept as it is, and so costs nothing.
-  if (patch.contacts.size() < next) patch.contacts.resize(next);
-  return next;
-}
-
-/// What is summed over the contacts of a pair while they are made. Lane by lane.
-template <Scalar S>
-struct ContactSums {
-  using T = Pack<S>;
-  /// [-] Contacts.
-  std::uint32_t count = 0;
-  Pack3<S> point = zero_vector<T>();
-  T bristle = S(0), viscous = S(0);
-  T tangential = S(0), tangential_second = S(0);
-  Pack3<S> tangential_first = zero_vector<T>();
-  T normal = S(0), normal_second = S(0);
-  Pack3<S> normal_first = zero_vector<T>();
-  /// Of explicit impulses, about A's centre of mass.
-  Pack3<S> impulse = zero_vector<T>();
-  Pack3<S> impulse_moment = zero_vector<T>();
-
-  ContactSums& operator+=(const ContactSums& more) {
-    count += more.count;
-    point += more.point;
-    bristle += more.bristle;
-    viscous += more.viscous;
-    tangential += more.tangential;
-    tangential_second += more.tangential_second;
-    tangential_first += more.tangential_first;
-    normal += more.normal;
-    normal_second += more.normal_second;
-    normal_first += more.normal_first;
-    impulse += more.impulse;
-    impulse_moment += more.impulse_moment;
-    return *this;
-  }
-
-  /// [N s, N m s] Sum of the impulses that were given, on B about the arm `center`, A's axes.
-  [[nodiscard]] Wrench<S> given(const Vec3<S>& center) const {
-    return Wrench<S>{sum_of_lanes(impulse), sum_of_lanes(impulse_moment)}.shifted(center);
-  }
-  [[nodiscard]] PairStiffness<S> stiffness() const {
-    return {sum_of_lanes(bristle),           sum_of_lanes(viscous),
-            sum_of_lanes(tangential),        sum_of_lanes(normal),
-            sum_of_lanes(tangential_first),  sum_of_lanes(normal_first),
-            sum_of_lanes(tangential_second), sum_of_lanes(normal_second)};
-  }
-};
-
-/// The impulses of a pack of contacts at the start of a step into its tile, and to the sums.
-template <Scalar S>
-BRISTLE_INLINE void give_impulses(ContactTile<S>& tile, std::size_t at,
-                                  const SensorParameters<Pack<S>>& p, const LawOptions& options,
-                                  const SensorContact<Pack<S>>& contact, const Pack3<S>& stretch,
-                                  const Pack3<S>& point, const Mask<S>& is_touching, S dt,
-                                  Pack3<S>& sum, Pack3<S>& moment_sum) {
-  using T = Pack<S>;
-  const SensorForce<T> force = sensor_force<T>(p, options, contact, stretch, dt);
-  const Pack3<S> impulse = select(is_touching, T(dt) * force.total(), zero_vector<T>());
-  store_pack(tile.normal_impulse, at, select(is_touching, T(dt) * force.normal, T(S(0))));
-  store_pack(tile.impulse, at, impulse);
-  sum += impulse;
-  moment_sum += cross(point, impulse);
-}
-
-/// Makes contacts of hits: those of some tiles of one patch with one body.
-template <Scalar S>
-class ContactMaker {
- public:
-  using T = Pack<S>;
-
-  /// @param first  [-] Place of the first contact.
-  ContactMaker(SensorPatch<S>& patch, const PatchPair<S>& pair, BodyId id_b,
-               const LaneParameters<S>& parameters, const CollectDef<S>& def, std::uint32_t first)
-      : patch_(patch),
-        next_(patch.contacts.data() + first),
-        parameters_(parameters),
-        options_(patch.def.options),
-        pose_(pair.pose),
-        linear_(spread<T>(pair.start_motion.linear)),
-        angular_(spread<T>(pair.start_motion.angular)),
-        middle_(spread<T>(patch.box.center())),
-        key_b_(root_key(id_b)),
-        dt_(def.dt),
-        measures_lambda_(def.measures_lambda),
-        gives_(is_explicit(patch.def)) {}
-
-  /// Whether the impulses of a patch are given here.
-  [[nodiscard]] static bool is_explicit(const PatchDef<S>& def) {
-    return def.integration == Integration::explicit_ && def.options.law == Law::paper;
-  }
-
-  /// Those of the lanes `hit` of a tile that meet the body at more than a grazing angle.
-  BRISTLE_INLINE void add_tile(std::size_t number, LaneBits hit) {
-    SensorTile<S>& tile = patch_.tiles[number];
-    ContactTile<S>& out = *next_++;
-    out.begin(static_cast<std::uint32_t>(number));
-    // Who hits nothing any more lets go.
-    const auto rooted = static_cast<LaneBits>(tile.is_rooted & patch_.hit_bits[number]);
-    const LaneBits anchored =
-        rooted == 0 ? LaneBits(0) : static_cast<LaneBits>(rooted & tile.rooted_in.lanes_in(key_b_));
-    for (std::size_t at = 0; at < tile_size; at += lanes<S>) {
-      if (pack_bits<S>(hit, at) != 0) add_pack(tile, out, at, hit, anchored);
-    }
-    if (options_.law == Law::ambf) {
-      tile.is_rooted = static_cast<LaneBits>(rooted & (~hit | out.is_met));
-    } else {
-      const auto fresh = static_cast<LaneBits>(out.is_touching & ~std::uint32_t(anchored));
-      if (fresh != 0) tile.rooted_in.set(fresh, key_b_, rooted != anchored);
-      tile.is_rooted = static_cast<LaneBits>((rooted & ~hit) | out.is_touching);
-    }
-    sums_.count += static_cast<std::uint32_t>(std::popcount(out.is_met));
-  }
-
-  [[nodiscard]] const ContactSums<S>& sums() const { return sums_; }
-
- private:
-  BRISTLE_INLINE void add_pack(SensorTile<S>& tile, ContactTile<S>& out, std::size_t at,
-                               LaneBits hit, LaneBits anchored) {
-    const TouchPack<S> touch(patch_, tile, out.tile, at, hit, true);
-    SensorParameters<T> scratch;
-    const SensorParameters<T>& p = parameters_(out.tile, at, scratch);
-    const Mask<S> is_met = touch.is_met;
-    const Mask<S> is_touching = is_met & (touch.depth > T(0));
-    const Pack3<S> n = touch.n, g = touch.g, point = touch.point;
-    const T depth = touch.depth, inverse_length = touch.inverse_length;
-    const Pack3<S> velocity = linear_ + cross(angular_, point);
-    const T force =
-        select(is_touching, normal_force(p, depth, T(dot(g, velocity) * inverse_length)), T(0));
-    store_mask(out.is_met, at, is_met);
-    store_mask(out.is_touching, at, is_touching);
-    if (options_.law == Law::paper) {
-      // Most bristles stay as they are. What has to be rooted is a call, and loads what it needs
-      // anew: inlined, it would push this loop's values out of the registers.
-      const Anchor<T> anchor{load_pack(tile.root_a, at), load_pack(tile.root_b, at)};
-      Pack3<S> stretch = anchor_stretch<T>(anchor, pose_, n);
-      const T sigma = p.breakaway_distance;
-      const Mask<S> is_kept = load_mask<S>(anchored, at) & (dot(stretch, stretch) <= sigma * sigma);
-      const bool is_any_moved = any(is_touching & !is_kept);
-      // Where the impulses are given here, nobody else will ask for it.
-      Row3<S>& row = gives_ ? stretch_ : out.stretch;
-      if (!gives_ || is_any_moved) store_pack(row, at, stretch);
-      if (is_any_moved) {
-        root_anew(tile, out, at, anchored, sigma, row);
-        stretch = load_pack(row, at);
-      }
-      if (gives_) {
-        give_impulses<S>(out, at, p, options_, {depth, inverse_length, n, g, velocity}, stretch,
-                         point, is_touching, dt_, sums_.impulse, sums_.impulse_moment);
-      }
-    }
-    sums_.point += select(is_met, point, zero_vector<T>());
-    if (!gives_ || measures_lambda_) {
-      add_sums(p, point, depth, force, inverse_length, is_met, is_touching);
-    }
-  }
-
-  /// Advances the bristles of the lanes that touch, and leaves those of the others alone.
-  BRISTLE_OUTLINED void root_anew(SensorTile<S>& tile, ContactTile<S>& out, std::size_t at,
-                                  LaneBits anchored, const T& sigma, Row3<S>& row) const {
-    Anchor<T> anchor{load_pack(tile.root_a, at), load_pack(tile.root_b, at)};
-    const Mask<S> is_touching = load_mask<S>(out.is_touching, at);
-    const T distance = patch_.distances_of(out.tile * tile_size + at, is_touching);
-    const Pack3<S> point = load_pack(tile.start, at) + distance * load_pack(tile.direction, at);
-    Mask<S> did_slip;
-    // What does not touch is kept, however far it is stretched.
-    Pack3<S> stretch = load_pack(row, at);
-    root_where_needed<T>(anchor, load_mask<S>(anchored, at) | !is_touching, stretch, pose_, point,
-                         select(is_touching, sigma, T(infinity<S>)), options_.reset, did_slip);
-    store_pack(row, at, stretch);
-    store_mask(out.is_slipping, at, did_slip);
-    store_pack(tile.root_a, at, anchor.q_A);
-    store_pack(tile.root_b, at, anchor.q_B);
-  }
-
-  BRISTLE_INLINE void add_sums(const SensorParameters<T>& p, const Pack3<S>& point, const T& depth,
-                               const T& force, const T& inverse_length, const Mask<S>& is_met,
-                               const Mask<S>& is_touching) {
-    const T k_t = select(is_touching, bristle_stiffness(p, options_.scaling, force, depth), T(0));
-    const T c_t = select(is_touching, p.sliding_friction, T(0));
-    sums_.bristle += k_t;
-    sums_.viscous += c_t;
-    if (!measures_lambda_) return;
-    const T tangential = T(dt_ * dt_) * k_t + T(S(2) * dt_) * c_t;
-    const T normal = select(
-        is_met,
-        (T(dt_ * dt_) * p.normal_stiffness + T(S(2) * dt_) * p.normal_damping) * inverse_length,
-        T(0));
-    const Pack3<S> arm = point - middle_;
-    const T arm2 = dot(arm, arm);
-    sums_.tangential += tangential;
-    sums_.tangential_first += tangential * arm;
-    sums_.tangential_second += tangential * arm2;
-    sums_.normal += normal;
-    sums_.normal_first += normal * arm;
-    sums_.normal_second += normal * arm2;
-  }
-
-  SensorPatch<S>& patch_;
-  ContactTile<S>* next_;
-  const LaneParameters<S>& parameters_;
-  const LawOptions options_;
-  const PairPose<S> pose_;
-  const Pack3<S> linear_, angular_, middle_;
-  const std::uint64_t key_b_;
-  const S dt_;
-  const bool measures_lambda_;
-  const bool gives_;
-  ContactSums<S> sums_{};
-  alignas(64) Row3<S> stretch_;
-};
-
-/// Makes the contacts of pair `index`, from contact `first` on, and measures them.
-/// @return One behind the last contact.
-template <Scalar S>
-std::uint32_t meet_body(SensorPatch<S>& patch, std::uint32_t index, const Body<S>& A,
-                        const TouchedBody<S>& B, const CollectDef<S>& def, std::uint32_t first,
-                        const ParallelFor& parallel_for) {
-  PatchPair<S>& pair = patch.pairs[index];
-  pair.R_WA = A.center_pose.rotation_matrix();
-  pair.pose = pair_pose(A.center_pose, B.body->center_pose);
-  const Vec3<S> p_AB_W = B.body->center_pose.translation - A.center_pose.translation;
-  const Mat3<S> R_AW = pair.R_WA.transpose();
-  pair.start_motion = {R_AW * (A.twist.linear - B.body->twist.at(-p_AB_W)),
-                       R_AW * (A.twist.angular - B.body->twist.angular)};
-  const std::uint32_t end = place_contacts(patch, index, first);
-  const std::size_t slice = tiles_per_slice(patch.near.size());
-  using Maker = ContactMaker<S>;
-  const LaneParameters<S> parameters(patch.def);
-  const auto meet = [&](std::size_t from, std::size_t to, ContactSums<S>& sums) {
-    Maker maker(patch, pair, B.id, parameters, def, patch.slice_contacts[from / slice]);
-    for (std::size_t k = from; k < to; ++k) {
-      if (patch.pair_bits[k] != 0) maker.add_tile(patch.near[k], patch.pair_bits[k]);
-    }
-    sums = maker.sums();
-  };
-  const auto sums = sum_in_slices<ContactSums<S>>(patch.near.size(), slice, fewest_shared_slices,
-                                                  parallel_for, meet);
-  pair.stiffness = sums.stiffness();
-  // Moments are taken about the middle of the contacts, where they are smallest.
-  pair.center = sum_of_lanes(sums.point) / S(std::max(sums.count, 1u));
-  pair.is_given = Maker::is_explicit(patch.def);
-  pair.given = sums.given(pair.center);
-  // A body that is met at grazing angles only is not met.
-  pair.first = first;
-  pair.count = sums.count > 0 ? end - first : 0;
-  pair.arm_a = pair.R_WA * pair.center;
-  pair.arm_b = pair.arm_a - p_AB_W;
-  return end;
-}
-
-}  // namespace detail
-
-template <Scalar S, typename FindBody>
-void collect_contacts(SensorPatch<S>& patch, const Body<S>& A, FindBody&& find,
-                      const CollectDef<S>& def, const ParallelFor& parallel_for) {
-  patch.pairs.clear();
-  // Nothing was asked, and nothing is held that could be let go.
-  if (patch.near.empty() && patch.contacts.empty()) return;
-  if (!def.knows_hit_lanes) detail::find_all_hit_lanes(patch);
-  detail::find_touched(patch, find, def.only_tag);
-  std::uint32_t contacts = 0;
-  for (std::uint32_t index = 0; index < patch.pairs.size(); ++index) {
-    for (const TouchedShape& shape : patch.touched) {
-      if (shape.pair != index) continue;
-      contacts = detail::meet_body(patch, index, A, find(shape.tag), def, contacts, parallel_for);
-      break;
-    }
-  }
-  patch.contacts.resize(contacts);
-}
-
-}  // namespace bristle::inline BRISTLE_ABI
-
-// === bristle/sensors/patch_explicit.hpp
-
-/// @file
-/// The explicit patch, and the choice between explicit and implicit.
-// SPDX-License-Identifier: BSD-3-Clause
-
-// === bristle/sensors/ambf_law.hpp
-
-/// @file
-/// The law as the paper's own simulator (AMBF) computes it, for comparison with the paper's law.
-///
-/// From the behaviour of its source, 2019 to 2024: the normal damping K_D multiplies a difference
-/// that is always zero; stretches and sliding speeds below 1e-4 (in SI units) enter as their cubes;
-/// a bristle beyond sigma_a gives no friction in that step and is rooted anew in the next, again
-/// without friction; sliding is projected on the touched surface, not on the sensor's plane, and
-/// grows with the normal force. Not modelled: its additional spring-rate term (0.1 N/m by default,
-/// absent from the paper), and the one-step lag of its ray origins.
-// SPDX-License-Identifier: BSD-3-Clause
-
-namespace bristle::inline BRISTLE_ABI {
-
-/// [m] and [m/s] Below it AMBF multiplies by a vector that it has not normalised.
-template <Scalar S>
-inline constexpr S ambf_dead_zone = S(1e-4);
-
-/// What AMBF makes of a tangential vector: itself above the dead zone, |a|^2 a within it.
-template <Scalar S>
-[[nodiscard]] Vec3<S> ambf_projected(const Vec3<S>& a) {
-  const S size2 = a.squaredNorm();
-  return size2 > ambf_dead_zone<S> * ambf_dead_zone<S> ? a : Vec3<S>(size2 * a);
-}
-
-/// Force of one sensor on B under AMBF's law, and the bristle's next state.
-///
-/// @param m  [1] Outward unit normal of B at the hit.
-/// @param[in,out] is_rooted  Whether the bristle is rooted; cleared when it lets go.
-/// @param[out] did_slip      Whether it let go in this step.
-template <Scalar S>
-[[nodiscard]] SensorForce<S> ambf_sensor_force(const SensorParameters<S>& p,
-                                               FrictionScaling scaling, const SensorContact<S>& c,
-                                               const Vec3<S>& m, const PairPose<S>& pair,
-                                               const Vec3<S>& r_A, Anchor<S>& anchor,
-                                               bool& is_rooted, bool& did_slip) {
-  SensorForce<S> f;
-  did_slip = false;
-  f.normal = p.normal_stiffness * c.depth;
-  f.normal_vector = f.normal * c.n;
-  const S weight = scaling == FrictionScaling::normal_force ? f.normal : S(1);
-  if (is_rooted) {
-    const Vec3<S> stretch = ambf_projected<S>(anchor_stretch(anchor, pair, c.n));
-    const S size2 = stretch.squaredNorm();
-    if (size2 > S(0) && size2 <= p.breakaway_distance * p.breakaway_distance) {
-      f.shear = (p.static_friction * weight) * stretch;
-    } else {
-      is_rooted = false;
-      did_slip = size2 > S(0);
-    }
-  } else {
-    anchor = rooted<S>(pair, r_A, Vec3<S>::Zero());
-    is_rooted = true;
-  }
-  f.shear += (p.sliding_friction * weight) * ambf_projected<S>(tangential<S>(c.v, m));
-  return f;
-}
-
-}  // namespace bristle::inline BRISTLE_ABI
-
-// === bristle/sensors/patch_block.hpp
-
-/// @file
-/// The implicit patch: all sensors that touch one body as one soft 6x6 constraint.
-///
-/// Every sensor's impulse is made an affine function of the velocity at the end of the step; since
-/// all of them see the same relative motion of two rigid bodies, their sum is one 6x6 matrix and
-/// one 6-vector, whatever their number. Sensors that change state within the step (touch, let go,
-/// slip) are linearised anew around the last solution, a few passes at most. docs/sensors.md
-/// derives every line; the equations are numbered there. Sweeps over the contacts of a large patch
-/// are shared by the threads of `parallel_for`, with the same bits for any number of them.
-// SPDX-License-Identifier: BSD-3-Clause
-
-// === bristle/sensors/linear_model.hpp
-
-/// @file
-/// The impulse of one sensor as an affine function of the velocity at the end of the step.
-///
-/// The formulas of the implicit patch (docs/sensors.md, section 4), for one contact or for as many
-/// as a register has lanes.
-// SPDX-License-Identifier: BSD-3-Clause
-
-#include <array>
-
-namespace bristle::inline BRISTLE_ABI::detail {
-
-/// Velocity of A relative to B at the arm rho from c for the motion (linear, angular) at c.
-template <Value T>
-[[nodiscard]] BRISTLE_INLINE Vector3<T> velocity_at(const Vector3<T>& linear,
-                                                    const Vector3<T>& angular,
-                                                    const Vector3<T>& rho) {
-  return linear + cross(angular, rho);
-}
-
-/// Normal part: J_n = dt K_N e_N + a_n g.v' while touching; before, the spring and the damper act
-/// on the depth that is reached within the step only, so that nothing pushes across a gap.
-template <Value T>
-BRISTLE_INLINE void linearise_normal(const SensorParameters<T>& p, PatchContact<T>& c,
-                                     ScalarOf<T> dt) {
-  const T spring = T(dt) * p.normal_stiffness;
-  const T slope = spring + p.normal_damping;
-  c.normal_constant = select(c.is_touching, spring, slope) * c.depth;
-  c.a_normal = T(dt) * slope * c.inverse_length;
-}
-
-/// [N] Mean normal force of a step that ends with the velocity v, of contacts that push or not
-/// (`is_pushing`) and whose normal part is as `linearise_normal` leaves it.
-template <Value T>
-[[nodiscard]] BRISTLE_INLINE T force_at(const PatchContact<T>& c, const Vector3<T>& v,
-                                        ScalarOf<T> dt) {
-  const T normal = c.normal_constant + c.a_normal * dot(c.g, v);
-  return select(c.is_pushing, normal, T(0)) * T(ScalarOf<T>(1) / dt);
-}
-
-/// Constant part of the impulse from the normal: along g, plus, where the force shall point along
-/// the ray, the difference to n with the impulse of the last pass. (With that impulse inside, the
-/// matrix would be unsymmetric and oblique rays would be kicked.)
-template <Value T>
-[[nodiscard]] BRISTLE_INLINE Vector3<T> normal_constant(const PatchContact<T>& c,
-                                                        NormalDirection direction) {
-  Vector3<T> sum = c.normal_constant * c.g;
-  if (direction == NormalDirection::ray) sum += c.normal_impulse * Vector3<T>(c.n - c.g);
-  return select(c.is_pushing, sum, zero_vector<T>());
-}
-
-/// Friction of a bristle that sticks throughout the step.
-template <Value T>
-[[nodiscard]] BRISTLE_INLINE Vector3<T> linearise_stuck(const SensorParameters<T>& p,
-                                                        const LawOptions& options,
-                                                        const PatchPair<ScalarOf<T>>& pair,
-                                                        PatchContact<T>& c, ScalarOf<T> dt) {
-  using S = ScalarOf<T>;
-  const T k_t = bristle_stiffness(p, options.scaling, c.force, c.depth);
-  const Vector3<T> v0 = tangential<T>(c.start_velocity, c.n);
-  const T viscous = T(dt) * p.sliding_friction;
-  c.a_across = c.a_along = T((pair.alpha + pair.beta) * dt * dt) * k_t + T(pair.theta) * viscous;
-  c.along = zero_vector<T>();
-  return (T(dt) * k_t) * c.stretch +
-         (T(S(1) - pair.theta) * viscous - T(pair.beta * dt * dt) * k_t) * v0;
-}
-
-/// Mean stretch of a bristle over a step in which it slips with the tangential velocity v.
-template <Value T>
-[[nodiscard]] BRISTLE_INLINE Vector3<T> mean_slip_stretch(const PatchPair<ScalarOf<T>>& pair,
-                                                          const PatchContact<T>& c,
-                                                          const Vector3<T>& v, T sigma,
-                                                          SlipReset reset, ScalarOf<T> dt) {
-  using std::min;
-  using std::sqrt;
-  const T speed = sqrt(dot(v, v));
-  const T passed = speed * T(dt);
-  const Truth<T> passes_whole_stretches = passed >= sigma;
-  const Vector3<T> reached = c.stretch + T(pair.alpha * dt) * v;
-  const Vector3<T> within = after_reset<T>(reached, sigma, reset);
-  if (!any(passes_whole_stretches)) return within;
-  if (reset == SlipReset::release) {
-    return select(passes_whole_stretches, (sigma / (T(2) * speed)) * v, within);
-  }
-  // Dragging: the stretch grows to sigma along the slip, then stays there.
-  const Vector3<T> h = c.stretch + T(dt) * v;
-  const T size = sqrt(dot(h, h));
-  const T per_size = select(size > T(0), T(1) / size, T(0));
-  const T start = min(sigma, T(dot(c.stretch, h) * per_size));
-  const T fraction = min(T(1), T((sigma - start) / passed));
-  const T mean = fraction * (start + sigma) / T(2) + (T(1) - fraction) * sigma;
-  return select(passes_whole_stretches, (mean * per_size) * h, within);
-}
-
-/// Friction of a bristle that slips, linearised around the tangential velocity v.
-template <Value T>
-[[nodiscard]] BRISTLE_INLINE Vector3<T> linearise_slip(const SensorParameters<T>& p,
-                                                       const LawOptions& options,
-                                                       const PatchPair<ScalarOf<T>>& pair,
-                                                       PatchContact<T>& c, const Vector3<T>& v,
-                                                       ScalarOf<T> dt) {
-  using std::max;
-  using std::min;
-  using std::sqrt;
-  using S = ScalarOf<T>;
-  const T k_t = bristle_stiffness(p, options.scaling, c.force, c.depth);
-  const Vector3<T> mean = mean_slip_stretch<T>(pair, c, v, p.breakaway_distance, options.reset, dt);
-  const T speed2 = dot(v, v);
-  const Truth<T> moves = speed2 > T(0);
-  const T stiffest = T((pair.alpha + pair.beta) * dt * dt) * k_t;
-  const T secant =
-      select(moves, min(T(T(dt) * k_t * max(T(0), T(dot(mean, v))) / speed2), stiffest), stiffest);
-  const T viscous = T(pair.theta * dt) * p.sliding_friction;
-  const Vector3<T> v0 = tangential<T>(c.start_velocity, c.n);
-  const Vector3<T> sum =
-      (T(dt) * k_t) * mean + (T((S(1) - pair.theta) * dt) * p.sliding_friction) * v0;
-  c.a_across = secant + viscous;
-  // Newton: friction does not grow with the speed, but turns with its direction. Or secant on all
-  // directions: pure damping, which cannot reverse the slip.
-  const Truth<T> is_newton = moves & !c.is_damping_slip;
-  c.a_along = select(is_newton, viscous, c.a_across);
-  c.along = select(is_newton, T(T(1) / sqrt(speed2)) * v, zero_vector<T>());
-  return select(is_newton, sum, Vector3<T>(sum - secant * v));
-}
-
-/// Linear model of one contact around the tangential velocity v.
-template <Value T>
-BRISTLE_INLINE void linearise(const SensorParameters<T>& p, const LawOptions& options,
-                              const PatchPair<ScalarOf<T>>& pair, PatchContact<T>& c,
-                              const Vector3<T>& v, ScalarOf<T> dt) {
-  Vector3<T> friction = linearise_stuck<T>(p, options, pair, c, dt);
-  if (any(c.is_slipping)) {
-    PatchContact<T> slipping = c;
-    const Vector3<T> slip_friction = linearise_slip<T>(p, options, pair, slipping, v, dt);
-    friction = select(c.is_slipping, slip_friction, friction);
-    c.a_across = select(c.is_slipping, slipping.a_across, c.a_across);
-    c.a_along = select(c.is_slipping, slipping.a_along, c.a_along);
-    c.along = select(c.is_slipping, slipping.along, c.along);
-  }
-  c.a_across = select(c.is_touching, c.a_across, T(0));
-  c.a_along = select(c.is_touching, c.a_along, T(0));
-  c.constant =
-      normal_constant<T>(c, options.normal) + select(c.is_touching, friction, zero_vector<T>());
-}
-
-/// Impulse of a contact's linear model at the velocity v. `a_normal` is 0 where nothing pushes.
-template <Value T>
-[[nodiscard]] BRISTLE_INLINE Vector3<T> model_impulse(const PatchContact<T>& c,
-                                                      const Vector3<T>& v) {
-  Vector3<T> sum =
-      c.constant + c.a_across * tangential<T>(v, c.n) + T(c.a_normal * dot(c.g, v)) * c.g;
-  if (any(c.is_slipping)) sum += T((c.a_along - c.a_across) * dot(c.along, v)) * c.along;
-  return sum;
-}
-
-/// Sum of linear models about c.
-///
-/// Each is J = constant + K v with a symmetric 3x3 matrix K at the arm rho, so with X = [rho]x it
-/// adds [K, -K X; X K, -X K X] and [constant; rho x constant].
-template <Value T>
-struct ModelSum {
-  using S = ScalarOf<T>;
-  T xx = S(0), xy = S(0), xz = S(0), yy = S(0), yz = S(0), zz = S(0);
-  /// Rows of -K X.
-  Vector3<T> top_x = zero_vector<T>(), top_y = zero_vector<T>(), top_z = zero_vector<T>();
-  T low_xx = S(0), low_xy = S(0), low_xz = S(0), low_yy = S(0), low_yz = S(0), low_zz = S(0);
-  Vector3<T> linear = zero_vector<T>(), angular = zero_vector<T>();
-
-  /// Adds a contact; one that does not push has `a_normal` 0.
-  BRISTLE_INLINE void add(const PatchContact<T>& c) {
-    const Vector3<T> ag = c.a_normal * c.g;
-    const Vector3<T> an = c.a_across * c.n;
-    T kxx = x(ag) * x(c.g) - x(an) * x(c.n) + c.a_across;
-    T kxy = x(ag) * y(c.g) - x(an) * y(c.n);
-    T kxz = x(ag) * z(c.g) - x(an) * z(c.n);
-    T kyy = y(ag) * y(c.g) - y(an) * y(c.n) + c.a_across;
-    T kyz = y(ag) * z(c.g) - y(an) * z(c.n);
-    T kzz = z(ag) * z(c.g) - z(an) * z(c.n) + c.a_across;
-    if (any(c.is_slipping)) {
-      const Vector3<T> aa = T(c.a_along - c.a_across) * c.along;
-      kxx += x(aa) * x(c.along);
-      kxy += x(aa) * y(c.along);
-      kxz += x(aa) * z(c.along);
-      kyy += y(aa) * y(c.along);
-      kyz += y(aa) * z(c.along);
-      kzz += z(aa) * z(c.along);
-    }
-    xx += kxx;
-    xy += kxy;
-    xz += kxz;
-    yy += kyy;
-    yz += kyz;
-    zz += kzz;
-    // A row k of K gives the row -k X = rho x k of the block beside it.
-    const Vector3<T> bx = cross(c.rho, vector(kxx, kxy, kxz));
-    const Vector3<T> by = cross(c.rho, vector(kxy, kyy, kyz));
-    const Vector3<T> bz = cross(c.rho, vector(kxz, kyz, kzz));
-    top_x += bx;
-    top_y += by;
-    top_z += bz;
-    // X applied to the columns of that block; symmetric.
-    const T rx = x(c.rho), ry = y(c.rho), rz = z(c.rho);
-    low_xx += ry * x(bz) - rz * x(by);
-    low_xy += ry * y(bz) - rz * y(by);
-    low_xz += ry * z(bz) - rz * z(by);
-    low_yy += rz * y(bx) - rx * y(bz);
-    low_yz += rz * z(bx) - rx * z(bz);
-    low_zz += rx * z(by) - ry * z(bx);
-    linear += c.constant;
-    angular += cross(c.rho, c.constant);
-  }
-
-  ModelSum& operator+=(const ModelSum& more) {
-    xx += more.xx;
-    xy += more.xy;
-    xz += more.xz;
-    yy += more.yy;
-    yz += more.yz;
-    zz += more.zz;
-    top_x += more.top_x;
-    top_y += more.top_y;
-    top_z += more.top_z;
-    low_xx += more.low_xx;
-    low_xy += more.low_xy;
-    low_xz += more.low_xz;
-    low_yy += more.low_yy;
-    low_yz += more.low_yz;
-    low_zz += more.low_zz;
-    linear += more.linear;
-    angular += more.angular;
-    return *this;
-  }
-
-  /// The sum over all lanes.
-  void get(Mat6<S>& matrix, Vec6<S>& offset) const {
-    Mat3<S> K, low;
-    K << sum_of_lanes(xx), sum_of_lanes(xy), sum_of_lanes(xz), S(0), sum_of_lanes(yy),
-        sum_of_lanes(yz), S(0), S(0), sum_of_lanes(zz);
-    low << sum_of_lanes(low_xx), sum_of_lanes(low_xy), sum_of_lanes(low_xz), S(0),
-        sum_of_lanes(low_yy), sum_of_lanes(low_yz), S(0), S(0), sum_of_lanes(low_zz);
-    Mat3<S> top;
-    top << sum_of_lanes(top_x).transpose(), sum_of_lanes(top_y).transpose(),
-        sum_of_lanes(top_z).transpose();
-    matrix.template topLeftCorner<3, 3>() = K.template selfadjointView<Eigen::Upper>();
-    matrix.template topRightCorner<3, 3>() = top;
-    matrix.template bottomLeftCorner<3, 3>() = top.transpose();
-    matrix.template bottomRightCorner<3, 3>() = low.template selfadjointView<Eigen::Upper>();
-    offset.template head<3>() = sum_of_lanes(linear);
-    offset.template tail<3>() = sum_of_lanes(angular);
-  }
-
- private:
-  [[nodiscard]] BRISTLE_INLINE static T x(const Vector3<T>& v) { return coordinate<0>(v); }
-  [[nodiscard]] BRISTLE_INLINE static T y(const Vector3<T>& v) { return coordinate<1>(v); }
-  [[nodiscard]] BRISTLE_INLINE static T z(const Vector3<T>& v) { return coordinate<2>(v); }
-  template <int axis>
-  [[nodiscard]] BRISTLE_INLINE static T coordinate(const Vector3<T>& v) {
-    if constexpr (Scalar<T>) {
-      return v[axis];
-    } else {
-      return axis == 0 ? v.x : axis == 1 ? v.y : v.z;
-    }
-  }
-  [[nodiscard]] BRISTLE_INLINE static Vector3<T> vector(const T& x, const T& y, const T& z) {
-    return {x, y, z};
-  }
-};
-
-/// What moving the linearisation found.
-template <Value T>
-struct PassChange {
-  bool did_switch = false;
-  bool has_slip = false;
-  T force_sum = ScalarOf<T>(0);
-  T force_change = ScalarOf<T>(0);
-
-  PassChange& operator+=(const PassChange& more) {
-    did_switch = did_switch || more.did_switch;
-    has_slip = has_slip || more.has_slip;
-    force_sum += more.force_sum;
-    force_change += more.force_change;
-    return *this;
-  }
-};
-
-/// Whether the normal part of a contact acts at the velocity v that was found, and with what force.
-template <Value T>
-BRISTLE_INLINE void update_normal(PatchContact<T>& c, const Truth<T>& is_met, const Vector3<T>& v,
-                                  ScalarOf<T> dt, PassChange<T>& change) {
-  using std::abs;
-  using std::max;
-  const T normal = c.normal_constant + c.a_normal * dot(c.g, v);
-  const Truth<T> is_pushing = is_met & (normal > T(0));
-  change.did_switch = change.did_switch || any(is_pushing ^ c.is_pushing);
-  c.is_pushing = is_pushing;
-  const T force = force_at<T>(c, v, dt);
-  change.force_change += select(is_met, abs(force - c.force), T(0));
-  change.force_sum += force;
-  c.force = force;
-}
-
-/// Whether a touching sensor slips at the tangential velocity v that was found, and whether its
-/// slip has to be damped because it turns around from pass to pass.
-template <Value T>
-BRISTLE_INLINE void update_slip(PatchContact<T>& c, const Vector3<T>& v, T sigma, SlipReset reset,
-                                ScalarOf<T> dt, int pass, bool is_last_pass,
-                                PassChange<T>& change) {
-  const Vector3<T> reached = c.stretch + T(dt) * v;
-  const Truth<T> overshoots = c.is_touching & (dot(reached, reached) > sigma * sigma);
-  // A released bristle has let go for this step; a dragged one may be found sticking after all.
-  const Truth<T> is_slipping =
-      reset == SlipReset::release ? overshoots | c.is_slipping : overshoots;
-  change.did_switch = change.did_switch || any(is_slipping ^ c.is_slipping);
-  change.has_slip = change.has_slip || any(is_slipping);
-  const Truth<T> slips_on = c.is_slipping & is_slipping;
-  if ((pass >= 2 || is_last_pass) && any(slips_on)) {
-    const T along_last = dot(v, c.last_slip);
-    const T bound = is_last_pass ? T(dot(c.last_slip, c.last_slip) / T(4)) : T(0);
-    const Truth<T> turns = along_last <= bound;
-    c.is_damping_slip = c.is_damping_slip | (slips_on & turns);
-  }
-  c.is_slipping = is_slipping;
-  c.last_slip = v;
-}
-
-}  // namespace bristle::inline BRISTLE_ABI::detail
-
-#include <span>
-
-namespace bristle::inline BRISTLE_ABI {
-
-/// Sets the weights of the implicit scheme from x = w (dt^2 sum k_t + dt sum mu_V): for soft
-/// bristles nearly conservative and fourth-order in phase, for stiff ones implicit Euler.
-/// @param w  [1/kg] Mobility of the pair at c: a third of the trace of its linear part.
-template <Scalar S>
-void set_scheme(PatchPair<S>& pair, S bristle_sum, S viscous_sum, S w, S dt);
-
-/// Linearises all contacts of a pair for the first pass, around the motion at the start of the
-/// step, and sums their models.
-template <Scalar S>
-void start_linearisation(const SensorPatch<S>& patch, PatchPair<S>& pair, S dt,
-                         const ParallelFor& parallel_for = serial_for);
-
-/// What a pair gave at a motion.
-template <Scalar S>
-struct PairAnswer {
-  /// [N s, N m s] Sum of its impulses on B about c.
-  Wrench<S> impulse{};
-  /// Whether its contacts are in another state there than they were linearised for, so that another
-  /// solve is needed.
-  bool has_changed = false;
-};
-
-/// Evaluates the impulse of every contact at the motion that was found. If there is a solve left
-/// and any of them changed or slips, moves the linearisation there, which changes `matrix` and
-/// `offset`.
-/// @param motion  u at the end of the step, as the solver found it.
-template <Scalar S>
-PairAnswer<S> answer_motion(SensorPatch<S>& patch, PatchPair<S>& pair, const Vec6<S>& motion, S dt,
-                            const SolvePass& pass, const ParallelFor& parallel_for = serial_for);
-
-/// Puts the sum of the linear models of a pair's contacts into its soft block.
-template <Scalar S>
-void fill_block(const PatchPair<S>& pair, SoftBlock<S>& block);
-
-/// Takes back what the contacts of a pair gave, and that any of them slipped.
-template <Scalar S>
-void clear_impulses(SensorPatch<S>& patch, const PatchPair<S>& pair);
-
-// Implementation -----------------------------------------------------------------------------------
-
-template <Scalar S>
-void set_scheme(PatchPair<S>& pair, S bristle_sum, S viscous_sum, S w, S dt) {
-  const S x = w * (dt * dt * bristle_sum + dt * viscous_sum);
-  pair.alpha = x / (S(1) + x);
-  pair.beta = (S(1) - pair.alpha) * (S(1) - pair.alpha) / S(12);
-  pair.theta = (S(1) + pair.alpha) / S(2);
-}
-
-namespace detail {
-
-/// The contact tiles of a pair.
-template <typename Patch, Scalar S>
-[[nodiscard]] auto contacts_of(Patch& patch, const PatchPair<S>& pair) {
-  return std::span(patch.contacts).subspan(pair.first, pair.count);
-}
-
-/// Adds up part(tiles, sum) over contact tiles, in slices that threads may share.
-template <typename Sum, typename Tile, typename Part>
-[[nodiscard]] Sum sum_of_contacts(std::span<Tile> all, const ParallelFor& parallel_for,
-                                  const Part& part) {
-  return sum_in_slices<Sum>(all.size(), tiles_per_slice(all.size()), fewest_shared_slices,
-                            parallel_for, [&](std::size_t first, std::size_t end, Sum& sum) {
-                              part(all.subspan(first, end - first), sum);
-                            });
-}
-
-/// A motion of A relative to B, in A's axes, for all lanes.
-template <Scalar S>
-struct LaneMotion {
-  Pack3<S> linear, angular;
-
-  LaneMotion(const Vec3<S>& v, const Vec3<S>& w)
-      : linear(Pack3<S>::all(v)), angular(Pack3<S>::all(w)) {}
-  /// From u of a soft block, in the world's axes.
-  LaneMotion(const PatchPair<S>& pair, const Vec6<S>& u)
-      : LaneMotion(pair.R_WA.transpose() * u.template head<3>(),
-                   pair.R_WA.transpose() * u.template tail<3>()) {}
-
-  [[nodiscard]] BRISTLE_INLINE Pack3<S> at(const Pack3<S>& rho) const {
-    return velocity_at<Pack<S>>(linear, angular, rho);
-  }
-};
-
-/// A wrench in lanes, in A's axes.
-template <Scalar S>
-struct LaneWrench {
-  Pack3<S> force = zero_vector<Pack<S>>();
-  Pack3<S> torque = zero_vector<Pack<S>>();
-
-  LaneWrench& operator+=(const LaneWrench& more) {
-    force += more.force;
-    torque += more.torque;
-    return *this;
-  }
-  /// Its sum in the world's axes.
-  [[nodiscard]] Wrench<S> in_world(const PatchPair<S>& pair) const {
-    return {pair.R_WA * sum_of_lanes(force), pair.R_WA * sum_of_lanes(torque)};
-  }
-};
-
-/// Finds what is known of the contacts of a pack before anything is linearised.
-template <Scalar S>
-BRISTLE_INLINE void find_geometry(const SensorPatch<S>& patch, const ContactTile<S>& tile,
-                                  std::size_t at, const Pack3<S>& center,
-                                  PatchContact<Pack<S>>& c) {
-  const TouchPack<S> touch(patch, patch.tiles[tile.tile], tile.tile, at, tile.is_met, false);
-  c.n = touch.n;
-  c.g = touch.g;
-  c.rho = touch.point - center;
-  c.depth = touch.depth;
-  c.inverse_length = touch.inverse_length;
-  c.stretch = load_pack(tile.stretch, at);
-  c.is_touching = load_mask<S>(tile.is_touching, at);
-}
-
-/// Loads what the last pass found them to do.
-template <Scalar S>
-BRISTLE_INLINE void load_states(const ContactTile<S>& tile, std::size_t at,
-                                PatchContact<Pack<S>>& c) {
-  c.is_pushing = load_mask<S>(tile.is_pushing, at);
-  c.is_slipping = load_mask<S>(tile.is_slipping, at);
-  c.is_damping_slip = load_mask<S>(tile.is_damping_slip, at);
-}
-
-/// The model of another motion, and the force that it was made for.
-template <Scalar S>
-BRISTLE_INLINE void load_model(const ContactTile<S>& tile, std::size_t at,
-                               PatchContact<Pack<S>>& c) {
-  c.constant = load_pack(tile.constant, at);
-  c.a_normal = load_pack(tile.a_normal, at);
-  c.a_across = load_pack(tile.a_across, at);
-  c.force = load_pack(tile.force, at);
-  if (any(c.is_slipping)) {
-    c.along = load_pack(tile.along, at);
-    c.a_along = load_pack(tile.a_along, at);
-  }
-}
-template <Scalar S>
-BRISTLE_INLINE void store_model(ContactTile<S>& tile, std::size_t at,
-                                const PatchContact<Pack<S>>& c) {
-  store_pack(tile.constant, at, c.constant);
-  store_pack(tile.a_normal, at, c.a_normal);
-  store_pack(tile.a_across, at, c.a_across);
-  store_pack(tile.force, at, c.force);
-  if (any(c.is_slipping)) {
-    store_pack(tile.along, at, c.along);
-    store_pack(tile.a_along, at, c.a_along);
-  }
-}
-
-/// First model of the contacts of a pack, around the motion at the start of the step. `a_normal`
-/// becomes 0 where nothing pushes, so that the evaluation need not ask.
-template <Scalar S>
-BRISTLE_INLINE void linearise_at_start(const SensorParameters<Pack<S>>& p,
-                                       const LawOptions& options, const PatchPair<S>& pair,
-                                       const LaneMotion<S>& start, const Mask<S>& is_met, S dt,
-                                       PatchContact<Pack<S>>& c) {
-  using T = Pack<S>;
-  c.start_velocity = start.at(c.rho);
-  const T approach = dot(c.g, c.start_velocity);
-  c.force =
-      select(c.is_touching, normal_force(p, c.depth, T(approach * c.inverse_length)), T(S(0)));
-  linearise_normal<T>(p, c, dt);
-  c.is_pushing = is_met & (c.normal_constant + c.a_normal * approach > T(S(0)));
-  c.normal_impulse = T(dt) * c.force;
-  // Nothing slips yet: the mask is empty, which the compiler sees.
-  c.is_slipping = c.is_damping_slip = Mask<S>::from_bits(0);
-  linearise<T>(p, options, pair, c, c.start_velocity, dt);
-  c.a_normal = select(c.is_pushing, c.a_normal, T(S(0)));
-}
-
-/// Sum of the first models of some contacts.
-template <Scalar S>
-void sum_first_models(const SensorPatch<S>& patch, const PatchPair<S>& pair,
-                      std::span<const ContactTile<S>> tiles, const LaneParameters<S>& parameters,
-                      S dt, ModelSum<Pack<S>>& total) {
-  using T = Pack<S>;
-  const LawOptions options = patch.def.options;
-  const PatchPair<S> scheme = pair;
-  const LaneMotion<S> start(pair.start_motion.at(pair.center), pair.start_motion.angular);
-  const Pack3<S> center = Pack3<S>::all(pair.center);
-  ModelSum<T> sum;
-  SensorParameters<T> scratch;
-  for (const ContactTile<S>& tile : tiles) {
-    for (std::size_t at = 0; at < tile_size; at += lanes<S>) {
-      if (pack_bits<S>(tile.is_met, at) == 0) continue;
-      PatchContact<T> c;
-      find_geometry(patch, tile, at, center, c);
-      linearise_at_start<S>(parameters(tile.tile, at, scratch), options, scheme, start,
-                            load_mask<S>(tile.is_met, at), dt, c);
-      sum.add(c);
-    }
-  }
-  total = sum;
-}
-
-/// What a pass knows when it evaluates and moves the models.
-template <Scalar S>
-struct PassDef {
-  /// [m/s, rad/s] u at the end of the step, as the solver found it.
-  Vec6<S> motion = Vec6<S>::Zero();
-  /// [s] The step.
-  S dt = S(0);
-  /// [-] Which of the solves found it.
-  SolvePass pass{};
-};
-
-/// What evaluating models finds.
-template <Scalar S>
-struct Evaluation {
-  LaneWrench<S> impulse{};
-  PassChange<Pack<S>> change{};
-
-  Evaluation& operator+=(const Evaluation& more) {
-    impulse += more.impulse;
-    change += more.change;
-    return *this;
-  }
-};
-
-/// Impulse of the models of the contacts of a pack at the velocities v.
-template <Scalar S>
-BRISTLE_INLINE void give_model_impulses(const PatchContact<Pack<S>>& c, const Pack3<S>& v,
-                                        ContactTile<S>& tile, std::size_t at, LaneWrench<S>& sum) {
-  using T = Pack<S>;
-  Pack3<S> impulse = model_impulse<T>(c, v);
-  T normal = select(c.is_pushing, dot(impulse, c.n), T(S(0)));
-  const Mask<S> pulls = normal < T(S(0));
-  if (any(pulls)) {
-    // The passes ran out before these sensors were seen to part: they must not pull.
-    impulse = select(pulls, tangential<T>(impulse, c.n), impulse);
-    normal = select(pulls, T(S(0)), normal);
-  }
-  store_pack(tile.impulse, at, impulse);
-  store_pack(tile.normal_impulse, at, normal);
-  sum.force += impulse;
-  sum.torque += cross(c.rho, impulse);
-}
-
-/// Finds out what the contacts of a pack do at the velocities v.
-template <Scalar S>
-BRISTLE_INLINE void find_changes(const SensorParameters<Pack<S>>& p, SlipReset reset,
-                                 const PassDef<S>& def, const Pack3<S>& v, ContactTile<S>& tile,
-                                 std::size_t at, PatchContact<Pack<S>>& c,
-                                 PassChange<Pack<S>>& change) {
-  using T = Pack<S>;
-  c.last_slip = zero_vector<T>();
-  if (any(c.is_slipping)) c.last_slip = load_pack(tile.last_slip, at);
-  linearise_normal<T>(p, c, def.dt);
-  update_normal<T>(c, load_mask<S>(tile.is_met, at), v, def.dt, change);
-  update_slip<T>(c, tangential<T>(v, c.n), p.breakaway_distance, reset, def.dt, def.pass.number,
-                 def.pass.left == 1, change);
-  store_mask(tile.is_pushing, at, c.is_pushing);
-  if (any(c.is_slipping)) store_pack(tile.last_slip, at, c.last_slip);
-  store_mask(tile.is_slipping, at, c.is_slipping);
-  store_mask(tile.is_damping_slip, at, c.is_damping_slip);
-}
-
-/// Impulses of some contacts at the motion that was found, and what they do there.
-/// @tparam is_first  Whether their models are the first ones, which are not kept.
-template <bool is_first, Scalar S>
-void evaluate(SensorPatch<S>& patch, const PatchPair<S>& pair, std::span<ContactTile<S>> tiles,
-              const LaneParameters<S>& parameters, const PassDef<S>& def, Evaluation<S>& total) {
-  using T = Pack<S>;
-  const LawOptions options = patch.def.options;
-  const PatchPair<S> scheme = pair;
-  const LaneMotion<S> start(pair.start_motion.at(pair.center), pair.start_motion.angular);
-  const LaneMotion<S> found(pair, def.motion);
-  const Pack3<S> center = Pack3<S>::all(pair.center);
-  Evaluation<S> sum;
-  SensorParameters<T> scratch;
-  for (ContactTile<S>& tile : tiles) {
-    if constexpr (is_first) tile.is_slipping = 0;
-    for (std::size_t at = 0; at < tile_size; at += lanes<S>) {
-      if (pack_bits<S>(tile.is_met, at) == 0) continue;
-      const SensorParameters<T>& p = parameters(tile.tile, at, scratch);
-      PatchContact<T> c;
-      find_geometry(patch, tile, at, center, c);
-      if constexpr (is_first) {
-        linearise_at_start<S>(p, options, scheme, start, load_mask<S>(tile.is_met, at), def.dt, c);
-      } else {
-        load_states(tile, at, c);
-        load_model(tile, at, c);
-      }
-      const Pack3<S> v = found.at(c.rho);
-      give_model_impulses<S>(c, v, tile, at, sum.impulse);
-      if (def.pass.left > 0) find_changes<S>(p, options.reset, def, v, tile, at, c, sum.change);
-    }
-  }
-  total = sum;
-}
-
-/// Models around another motion, and by how much they change the friction there.
-template <Value T>
-struct MovedModels {
-  ModelSum<T> models;
-  T friction_sum = ScalarOf<T>(0);
-  T friction_change = ScalarOf<T>(0);
-
-  MovedModels& operator+=(const MovedModels& more) {
-    models += more.models;
-    friction_sum += more.friction_sum;
-    friction_change += more.friction_change;
-    return *this;
-  }
-};
-
-/// Models of some contacts around the motion that was found.
-/// @param lagged  [s] The step, or 0 for normal forces that have not settled.
-template <Scalar S>
-void linearise_at_motion(SensorPatch<S>& patch, const PatchPair<S>& pair,
-                         std::span<ContactTile<S>> tiles, const LaneParameters<S>& parameters,
-                         const PassDef<S>& def, S lagged, MovedModels<Pack<S>>& total) {
-  using T = Pack<S>;
-  const LawOptions options = patch.def.options;
-  const S dt = def.dt;
-  const LaneMotion<S> found(pair, def.motion);
-  const PatchPair<S> scheme = pair;
-  const LaneMotion<S> start(pair.start_motion.at(pair.center), pair.start_motion.angular);
-  const Pack3<S> center = Pack3<S>::all(pair.center);
-  MovedModels<T> sum;
-  SensorParameters<T> scratch;
-  for (ContactTile<S>& tile : tiles) {
-    for (std::size_t at = 0; at < tile_size; at += lanes<S>) {
-      if (pack_bits<S>(tile.is_met, at) == 0) continue;
-      PatchContact<T> c;
-      find_geometry(patch, tile, at, center, c);
-      load_states(tile, at, c);
-      const SensorParameters<T>& p = parameters(tile.tile, at, scratch);
-      const Pack3<S> v = found.at(c.rho);
-      c.start_velocity = start.at(c.rho);
-      linearise_normal<T>(p, c, dt);
-      c.force = force_at<T>(c, v, dt);
-      c.normal_impulse = T(lagged) * c.force;
-      linearise<T>(p, options, scheme, c, tangential<T>(v, c.n), dt);
-      c.a_normal = select(c.is_pushing, c.a_normal, T(S(0)));
-      sum.models.add(c);
-      store_model(tile, at, c);
-      const Mask<S> is_met = load_mask<S>(tile.is_met, at);
-      const Pack3<S> before = tangential<T>(load_pack(tile.impulse, at), c.n);
-      const Pack3<S> after = tangential<T>(model_impulse<T>(c, v), c.n);
-      const Pack3<S> difference = after - before;
-      sum.friction_change += select(is_met, sqrt(dot(difference, difference)), T(S(0)));
-      sum.friction_sum += select(is_met, sqrt(dot(before, before)), T(S(0)));
-    }
-  }
-  total = sum;
-}
-
-}  // namespace detail
-
-template <Scalar S>
-void start_linearisation(const SensorPatch<S>& patch, PatchPair<S>& pair, S dt,
-                         const ParallelFor& parallel_for) {
-  using Sum = detail::ModelSum<Pack<S>>;
-  pair.has_moved_models = false;
-  const detail::LaneParameters<S> parameters(patch.def);
-  const Sum sum = detail::sum_of_contacts<Sum>(
-      detail::contacts_of(patch, pair), parallel_for, [&](auto tiles, Sum& part) {
-        detail::sum_first_models<S>(patch, pair, tiles, parameters, dt, part);
-      });
-  sum.get(pair.matrix, pair.offset);
-}
-
-template <Scalar S>
-PairAnswer<S> answer_motion(SensorPatch<S>& patch, PatchPair<S>& pair, const Vec6<S>& motion, S dt,
-                            const SolvePass& pass, const ParallelFor& parallel_for) {
-  // Changes count when they reach a thousandth of what the patch carries: friction follows the
-  // normal force of the pass before.
-  const S negligible = S(1e-3);
-  const detail::PassDef<S> def{motion, dt, pass};
-  const std::span<ContactTile<S>> contacts = detail::contacts_of(patch, pair);
-  using Evaluation = detail::Evaluation<S>;
-  using Moved = detail::MovedModels<Pack<S>>;
-  const detail::LaneParameters<S> parameters(patch.def);
-  const Evaluation found = detail::sum_of_contacts<Evaluation>(
-      contacts, parallel_for, [&](std::span<ContactTile<S>> tiles, Evaluation& part) {
-        if (pair.has_moved_models) {
-          detail::evaluate<false, S>(patch, pair, tiles, parameters, def, part);
-        } else {
-          detail::evaluate<true, S>(patch, pair, tiles, parameters, def, part);
-        }
-      });
-  const Wrench<S> impulse = found.impulse.in_world(pair);
-  const detail::PassChange<Pack<S>>& change = found.change;
-  const bool has_changed = change.did_switch || sum_of_lanes(change.force_change) >
-                                                    negligible * sum_of_lanes(change.force_sum);
-  if (!has_changed && !change.has_slip) return {impulse, false};
-
-  // Normal forces that have not settled by the last pass point along the gradient, which cannot
-  // give energy, and not along the ray with an impulse that was wrong the pass before.
-  const S lagged = pass.left == 1 && has_changed ? S(0) : dt;
-  const Moved moved = detail::sum_of_contacts<Moved>(
-      contacts, parallel_for, [&](std::span<ContactTile<S>> tiles, Moved& part) {
-        detail::linearise_at_motion<S>(patch, pair, tiles, parameters, def, lagged, part);
-      });
-  pair.has_moved_models = true;
-  moved.models.get(pair.matrix, pair.offset);
-  return {impulse, has_changed || sum_of_lanes(moved.friction_change) >
-                                      negligible * sum_of_lanes(moved.friction_sum)};
-}
-
-template <Scalar S>
-void fill_block(const PatchPair<S>& pair, SoftBlock<S>& block) {
-  const Mat3<S>& R = pair.R_WA;
-  const Mat3<S> top = R * pair.matrix.template topRightCorner<3, 3>() * R.transpose();
-  block.matrix.template topLeftCorner<3, 3>() =
-      rotated<S>(R, pair.matrix.template topLeftCorner<3, 3>());
-  block.matrix.template topRightCorner<3, 3>() = top;
-  block.matrix.template bottomLeftCorner<3, 3>() = top.transpose();
-  block.matrix.template bottomRightCorner<3, 3>() =
-      rotated<S>(R, pair.matrix.template bottomRightCorner<3, 3>());
-  block.offset.template head<3>() = R * pair.offset.template head<3>();
-  block.offset.template tail<3>() = R * pair.offset.template tail<3>();
-}
-
-template <Scalar S>
-void clear_impulses(SensorPatch<S>& patch, const PatchPair<S>& pair) {
-  for (ContactTile<S>& tile : detail::contacts_of(patch, pair)) {
-    tile.impulse = {};
-    tile.normal_impulse = {};
-    tile.is_slipping = 0;
-  }
-}
-
-}  // namespace bristle::inline BRISTLE_ABI
-
-namespace bristle::inline BRISTLE_ABI {
-
-/// Measures a pair before the step: sets Lambda and the weights of the implicit scheme, from the
-/// sums over its contacts in `PatchPair::stiffness`.
-///
-/// Lambda = max over tangential and normal of w sum s + w_rot sum s |rho|^2 over the sensors that
-/// touch or can reach the body within the step, with s = dt^2 k_t + 2 dt mu_V or (dt^2 K_N + 2 dt
-/// K_D) / L, and thirds of the traces of the mobility's linear and angular parts. Symplectic Euler
-/// is stable below 4 for one mode (docs/sensors.md); 0.5 leaves room for traces that one axis
-/// dominates. Zero where nothing can move.
-template <Scalar S>
-void measure_pair(const SensorPatch<S>& patch, PatchPair<S>& pair, const SolverBody<S>& a,
-                  const SolverBody<S>& b, S dt);
-
-/// Evaluates every contact of a pair at the start of the step, under the law of the patch; or says
-/// what was given when they were made.
-/// @param parallel_for  Shares the contacts of a large patch; the impulses are the same bits.
-/// @return [N s, N m s] The sum of the impulses on B about c.
-template <Scalar S>
-Wrench<S> explicit_impulses(SensorPatch<S>& patch, const PatchPair<S>& pair, BodyId id_b, S dt,
-                            const ParallelFor& parallel_for = serial_for);
-
-// Implementation -----------------------------------------------------------------------------------
-
-template <Scalar S>
-void measure_pair(const SensorPatch<S>& patch, PatchPair<S>& pair, const SolverBody<S>& a,
-                  const SolverBody<S>& b, S dt) {
-  using std::max;
-  const Mat6<S> W = mobility(a.inverse_mass, a.inverse_inertia, pair.arm_a) +
-                    mobility(b.inverse_mass, b.inverse_inertia, pair.arm_b);
-  const S w = W.template topLeftCorner<3, 3>().trace() / S(3);
-  const S w_rot = W.template bottomRightCorner<3, 3>().trace() / S(3);
-  const PairStiffness<S>& k = pair.stiffness;
-  // From about the middle of the patch to about c.
-  const Vec3<S> shift = pair.center - patch.box.center();
-  const S tangential_moment = k.tangential_second - S(2) * shift.dot(k.tangential_first) +
-                              shift.squaredNorm() * k.tangential;
-  const S normal_moment =
-      k.normal_second - S(2) * shift.dot(k.normal_first) + shift.squaredNorm() * k.normal;
-  pair.lambda =
-      max(w * k.tangential + w_rot * tangential_moment, w * k.normal + w_rot * normal_moment);
-  set_scheme(pair, k.bristle_sum, k.viscous_sum, w, dt);
-}
-
-namespace detail {
-
-/// `explicit_impulses` under AMBF's law, one sensor after the other.
-template <Scalar S>
-Wrench<S> ambf_impulses(SensorPatch<S>& patch, const PatchPair<S>& pair, BodyId id_b, S dt) {
-  Wrench<S> sum;
-  for (ContactTile<S>& tile : contacts_of(patch, pair)) {
-    SensorTile<S>& sensors = patch.tiles[tile.tile];
-    tile.is_slipping = 0;
-    for (std::size_t i = 0; i < tile_size; ++i) {
-      const LaneBits bit = static_cast<LaneBits>(1u << i);
-      tile.impulse.set(i, Vec3<S>::Zero());
-      tile.normal_impulse[i] = S(0);
-      if ((tile.is_touching & bit) == 0) continue;
-      const auto [n, g, point, depth, inverse_length] = touch_of(patch, tile.tile * tile_size + i);
-      const SensorContact<S> contact{depth, inverse_length, n, g, pair.start_motion.at(point)};
-      Anchor<S> anchor{sensors.root_a[i], sensors.root_b[i]};
-      bool is_rooted = (sensors.is_rooted & bit) != 0 && sensors.rooted_in[i] == root_key(id_b);
-      bool did_slip = false;
-      const SensorForce<S> force = ambf_sensor_force<S>(
-          patch.parameters(tile.tile * tile_size + i), patch.def.options.scaling, contact,
-          g.normalized() * S(-1), pair.pose, point, anchor, is_rooted, did_slip);
-      sensors.root_a.set(i, anchor.q_A);
-      sensors.root_b.set(i, anchor.q_B);
-      sensors.rooted_in.set(bit, root_key(id_b), (sensors.is_rooted & ~bit) != 0);
-      sensors.is_rooted =
-          static_cast<LaneBits>(is_rooted ? sensors.is_rooted | bit : sensors.is_rooted & ~bit);
-      if (did_slip) tile.is_slipping = static_cast<LaneBits>(tile.is_slipping | bit);
-      tile.normal_impulse[i] = dt * force.normal;
-      tile.impulse.set(i, dt * force.total());
-      sum += Wrench<S>::at(point - pair.center, tile.impulse[i]);
-    }
-  }
-  return {pair.R_WA * sum.force, pair.R_WA * sum.torque};
-}
-
-/// Impulses of some contacts at the start of the step, under the paper's law.
-template <Scalar S>
-void give_at_start(SensorPatch<S>& patch, const PatchPair<S>& pair, std::span<ContactTile<S>> tiles,
-                   const LaneParameters<S>& parameters, S dt, LaneWrench<S>& total) {
-  const LawOptions options = patch.def.options;
-  const LaneMotion<S> start(pair.start_motion.linear, pair.start_motion.angular);
-  const Pack3<S> center = Pack3<S>::all(pair.center);
-  LaneWrench<S> sum;
-  SensorParameters<Pack<S>> scratch;
-  for (ContactTile<S>& tile : tiles) {
-    for (std::size_t at = 0; at < tile_size; at += lanes<S>) {
-      if (pack_bits<S>(tile.is_met, at) == 0) continue;
-      const TouchPack<S> touch(patch, patch.tiles[tile.tile], tile.tile, at, tile.is_met, false);
-      const SensorContact<Pack<S>> contact{touch.depth, touch.inverse_length, touch.n, touch.g,
-                                           start.at(touch.point)};
-      give_impulses<S>(tile, at, parameters(tile.tile, at, scratch), options, contact,
-                       load_pack(tile.stretch, at), touch.point - center,
-                       load_mask<S>(tile.is_touching, at), dt, sum.force, sum.torque);
-    }
-  }
-  total = sum;
-}
-
-/// `explicit_impulses` under the paper's law.
-template <Scalar S>
-Wrench<S> paper_impulses(SensorPatch<S>& patch, const PatchPair<S>& pair, S dt,
-                         const ParallelFor& parallel_for) {
-  using Sum = LaneWrench<S>;
-  const LaneParameters<S> parameters(patch.def);
-  return sum_of_contacts<Sum>(contacts_of(patch, pair), parallel_for,
-                              [&](std::span<ContactTile<S>> tiles, Sum& part) {
-                                give_at_start<S>(patch, pair, tiles, parameters, dt, part);
-                              })
-      .in_world(pair);
-}
-
-}  // namespace detail
-
-template <Scalar S>
-Wrench<S> explicit_impulses(SensorPatch<S>& patch, const PatchPair<S>& pair, BodyId id_b, S dt,
-                            const ParallelFor& parallel_for) {
-  if (pair.is_given) {
-    return {pair.R_WA * pair.given.force, pair.R_WA * pair.given.torque};
-  }
-  return patch.def.options.law == Law::ambf ? detail::ambf_impulses(patch, pair, id_b, dt)
-                                            : detail::paper_impulses(patch, pair, dt, parallel_for);
-}
-
-}  // namespace bristle::inline BRISTLE_ABI
-
-// === bristle/sensors/patch_readings.hpp
-
-/// @file
-/// What a patch finally reads: impulses become forces in the frames of its sensors.
-// SPDX-License-Identifier: BSD-3-Clause
-
-namespace bristle::inline BRISTLE_ABI {
-
-/// Turns the impulses of all contacts into readings.
-/// @param origin   [m] A's centre of mass in the world.
-/// @param find_id  Callable: BodyId find_id(slot).
-/// @param parallel_for  Shares the contacts of a large patch; the readings are the same bits.
-template <Scalar S, typename FindId>
-void fill_readings(SensorPatch<S>& patch, const Vec3<S>& origin, S dt, FindId&& find_id,
-                   const ParallelFor& parallel_for = serial_for);
-
-// Implementation -----------------------------------------------------------------------------------
-
-namespace detail {
-
-/// Writes `value` into the lanes of `mask`; the others become 0 or keep what was there.
-template <Scalar S>
-BRISTLE_INLINE void put(S* row, const Mask<S>& mask, const Pack<S>& value, bool keeps) {
-  select(mask, value, keeps ? Pack<S>::load(row) : Pack<S>(S(0))).store(row);
-}
-
-/// Makes a pack of sensors read no forces.
-template <Scalar S>
-BRISTLE_INLINE void clear_pack(ReadingStore<S>& out, std::size_t i) {
-  const Pack<S> nothing = S(0);
-  nothing.store(out.depth.data() + i);
-  nothing.store(out.normal_force.data() + i);
-  nothing.store(out.shear_1.data() + i);
-  nothing.store(out.shear_2.data() + i);
-}
-
-/// Forces on A of contacts, in its axes: their wrench, and their part across the rays.
-template <Scalar S>
-struct ReadingSum {
-  LaneWrench<S> all{};
-  Pack3<S> shear = zero_vector<Pack<S>>();
-
-  ReadingSum& operator+=(const ReadingSum& more) {
-    all += more.all;
-    shear += more.shear;
-    return *this;
-  }
-};
-
-/// Readings of the contacts of one tile on the body `id`, with their forces added to `sum`.
-template <Scalar S>
-BRISTLE_INLINE void read_tile(SensorPatch<S>& patch, const PatchPair<S>& pair,
-                              const ContactTile<S>& tile, const Vec3<S>& origin, S per_step,
-                              BodyId id, ReadingSum<S>& sum) {
-  using T = Pack<S>;
-  const SensorTile<S>& sensors = patch.tiles[tile.tile];
-  ReadingStore<S>& out = patch.readings;
-  // Two bodies can be touched by sensors of one tile.
-  const bool is_shared = patch.felt[tile.tile] != 0;
-  const std::size_t first = tile.tile * tile_size;
-  std::uint32_t felt = 0;
-  for (std::size_t at = 0; at < tile_size; at += lanes<S>) {
-    const std::size_t i = first + at;
-    if (pack_bits<S>(tile.is_met, at) == 0) {
-      if (!is_shared) clear_pack(out, i);
-      continue;
-    }
-    const Pack3<S> n = load_pack(sensors.direction, at);
-    const Pack3<S> t1 = load_pack(sensors.tangent, at);
-    const Mask<S> is_met = load_mask<S>(tile.is_met, at);
-    const T distance = patch.distances_of(i, is_met);
-    const Pack3<S> point = load_pack(sensors.start, at) + distance * n;
-    const Pack3<S> force = T(-per_step) * load_pack(tile.impulse, at);
-    const T normal = load_pack(tile.normal_impulse, at) * T(per_step);
-    const Pack3<S> shear = tangential<T>(force, n);
-    const Mask<S> is_touching = load_mask<S>(tile.is_touching, at);
-    const Mask<S> is_felt = is_touching | (is_met & (normal > T(S(0))));
-    felt |= bits(is_felt) << at;
-    const Pack3<S> felt_force = select(is_felt, force, zero_vector<T>());
-    sum.all.force += felt_force;
-    sum.all.torque += cross(point, felt_force);
-    sum.shear += select(is_felt, shear, zero_vector<T>());
-    const T depth =
-        select(is_touching, sensor_depth(distance, load_pack(sensors.inverse_length, at)), T(S(0)));
-    put(out.depth.data() + i, is_felt, depth, is_shared);
-    put(out.normal_force.data() + i, is_felt, normal, is_shared);
-    put(out.shear_1.data() + i, is_felt, dot(t1, shear), is_shared);
-    put(out.shear_2.data() + i, is_felt, dot(cross(n, t1), shear), is_shared);
-    const Pack3<S> point_W = pair.R_WA * point + Pack3<S>::all(origin);
-    // Points stay where nothing is felt.
-    const bool keeps_some = !all(is_felt);
-    put(out.point.x.data() + i, is_felt, point_W.x, keeps_some);
-    put(out.point.y.data() + i, is_felt, point_W.y, keeps_some);
-    put(out.point.z.data() + i, is_felt, point_W.z, keeps_some);
-  }
-  BodyId* body = out.body.data() + first;
-  SensorState* state = out.state.data() + first;
-  for (std::size_t lane = 0; lane < tile_size; ++lane) {
-    const bool is_felt = (felt >> lane & 1u) != 0;
-    const SensorState own =
-        (tile.is_slipping >> lane & 1u) != 0 ? SensorState::slipping : SensorState::stuck;
-    const BodyId other_body = is_shared ? body[lane] : BodyId{};
-    const SensorState other_state = is_shared ? state[lane] : SensorState::free;
-    body[lane] = is_felt ? id : other_body;
-    state[lane] = is_felt ? own : other_state;
-  }
-  patch.felt[tile.tile] = static_cast<LaneBits>(patch.felt[tile.tile] | felt);
-}
-
-}  // namespace detail
-
-template <Scalar S, typename FindId>
-void fill_readings(SensorPatch<S>& patch, const Vec3<S>& origin, S dt, FindId&& find_id,
-                   const ParallelFor& parallel_for) {
-  ReadingStore<S>& out = patch.readings;
-  patch.has_felt = !patch.pairs.empty();
-  std::swap(patch.felt, patch.felt_before);
-  std::fill(patch.felt.begin(), patch.felt.end(), LaneBits(0));
-  out.wrench = {};
-  out.shear_W.setZero();
-  for (const PatchPair<S>& pair : patch.pairs) {
-    const BodyId id = find_id(pair.body_b);
-    using Sum = detail::ReadingSum<S>;
-    const Sum sum = detail::sum_of_contacts<Sum>(detail::contacts_of(patch, pair), parallel_for,
-                                                 [&](std::span<ContactTile<S>> tiles, Sum& part) {
-                                                   Sum own;
-                                                   for (const ContactTile<S>& tile : tiles) {
-                                                     detail::read_tile(patch, pair, tile, origin,
-                                                                       S(1) / dt, id, own);
-                                                   }
-                                                   part = own;
-                                                 });
-    out.wrench += sum.all.in_world(pair);
-    out.shear_W += pair.R_WA * sum_of_lanes(sum.shear);
-  }
-  for (std::size_t i = 0; i < patch.felt.size(); ++i) {
-    if (patch.felt[i] == 0 && patch.felt_before[i] != 0) out.clear_tile(i);
-  }
-}
-
-}  // namespace bristle::inline BRISTLE_ABI
-
-#include <cstddef>
-#include <cstdint>
-#include <vector>
-
-namespace bristle::inline BRISTLE_ABI {
-namespace detail {
-
-/// Finds the impulses of a `HostPatch` and its readings. It holds scratch memory only.
-template <Scalar S>
-class HostSolver {
- public:
-  /// Fills `host.impulses_`, which are finite, and the readings. The hits are this step's, and all
-  /// bodies they name are known.
-  void solve(HostPatch<S>& host, S dt);
-
- private:
-  /// Index of a body of the host.
-  [[nodiscard]] static std::uint32_t slot_of(const HostPatch<S>& host, std::uint32_t number) {
-    std::uint32_t i = 0;
-    while (host.bodies_[i].number != number) ++i;
-    return i;
-  }
-
-  void choose_integration(HostPatch<S>& host, S dt) const;
-  void find_impulses(HostPatch<S>& host, S dt);
-  [[nodiscard]] bool solve_once(const SensorPatch<S>& patch, const Island& island,
-                                const SolveContext<S>& context);
-  [[nodiscard]] bool answer(HostPatch<S>& host, S dt, const SolvePass& pass);
-  static void discard_what_is_not_finite(HostPatch<S>& host);
-
-  /// Takes back what pair k gave.
-  static void take_back(HostPatch<S>& host, std::size_t k) {
-    host.impulses_[k] = {};
-    clear_impulses(host.patch_, host.patch_.pairs[k]);
-  }
-
-  std::vector<SolverBody<S>> bodies_;
-  std::vector<std::uint32_t> moving_;
-  std::vector<std::uint32_t> soft_numbers_;
-  Constraints<S> constraints_;
-  ProximalSolver<S> solver_;
-};
-
-}  // namespace detail
-
-/// The table of this file's instruction set.
-template <Scalar S>
-[[nodiscard]] const HostKernels<S>& own_host_kernels() {
-  using Own = detail::HostSolver<S>;
-  static constexpr HostKernels<S> own{
-      .make_scratch = []() -> void* { return new Own; },
-      .delete_scratch = [](void* solver) { delete static_cast<Own*>(solver); },
-      .solve = [](void* solver, HostPatch<S>& patch,
-                  S dt) { static_cast<Own*>(solver)->solve(patch, dt); }};
-  return own;
-}
-
-template <Scalar S>
-const HostKernels<S>& host_kernels() {
-  return own_host_kernels<S>();
-}
-
-// Implementation -----------------------------------------------------------------------------------
-
-namespace detail {
-
-template <Scalar S>
-void HostSolver<S>::solve(HostPatch<S>& host, S dt) {
-  SensorPatch<S>& patch = host.patch_;
-  collect_contacts(
-      patch, host.bodies_.front().body,
-      [&](std::uint32_t number) {
-        return TouchedBody<S>{&host.bodies_[slot_of(host, number)].body, BodyId{number, 0}};
-      },
-      {.dt = dt, .measures_lambda = patch.def.integration == Integration::automatic});
-  host.impulses_.clear();
-  if (patch.contacts.empty()) {
-    clear_patch(patch);
-    return;
-  }
-  bodies_.clear();
-  for (const HostEntry<S>& entry : host.bodies_) bodies_.push_back(entry.solver);
-  choose_integration(host, dt);
-  find_impulses(host, dt);
-  discard_what_is_not_finite(host);
-  fill_readings<S>(patch, host.bodies_.front().body.center_pose.translation, dt,
-                   [](std::uint32_t number) {
-                     return BodyId{number, 0};
-                   });
-}
-
-template <Scalar S>
-void HostSolver<S>::choose_integration(HostPatch<S>& host, S dt) const {
-  SensorPatch<S>& patch = host.patch_;
-  S lambda = S(0);
-  for (PatchPair<S>& pair : patch.pairs) {
-    if (pair.count == 0) continue;
-    measure_pair(patch, pair, bodies_.front(), bodies_[slot_of(host, pair.body_b)], dt);
-    lambda += pair.lambda;
-  }
-  const PatchDef<S>& def = patch.def;
-  for (PatchPair<S>& pair : patch.pairs) {
-    const bool can_be_implicit =
-        def.options.law == Law::paper && def.integration != Integration::explicit_ &&
-        (bodies_.front().is_moving() || bodies_[slot_of(host, pair.body_b)].is_moving());
-    pair.is_implicit = can_be_implicit &&
-                       (def.integration == Integration::implicit || lambda > def.explicit_below);
-  }
-}
-
-template <Scalar S>
-void HostSolver<S>::find_impulses(HostPatch<S>& host, S dt) {
-  SensorPatch<S>& patch = host.patch_;
-  constraints_.clear();
-  host.impulses_.assign(patch.pairs.size(), Wrench<S>{});
-  soft_numbers_.clear();
-  for (std::size_t k = 0; k < patch.pairs.size(); ++k) {
-    PatchPair<S>& pair = patch.pairs[k];
-    if (pair.count == 0) continue;
-    if (!pair.is_implicit) {
-      host.impulses_[k] = explicit_impulses(patch, pair, BodyId{pair.body_b, 0}, dt);
-      continue;
-    }
-    start_linearisation(patch, pair, dt);
-    pair.soft = static_cast<std::uint32_t>(constraints_.soft.size());
-    SoftBlock<S> block;
-    block.body_b = slot_of(host, pair.body_b);
-    block.arm_a = pair.arm_a;
-    block.arm_b = pair.arm_b;
-    constraints_.soft.push_back(block);
-    soft_numbers_.push_back(pair.soft);
-  }
-  if (soft_numbers_.empty()) return;
-  moving_.clear();
-  for (std::uint32_t i = 0; i < bodies_.size(); ++i) {
-    if (bodies_[i].is_moving()) moving_.push_back(i);
-  }
-  SolveContext<S> context;
-  context.dt = dt;
-  const Island island{moving_, {}, {}, soft_numbers_};
-  bool is_solved = false;
-  solve_in_passes(
-      context.settings.max_passes, [&] { is_solved = solve_once(patch, island, context); },
-      [&](const SolvePass& pass) { return is_solved && answer(host, dt, pass); });
-  for (std::size_t k = 0; k < patch.pairs.size() && !is_solved; ++k) {
-    if (patch.pairs[k].is_implicit) take_back(host, k);
-  }
-}
-
-/// @return Whether there is a solution.
-template <Scalar S>
-bool HostSolver<S>::solve_once(const SensorPatch<S>& patch, const Island& island,
-                               const SolveContext<S>& context) {
-  for (const PatchPair<S>& pair : patch.pairs) {
-    if (pair.is_implicit && pair.count > 0) fill_block(pair, constraints_.soft[pair.soft]);
-  }
-  SolveReport<S> report;
-  return S(solver_.solve(island, constraints_, bodies_, context, report)) < infinity<S>;
-}
-
-template <Scalar S>
-bool HostSolver<S>::answer(HostPatch<S>& host, S dt, const SolvePass& pass) {
-  bool has_changed = false;
-  for (std::size_t k = 0; k < host.patch_.pairs.size(); ++k) {
-    PatchPair<S>& pair = host.patch_.pairs[k];
-    if (!pair.is_implicit || pair.count == 0) continue;
-    const PairAnswer<S> found =
-        answer_motion(host.patch_, pair, constraints_.soft[pair.soft].motion, dt, pass);
-    host.impulses_[k] = found.impulse;
-    has_changed = found.has_changed || has_changed;
-  }
-  return has_changed;
-}
-
-template <Scalar S>
-void HostSolver<S>::discard_what_is_not_finite(HostPatch<S>& host) {
-  for (std::size_t k = 0; k < host.patch_.pairs.size(); ++k) {
-    const Wrench<S>& impulse = host.impulses_[k];
-    if (!all_finite(impulse.force) || !all_finite(impulse.torque)) take_back(host, k);
-  }
-}
-
-}  // namespace detail
-}  // namespace bristle::inline BRISTLE_ABI
-
-namespace bristle::inline BRISTLE_ABI {
-
-template <Scalar S>
-HostPatch<S>::HostPatch(std::uint32_t body, PatchDef<S> def)
-    : patch_(make_patch(std::move(def), BodyId{body, 0}, Vec3<S>(Vec3<S>::Zero()))), body_(body) {}
-
-template <Scalar S>
-void HostPatch<S>::add_body(std::uint32_t number, const HostBody<S>& state, S dt) {
-  detail::HostEntry<S>& entry = bodies_.emplace_back();
-  entry.number = number;
-  entry.body.center_pose = state.motion.pose;
-  entry.body.twist = state.motion.twist;
-  SolverBody<S>& solver = entry.solver;
-  solver.start = solver.free = state.motion.twist;
-  if (state.inverse_mass > S(0)) {
-    solver.inverse_mass.setConstant(state.inverse_mass);
-    solver.moves = true;
-    solver.mass = S(1) / state.inverse_mass;
-    solver.inverse_inertia = state.inverse_inertia_W;
-    solver.inertia = inverse_inertia<S>(state.inverse_inertia_W);
-    solver.free.linear += dt * state.acceleration;
-    solver.free.angular += dt * state.angular_acceleration;
-  }
-  solver.twist = solver.free;
-}
-
-}  // namespace bristle::inline BRISTLE_ABI
-
-// === bristle/io/mesh_file.hpp: definitions
-
-#include <string>
-
-namespace bristle::inline BRISTLE_ABI {
-
-template <Scalar S>
-TriangleMesh<S> load_mesh(const std::filesystem::path& path) {
-  const std::string extension = detail::to_lower(path.extension().string());
-  if (extension == ".stl") return read_stl<S>(read_file(path), path.string());
-  if (extension == ".obj") return read_obj<S>(read_file(path), path.string());
-  detail::raise(IoError(path.string(), 0, "unknown kind of mesh file (known: .stl, .obj)"));
-}
-
-}  // namespace bristle::inline BRISTLE_ABI
-
-// === bristle/sensors/placement.hpp: definitions
-
-#include <array>
-#include <string>
-#include <utility>
-#include <vector>
-
-namespace bristle::inline BRISTLE_ABI {
-
-namespace detail {
-
-template <Scalar S>
-void require_depth_and_range(const std::string& def, S depth, S range) {
-  require_not_negative(def + "::depth", depth);
-  require_positive(def + "::range", range);
-  require(range > depth, def + "::range", range,
-          "must exceed depth = " + to_text(depth) + ", so that the ray ends above the surface");
-}
-
-/// The mesh with every triangle naming the first of the vertices at its corners' places.
-template <Scalar S>
-[[nodiscard]] TriangleMesh<S> without_seams(TriangleMesh<S> mesh) {
-  const MergedPoints merged = merge_points<S>(std::span<const Vec3<S>>(mesh.vertices), S(0));
-  for (auto& t : mesh.triangles) {
-    for (std::uint32_t& v : t) v = merged.unique[merged.renumber[v]];
-  }
-  return mesh;
-}
-
-/// Puts sensors on the faces, vertices and edges of a mesh without seams.
-template <Scalar S>
-class MeshPlacement {
- public:
-  MeshPlacement(const TriangleMesh<S>& mesh, const PlacementDef<S>& def)
-      : mesh_(mesh), def_(def), R_AM_(def.X_AM.rotation_matrix()) {
-    report.degenerate_faces = degenerate_triangles(mesh);
-    normals_ = face_normals<S>(mesh, report.degenerate_faces);
-  }
-
-  void add_faces() {
-    for (std::size_t t = 0; t < normals_.size(); ++t) {
-      if (has_normal(t)) add(triangle_centroid(mesh_, t), normals_[t], report.face_sensors);
-    }
-  }
-
-  void add_vertices() {
-    const std::vector<NormalSum<S>> sums = vertex_normals<S>(mesh_, normals_);
-    for (std::uint32_t v = 0; v < sums.size(); ++v) {
-      if (sums[v].has_direction()) {
-        add(mesh_.vertices[v], sums[v].sum, report.vertex_sensors);
-      } else if (sums[v].weight > S(0)) {
-        report.vertices_without_normal.push_back(v);
-      }
-    }
-  }
-
-  void add_edges() {
-    const std::vector<EdgeUse> uses = sorted_edges(mesh_);
-    for (std::size_t i = 0; i < uses.size();) {
-      const EdgeUse& edge = uses[i];
-      NormalSum<S> normal;
-      for (; i < uses.size() && uses[i].is_same_edge(edge); ++i) {
-        if (has_normal(uses[i].triangle)) normal.add(normals_[uses[i].triangle], S(1));
-      }
-      if (normal.has_direction()) {
-        add(S(0.5) * (mesh_.vertices[edge.low] + mesh_.vertices[edge.high]), normal.sum,
-            report.edge_sensors);
-      } else if (normal.weight > S(0)) {
-        report.edges_without_normal.push_back({edge.low, edge.high});
-      }
-    }
-  }
-
-  SensorLayout<S> layout;
-  PlacementReport report;
-
- private:
-  [[nodiscard]] bool has_normal(std::size_t triangle) const {
-    return normals_[triangle] != Vec3<S>::Zero();
-  }
-
-  void add(const Vec3<S>& p_M, const Vec3<S>& n_M, std::size_t& counter) {
-    const Vec3<S> n_A = (R_AM_ * n_M).normalized();
-    layout.add(def_.X_AM * p_M - def_.depth * n_A, n_A, def_.range);
-    ++counter;
-  }
-
-  const TriangleMesh<S>& mesh_;
-  const PlacementDef<S>& def_;
-  Mat3<S> R_AM_;
-  /// Of the faces; zero marks those that have none.
-  std::vector<Vec3<S>> normals_;
-};
-
-}  // namespace detail
-
-template <Scalar S>
-SensorLayout<S> sensors_from_mesh(const TriangleMesh<S>& mesh, const PlacementDef<S>& def,
-                                  PlacementReport* report) {
-  detail::require_depth_and_range("PlacementDef", def.depth, def.range);
-  detail::require_pose("PlacementDef::X_AM", def.X_AM);
-  detail::require(def.faces || def.vertices || def.edges, "PlacementDef::faces", false,
-                  "must be true where vertices and edges are false");
-  validate_surface(mesh);
-
-  const TriangleMesh<S> seamless = detail::without_seams(mesh);
-  detail::MeshPlacement<S> placement(seamless, def);
-  if (def.faces) placement.add_faces();
-  if (def.vertices) placement.add_vertices();
-  if (def.edges) placement.add_edges();
-  if (report != nullptr) *report = std::move(placement.report);
-  return std::move(placement.layout);
-}
-
-template <Scalar S>
-SensorLayout<S> sensor_grid(const SensorGridDef<S>& def) {
-  detail::require_depth_and_range("SensorGridDef", def.depth, def.range);
-  detail::require_all_finite("SensorGridDef::center", def.center);
-  detail::require_all_finite("SensorGridDef::side_u", def.side_u);
-  detail::require_all_finite("SensorGridDef::side_v", def.side_v);
-  detail::require(def.count_u >= 1, "SensorGridDef::count_u", def.count_u, "must be >= 1");
-  detail::require(def.count_v >= 1, "SensorGridDef::count_v", def.count_v, "must be >= 1");
-  const Vec3<S> u = def.side_u.stableNormalized();
-  const Vec3<S> v = def.side_v.stableNormalized();
-  const S sine = u.cross(v).norm();
-  detail::require(sine > Tolerance<S>::equal(), "SensorGridDef: sine of the angle of the sides",
-                  sine, "must not be 0 (sides parallel or of no length)");
-
-  const Vec3<S> normal = u.cross(v) / sine;
-  const Vec3<S> corner = def.center - S(0.5) * (def.side_u + def.side_v) - def.depth * normal;
-  SensorLayout<S> layout;
-  for (std::size_t j = 0; j < def.count_v; ++j) {
-    for (std::size_t i = 0; i < def.count_u; ++i) {
-      const S along_u = (S(i) + S(0.5)) / S(def.count_u);
-      const S along_v = (S(j) + S(0.5)) / S(def.count_v);
-      layout.add(corner + along_u * def.side_u + along_v * def.side_v, normal, def.range);
-    }
-  }
-  return layout;
-}
-
-}  // namespace bristle::inline BRISTLE_ABI
 
 // === bristle/geometry/analytic_backend.hpp: definitions
 // === bristle/geometry/analytic_contacts.hpp
@@ -27471,6 +24453,1480 @@ bool FclBackend::is_clear(const Collidable<S>& c, const Transform<S>& X_RC,
 /// follows.
 // SPDX-License-Identifier: BSD-3-Clause
 
+// === bristle/sensors/passes.hpp
+
+/// @file
+/// The loop around a solve whose sensors change state within the step.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <algorithm>
+
+namespace bristle::inline BRISTLE_ABI {
+
+/// One of the solves of a step.
+struct SolvePass {
+  /// [-] Its number, from 1, and how many there may be after it.
+  int number = 1;
+  int left = 0;
+};
+
+/// Solves, and solves anew while sensors find themselves in another state than they were linearised
+/// for (stuck to slipping, touching to free, another normal force), at most `max_passes` times.
+///
+/// @param solve   solve(): fills the soft blocks and finds velocities.
+/// @param answer  bool answer(pass), after every solve: evaluates the impulses and, if there is a
+///                solve left, says whether that is needed, with the linearisation moved to there.
+/// @return Number of solves.
+template <typename Solve, typename Answer>
+int solve_in_passes(int max_passes, Solve&& solve, Answer&& answer) {
+  SolvePass pass{1, std::max(1, max_passes) - 1};
+  for (;; ++pass.number, --pass.left) {
+    solve();
+    if (!answer(pass) || pass.left == 0) return pass.number;
+  }
+}
+
+}  // namespace bristle::inline BRISTLE_ABI
+
+// === bristle/sensors/patch_contacts.hpp
+
+/// @file
+/// From hits to contacts: sorts the hits of a patch by touched body and advances its bristles.
+// SPDX-License-Identifier: BSD-3-Clause
+
+// === bristle/sensors/lane_parameters.hpp
+
+/// @file
+/// The constants of a patch's sensors as kernels read them, lane by lane.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <algorithm>
+#include <cstddef>
+#include <span>
+
+namespace bristle::inline BRISTLE_ABI::detail {
+
+/// Shared by all sensors, or each its own: one type, so that kernels are compiled once.
+template <Scalar S>
+class LaneParameters {
+ public:
+  explicit LaneParameters(const PatchDef<S>& def)
+      : shared_{def.parameters.normal_stiffness, def.parameters.normal_damping,
+                def.parameters.static_friction, def.parameters.sliding_friction,
+                def.parameters.breakaway_distance},
+        own_(def.per_sensor) {}
+
+  /// Of the sensors from lane `at` of a tile; lanes behind the last sensor have its constants.
+  /// @param scratch  Where they are gathered if each sensor has its own.
+  [[nodiscard]] BRISTLE_INLINE const SensorParameters<Pack<S>>& operator()(
+      std::size_t tile, std::size_t at, SensorParameters<Pack<S>>& scratch) const {
+    if (own_.empty()) return shared_;
+    gather(tile * tile_size + at, scratch);
+    return scratch;
+  }
+
+ private:
+  void gather(std::size_t first, SensorParameters<Pack<S>>& out) const {
+    Row<S> rows[5];
+    for (std::size_t i = 0; i < lanes<S>; ++i) {
+      const SensorParameters<S>& p = own_[std::min(first + i, own_.size() - 1)];
+      rows[0][i] = p.normal_stiffness;
+      rows[1][i] = p.normal_damping;
+      rows[2][i] = p.static_friction;
+      rows[3][i] = p.sliding_friction;
+      rows[4][i] = p.breakaway_distance;
+    }
+    out = {load_pack(rows[0], 0), load_pack(rows[1], 0), load_pack(rows[2], 0),
+           load_pack(rows[3], 0), load_pack(rows[4], 0)};
+  }
+
+  SensorParameters<Pack<S>> shared_;
+  std::span<const SensorParameters<S>> own_;
+};
+
+}  // namespace bristle::inline BRISTLE_ABI::detail
+
+namespace bristle::inline BRISTLE_ABI {
+
+/// A body that a ray met.
+template <Scalar S>
+struct TouchedBody {
+  const Body<S>* body = nullptr;
+  BodyId id{};
+};
+
+/// What contacts are made for.
+template <Scalar S>
+struct CollectDef {
+  /// [s] The step that follows.
+  S dt = S(0);
+  /// [-] Whether anybody chooses between explicit and implicit by Lambda.
+  bool measures_lambda = true;
+  /// [-] Tag of all hits, where only one shape was asked; `any_tag` otherwise.
+  std::uint32_t only_tag = any_tag;
+  /// [-] Whether `begin_hit_lanes` was called, and then `find_hit_lanes` for slices of all sensors.
+  bool knows_hit_lanes = false;
+
+  static constexpr std::uint32_t any_tag = 0xffffffffu;
+};
+
+/// Makes a patch read and remember nothing. Costs nothing when it does so already.
+template <Scalar S>
+void clear_patch(SensorPatch<S>& patch);
+
+/// Makes `hit_bits` what the contacts say that hit anything, for who sets those from outside.
+template <Scalar S>
+void mark_hits(SensorPatch<S>& patch);
+
+/// Keeps which lanes hit anything in the step before: once a step, before the first slice of
+/// `find_hit_lanes`.
+template <Scalar S>
+void begin_hit_lanes(SensorPatch<S>& patch);
+
+/// Finds the lanes of the near tiles of a slice that hit anything, and lets go in those of its
+/// tiles where none does any more. `collect_contacts` does both for all sensors unless it is told
+/// that they were done: threads that share the slices have the hits of their own in their caches.
+template <Scalar S>
+void find_hit_lanes(SensorPatch<S>& patch, RaySlice slice);
+
+/// Fills `contacts` and `pairs` from `hits`; a sensor without a hit lets go of what it held. For
+/// the paper's law the bristles are advanced too, and patches that are explicit by definition give
+/// their impulses, which spares them a second look at every contact.
+///
+/// @param A        The patch's own body.
+/// @param find     Callable: TouchedBody<S> find(tag), the body that owns the shape with that tag.
+/// @param parallel_for  Shares the sensors of a large patch; the contacts are the same bits.
+template <Scalar S, typename FindBody>
+void collect_contacts(SensorPatch<S>& patch, const Body<S>& A, FindBody&& find,
+                      const CollectDef<S>& def, const ParallelFor& parallel_for = serial_for);
+
+// Implementation -----------------------------------------------------------------------------------
+
+template <Scalar S>
+void clear_patch(SensorPatch<S>& patch) {
+  for (const ContactTile<S>& c : patch.contacts) {
+    patch.tiles[c.tile].is_rooted = 0;
+    patch.hit_bits[c.tile] = 0;
+  }
+  for (std::size_t i = 0; patch.has_felt && i < patch.felt.size(); ++i) {
+    if (patch.felt[i] != 0) patch.readings.clear_tile(i);
+    patch.felt[i] = 0;
+  }
+  patch.has_felt = false;
+  patch.contacts.clear();
+  patch.pairs.clear();
+  patch.last_impulses.clear();
+  patch.kept.clear();
+  patch.readings.wrench = {};
+  patch.readings.shear_W.setZero();
+}
+
+template <Scalar S>
+void mark_hits(SensorPatch<S>& patch) {
+  std::fill(patch.hit_bits.begin(), patch.hit_bits.end(), LaneBits(0));
+  // Only whether any lane of a tile did is asked of the step before.
+  for (const ContactTile<S>& c : patch.contacts) patch.hit_bits[c.tile] = 0xffffu;
+}
+
+template <Scalar S>
+void begin_hit_lanes(SensorPatch<S>& patch) {
+  std::swap(patch.hit_bits, patch.hit_before);
+  std::fill(patch.hit_bits.begin(), patch.hit_bits.end(), LaneBits(0));
+}
+
+template <Scalar S>
+void find_hit_lanes(SensorPatch<S>& patch, RaySlice slice) {
+  for (const std::uint32_t number : patch.near_in(slice)) {
+    const S* distance = patch.hits.distance.data() + number * tile_size;
+    std::uint32_t hit = 0;
+    for (std::size_t at = 0; at < tile_size; at += lanes<S>) {
+      hit |= bits(Pack<S>::load(distance + at) < Pack<S>(infinity<S>)) << at;
+    }
+    patch.hit_bits[number] = static_cast<LaneBits>(hit);
+  }
+  // Only what hit something has roots. Other tiles are not looked at: each is memory of its own.
+  const auto [begin, end] = patch.tiles_in(slice);
+  for (std::size_t i = begin; i < end; ++i) {
+    if (patch.hit_before[i] != 0 && patch.hit_bits[i] == 0) patch.tiles[i].is_rooted = 0;
+  }
+}
+
+namespace detail {
+
+/// The same for all slices at once, whoever filled the hits.
+template <Scalar S>
+void find_all_hit_lanes(SensorPatch<S>& patch) {
+  // Hosts know of real sensors only.
+  const std::size_t padded = patch.tiles.size() * tile_size;
+  patch.hits.distance.resize(padded, infinity<S>);
+  patch.hits.normal.resize(padded);
+  patch.hits.tag.resize(padded);
+  begin_hit_lanes(patch);
+  find_hit_lanes(patch, RaySlice{});
+}
+
+/// Gives every body that was hit a pair and every shape that was hit a place in `patch.touched`.
+template <Scalar S, typename FindBody>
+void find_touched(SensorPatch<S>& patch, FindBody&& find, std::uint32_t only_tag) {
+  patch.touched.clear();
+  const auto add_shape = [&](std::uint32_t tag) {
+    const std::uint32_t slot = find(tag).id.index;
+    std::uint32_t pair = 0;
+    while (pair < patch.pairs.size() && patch.pairs[pair].body_b != slot) ++pair;
+    if (pair == patch.pairs.size()) patch.pairs.emplace_back().body_b = slot;
+    patch.touched.push_back({tag, pair});
+  };
+  for (const std::uint32_t number : patch.near) {
+    std::uint32_t rest = patch.hit_bits[number];
+    if (rest == 0) continue;
+    if (only_tag != CollectDef<S>::any_tag) {
+      add_shape(only_tag);
+      return;
+    }
+    const std::uint32_t* tags = patch.hits.tag.data() + number * tile_size;
+    for (const TouchedShape& shape : patch.touched) {
+      rest &= ~std::uint32_t(equal_lanes(tags, shape.tag));
+      if (rest == 0) break;
+    }
+    while (rest != 0) {
+      const std::uint32_t tag = tags[std::countr_zero(rest)];
+      rest &= ~std::uint32_t(equal_lanes(tags, tag));
+      add_shape(tag);
+    }
+  }
+}
+
+/// Lanes of a tile that hit the body of a pair.
+template <Scalar S>
+[[nodiscard]] LaneBits hit_lanes(const SensorPatch<S>& patch, std::size_t number,
+                                 std::uint32_t pair) {
+  const LaneBits hit = patch.hit_bits[number];
+  if (hit == 0) return hit;
+  std::uint32_t of_pair = 0;
+  for (const TouchedShape& shape : patch.touched) {
+    if (shape.pair != pair) continue;
+    of_pair |= equal_lanes(patch.hits.tag.data() + number * tile_size, shape.tag);
+  }
+  return static_cast<LaneBits>(hit & of_pair);
+}
+
+/// Finds which of the near tiles are a pair's and makes room for their contacts from contact
+/// `first` on.
+/// @return One behind the last of them.
+template <Scalar S>
+std::uint32_t place_contacts(SensorPatch<S>& patch, std::uint32_t pair, std::uint32_t first) {
+  const bool is_only = patch.pairs.size() == 1;
+  const std::size_t slice = tiles_per_slice(patch.near.size());
+  std::uint32_t next = first;
+  for (std::size_t from = 0, number = 0; from < patch.near.size(); from += slice) {
+    patch.slice_contacts[number++] = next;
+    const std::size_t to = std::min(patch.near.size(), from + slice);
+    for (std::size_t k = from; k < to; ++k) {
+      const std::uint32_t tile = patch.near[k];
+      const LaneBits hit = is_only ? patch.hit_bits[tile] : hit_lanes(patch, tile, pair);
+      patch.pair_bits[k] = hit;
+      next += hit != 0 ? 1u : 0u;
+    }
+  }
+  // What is there already is kept as it is, and so costs nothing.
+  if (patch.contacts.size() < next) patch.contacts.resize(next);
+  return next;
+}
+
+/// What is summed over the contacts of a pair while they are made. Lane by lane.
+template <Scalar S>
+struct ContactSums {
+  using T = Pack<S>;
+  /// [-] Contacts.
+  std::uint32_t count = 0;
+  Pack3<S> point = zero_vector<T>();
+  T bristle = S(0), viscous = S(0);
+  T tangential = S(0), tangential_second = S(0);
+  Pack3<S> tangential_first = zero_vector<T>();
+  T normal = S(0), normal_second = S(0);
+  Pack3<S> normal_first = zero_vector<T>();
+  /// Of explicit impulses, about A's centre of mass.
+  Pack3<S> impulse = zero_vector<T>();
+  Pack3<S> impulse_moment = zero_vector<T>();
+
+  ContactSums& operator+=(const ContactSums& more) {
+    count += more.count;
+    point += more.point;
+    bristle += more.bristle;
+    viscous += more.viscous;
+    tangential += more.tangential;
+    tangential_second += more.tangential_second;
+    tangential_first += more.tangential_first;
+    normal += more.normal;
+    normal_second += more.normal_second;
+    normal_first += more.normal_first;
+    impulse += more.impulse;
+    impulse_moment += more.impulse_moment;
+    return *this;
+  }
+
+  /// [N s, N m s] Sum of the impulses that were given, on B about the arm `center`, A's axes.
+  [[nodiscard]] Wrench<S> given(const Vec3<S>& center) const {
+    return Wrench<S>{sum_of_lanes(impulse), sum_of_lanes(impulse_moment)}.shifted(center);
+  }
+  [[nodiscard]] PairStiffness<S> stiffness() const {
+    return {sum_of_lanes(bristle),           sum_of_lanes(viscous),
+            sum_of_lanes(tangential),        sum_of_lanes(normal),
+            sum_of_lanes(tangential_first),  sum_of_lanes(normal_first),
+            sum_of_lanes(tangential_second), sum_of_lanes(normal_second)};
+  }
+};
+
+/// The impulses of a pack of contacts at the start of a step into its tile, and to the sums.
+template <Scalar S>
+BRISTLE_INLINE void give_impulses(ContactTile<S>& tile, std::size_t at,
+                                  const SensorParameters<Pack<S>>& p, const LawOptions& options,
+                                  const SensorContact<Pack<S>>& contact, const Pack3<S>& stretch,
+                                  const Pack3<S>& point, const Mask<S>& is_touching, S dt,
+                                  Pack3<S>& sum, Pack3<S>& moment_sum) {
+  using T = Pack<S>;
+  const SensorForce<T> force = sensor_force<T>(p, options, contact, stretch, dt);
+  const Pack3<S> impulse = select(is_touching, T(dt) * force.total(), zero_vector<T>());
+  store_pack(tile.normal_impulse, at, select(is_touching, T(dt) * force.normal, T(S(0))));
+  store_pack(tile.impulse, at, impulse);
+  sum += impulse;
+  moment_sum += cross(point, impulse);
+}
+
+/// Makes contacts of hits: those of some tiles of one patch with one body.
+template <Scalar S>
+class ContactMaker {
+ public:
+  using T = Pack<S>;
+
+  /// @param first  [-] Place of the first contact.
+  ContactMaker(SensorPatch<S>& patch, const PatchPair<S>& pair, BodyId id_b,
+               const LaneParameters<S>& parameters, const CollectDef<S>& def, std::uint32_t first)
+      : patch_(patch),
+        next_(patch.contacts.data() + first),
+        parameters_(parameters),
+        options_(patch.def.options),
+        pose_(pair.pose),
+        linear_(spread<T>(pair.start_motion.linear)),
+        angular_(spread<T>(pair.start_motion.angular)),
+        middle_(spread<T>(patch.box.center())),
+        key_b_(root_key(id_b)),
+        dt_(def.dt),
+        measures_lambda_(def.measures_lambda),
+        gives_(is_explicit(patch.def)) {}
+
+  /// Whether the impulses of a patch are given here.
+  [[nodiscard]] static bool is_explicit(const PatchDef<S>& def) {
+    return def.integration == Integration::explicit_ && def.options.law == Law::paper;
+  }
+
+  /// Those of the lanes `hit` of a tile that meet the body at more than a grazing angle.
+  BRISTLE_INLINE void add_tile(std::size_t number, LaneBits hit) {
+    SensorTile<S>& tile = patch_.tiles[number];
+    ContactTile<S>& out = *next_++;
+    out.begin(static_cast<std::uint32_t>(number));
+    // Who hits nothing any more lets go.
+    const auto rooted = static_cast<LaneBits>(tile.is_rooted & patch_.hit_bits[number]);
+    const LaneBits anchored =
+        rooted == 0 ? LaneBits(0) : static_cast<LaneBits>(rooted & tile.rooted_in.lanes_in(key_b_));
+    for (std::size_t at = 0; at < tile_size; at += lanes<S>) {
+      if (pack_bits<S>(hit, at) != 0) add_pack(tile, out, at, hit, anchored);
+    }
+    if (options_.law == Law::ambf) {
+      tile.is_rooted = static_cast<LaneBits>(rooted & (~hit | out.is_met));
+    } else {
+      const auto fresh = static_cast<LaneBits>(out.is_touching & ~std::uint32_t(anchored));
+      if (fresh != 0) tile.rooted_in.set(fresh, key_b_, rooted != anchored);
+      tile.is_rooted = static_cast<LaneBits>((rooted & ~hit) | out.is_touching);
+    }
+    sums_.count += static_cast<std::uint32_t>(std::popcount(out.is_met));
+  }
+
+  [[nodiscard]] const ContactSums<S>& sums() const { return sums_; }
+
+ private:
+  BRISTLE_INLINE void add_pack(SensorTile<S>& tile, ContactTile<S>& out, std::size_t at,
+                               LaneBits hit, LaneBits anchored) {
+    const TouchPack<S> touch(patch_, tile, out.tile, at, hit, true);
+    SensorParameters<T> scratch;
+    const SensorParameters<T>& p = parameters_(out.tile, at, scratch);
+    const Mask<S> is_met = touch.is_met;
+    const Mask<S> is_touching = is_met & (touch.depth > T(0));
+    const Pack3<S> n = touch.n, g = touch.g, point = touch.point;
+    const T depth = touch.depth, inverse_length = touch.inverse_length;
+    const Pack3<S> velocity = linear_ + cross(angular_, point);
+    const T force =
+        select(is_touching, normal_force(p, depth, T(dot(g, velocity) * inverse_length)), T(0));
+    store_mask(out.is_met, at, is_met);
+    store_mask(out.is_touching, at, is_touching);
+    if (options_.law == Law::paper) {
+      // Most bristles stay as they are. What has to be rooted is a call, and loads what it needs
+      // anew: inlined, it would push this loop's values out of the registers.
+      const Anchor<T> anchor{load_pack(tile.root_a, at), load_pack(tile.root_b, at)};
+      Pack3<S> stretch = anchor_stretch<T>(anchor, pose_, n);
+      const T sigma = p.breakaway_distance;
+      const Mask<S> is_kept = load_mask<S>(anchored, at) & (dot(stretch, stretch) <= sigma * sigma);
+      const bool is_any_moved = any(is_touching & !is_kept);
+      // Where the impulses are given here, nobody else will ask for it.
+      Row3<S>& row = gives_ ? stretch_ : out.stretch;
+      if (!gives_ || is_any_moved) store_pack(row, at, stretch);
+      if (is_any_moved) {
+        root_anew(tile, out, at, anchored, sigma, row);
+        stretch = load_pack(row, at);
+      }
+      if (gives_) {
+        give_impulses<S>(out, at, p, options_, {depth, inverse_length, n, g, velocity}, stretch,
+                         point, is_touching, dt_, sums_.impulse, sums_.impulse_moment);
+      }
+    }
+    sums_.point += select(is_met, point, zero_vector<T>());
+    if (!gives_ || measures_lambda_) {
+      add_sums(p, point, depth, force, inverse_length, is_met, is_touching);
+    }
+  }
+
+  /// Advances the bristles of the lanes that touch, and leaves those of the others alone.
+  BRISTLE_OUTLINED void root_anew(SensorTile<S>& tile, ContactTile<S>& out, std::size_t at,
+                                  LaneBits anchored, const T& sigma, Row3<S>& row) const {
+    Anchor<T> anchor{load_pack(tile.root_a, at), load_pack(tile.root_b, at)};
+    const Mask<S> is_touching = load_mask<S>(out.is_touching, at);
+    const T distance = patch_.distances_of(out.tile * tile_size + at, is_touching);
+    const Pack3<S> point = load_pack(tile.start, at) + distance * load_pack(tile.direction, at);
+    Mask<S> did_slip;
+    // What does not touch is kept, however far it is stretched.
+    Pack3<S> stretch = load_pack(row, at);
+    root_where_needed<T>(anchor, load_mask<S>(anchored, at) | !is_touching, stretch, pose_, point,
+                         select(is_touching, sigma, T(infinity<S>)), options_.reset, did_slip);
+    store_pack(row, at, stretch);
+    store_mask(out.is_slipping, at, did_slip);
+    store_pack(tile.root_a, at, anchor.q_A);
+    store_pack(tile.root_b, at, anchor.q_B);
+  }
+
+  BRISTLE_INLINE void add_sums(const SensorParameters<T>& p, const Pack3<S>& point, const T& depth,
+                               const T& force, const T& inverse_length, const Mask<S>& is_met,
+                               const Mask<S>& is_touching) {
+    const T k_t = select(is_touching, bristle_stiffness(p, options_.scaling, force, depth), T(0));
+    const T c_t = select(is_touching, p.sliding_friction, T(0));
+    sums_.bristle += k_t;
+    sums_.viscous += c_t;
+    if (!measures_lambda_) return;
+    const T tangential = T(dt_ * dt_) * k_t + T(S(2) * dt_) * c_t;
+    const T normal = select(
+        is_met,
+        (T(dt_ * dt_) * p.normal_stiffness + T(S(2) * dt_) * p.normal_damping) * inverse_length,
+        T(0));
+    const Pack3<S> arm = point - middle_;
+    const T arm2 = dot(arm, arm);
+    sums_.tangential += tangential;
+    sums_.tangential_first += tangential * arm;
+    sums_.tangential_second += tangential * arm2;
+    sums_.normal += normal;
+    sums_.normal_first += normal * arm;
+    sums_.normal_second += normal * arm2;
+  }
+
+  SensorPatch<S>& patch_;
+  ContactTile<S>* next_;
+  const LaneParameters<S>& parameters_;
+  const LawOptions options_;
+  const PairPose<S> pose_;
+  const Pack3<S> linear_, angular_, middle_;
+  const std::uint64_t key_b_;
+  const S dt_;
+  const bool measures_lambda_;
+  const bool gives_;
+  ContactSums<S> sums_{};
+  alignas(64) Row3<S> stretch_;
+};
+
+/// Makes the contacts of pair `index`, from contact `first` on, and measures them.
+/// @return One behind the last contact.
+template <Scalar S>
+std::uint32_t meet_body(SensorPatch<S>& patch, std::uint32_t index, const Body<S>& A,
+                        const TouchedBody<S>& B, const CollectDef<S>& def, std::uint32_t first,
+                        const ParallelFor& parallel_for) {
+  PatchPair<S>& pair = patch.pairs[index];
+  pair.R_WA = A.center_pose.rotation_matrix();
+  pair.pose = pair_pose(A.center_pose, B.body->center_pose);
+  const Vec3<S> p_AB_W = B.body->center_pose.translation - A.center_pose.translation;
+  const Mat3<S> R_AW = pair.R_WA.transpose();
+  pair.start_motion = {R_AW * (A.twist.linear - B.body->twist.at(-p_AB_W)),
+                       R_AW * (A.twist.angular - B.body->twist.angular)};
+  const std::uint32_t end = place_contacts(patch, index, first);
+  const std::size_t slice = tiles_per_slice(patch.near.size());
+  using Maker = ContactMaker<S>;
+  const LaneParameters<S> parameters(patch.def);
+  const auto meet = [&](std::size_t from, std::size_t to, ContactSums<S>& sums) {
+    Maker maker(patch, pair, B.id, parameters, def, patch.slice_contacts[from / slice]);
+    for (std::size_t k = from; k < to; ++k) {
+      if (patch.pair_bits[k] != 0) maker.add_tile(patch.near[k], patch.pair_bits[k]);
+    }
+    sums = maker.sums();
+  };
+  const auto sums = sum_in_slices<ContactSums<S>>(patch.near.size(), slice, fewest_shared_slices,
+                                                  parallel_for, meet);
+  pair.stiffness = sums.stiffness();
+  // Moments are taken about the middle of the contacts, where they are smallest.
+  pair.center = sum_of_lanes(sums.point) / S(std::max(sums.count, 1u));
+  pair.is_given = Maker::is_explicit(patch.def);
+  pair.given = sums.given(pair.center);
+  // A body that is met at grazing angles only is not met.
+  pair.first = first;
+  pair.count = sums.count > 0 ? end - first : 0;
+  pair.arm_a = pair.R_WA * pair.center;
+  pair.arm_b = pair.arm_a - p_AB_W;
+  return end;
+}
+
+}  // namespace detail
+
+template <Scalar S, typename FindBody>
+void collect_contacts(SensorPatch<S>& patch, const Body<S>& A, FindBody&& find,
+                      const CollectDef<S>& def, const ParallelFor& parallel_for) {
+  patch.pairs.clear();
+  // Nothing was asked, and nothing is held that could be let go.
+  if (patch.near.empty() && patch.contacts.empty()) return;
+  if (!def.knows_hit_lanes) detail::find_all_hit_lanes(patch);
+  detail::find_touched(patch, find, def.only_tag);
+  std::uint32_t contacts = 0;
+  for (std::uint32_t index = 0; index < patch.pairs.size(); ++index) {
+    for (const TouchedShape& shape : patch.touched) {
+      if (shape.pair != index) continue;
+      contacts = detail::meet_body(patch, index, A, find(shape.tag), def, contacts, parallel_for);
+      break;
+    }
+  }
+  patch.contacts.resize(contacts);
+}
+
+}  // namespace bristle::inline BRISTLE_ABI
+
+// === bristle/sensors/patch_readings.hpp
+
+/// @file
+/// What a patch finally reads: impulses become forces in the frames of its sensors.
+// SPDX-License-Identifier: BSD-3-Clause
+
+// === bristle/sensors/patch_block.hpp
+
+/// @file
+/// The implicit patch: all sensors that touch one body as one soft 6x6 constraint.
+///
+/// Every sensor's impulse is made an affine function of the velocity at the end of the step; since
+/// all of them see the same relative motion of two rigid bodies, their sum is one 6x6 matrix and
+/// one 6-vector, whatever their number. Sensors that change state within the step (touch, let go,
+/// slip) are linearised anew around the last solution, a few passes at most. docs/sensors.md
+/// derives every line; the equations are numbered there. Sweeps over the contacts of a large patch
+/// are shared by the threads of `parallel_for`, with the same bits for any number of them.
+// SPDX-License-Identifier: BSD-3-Clause
+
+// === bristle/sensors/linear_model.hpp
+
+/// @file
+/// The impulse of one sensor as an affine function of the velocity at the end of the step.
+///
+/// The formulas of the implicit patch (docs/sensors.md, section 4), for one contact or for as many
+/// as a register has lanes.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <array>
+
+namespace bristle::inline BRISTLE_ABI::detail {
+
+/// Velocity of A relative to B at the arm rho from c for the motion (linear, angular) at c.
+template <Value T>
+[[nodiscard]] BRISTLE_INLINE Vector3<T> velocity_at(const Vector3<T>& linear,
+                                                    const Vector3<T>& angular,
+                                                    const Vector3<T>& rho) {
+  return linear + cross(angular, rho);
+}
+
+/// Normal part: J_n = dt K_N e_N + a_n g.v' while touching; before, the spring and the damper act
+/// on the depth that is reached within the step only, so that nothing pushes across a gap.
+template <Value T>
+BRISTLE_INLINE void linearise_normal(const SensorParameters<T>& p, PatchContact<T>& c,
+                                     ScalarOf<T> dt) {
+  const T spring = T(dt) * p.normal_stiffness;
+  const T slope = spring + p.normal_damping;
+  c.normal_constant = select(c.is_touching, spring, slope) * c.depth;
+  c.a_normal = T(dt) * slope * c.inverse_length;
+}
+
+/// [N] Mean normal force of a step that ends with the velocity v, of contacts that push or not
+/// (`is_pushing`) and whose normal part is as `linearise_normal` leaves it.
+template <Value T>
+[[nodiscard]] BRISTLE_INLINE T force_at(const PatchContact<T>& c, const Vector3<T>& v,
+                                        ScalarOf<T> dt) {
+  const T normal = c.normal_constant + c.a_normal * dot(c.g, v);
+  return select(c.is_pushing, normal, T(0)) * T(ScalarOf<T>(1) / dt);
+}
+
+/// Constant part of the impulse from the normal: along g, plus, where the force shall point along
+/// the ray, the difference to n with the impulse of the last pass. (With that impulse inside, the
+/// matrix would be unsymmetric and oblique rays would be kicked.)
+template <Value T>
+[[nodiscard]] BRISTLE_INLINE Vector3<T> normal_constant(const PatchContact<T>& c,
+                                                        NormalDirection direction) {
+  Vector3<T> sum = c.normal_constant * c.g;
+  if (direction == NormalDirection::ray) sum += c.normal_impulse * Vector3<T>(c.n - c.g);
+  return select(c.is_pushing, sum, zero_vector<T>());
+}
+
+/// Friction of a bristle that sticks throughout the step.
+template <Value T>
+[[nodiscard]] BRISTLE_INLINE Vector3<T> linearise_stuck(const SensorParameters<T>& p,
+                                                        const LawOptions& options,
+                                                        const PatchPair<ScalarOf<T>>& pair,
+                                                        PatchContact<T>& c, ScalarOf<T> dt) {
+  using S = ScalarOf<T>;
+  const T k_t = bristle_stiffness(p, options.scaling, c.force, c.depth);
+  const Vector3<T> v0 = tangential<T>(c.start_velocity, c.n);
+  const T viscous = T(dt) * p.sliding_friction;
+  c.a_across = c.a_along = T((pair.alpha + pair.beta) * dt * dt) * k_t + T(pair.theta) * viscous;
+  c.along = zero_vector<T>();
+  return (T(dt) * k_t) * c.stretch +
+         (T(S(1) - pair.theta) * viscous - T(pair.beta * dt * dt) * k_t) * v0;
+}
+
+/// Mean stretch of a bristle over a step in which it slips with the tangential velocity v.
+template <Value T>
+[[nodiscard]] BRISTLE_INLINE Vector3<T> mean_slip_stretch(const PatchPair<ScalarOf<T>>& pair,
+                                                          const PatchContact<T>& c,
+                                                          const Vector3<T>& v, T sigma,
+                                                          SlipReset reset, ScalarOf<T> dt) {
+  using std::min;
+  using std::sqrt;
+  const T speed = sqrt(dot(v, v));
+  const T passed = speed * T(dt);
+  const Truth<T> passes_whole_stretches = passed >= sigma;
+  const Vector3<T> reached = c.stretch + T(pair.alpha * dt) * v;
+  const Vector3<T> within = after_reset<T>(reached, sigma, reset);
+  if (!any(passes_whole_stretches)) return within;
+  if (reset == SlipReset::release) {
+    return select(passes_whole_stretches, (sigma / (T(2) * speed)) * v, within);
+  }
+  // Dragging: the stretch grows to sigma along the slip, then stays there.
+  const Vector3<T> h = c.stretch + T(dt) * v;
+  const T size = sqrt(dot(h, h));
+  const T per_size = select(size > T(0), T(1) / size, T(0));
+  const T start = min(sigma, T(dot(c.stretch, h) * per_size));
+  const T fraction = min(T(1), T((sigma - start) / passed));
+  const T mean = fraction * (start + sigma) / T(2) + (T(1) - fraction) * sigma;
+  return select(passes_whole_stretches, (mean * per_size) * h, within);
+}
+
+/// Friction of a bristle that slips, linearised around the tangential velocity v.
+template <Value T>
+[[nodiscard]] BRISTLE_INLINE Vector3<T> linearise_slip(const SensorParameters<T>& p,
+                                                       const LawOptions& options,
+                                                       const PatchPair<ScalarOf<T>>& pair,
+                                                       PatchContact<T>& c, const Vector3<T>& v,
+                                                       ScalarOf<T> dt) {
+  using std::max;
+  using std::min;
+  using std::sqrt;
+  using S = ScalarOf<T>;
+  const T k_t = bristle_stiffness(p, options.scaling, c.force, c.depth);
+  const Vector3<T> mean = mean_slip_stretch<T>(pair, c, v, p.breakaway_distance, options.reset, dt);
+  const T speed2 = dot(v, v);
+  const Truth<T> moves = speed2 > T(0);
+  const T stiffest = T((pair.alpha + pair.beta) * dt * dt) * k_t;
+  const T secant =
+      select(moves, min(T(T(dt) * k_t * max(T(0), T(dot(mean, v))) / speed2), stiffest), stiffest);
+  const T viscous = T(pair.theta * dt) * p.sliding_friction;
+  const Vector3<T> v0 = tangential<T>(c.start_velocity, c.n);
+  const Vector3<T> sum =
+      (T(dt) * k_t) * mean + (T((S(1) - pair.theta) * dt) * p.sliding_friction) * v0;
+  c.a_across = secant + viscous;
+  // Newton: friction does not grow with the speed, but turns with its direction. Or secant on all
+  // directions: pure damping, which cannot reverse the slip.
+  const Truth<T> is_newton = moves & !c.is_damping_slip;
+  c.a_along = select(is_newton, viscous, c.a_across);
+  c.along = select(is_newton, T(T(1) / sqrt(speed2)) * v, zero_vector<T>());
+  return select(is_newton, sum, Vector3<T>(sum - secant * v));
+}
+
+/// Linear model of one contact around the tangential velocity v.
+template <Value T>
+BRISTLE_INLINE void linearise(const SensorParameters<T>& p, const LawOptions& options,
+                              const PatchPair<ScalarOf<T>>& pair, PatchContact<T>& c,
+                              const Vector3<T>& v, ScalarOf<T> dt) {
+  Vector3<T> friction = linearise_stuck<T>(p, options, pair, c, dt);
+  if (any(c.is_slipping)) {
+    PatchContact<T> slipping = c;
+    const Vector3<T> slip_friction = linearise_slip<T>(p, options, pair, slipping, v, dt);
+    friction = select(c.is_slipping, slip_friction, friction);
+    c.a_across = select(c.is_slipping, slipping.a_across, c.a_across);
+    c.a_along = select(c.is_slipping, slipping.a_along, c.a_along);
+    c.along = select(c.is_slipping, slipping.along, c.along);
+  }
+  c.a_across = select(c.is_touching, c.a_across, T(0));
+  c.a_along = select(c.is_touching, c.a_along, T(0));
+  c.constant =
+      normal_constant<T>(c, options.normal) + select(c.is_touching, friction, zero_vector<T>());
+}
+
+/// Impulse of a contact's linear model at the velocity v. `a_normal` is 0 where nothing pushes.
+template <Value T>
+[[nodiscard]] BRISTLE_INLINE Vector3<T> model_impulse(const PatchContact<T>& c,
+                                                      const Vector3<T>& v) {
+  Vector3<T> sum =
+      c.constant + c.a_across * tangential<T>(v, c.n) + T(c.a_normal * dot(c.g, v)) * c.g;
+  if (any(c.is_slipping)) sum += T((c.a_along - c.a_across) * dot(c.along, v)) * c.along;
+  return sum;
+}
+
+/// Sum of linear models about c.
+///
+/// Each is J = constant + K v with a symmetric 3x3 matrix K at the arm rho, so with X = [rho]x it
+/// adds [K, -K X; X K, -X K X] and [constant; rho x constant].
+template <Value T>
+struct ModelSum {
+  using S = ScalarOf<T>;
+  T xx = S(0), xy = S(0), xz = S(0), yy = S(0), yz = S(0), zz = S(0);
+  /// Rows of -K X.
+  Vector3<T> top_x = zero_vector<T>(), top_y = zero_vector<T>(), top_z = zero_vector<T>();
+  T low_xx = S(0), low_xy = S(0), low_xz = S(0), low_yy = S(0), low_yz = S(0), low_zz = S(0);
+  Vector3<T> linear = zero_vector<T>(), angular = zero_vector<T>();
+
+  /// Adds a contact; one that does not push has `a_normal` 0.
+  BRISTLE_INLINE void add(const PatchContact<T>& c) {
+    const Vector3<T> ag = c.a_normal * c.g;
+    const Vector3<T> an = c.a_across * c.n;
+    T kxx = x(ag) * x(c.g) - x(an) * x(c.n) + c.a_across;
+    T kxy = x(ag) * y(c.g) - x(an) * y(c.n);
+    T kxz = x(ag) * z(c.g) - x(an) * z(c.n);
+    T kyy = y(ag) * y(c.g) - y(an) * y(c.n) + c.a_across;
+    T kyz = y(ag) * z(c.g) - y(an) * z(c.n);
+    T kzz = z(ag) * z(c.g) - z(an) * z(c.n) + c.a_across;
+    if (any(c.is_slipping)) {
+      const Vector3<T> aa = T(c.a_along - c.a_across) * c.along;
+      kxx += x(aa) * x(c.along);
+      kxy += x(aa) * y(c.along);
+      kxz += x(aa) * z(c.along);
+      kyy += y(aa) * y(c.along);
+      kyz += y(aa) * z(c.along);
+      kzz += z(aa) * z(c.along);
+    }
+    xx += kxx;
+    xy += kxy;
+    xz += kxz;
+    yy += kyy;
+    yz += kyz;
+    zz += kzz;
+    // A row k of K gives the row -k X = rho x k of the block beside it.
+    const Vector3<T> bx = cross(c.rho, vector(kxx, kxy, kxz));
+    const Vector3<T> by = cross(c.rho, vector(kxy, kyy, kyz));
+    const Vector3<T> bz = cross(c.rho, vector(kxz, kyz, kzz));
+    top_x += bx;
+    top_y += by;
+    top_z += bz;
+    // X applied to the columns of that block; symmetric.
+    const T rx = x(c.rho), ry = y(c.rho), rz = z(c.rho);
+    low_xx += ry * x(bz) - rz * x(by);
+    low_xy += ry * y(bz) - rz * y(by);
+    low_xz += ry * z(bz) - rz * z(by);
+    low_yy += rz * y(bx) - rx * y(bz);
+    low_yz += rz * z(bx) - rx * z(bz);
+    low_zz += rx * z(by) - ry * z(bx);
+    linear += c.constant;
+    angular += cross(c.rho, c.constant);
+  }
+
+  ModelSum& operator+=(const ModelSum& more) {
+    xx += more.xx;
+    xy += more.xy;
+    xz += more.xz;
+    yy += more.yy;
+    yz += more.yz;
+    zz += more.zz;
+    top_x += more.top_x;
+    top_y += more.top_y;
+    top_z += more.top_z;
+    low_xx += more.low_xx;
+    low_xy += more.low_xy;
+    low_xz += more.low_xz;
+    low_yy += more.low_yy;
+    low_yz += more.low_yz;
+    low_zz += more.low_zz;
+    linear += more.linear;
+    angular += more.angular;
+    return *this;
+  }
+
+  /// The sum over all lanes.
+  void get(Mat6<S>& matrix, Vec6<S>& offset) const {
+    Mat3<S> K, low;
+    K << sum_of_lanes(xx), sum_of_lanes(xy), sum_of_lanes(xz), S(0), sum_of_lanes(yy),
+        sum_of_lanes(yz), S(0), S(0), sum_of_lanes(zz);
+    low << sum_of_lanes(low_xx), sum_of_lanes(low_xy), sum_of_lanes(low_xz), S(0),
+        sum_of_lanes(low_yy), sum_of_lanes(low_yz), S(0), S(0), sum_of_lanes(low_zz);
+    Mat3<S> top;
+    top << sum_of_lanes(top_x).transpose(), sum_of_lanes(top_y).transpose(),
+        sum_of_lanes(top_z).transpose();
+    matrix.template topLeftCorner<3, 3>() = K.template selfadjointView<Eigen::Upper>();
+    matrix.template topRightCorner<3, 3>() = top;
+    matrix.template bottomLeftCorner<3, 3>() = top.transpose();
+    matrix.template bottomRightCorner<3, 3>() = low.template selfadjointView<Eigen::Upper>();
+    offset.template head<3>() = sum_of_lanes(linear);
+    offset.template tail<3>() = sum_of_lanes(angular);
+  }
+
+ private:
+  [[nodiscard]] BRISTLE_INLINE static T x(const Vector3<T>& v) { return coordinate<0>(v); }
+  [[nodiscard]] BRISTLE_INLINE static T y(const Vector3<T>& v) { return coordinate<1>(v); }
+  [[nodiscard]] BRISTLE_INLINE static T z(const Vector3<T>& v) { return coordinate<2>(v); }
+  template <int axis>
+  [[nodiscard]] BRISTLE_INLINE static T coordinate(const Vector3<T>& v) {
+    if constexpr (Scalar<T>) {
+      return v[axis];
+    } else {
+      return axis == 0 ? v.x : axis == 1 ? v.y : v.z;
+    }
+  }
+  [[nodiscard]] BRISTLE_INLINE static Vector3<T> vector(const T& x, const T& y, const T& z) {
+    return {x, y, z};
+  }
+};
+
+/// What moving the linearisation found.
+template <Value T>
+struct PassChange {
+  bool did_switch = false;
+  bool has_slip = false;
+  T force_sum = ScalarOf<T>(0);
+  T force_change = ScalarOf<T>(0);
+
+  PassChange& operator+=(const PassChange& more) {
+    did_switch = did_switch || more.did_switch;
+    has_slip = has_slip || more.has_slip;
+    force_sum += more.force_sum;
+    force_change += more.force_change;
+    return *this;
+  }
+};
+
+/// Whether the normal part of a contact acts at the velocity v that was found, and with what force.
+template <Value T>
+BRISTLE_INLINE void update_normal(PatchContact<T>& c, const Truth<T>& is_met, const Vector3<T>& v,
+                                  ScalarOf<T> dt, PassChange<T>& change) {
+  using std::abs;
+  using std::max;
+  const T normal = c.normal_constant + c.a_normal * dot(c.g, v);
+  const Truth<T> is_pushing = is_met & (normal > T(0));
+  change.did_switch = change.did_switch || any(is_pushing ^ c.is_pushing);
+  c.is_pushing = is_pushing;
+  const T force = force_at<T>(c, v, dt);
+  change.force_change += select(is_met, abs(force - c.force), T(0));
+  change.force_sum += force;
+  c.force = force;
+}
+
+/// Whether a touching sensor slips at the tangential velocity v that was found, and whether its
+/// slip has to be damped because it turns around from pass to pass.
+template <Value T>
+BRISTLE_INLINE void update_slip(PatchContact<T>& c, const Vector3<T>& v, T sigma, SlipReset reset,
+                                ScalarOf<T> dt, int pass, bool is_last_pass,
+                                PassChange<T>& change) {
+  const Vector3<T> reached = c.stretch + T(dt) * v;
+  const Truth<T> overshoots = c.is_touching & (dot(reached, reached) > sigma * sigma);
+  // A released bristle has let go for this step; a dragged one may be found sticking after all.
+  const Truth<T> is_slipping =
+      reset == SlipReset::release ? overshoots | c.is_slipping : overshoots;
+  change.did_switch = change.did_switch || any(is_slipping ^ c.is_slipping);
+  change.has_slip = change.has_slip || any(is_slipping);
+  const Truth<T> slips_on = c.is_slipping & is_slipping;
+  if ((pass >= 2 || is_last_pass) && any(slips_on)) {
+    const T along_last = dot(v, c.last_slip);
+    const T bound = is_last_pass ? T(dot(c.last_slip, c.last_slip) / T(4)) : T(0);
+    const Truth<T> turns = along_last <= bound;
+    c.is_damping_slip = c.is_damping_slip | (slips_on & turns);
+  }
+  c.is_slipping = is_slipping;
+  c.last_slip = v;
+}
+
+}  // namespace bristle::inline BRISTLE_ABI::detail
+
+#include <span>
+
+namespace bristle::inline BRISTLE_ABI {
+
+/// Sets the weights of the implicit scheme from x = w (dt^2 sum k_t + dt sum mu_V): for soft
+/// bristles nearly conservative and fourth-order in phase, for stiff ones implicit Euler.
+/// @param w  [1/kg] Mobility of the pair at c: a third of the trace of its linear part.
+template <Scalar S>
+void set_scheme(PatchPair<S>& pair, S bristle_sum, S viscous_sum, S w, S dt);
+
+/// Linearises all contacts of a pair for the first pass, around the motion at the start of the
+/// step, and sums their models.
+template <Scalar S>
+void start_linearisation(const SensorPatch<S>& patch, PatchPair<S>& pair, S dt,
+                         const ParallelFor& parallel_for = serial_for);
+
+/// What a pair gave at a motion.
+template <Scalar S>
+struct PairAnswer {
+  /// [N s, N m s] Sum of its impulses on B about c.
+  Wrench<S> impulse{};
+  /// Whether its contacts are in another state there than they were linearised for, so that another
+  /// solve is needed.
+  bool has_changed = false;
+};
+
+/// Evaluates the impulse of every contact at the motion that was found. If there is a solve left
+/// and any of them changed or slips, moves the linearisation there, which changes `matrix` and
+/// `offset`.
+/// @param motion  u at the end of the step, as the solver found it.
+template <Scalar S>
+PairAnswer<S> answer_motion(SensorPatch<S>& patch, PatchPair<S>& pair, const Vec6<S>& motion, S dt,
+                            const SolvePass& pass, const ParallelFor& parallel_for = serial_for);
+
+/// Puts the sum of the linear models of a pair's contacts into its soft block.
+template <Scalar S>
+void fill_block(const PatchPair<S>& pair, SoftBlock<S>& block);
+
+/// Takes back what the contacts of a pair gave, and that any of them slipped.
+template <Scalar S>
+void clear_impulses(SensorPatch<S>& patch, const PatchPair<S>& pair);
+
+// Implementation -----------------------------------------------------------------------------------
+
+template <Scalar S>
+void set_scheme(PatchPair<S>& pair, S bristle_sum, S viscous_sum, S w, S dt) {
+  const S x = w * (dt * dt * bristle_sum + dt * viscous_sum);
+  pair.alpha = x / (S(1) + x);
+  pair.beta = (S(1) - pair.alpha) * (S(1) - pair.alpha) / S(12);
+  pair.theta = (S(1) + pair.alpha) / S(2);
+}
+
+namespace detail {
+
+/// The contact tiles of a pair.
+template <typename Patch, Scalar S>
+[[nodiscard]] auto contacts_of(Patch& patch, const PatchPair<S>& pair) {
+  return std::span(patch.contacts).subspan(pair.first, pair.count);
+}
+
+/// Adds up part(tiles, sum) over contact tiles, in slices that threads may share.
+template <typename Sum, typename Tile, typename Part>
+[[nodiscard]] Sum sum_of_contacts(std::span<Tile> all, const ParallelFor& parallel_for,
+                                  const Part& part) {
+  return sum_in_slices<Sum>(all.size(), tiles_per_slice(all.size()), fewest_shared_slices,
+                            parallel_for, [&](std::size_t first, std::size_t end, Sum& sum) {
+                              part(all.subspan(first, end - first), sum);
+                            });
+}
+
+/// A motion of A relative to B, in A's axes, for all lanes.
+template <Scalar S>
+struct LaneMotion {
+  Pack3<S> linear, angular;
+
+  LaneMotion(const Vec3<S>& v, const Vec3<S>& w)
+      : linear(Pack3<S>::all(v)), angular(Pack3<S>::all(w)) {}
+  /// From u of a soft block, in the world's axes.
+  LaneMotion(const PatchPair<S>& pair, const Vec6<S>& u)
+      : LaneMotion(pair.R_WA.transpose() * u.template head<3>(),
+                   pair.R_WA.transpose() * u.template tail<3>()) {}
+
+  [[nodiscard]] BRISTLE_INLINE Pack3<S> at(const Pack3<S>& rho) const {
+    return velocity_at<Pack<S>>(linear, angular, rho);
+  }
+};
+
+/// A wrench in lanes, in A's axes.
+template <Scalar S>
+struct LaneWrench {
+  Pack3<S> force = zero_vector<Pack<S>>();
+  Pack3<S> torque = zero_vector<Pack<S>>();
+
+  LaneWrench& operator+=(const LaneWrench& more) {
+    force += more.force;
+    torque += more.torque;
+    return *this;
+  }
+  /// Its sum in the world's axes.
+  [[nodiscard]] Wrench<S> in_world(const PatchPair<S>& pair) const {
+    return {pair.R_WA * sum_of_lanes(force), pair.R_WA * sum_of_lanes(torque)};
+  }
+};
+
+/// Finds what is known of the contacts of a pack before anything is linearised.
+template <Scalar S>
+BRISTLE_INLINE void find_geometry(const SensorPatch<S>& patch, const ContactTile<S>& tile,
+                                  std::size_t at, const Pack3<S>& center,
+                                  PatchContact<Pack<S>>& c) {
+  const TouchPack<S> touch(patch, patch.tiles[tile.tile], tile.tile, at, tile.is_met, false);
+  c.n = touch.n;
+  c.g = touch.g;
+  c.rho = touch.point - center;
+  c.depth = touch.depth;
+  c.inverse_length = touch.inverse_length;
+  c.stretch = load_pack(tile.stretch, at);
+  c.is_touching = load_mask<S>(tile.is_touching, at);
+}
+
+/// Loads what the last pass found them to do.
+template <Scalar S>
+BRISTLE_INLINE void load_states(const ContactTile<S>& tile, std::size_t at,
+                                PatchContact<Pack<S>>& c) {
+  c.is_pushing = load_mask<S>(tile.is_pushing, at);
+  c.is_slipping = load_mask<S>(tile.is_slipping, at);
+  c.is_damping_slip = load_mask<S>(tile.is_damping_slip, at);
+}
+
+/// The model of another motion, and the force that it was made for.
+template <Scalar S>
+BRISTLE_INLINE void load_model(const ContactTile<S>& tile, std::size_t at,
+                               PatchContact<Pack<S>>& c) {
+  c.constant = load_pack(tile.constant, at);
+  c.a_normal = load_pack(tile.a_normal, at);
+  c.a_across = load_pack(tile.a_across, at);
+  c.force = load_pack(tile.force, at);
+  if (any(c.is_slipping)) {
+    c.along = load_pack(tile.along, at);
+    c.a_along = load_pack(tile.a_along, at);
+  }
+}
+template <Scalar S>
+BRISTLE_INLINE void store_model(ContactTile<S>& tile, std::size_t at,
+                                const PatchContact<Pack<S>>& c) {
+  store_pack(tile.constant, at, c.constant);
+  store_pack(tile.a_normal, at, c.a_normal);
+  store_pack(tile.a_across, at, c.a_across);
+  store_pack(tile.force, at, c.force);
+  if (any(c.is_slipping)) {
+    store_pack(tile.along, at, c.along);
+    store_pack(tile.a_along, at, c.a_along);
+  }
+}
+
+/// First model of the contacts of a pack, around the motion at the start of the step. `a_normal`
+/// becomes 0 where nothing pushes, so that the evaluation need not ask.
+template <Scalar S>
+BRISTLE_INLINE void linearise_at_start(const SensorParameters<Pack<S>>& p,
+                                       const LawOptions& options, const PatchPair<S>& pair,
+                                       const LaneMotion<S>& start, const Mask<S>& is_met, S dt,
+                                       PatchContact<Pack<S>>& c) {
+  using T = Pack<S>;
+  c.start_velocity = start.at(c.rho);
+  const T approach = dot(c.g, c.start_velocity);
+  c.force =
+      select(c.is_touching, normal_force(p, c.depth, T(approach * c.inverse_length)), T(S(0)));
+  linearise_normal<T>(p, c, dt);
+  c.is_pushing = is_met & (c.normal_constant + c.a_normal * approach > T(S(0)));
+  c.normal_impulse = T(dt) * c.force;
+  // Nothing slips yet: the mask is empty, which the compiler sees.
+  c.is_slipping = c.is_damping_slip = Mask<S>::from_bits(0);
+  linearise<T>(p, options, pair, c, c.start_velocity, dt);
+  c.a_normal = select(c.is_pushing, c.a_normal, T(S(0)));
+}
+
+/// Sum of the first models of some contacts.
+template <Scalar S>
+void sum_first_models(const SensorPatch<S>& patch, const PatchPair<S>& pair,
+                      std::span<const ContactTile<S>> tiles, const LaneParameters<S>& parameters,
+                      S dt, ModelSum<Pack<S>>& total) {
+  using T = Pack<S>;
+  const LawOptions options = patch.def.options;
+  const PatchPair<S> scheme = pair;
+  const LaneMotion<S> start(pair.start_motion.at(pair.center), pair.start_motion.angular);
+  const Pack3<S> center = Pack3<S>::all(pair.center);
+  ModelSum<T> sum;
+  SensorParameters<T> scratch;
+  for (const ContactTile<S>& tile : tiles) {
+    for (std::size_t at = 0; at < tile_size; at += lanes<S>) {
+      if (pack_bits<S>(tile.is_met, at) == 0) continue;
+      PatchContact<T> c;
+      find_geometry(patch, tile, at, center, c);
+      linearise_at_start<S>(parameters(tile.tile, at, scratch), options, scheme, start,
+                            load_mask<S>(tile.is_met, at), dt, c);
+      sum.add(c);
+    }
+  }
+  total = sum;
+}
+
+/// What a pass knows when it evaluates and moves the models.
+template <Scalar S>
+struct PassDef {
+  /// [m/s, rad/s] u at the end of the step, as the solver found it.
+  Vec6<S> motion = Vec6<S>::Zero();
+  /// [s] The step.
+  S dt = S(0);
+  /// [-] Which of the solves found it.
+  SolvePass pass{};
+};
+
+/// What evaluating models finds.
+template <Scalar S>
+struct Evaluation {
+  LaneWrench<S> impulse{};
+  PassChange<Pack<S>> change{};
+
+  Evaluation& operator+=(const Evaluation& more) {
+    impulse += more.impulse;
+    change += more.change;
+    return *this;
+  }
+};
+
+/// Impulse of the models of the contacts of a pack at the velocities v.
+template <Scalar S>
+BRISTLE_INLINE void give_model_impulses(const PatchContact<Pack<S>>& c, const Pack3<S>& v,
+                                        ContactTile<S>& tile, std::size_t at, LaneWrench<S>& sum) {
+  using T = Pack<S>;
+  Pack3<S> impulse = model_impulse<T>(c, v);
+  T normal = select(c.is_pushing, dot(impulse, c.n), T(S(0)));
+  const Mask<S> pulls = normal < T(S(0));
+  if (any(pulls)) {
+    // The passes ran out before these sensors were seen to part: they must not pull.
+    impulse = select(pulls, tangential<T>(impulse, c.n), impulse);
+    normal = select(pulls, T(S(0)), normal);
+  }
+  store_pack(tile.impulse, at, impulse);
+  store_pack(tile.normal_impulse, at, normal);
+  sum.force += impulse;
+  sum.torque += cross(c.rho, impulse);
+}
+
+/// Finds out what the contacts of a pack do at the velocities v.
+template <Scalar S>
+BRISTLE_INLINE void find_changes(const SensorParameters<Pack<S>>& p, SlipReset reset,
+                                 const PassDef<S>& def, const Pack3<S>& v, ContactTile<S>& tile,
+                                 std::size_t at, PatchContact<Pack<S>>& c,
+                                 PassChange<Pack<S>>& change) {
+  using T = Pack<S>;
+  c.last_slip = zero_vector<T>();
+  if (any(c.is_slipping)) c.last_slip = load_pack(tile.last_slip, at);
+  linearise_normal<T>(p, c, def.dt);
+  update_normal<T>(c, load_mask<S>(tile.is_met, at), v, def.dt, change);
+  update_slip<T>(c, tangential<T>(v, c.n), p.breakaway_distance, reset, def.dt, def.pass.number,
+                 def.pass.left == 1, change);
+  store_mask(tile.is_pushing, at, c.is_pushing);
+  if (any(c.is_slipping)) store_pack(tile.last_slip, at, c.last_slip);
+  store_mask(tile.is_slipping, at, c.is_slipping);
+  store_mask(tile.is_damping_slip, at, c.is_damping_slip);
+}
+
+/// Impulses of some contacts at the motion that was found, and what they do there.
+/// @tparam is_first  Whether their models are the first ones, which are not kept.
+template <bool is_first, Scalar S>
+void evaluate(SensorPatch<S>& patch, const PatchPair<S>& pair, std::span<ContactTile<S>> tiles,
+              const LaneParameters<S>& parameters, const PassDef<S>& def, Evaluation<S>& total) {
+  using T = Pack<S>;
+  const LawOptions options = patch.def.options;
+  const PatchPair<S> scheme = pair;
+  const LaneMotion<S> start(pair.start_motion.at(pair.center), pair.start_motion.angular);
+  const LaneMotion<S> found(pair, def.motion);
+  const Pack3<S> center = Pack3<S>::all(pair.center);
+  Evaluation<S> sum;
+  SensorParameters<T> scratch;
+  for (ContactTile<S>& tile : tiles) {
+    if constexpr (is_first) tile.is_slipping = 0;
+    for (std::size_t at = 0; at < tile_size; at += lanes<S>) {
+      if (pack_bits<S>(tile.is_met, at) == 0) continue;
+      const SensorParameters<T>& p = parameters(tile.tile, at, scratch);
+      PatchContact<T> c;
+      find_geometry(patch, tile, at, center, c);
+      if constexpr (is_first) {
+        linearise_at_start<S>(p, options, scheme, start, load_mask<S>(tile.is_met, at), def.dt, c);
+      } else {
+        load_states(tile, at, c);
+        load_model(tile, at, c);
+      }
+      const Pack3<S> v = found.at(c.rho);
+      give_model_impulses<S>(c, v, tile, at, sum.impulse);
+      if (def.pass.left > 0) find_changes<S>(p, options.reset, def, v, tile, at, c, sum.change);
+    }
+  }
+  total = sum;
+}
+
+/// Models around another motion, and by how much they change the friction there.
+template <Value T>
+struct MovedModels {
+  ModelSum<T> models;
+  T friction_sum = ScalarOf<T>(0);
+  T friction_change = ScalarOf<T>(0);
+
+  MovedModels& operator+=(const MovedModels& more) {
+    models += more.models;
+    friction_sum += more.friction_sum;
+    friction_change += more.friction_change;
+    return *this;
+  }
+};
+
+/// Models of some contacts around the motion that was found.
+/// @param lagged  [s] The step, or 0 for normal forces that have not settled.
+template <Scalar S>
+void linearise_at_motion(SensorPatch<S>& patch, const PatchPair<S>& pair,
+                         std::span<ContactTile<S>> tiles, const LaneParameters<S>& parameters,
+                         const PassDef<S>& def, S lagged, MovedModels<Pack<S>>& total) {
+  using T = Pack<S>;
+  const LawOptions options = patch.def.options;
+  const S dt = def.dt;
+  const LaneMotion<S> found(pair, def.motion);
+  const PatchPair<S> scheme = pair;
+  const LaneMotion<S> start(pair.start_motion.at(pair.center), pair.start_motion.angular);
+  const Pack3<S> center = Pack3<S>::all(pair.center);
+  MovedModels<T> sum;
+  SensorParameters<T> scratch;
+  for (ContactTile<S>& tile : tiles) {
+    for (std::size_t at = 0; at < tile_size; at += lanes<S>) {
+      if (pack_bits<S>(tile.is_met, at) == 0) continue;
+      PatchContact<T> c;
+      find_geometry(patch, tile, at, center, c);
+      load_states(tile, at, c);
+      const SensorParameters<T>& p = parameters(tile.tile, at, scratch);
+      const Pack3<S> v = found.at(c.rho);
+      c.start_velocity = start.at(c.rho);
+      linearise_normal<T>(p, c, dt);
+      c.force = force_at<T>(c, v, dt);
+      c.normal_impulse = T(lagged) * c.force;
+      linearise<T>(p, options, scheme, c, tangential<T>(v, c.n), dt);
+      c.a_normal = select(c.is_pushing, c.a_normal, T(S(0)));
+      sum.models.add(c);
+      store_model(tile, at, c);
+      const Mask<S> is_met = load_mask<S>(tile.is_met, at);
+      const Pack3<S> before = tangential<T>(load_pack(tile.impulse, at), c.n);
+      const Pack3<S> after = tangential<T>(model_impulse<T>(c, v), c.n);
+      const Pack3<S> difference = after - before;
+      sum.friction_change += select(is_met, sqrt(dot(difference, difference)), T(S(0)));
+      sum.friction_sum += select(is_met, sqrt(dot(before, before)), T(S(0)));
+    }
+  }
+  total = sum;
+}
+
+}  // namespace detail
+
+template <Scalar S>
+void start_linearisation(const SensorPatch<S>& patch, PatchPair<S>& pair, S dt,
+                         const ParallelFor& parallel_for) {
+  using Sum = detail::ModelSum<Pack<S>>;
+  pair.has_moved_models = false;
+  const detail::LaneParameters<S> parameters(patch.def);
+  const Sum sum = detail::sum_of_contacts<Sum>(
+      detail::contacts_of(patch, pair), parallel_for, [&](auto tiles, Sum& part) {
+        detail::sum_first_models<S>(patch, pair, tiles, parameters, dt, part);
+      });
+  sum.get(pair.matrix, pair.offset);
+}
+
+template <Scalar S>
+PairAnswer<S> answer_motion(SensorPatch<S>& patch, PatchPair<S>& pair, const Vec6<S>& motion, S dt,
+                            const SolvePass& pass, const ParallelFor& parallel_for) {
+  // Changes count when they reach a thousandth of what the patch carries: friction follows the
+  // normal force of the pass before.
+  const S negligible = S(1e-3);
+  const detail::PassDef<S> def{motion, dt, pass};
+  const std::span<ContactTile<S>> contacts = detail::contacts_of(patch, pair);
+  using Evaluation = detail::Evaluation<S>;
+  using Moved = detail::MovedModels<Pack<S>>;
+  const detail::LaneParameters<S> parameters(patch.def);
+  const Evaluation found = detail::sum_of_contacts<Evaluation>(
+      contacts, parallel_for, [&](std::span<ContactTile<S>> tiles, Evaluation& part) {
+        if (pair.has_moved_models) {
+          detail::evaluate<false, S>(patch, pair, tiles, parameters, def, part);
+        } else {
+          detail::evaluate<true, S>(patch, pair, tiles, parameters, def, part);
+        }
+      });
+  const Wrench<S> impulse = found.impulse.in_world(pair);
+  const detail::PassChange<Pack<S>>& change = found.change;
+  const bool has_changed = change.did_switch || sum_of_lanes(change.force_change) >
+                                                    negligible * sum_of_lanes(change.force_sum);
+  if (!has_changed && !change.has_slip) return {impulse, false};
+
+  // Normal forces that have not settled by the last pass point along the gradient, which cannot
+  // give energy, and not along the ray with an impulse that was wrong the pass before.
+  const S lagged = pass.left == 1 && has_changed ? S(0) : dt;
+  const Moved moved = detail::sum_of_contacts<Moved>(
+      contacts, parallel_for, [&](std::span<ContactTile<S>> tiles, Moved& part) {
+        detail::linearise_at_motion<S>(patch, pair, tiles, parameters, def, lagged, part);
+      });
+  pair.has_moved_models = true;
+  moved.models.get(pair.matrix, pair.offset);
+  return {impulse, has_changed || sum_of_lanes(moved.friction_change) >
+                                      negligible * sum_of_lanes(moved.friction_sum)};
+}
+
+template <Scalar S>
+void fill_block(const PatchPair<S>& pair, SoftBlock<S>& block) {
+  const Mat3<S>& R = pair.R_WA;
+  const Mat3<S> top = R * pair.matrix.template topRightCorner<3, 3>() * R.transpose();
+  block.matrix.template topLeftCorner<3, 3>() =
+      rotated<S>(R, pair.matrix.template topLeftCorner<3, 3>());
+  block.matrix.template topRightCorner<3, 3>() = top;
+  block.matrix.template bottomLeftCorner<3, 3>() = top.transpose();
+  block.matrix.template bottomRightCorner<3, 3>() =
+      rotated<S>(R, pair.matrix.template bottomRightCorner<3, 3>());
+  block.offset.template head<3>() = R * pair.offset.template head<3>();
+  block.offset.template tail<3>() = R * pair.offset.template tail<3>();
+}
+
+template <Scalar S>
+void clear_impulses(SensorPatch<S>& patch, const PatchPair<S>& pair) {
+  for (ContactTile<S>& tile : detail::contacts_of(patch, pair)) {
+    tile.impulse = {};
+    tile.normal_impulse = {};
+    tile.is_slipping = 0;
+  }
+}
+
+}  // namespace bristle::inline BRISTLE_ABI
+
+namespace bristle::inline BRISTLE_ABI {
+
+/// Turns the impulses of all contacts into readings.
+/// @param origin   [m] A's centre of mass in the world.
+/// @param find_id  Callable: BodyId find_id(slot).
+/// @param parallel_for  Shares the contacts of a large patch; the readings are the same bits.
+template <Scalar S, typename FindId>
+void fill_readings(SensorPatch<S>& patch, const Vec3<S>& origin, S dt, FindId&& find_id,
+                   const ParallelFor& parallel_for = serial_for);
+
+// Implementation -----------------------------------------------------------------------------------
+
+namespace detail {
+
+/// Writes `value` into the lanes of `mask`; the others become 0 or keep what was there.
+template <Scalar S>
+BRISTLE_INLINE void put(S* row, const Mask<S>& mask, const Pack<S>& value, bool keeps) {
+  select(mask, value, keeps ? Pack<S>::load(row) : Pack<S>(S(0))).store(row);
+}
+
+/// Makes a pack of sensors read no forces.
+template <Scalar S>
+BRISTLE_INLINE void clear_pack(ReadingStore<S>& out, std::size_t i) {
+  const Pack<S> nothing = S(0);
+  nothing.store(out.depth.data() + i);
+  nothing.store(out.normal_force.data() + i);
+  nothing.store(out.shear_1.data() + i);
+  nothing.store(out.shear_2.data() + i);
+}
+
+/// Forces on A of contacts, in its axes: their wrench, and their part across the rays.
+template <Scalar S>
+struct ReadingSum {
+  LaneWrench<S> all{};
+  Pack3<S> shear = zero_vector<Pack<S>>();
+
+  ReadingSum& operator+=(const ReadingSum& more) {
+    all += more.all;
+    shear += more.shear;
+    return *this;
+  }
+};
+
+/// Readings of the contacts of one tile on the body `id`, with their forces added to `sum`.
+template <Scalar S>
+BRISTLE_INLINE void read_tile(SensorPatch<S>& patch, const PatchPair<S>& pair,
+                              const ContactTile<S>& tile, const Vec3<S>& origin, S per_step,
+                              BodyId id, ReadingSum<S>& sum) {
+  using T = Pack<S>;
+  const SensorTile<S>& sensors = patch.tiles[tile.tile];
+  ReadingStore<S>& out = patch.readings;
+  // Two bodies can be touched by sensors of one tile.
+  const bool is_shared = patch.felt[tile.tile] != 0;
+  const std::size_t first = tile.tile * tile_size;
+  std::uint32_t felt = 0;
+  for (std::size_t at = 0; at < tile_size; at += lanes<S>) {
+    const std::size_t i = first + at;
+    if (pack_bits<S>(tile.is_met, at) == 0) {
+      if (!is_shared) clear_pack(out, i);
+      continue;
+    }
+    const Pack3<S> n = load_pack(sensors.direction, at);
+    const Pack3<S> t1 = load_pack(sensors.tangent, at);
+    const Mask<S> is_met = load_mask<S>(tile.is_met, at);
+    const T distance = patch.distances_of(i, is_met);
+    const Pack3<S> point = load_pack(sensors.start, at) + distance * n;
+    const Pack3<S> force = T(-per_step) * load_pack(tile.impulse, at);
+    const T normal = load_pack(tile.normal_impulse, at) * T(per_step);
+    const Pack3<S> shear = tangential<T>(force, n);
+    const Mask<S> is_touching = load_mask<S>(tile.is_touching, at);
+    const Mask<S> is_felt = is_touching | (is_met & (normal > T(S(0))));
+    felt |= bits(is_felt) << at;
+    const Pack3<S> felt_force = select(is_felt, force, zero_vector<T>());
+    sum.all.force += felt_force;
+    sum.all.torque += cross(point, felt_force);
+    sum.shear += select(is_felt, shear, zero_vector<T>());
+    const T depth =
+        select(is_touching, sensor_depth(distance, load_pack(sensors.inverse_length, at)), T(S(0)));
+    put(out.depth.data() + i, is_felt, depth, is_shared);
+    put(out.normal_force.data() + i, is_felt, normal, is_shared);
+    put(out.shear_1.data() + i, is_felt, dot(t1, shear), is_shared);
+    put(out.shear_2.data() + i, is_felt, dot(cross(n, t1), shear), is_shared);
+    const Pack3<S> point_W = pair.R_WA * point + Pack3<S>::all(origin);
+    // Points stay where nothing is felt.
+    const bool keeps_some = !all(is_felt);
+    put(out.point.x.data() + i, is_felt, point_W.x, keeps_some);
+    put(out.point.y.data() + i, is_felt, point_W.y, keeps_some);
+    put(out.point.z.data() + i, is_felt, point_W.z, keeps_some);
+  }
+  BodyId* body = out.body.data() + first;
+  SensorState* state = out.state.data() + first;
+  for (std::size_t lane = 0; lane < tile_size; ++lane) {
+    const bool is_felt = (felt >> lane & 1u) != 0;
+    const SensorState own =
+        (tile.is_slipping >> lane & 1u) != 0 ? SensorState::slipping : SensorState::stuck;
+    const BodyId other_body = is_shared ? body[lane] : BodyId{};
+    const SensorState other_state = is_shared ? state[lane] : SensorState::free;
+    body[lane] = is_felt ? id : other_body;
+    state[lane] = is_felt ? own : other_state;
+  }
+  patch.felt[tile.tile] = static_cast<LaneBits>(patch.felt[tile.tile] | felt);
+}
+
+}  // namespace detail
+
+template <Scalar S, typename FindId>
+void fill_readings(SensorPatch<S>& patch, const Vec3<S>& origin, S dt, FindId&& find_id,
+                   const ParallelFor& parallel_for) {
+  ReadingStore<S>& out = patch.readings;
+  patch.has_felt = !patch.pairs.empty();
+  std::swap(patch.felt, patch.felt_before);
+  std::fill(patch.felt.begin(), patch.felt.end(), LaneBits(0));
+  out.wrench = {};
+  out.shear_W.setZero();
+  for (const PatchPair<S>& pair : patch.pairs) {
+    const BodyId id = find_id(pair.body_b);
+    using Sum = detail::ReadingSum<S>;
+    const auto read = [&] {
+      return detail::sum_of_contacts<Sum>(detail::contacts_of(patch, pair), parallel_for,
+                                          [&](std::span<ContactTile<S>> tiles, Sum& part) {
+                                            Sum own;
+                                            for (const ContactTile<S>& tile : tiles) {
+                                              detail::read_tile(patch, pair, tile, origin,
+                                                                S(1) / dt, id, own);
+                                            }
+                                            part = own;
+                                          });
+    };
+    Sum sum = read();
+    Wrench<S> on_a = sum.all.in_world(pair);
+    if (!has_finite_square(on_a.force) || !has_finite_square(on_a.torque)) {
+      // Far from the centre of mass a moment can overflow where no force does. No velocity can
+      // follow it, and so nothing was given.
+      clear_impulses(patch, pair);
+      sum = read();
+      on_a = {};
+    }
+    out.wrench += on_a;
+    out.shear_W += pair.R_WA * sum_of_lanes(sum.shear);
+  }
+  for (std::size_t i = 0; i < patch.felt.size(); ++i) {
+    if (patch.felt[i] == 0 && patch.felt_before[i] != 0) out.clear_tile(i);
+  }
+}
+
+}  // namespace bristle::inline BRISTLE_ABI
+
 #include <cstddef>
 #include <cstdint>
 
@@ -28181,6 +26637,203 @@ class ContactStage {
 /// Second stage of a step: what the sensors meet, and the forces or soft blocks that come of it.
 // SPDX-License-Identifier: BSD-3-Clause
 
+// === bristle/sensors/patch_explicit.hpp
+
+/// @file
+/// The explicit patch, and the choice between explicit and implicit.
+// SPDX-License-Identifier: BSD-3-Clause
+
+// === bristle/sensors/ambf_law.hpp
+
+/// @file
+/// The law as the paper's own simulator (AMBF) computes it, for comparison with the paper's law.
+///
+/// From the behaviour of its source, 2019 to 2024: the normal damping K_D multiplies a difference
+/// that is always zero; stretches and sliding speeds below 1e-4 (in SI units) enter as their cubes;
+/// a bristle beyond sigma_a gives no friction in that step and is rooted anew in the next, again
+/// without friction; sliding is projected on the touched surface, not on the sensor's plane, and
+/// grows with the normal force. Not modelled: its additional spring-rate term (0.1 N/m by default,
+/// absent from the paper), and the one-step lag of its ray origins.
+// SPDX-License-Identifier: BSD-3-Clause
+
+namespace bristle::inline BRISTLE_ABI {
+
+/// [m] and [m/s] Below it AMBF multiplies by a vector that it has not normalised.
+template <Scalar S>
+inline constexpr S ambf_dead_zone = S(1e-4);
+
+/// What AMBF makes of a tangential vector: itself above the dead zone, |a|^2 a within it.
+template <Scalar S>
+[[nodiscard]] Vec3<S> ambf_projected(const Vec3<S>& a) {
+  const S size2 = a.squaredNorm();
+  return size2 > ambf_dead_zone<S> * ambf_dead_zone<S> ? a : Vec3<S>(size2 * a);
+}
+
+/// Force of one sensor on B under AMBF's law, and the bristle's next state.
+///
+/// @param m  [1] Outward unit normal of B at the hit.
+/// @param[in,out] is_rooted  Whether the bristle is rooted; cleared when it lets go.
+/// @param[out] did_slip      Whether it let go in this step.
+template <Scalar S>
+[[nodiscard]] SensorForce<S> ambf_sensor_force(const SensorParameters<S>& p,
+                                               FrictionScaling scaling, const SensorContact<S>& c,
+                                               const Vec3<S>& m, const PairPose<S>& pair,
+                                               const Vec3<S>& r_A, Anchor<S>& anchor,
+                                               bool& is_rooted, bool& did_slip) {
+  SensorForce<S> f;
+  did_slip = false;
+  f.normal = p.normal_stiffness * c.depth;
+  f.normal_vector = f.normal * c.n;
+  const S weight = scaling == FrictionScaling::normal_force ? f.normal : S(1);
+  if (is_rooted) {
+    const Vec3<S> stretch = ambf_projected<S>(anchor_stretch(anchor, pair, c.n));
+    const S size2 = stretch.squaredNorm();
+    if (size2 > S(0) && size2 <= p.breakaway_distance * p.breakaway_distance) {
+      f.shear = (p.static_friction * weight) * stretch;
+    } else {
+      is_rooted = false;
+      did_slip = size2 > S(0);
+    }
+  } else {
+    anchor = rooted<S>(pair, r_A, Vec3<S>::Zero());
+    is_rooted = true;
+  }
+  f.shear += (p.sliding_friction * weight) * ambf_projected<S>(tangential<S>(c.v, m));
+  return f;
+}
+
+}  // namespace bristle::inline BRISTLE_ABI
+
+namespace bristle::inline BRISTLE_ABI {
+
+/// Measures a pair before the step: sets Lambda and the weights of the implicit scheme, from the
+/// sums over its contacts in `PatchPair::stiffness`.
+///
+/// Lambda = max over tangential and normal of w sum s + w_rot sum s |rho|^2 over the sensors that
+/// touch or can reach the body within the step, with s = dt^2 k_t + 2 dt mu_V or (dt^2 K_N + 2 dt
+/// K_D) / L, and thirds of the traces of the mobility's linear and angular parts. Symplectic Euler
+/// is stable below 4 for one mode (docs/sensors.md); 0.5 leaves room for traces that one axis
+/// dominates. Zero where nothing can move.
+template <Scalar S>
+void measure_pair(const SensorPatch<S>& patch, PatchPair<S>& pair, const SolverBody<S>& a,
+                  const SolverBody<S>& b, S dt);
+
+/// Evaluates every contact of a pair at the start of the step, under the law of the patch; or says
+/// what was given when they were made.
+/// @param parallel_for  Shares the contacts of a large patch; the impulses are the same bits.
+/// @return [N s, N m s] The sum of the impulses on B about c.
+template <Scalar S>
+Wrench<S> explicit_impulses(SensorPatch<S>& patch, const PatchPair<S>& pair, BodyId id_b, S dt,
+                            const ParallelFor& parallel_for = serial_for);
+
+// Implementation -----------------------------------------------------------------------------------
+
+template <Scalar S>
+void measure_pair(const SensorPatch<S>& patch, PatchPair<S>& pair, const SolverBody<S>& a,
+                  const SolverBody<S>& b, S dt) {
+  using std::max;
+  const Mat6<S> W = mobility(a.inverse_mass, a.inverse_inertia, pair.arm_a) +
+                    mobility(b.inverse_mass, b.inverse_inertia, pair.arm_b);
+  const S w = W.template topLeftCorner<3, 3>().trace() / S(3);
+  const S w_rot = W.template bottomRightCorner<3, 3>().trace() / S(3);
+  const PairStiffness<S>& k = pair.stiffness;
+  // From about the middle of the patch to about c.
+  const Vec3<S> shift = pair.center - patch.box.center();
+  const S tangential_moment = k.tangential_second - S(2) * shift.dot(k.tangential_first) +
+                              shift.squaredNorm() * k.tangential;
+  const S normal_moment =
+      k.normal_second - S(2) * shift.dot(k.normal_first) + shift.squaredNorm() * k.normal;
+  pair.lambda =
+      max(w * k.tangential + w_rot * tangential_moment, w * k.normal + w_rot * normal_moment);
+  set_scheme(pair, k.bristle_sum, k.viscous_sum, w, dt);
+}
+
+namespace detail {
+
+/// `explicit_impulses` under AMBF's law, one sensor after the other.
+template <Scalar S>
+Wrench<S> ambf_impulses(SensorPatch<S>& patch, const PatchPair<S>& pair, BodyId id_b, S dt) {
+  Wrench<S> sum;
+  for (ContactTile<S>& tile : contacts_of(patch, pair)) {
+    SensorTile<S>& sensors = patch.tiles[tile.tile];
+    tile.is_slipping = 0;
+    for (std::size_t i = 0; i < tile_size; ++i) {
+      const LaneBits bit = static_cast<LaneBits>(1u << i);
+      tile.impulse.set(i, Vec3<S>::Zero());
+      tile.normal_impulse[i] = S(0);
+      if ((tile.is_touching & bit) == 0) continue;
+      const auto [n, g, point, depth, inverse_length] = touch_of(patch, tile.tile * tile_size + i);
+      const SensorContact<S> contact{depth, inverse_length, n, g, pair.start_motion.at(point)};
+      Anchor<S> anchor{sensors.root_a[i], sensors.root_b[i]};
+      bool is_rooted = (sensors.is_rooted & bit) != 0 && sensors.rooted_in[i] == root_key(id_b);
+      bool did_slip = false;
+      const SensorForce<S> force = ambf_sensor_force<S>(
+          patch.parameters(tile.tile * tile_size + i), patch.def.options.scaling, contact,
+          g.normalized() * S(-1), pair.pose, point, anchor, is_rooted, did_slip);
+      sensors.root_a.set(i, anchor.q_A);
+      sensors.root_b.set(i, anchor.q_B);
+      sensors.rooted_in.set(bit, root_key(id_b), (sensors.is_rooted & ~bit) != 0);
+      sensors.is_rooted =
+          static_cast<LaneBits>(is_rooted ? sensors.is_rooted | bit : sensors.is_rooted & ~bit);
+      if (did_slip) tile.is_slipping = static_cast<LaneBits>(tile.is_slipping | bit);
+      tile.normal_impulse[i] = dt * force.normal;
+      tile.impulse.set(i, dt * force.total());
+      sum += Wrench<S>::at(point - pair.center, tile.impulse[i]);
+    }
+  }
+  return {pair.R_WA * sum.force, pair.R_WA * sum.torque};
+}
+
+/// Impulses of some contacts at the start of the step, under the paper's law.
+template <Scalar S>
+void give_at_start(SensorPatch<S>& patch, const PatchPair<S>& pair, std::span<ContactTile<S>> tiles,
+                   const LaneParameters<S>& parameters, S dt, LaneWrench<S>& total) {
+  const LawOptions options = patch.def.options;
+  const LaneMotion<S> start(pair.start_motion.linear, pair.start_motion.angular);
+  const Pack3<S> center = Pack3<S>::all(pair.center);
+  LaneWrench<S> sum;
+  SensorParameters<Pack<S>> scratch;
+  for (ContactTile<S>& tile : tiles) {
+    for (std::size_t at = 0; at < tile_size; at += lanes<S>) {
+      if (pack_bits<S>(tile.is_met, at) == 0) continue;
+      const TouchPack<S> touch(patch, patch.tiles[tile.tile], tile.tile, at, tile.is_met, false);
+      const SensorContact<Pack<S>> contact{touch.depth, touch.inverse_length, touch.n, touch.g,
+                                           start.at(touch.point)};
+      give_impulses<S>(tile, at, parameters(tile.tile, at, scratch), options, contact,
+                       load_pack(tile.stretch, at), touch.point - center,
+                       load_mask<S>(tile.is_touching, at), dt, sum.force, sum.torque);
+    }
+  }
+  total = sum;
+}
+
+/// `explicit_impulses` under the paper's law.
+template <Scalar S>
+Wrench<S> paper_impulses(SensorPatch<S>& patch, const PatchPair<S>& pair, S dt,
+                         const ParallelFor& parallel_for) {
+  using Sum = LaneWrench<S>;
+  const LaneParameters<S> parameters(patch.def);
+  return sum_of_contacts<Sum>(contacts_of(patch, pair), parallel_for,
+                              [&](std::span<ContactTile<S>> tiles, Sum& part) {
+                                give_at_start<S>(patch, pair, tiles, parameters, dt, part);
+                              })
+      .in_world(pair);
+}
+
+}  // namespace detail
+
+template <Scalar S>
+Wrench<S> explicit_impulses(SensorPatch<S>& patch, const PatchPair<S>& pair, BodyId id_b, S dt,
+                            const ParallelFor& parallel_for) {
+  if (pair.is_given) {
+    return {pair.R_WA * pair.given.force, pair.R_WA * pair.given.torque};
+  }
+  return patch.def.options.law == Law::ambf ? detail::ambf_impulses(patch, pair, id_b, dt)
+                                            : detail::paper_impulses(patch, pair, dt, parallel_for);
+}
+
+}  // namespace bristle::inline BRISTLE_ABI
+
 #include <algorithm>
 #include <functional>
 #include <utility>
@@ -28847,6 +27500,84 @@ class GuardedSweeps {
 /// want their load spread evenly, the proximal solver takes over, as long as the island is small.
 // SPDX-License-Identifier: BSD-3-Clause
 
+// === bristle/dynamics/derivative_watch.hpp
+
+/// @file
+/// Tells when the derivatives in an iteration have settled.
+///
+/// Iterations end when values have converged. Derivatives come to rest by the same iteration but
+/// later: Newton's method has them one step behind the values, and where values start converged
+/// (from the impulses of the last step, say) nothing may have moved derivatives at all.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <vector>
+
+namespace bristle::inline BRISTLE_ABI {
+
+/// Watches the derivatives of the velocities that an iteration finds. For scalars without
+/// derivatives there is nothing to watch, and nothing is compiled of it.
+template <Scalar S>
+class DerivativeWatch {
+ public:
+  /// Begins with a new iteration.
+  void start() { last_.clear(); }
+
+  /// Whether no derivative of any velocity has changed since the last call by more than `tolerance`
+  /// [1], relative to the largest one by the same variable, of a velocity or of what an impulse
+  /// gives. False in the first call.
+  ///
+  /// @param show  Is called with this watch, to show it all `velocity` and `impulse`, each time in
+  ///              the same order.
+  template <typename Show>
+  [[nodiscard]] bool have_settled(S tolerance, Show&& show) {
+    if constexpr (derivatives_of<S> == 0) {
+      return true;
+    } else {
+      is_first_ = last_.empty();
+      at_ = 0;
+      change_ = size_ = {};
+      show(*this);
+      if (is_first_) return false;
+      for (std::size_t k = 0; k < change_.size(); ++k) {
+        if (change_[k] > value_of(tolerance) * size_[k]) return false;
+      }
+      return true;
+    }
+  }
+
+  /// [m/s, rad/s]
+  void velocity(const S& v) {
+    if (is_first_) last_.emplace_back();
+    Partials& last = last_[at_++];
+    for (std::size_t k = 0; k < last.size(); ++k) {
+      change_[k] = std::max(change_[k], std::abs(v.partial(k) - last[k]));
+      size_[k] = std::max(size_[k], std::abs(v.partial(k)));
+      last[k] = v.partial(k);
+    }
+  }
+  /// [N s, N m s] With what it makes of a velocity: impulses that hold each other leave derivatives
+  /// of velocities that are round-off.
+  void impulse(const S& x, const S& response) {
+    for (std::size_t k = 0; k < size_.size(); ++k) {
+      size_[k] = std::max(size_[k], std::abs(value_of(response) * x.partial(k)));
+    }
+  }
+
+ private:
+  using Partials = std::array<double, derivatives_of<S>>;
+
+  std::vector<Partials> last_;
+  Partials change_{}, size_{};
+  std::size_t at_ = 0;
+  bool is_first_ = true;
+};
+
+}  // namespace bristle::inline BRISTLE_ABI
+
 // === bristle/dynamics/island_energy.hpp
 
 /// @file
@@ -28882,6 +27613,1053 @@ template <Scalar S>
     sum.free += mass_product(body, body.free, body.free);
   }
   return sum;
+}
+
+}  // namespace bristle::inline BRISTLE_ABI
+
+// === bristle/dynamics/proximal_solver.hpp
+
+/// @file
+/// The solver of small stiff islands: stacks of unlike masses, grips, mechanisms, patches of
+/// sensors, all in one system.
+///
+/// Unknown are the velocities v of the bodies. Soft blocks are linear in v and belong to the matrix
+/// Mt = M + sum G^T A6 G. Every other constraint i has a multiplier and a projection P_i onto what
+/// its impulse may be (any value, an interval, Coulomb's cone), and the proximal-point method
+///     lambda+ = P(lambda - (J v - b + s) / R),   Mt v = r + J^T lambda+
+/// is iterated with R = eps K, K the response of each constraint by itself. For given lambda the
+/// two equations are the gradient of a convex function of v, which Newton's method with an exact
+/// line search minimises from anywhere; its Hessian Mt + J^T D J is sparse like the island and is
+/// factored within its envelope. Redundant constraints share their load evenly, since nothing is
+/// ever divided by their (singular) response.
+///
+/// The projection on a cone makes sliding surfaces part at mu |v_t|; s = mu |v_t| of the iteration
+/// before takes that out again (De Saxce and Feng 1998; Acary, Cadoux, Lemarechal and Malick 2011).
+/// docs/solver.md derives this, and tells what friction disks of fixed radius did instead.
+// SPDX-License-Identifier: BSD-3-Clause
+
+// === bristle/dynamics/island_rows.hpp
+
+/// @file
+/// The constraints of one island as rows over its unknown velocities, for `ProximalSolver`.
+///
+/// A row has a Jacobian J over the two bodies, a multiplier, and a rule for what the multiplier may
+/// be. Bodies that forces do not move, and axes on which they do not, have no unknowns: their known
+/// velocity goes into the rows' targets.
+// SPDX-License-Identifier: BSD-3-Clause
+
+// === bristle/dynamics/island_order.hpp
+
+/// @file
+/// Order of an island's bodies in its matrix: neighbours side by side, so that the envelope is
+/// narrow (reverse Cuthill-McKee, from an end of the island; George 1971).
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <algorithm>
+#include <cstdint>
+#include <vector>
+
+namespace bristle::inline BRISTLE_ABI {
+
+/// Numbers the bodies of one island after the other. Keeps its memory.
+class IslandOrder {
+ public:
+  static constexpr std::uint32_t none = 0xffffffffu;
+
+  /// Numbers the bodies, and finds for each the lowest number among itself and its neighbours.
+  template <Scalar S>
+  void build(const Island& island, const Constraints<S>& constraints, std::size_t slots) {
+    if (local_.size() < slots) local_.resize(slots, none);
+    const auto count = static_cast<std::uint32_t>(island.bodies.size());
+    for (std::uint32_t i = 0; i < count; ++i) local_[island.bodies[i]] = i;
+    link(island, constraints, count);
+    // Twice from a far end: the first walk finds it, the second starts there.
+    walk(0, count);
+    walk(queue_.back(), count);
+
+    number_.resize(count);
+    // Backwards: a hub that many bodies touch then comes after them, where it fills one row only.
+    for (std::uint32_t i = 0; i < count; ++i) number_[queue_[i]] = count - 1 - i;
+    lowest_.resize(count);
+    for (std::uint32_t i = 0; i < count; ++i) lowest_[i] = i;
+    for (std::uint32_t i = 0; i < count; ++i) {
+      for (std::uint32_t k = starts_[i]; k < starts_[i + 1]; ++k) {
+        lowest_[number_[i]] = std::min(lowest_[number_[i]], number_[links_[k]]);
+      }
+    }
+    // By slot from here on; slots of other islands stay `none`.
+    for (const std::uint32_t slot : island.bodies) local_[slot] = number_[local_[slot]];
+  }
+
+  /// Forgets the island, ready for the next one.
+  void clear(const Island& island) {
+    for (const std::uint32_t slot : island.bodies) local_[slot] = none;
+  }
+
+  /// Number of a body, `none` if it is not of the island.
+  [[nodiscard]] std::uint32_t number(std::uint32_t slot) const { return local_[slot]; }
+  /// [-] Multiply-adds of the factorisation of the island's matrix within its envelope: half the
+  /// square of what each row holds.
+  [[nodiscard]] std::uint64_t factor_work() const {
+    std::uint64_t sum = 0;
+    for (std::uint32_t i = 0; i < lowest_.size(); ++i) {
+      const std::uint64_t width = 6 * (i - lowest_[i]) + 3;  // The mean of a body's six rows.
+      sum += 3 * width * width;
+    }
+    return sum;
+  }
+  /// Lowest number among a body's neighbours and itself.
+  [[nodiscard]] std::uint32_t lowest(std::uint32_t number) const { return lowest_[number]; }
+
+ private:
+  /// Lists the neighbours of each body, with repetitions.
+  template <Scalar S>
+  void link(const Island& island, const Constraints<S>& constraints, std::uint32_t count) {
+    const auto for_links = [&](const auto& use) {
+      const auto one = [&](std::uint32_t a, std::uint32_t b) {
+        if (local_[a] != none && local_[b] != none) use(local_[a], local_[b]);
+      };
+      // The points of a manifold come one after the other: one link is enough for all of them.
+      std::uint32_t last_a = none;
+      std::uint32_t last_b = none;
+      for (const std::uint32_t i : island.contacts) {
+        const ContactConstraint<S>& c = constraints.contacts[i];
+        if (c.body_a == last_a && c.body_b == last_b) continue;
+        last_a = c.body_a;
+        last_b = c.body_b;
+        one(last_a, last_b);
+      }
+      for (const std::uint32_t i : island.blocks) {
+        one(constraints.blocks[i].body_a, constraints.blocks[i].body_b);
+      }
+      for (const std::uint32_t i : island.soft) {
+        one(constraints.soft[i].body_a, constraints.soft[i].body_b);
+      }
+    };
+    starts_.assign(count + 1, 0);
+    for_links([&](std::uint32_t a, std::uint32_t b) {
+      ++starts_[a + 1];
+      ++starts_[b + 1];
+    });
+    for (std::uint32_t i = 0; i < count; ++i) starts_[i + 1] += starts_[i];
+    links_.resize(starts_[count]);
+    next_.assign(starts_.begin(), starts_.end());
+    for_links([&](std::uint32_t a, std::uint32_t b) {
+      links_[next_[a]++] = b;
+      links_[next_[b]++] = a;
+    });
+  }
+
+  /// Breadth first from a body, neighbours with fewer links first.
+  void walk(std::uint32_t from, std::uint32_t count) {
+    is_queued_.assign(count, false);
+    queue_.clear();
+    const auto push = [&](std::uint32_t i) {
+      if (is_queued_[i]) return;
+      is_queued_[i] = true;
+      queue_.push_back(i);
+    };
+    push(from);
+    for (std::size_t head = 0; head < queue_.size(); ++head) {
+      const std::uint32_t i = queue_[head];
+      const std::size_t first = queue_.size();
+      for (std::uint32_t k = starts_[i]; k < starts_[i + 1]; ++k) push(links_[k]);
+      std::sort(queue_.begin() + static_cast<std::ptrdiff_t>(first), queue_.end(),
+                [&](std::uint32_t a, std::uint32_t b) {
+                  const std::uint32_t links_a = starts_[a + 1] - starts_[a];
+                  const std::uint32_t links_b = starts_[b + 1] - starts_[b];
+                  return links_a != links_b ? links_a < links_b : a < b;
+                });
+    }
+    // Bodies that only fixed ones connect to the rest, if the caller's island has any.
+    for (std::uint32_t i = 0; i < count; ++i) push(i);
+  }
+
+  std::vector<std::uint32_t> local_, number_, lowest_, starts_, links_, next_, queue_;
+  std::vector<bool> is_queued_;
+};
+
+}  // namespace bristle::inline BRISTLE_ABI
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace bristle::inline BRISTLE_ABI {
+
+/// Rows of one island after the other. Keeps its memory.
+/// @tparam Real  Scalar of the arithmetic.
+template <Scalar S, typename Real>
+class IslandRows {
+ public:
+  static constexpr std::uint32_t none = IslandOrder::none;
+
+  /// Starts an island: numbers its unknowns.
+  void number(const Island& island, const Constraints<S>& constraints,
+              std::span<const SolverBody<S>> bodies) {
+    order_.build(island, constraints, bodies.size());
+    const std::size_t count = island.bodies.size();
+    unknowns_ = 6 * count;
+    unknown_.resize(std::max(unknown_.size(), bodies.size()), none);
+    envelope_.resize(unknowns_);
+    for (const std::uint32_t slot : island.bodies) {
+      const std::uint32_t n = order_.number(slot);
+      unknown_[slot] = 6 * n;
+      for (std::size_t i = 0; i < 6; ++i) envelope_[6 * n + i] = 6 * order_.lowest(n);
+    }
+    for (const std::uint32_t slot : last_) {
+      if (order_.number(slot) == none) unknown_[slot] = none;
+    }
+    last_.assign(island.bodies.begin(), island.bodies.end());
+    order_.clear(island);
+    rows_.clear();
+    can_switch_ = false;
+  }
+
+  /// One row for each velocity that a constraint acts on.
+  void add_velocity_rows(const Island& island, const Constraints<S>& constraints,
+                         std::span<const SolverBody<S>> bodies) {
+    const auto velocity = [](const SolverBody<S>& b) -> const Twist<S>& { return b.free; };
+    for (const std::uint32_t i : island.contacts) {
+      const ContactConstraint<S>& c = constraints.contacts[i];
+      for (std::size_t k = 0; k < 3; ++k) {
+        Row& row = add(c, k, bodies, velocity);
+        row.lambda = Real(c.impulse[k]);
+        row.friction = Real(c.friction);
+        row.kind = k == 0 ? Kind::cone : Kind::tangent;
+        row.aim = Real(k == 0 ? c.target : c.bias[k]);
+        row.target += row.aim;
+      }
+      // One response for all three, so that a circular cone stays one.
+      Row* last = &rows_.back();
+      const Real response = std::max({last[0].response, last[-1].response, last[-2].response});
+      last[0].response = last[-1].response = last[-2].response = response;
+    }
+    for (const std::uint32_t i : island.blocks) {
+      const ConstraintBlock<S>& block = constraints.blocks[i];
+      for (std::uint32_t r = block.first; r < block.first + block.count; ++r) {
+        Row& row = add(block, constraints.rows[r], bodies, velocity);
+        row.lambda = Real(constraints.rows[r].impulse);
+        row.target += Real(constraints.rows[r].target);
+        if (block.kind != BlockKind::equality) {
+          row.kind = Kind::bounded;
+          row.compliance = Real(constraints.rows[r].compliance);
+          row.lower = Real(block.lower);
+          row.upper = Real(block.upper);
+        }
+      }
+    }
+    find_switches();
+  }
+
+  /// One row for each position that a constraint keeps.
+  void add_position_rows(const Island& island, const Constraints<S>& constraints,
+                         std::span<const SolverBody<S>> bodies, S dt) {
+    const auto motion = [](const SolverBody<S>& b) -> const Twist<S>& { return b.motion; };
+    for (const std::uint32_t i : island.contacts) {
+      const ContactConstraint<S>& c = constraints.contacts[i];
+      Row& row = add(c, 0, bodies, motion);
+      row.target -= Real(c.gap / dt);
+      row.lambda = Real(c.placed);
+      row.lower = Real(c.least_placed);
+      row.upper = c.parts ? row.lambda : infinity<Real>;
+      if (c.parts) row.lower = row.lambda;
+      row.kind = Kind::bounded;
+    }
+    for (const std::uint32_t i : island.blocks) {
+      const ConstraintBlock<S>& block = constraints.blocks[i];
+      for (std::uint32_t r = block.first; r < block.first + corrected_rows(block); ++r) {
+        Row& row = add(block, constraints.rows[r], bodies, motion);
+        row.target -= Real(constraints.rows[r].error / dt);
+        row.lambda = Real(constraints.rows[r].correction);
+        if (block.kind == BlockKind::equality) continue;
+        row.kind = Kind::bounded;
+        row.lower = Real(0);
+        row.upper = infinity<Real>;
+      }
+    }
+    find_switches();
+  }
+
+  [[nodiscard]] std::size_t unknowns() const { return unknowns_; }
+  /// First of a body's six unknowns, or `none`.
+  [[nodiscard]] std::uint32_t unknown(std::uint32_t slot) const { return unknown_[slot]; }
+  [[nodiscard]] std::span<const std::uint32_t> envelope() const { return envelope_; }
+  /// Whether any row may change its state: without one the problem is linear.
+  [[nodiscard]] bool can_switch() const { return can_switch_; }
+
+  /// Whether any multiplier is known from the step before.
+  [[nodiscard]] bool has_impulses() const {
+    return std::any_of(rows_.begin(), rows_.end(),
+                       [](const Row& row) { return row.lambda != Real(0); });
+  }
+  [[nodiscard]] std::span<IslandRow<Real>> rows() { return rows_; }
+
+  /// Writes a body's velocity to the unknowns.
+  void put(std::uint32_t slot, const Twist<S>& twist, std::vector<Real>& v) const {
+    for (std::size_t i = 0; i < 3; ++i) {
+      v[unknown_[slot] + i] = Real(twist.linear[static_cast<Eigen::Index>(i)]);
+      v[unknown_[slot] + 3 + i] = Real(twist.angular[static_cast<Eigen::Index>(i)]);
+    }
+  }
+  /// Velocity of a body: of its unknowns, or what is known of it.
+  [[nodiscard]] Twist<S> twist(std::uint32_t slot, const std::vector<Real>& v,
+                               std::span<const SolverBody<S>> bodies) const {
+    if (unknown_[slot] == none) return bodies[slot].free;
+    const Real* u = v.data() + unknown_[slot];
+    return {{S(u[0]), S(u[1]), S(u[2])}, {S(u[3]), S(u[4]), S(u[5])}};
+  }
+
+  /// Whether there are joints, and other rows that may ask for what they forbid.
+  [[nodiscard]] bool has_joints_beside_others() const {
+    return can_switch_ && std::any_of(rows_.begin(), rows_.end(),
+                                      [](const Row& row) { return row.kind == Kind::free; });
+  }
+  /// Adds J^T J / (eps K) of the joints alone.
+  void add_joints(Real eps, EnvelopeMatrix<Real>& h) const {
+    for (const Row& row : rows_) {
+      if (row.kind != Kind::free || !(row.response > Real(0))) continue;
+      detail::add_square(h, Real(1) / (eps * row.response), row);
+    }
+  }
+  /// Leaves out rows whose response in a factored matrix is less than a share of what it is by
+  /// itself; a contact goes with its normal.
+  void drop_locked(const EnvelopeMatrix<Real>& factored, Real share, std::vector<Real>& scratch) {
+    for (std::size_t i = 0; i < rows_.size(); ++i) {
+      Row& row = rows_[i];
+      if (row.kind == Kind::free || row.kind == Kind::tangent) continue;
+      scratch.assign(unknowns_, Real(0));
+      row.add_to(scratch, Real(1));
+      factored.solve(scratch.data());
+      if (row.times(scratch) > share * row.response) continue;
+      row.response = Real(0);
+      if (row.kind == Kind::cone) rows_[i + 1].response = rows_[i + 2].response = Real(0);
+    }
+  }
+
+  /// Velocities of all rows, relative to their targets, for velocities of the bodies.
+  void evaluate(const std::vector<Real>& v) {
+    for (Row& row : rows_) row.velocity = row.times(v) - row.target;
+  }
+  /// How they change along a step of the bodies' velocities.
+  void evaluate_step(const std::vector<Real>& step) {
+    for (Row& row : rows_) row.change = row.times(step);
+  }
+  /// Moves them by a part of that step.
+  void move(Real s) {
+    for (Row& row : rows_) {
+      row.velocity += s * row.change;
+      row.change = Real(0);
+    }
+  }
+
+  /// Takes the opening speed that the cones add to sliding contacts, mu |v_t|, out of them again.
+  void set_shifts() {
+    using std::hypot;
+    for (std::size_t i = 0; i < rows_.size(); ++i) {
+      if (rows_[i].kind != Kind::cone) continue;
+      rows_[i].shift = rows_[i].friction * hypot(rows_[i + 1].velocity, rows_[i + 2].velocity);
+    }
+  }
+
+  /// g -= J^T lambda+.
+  void subtract_impulses(Real eps, std::vector<Real>& g) const {
+    for_each_impulse(eps, Real(0), [&](std::size_t i, Real x) {
+      if (x != Real(0)) rows_[i].add_to(g, -x);
+    });
+  }
+  /// lambda+ . J step, a part s of the way along the step: what constraints add to the derivative
+  /// on the line.
+  [[nodiscard]] Real work(Real eps, Real s) const {
+    Real sum = Real(0);
+    for_each_impulse(eps, s, [&](std::size_t i, Real x) { sum += x * rows_[i].change; });
+    return sum;
+  }
+  /// Adds J^T D J, D the derivative of -lambda+ by J v, and remembers on which side of their bounds
+  /// the rows are.
+  void add_hessian(Real eps, EnvelopeMatrix<Real>& h);
+  /// Remembers on which side of their bounds the rows are, without opening speeds.
+  void set_sides(Real eps) {
+    for (Row& row : rows_) row.shift = Real(0);
+    for (std::size_t i = 0; i < rows_.size(); ++i) {
+      if (rows_[i].kind != Kind::tangent) rows_[i].side = side_of(i, eps);
+    }
+  }
+  /// Whether lambda+ is still the linear function of J v that `add_hessian` took the slope of.
+  [[nodiscard]] bool is_linear(Real eps) const {
+    for (std::size_t i = 0; i < rows_.size(); ++i) {
+      const Row& row = rows_[i];
+      if (!(row.response > Real(0)) || row.kind == Kind::tangent) continue;
+      if (row.side == Side::sliding || side_of(i, eps) != row.side) return false;
+    }
+    return true;
+  }
+  /// lambda := lambda+.
+  void accept(Real eps) {
+    for_each_impulse(eps, Real(0), [this](std::size_t i, Real x) { rows_[i].lambda = x; });
+  }
+  /// [m/s] `distance_from_law` of the multipliers and velocities that there are.
+  [[nodiscard]] Real residual() const {
+    return distance_from_law<Real>(
+        rows_, [this](std::size_t i) { return rows_[i].lambda; },
+        [this](std::size_t i) { return rows_[i].velocity; });
+  }
+
+  /// Calls use(multiplier, response) for all rows.
+  template <typename Use>
+  void for_each_load(Use&& use) const {
+    for (const Row& row : rows_) use(row.lambda, row.response);
+  }
+
+  /// r := Mt v - J^T lambda.
+  void remove_impulses(const std::vector<Real>& v, std::vector<Real>& r,
+                       const EnvelopeMatrix<Real>& matrix) const {
+    matrix.multiply(v.data(), r.data());
+    for (const Row& row : rows_) row.add_to(r, -row.lambda);
+  }
+
+  /// Writes the multipliers back to where the velocity rows came from, friction within its disk.
+  void store_impulses(const Island& island, Constraints<S>& constraints) const {
+    std::size_t r = 0;
+    for (const std::uint32_t i : island.contacts) {
+      ContactConstraint<S>& c = constraints.contacts[i];
+      Real x = rows_[r + 1].lambda;
+      Real y = rows_[r + 2].lambda;
+      detail::shrink(rows_[r].friction * rows_[r].lambda, x, y);
+      c.impulse = {S(rows_[r].lambda), S(x), S(y)};
+      r += 3;
+    }
+    for (const std::uint32_t i : island.blocks) {
+      const ConstraintBlock<S>& block = constraints.blocks[i];
+      for (std::uint32_t k = 0; k < block.count; ++k) {
+        constraints.rows[block.first + k].impulse = S(rows_[r++].lambda);
+      }
+    }
+  }
+  /// Whether any contact that presses slides, faster than what adds `speed` to its cone.
+  [[nodiscard]] bool has_sliding(Real eps, Real speed) const {
+    for (std::size_t i = 0; i < rows_.size(); ++i) {
+      const Row& row = rows_[i];
+      if (row.kind != Kind::cone || !(row.shift > speed)) continue;
+      if (side_of(i, eps) == Side::sliding) return true;
+    }
+    return false;
+  }
+  /// Writes by how much the contacts' multipliers fall along the whole step of the velocities. The
+  /// step knows the contacts that press: where it closes another, the penalty may make any impulse
+  /// of that. A prediction above the largest impulse in the island is dropped.
+  void store_passing(Real eps, const Island& island, Constraints<S>& constraints,
+                     std::vector<Real>& scratch) const {
+    scratch.resize(rows_.size());
+    Real largest = Real(0);
+    for_each_impulse(eps, Real(0), [&](std::size_t i, Real x) {
+      scratch[i] = x;
+      if (rows_[i].kind == Kind::cone) largest = std::max(largest, x);
+    });
+    bool is_likely = true;
+    for_each_impulse(eps, Real(1), [&](std::size_t i, Real x) {
+      const Row& row = rows_[i];
+      if (row.kind == Kind::cone) is_likely = row.side != Side::at_bound || x <= largest;
+      constraints.contacts[island.contacts[i / 3]].passing[i % 3] =
+          is_likely ? S(scratch[i] - x) : S(0);
+    });
+  }
+  /// Writes the multipliers of the position rows back.
+  void store_placed(const Island& island, Constraints<S>& constraints) const {
+    std::size_t r = 0;
+    for (const std::uint32_t i : island.contacts) {
+      constraints.contacts[i].placed = S(rows_[r++].lambda);
+    }
+    for (const std::uint32_t i : island.blocks) {
+      const ConstraintBlock<S>& block = constraints.blocks[i];
+      for (std::uint32_t k = 0; k < corrected_rows(block); ++k) {
+        constraints.rows[block.first + k].correction = S(rows_[r++].lambda);
+      }
+    }
+  }
+
+ private:
+  using Row = IslandRow<Real>;
+  using Kind = RowKind;
+  using Side = RowSide;
+
+  [[nodiscard]] Side side_of(std::size_t i, Real eps) const {
+    using std::hypot;
+    const Row& row = rows_[i];
+    if (row.kind == Kind::free) return Side::inside;
+    const Real x = row.proposed(eps, Real(0));
+    if (row.kind != Kind::cone) {
+      return x > row.lower && x < row.upper ? Side::inside : Side::at_bound;
+    }
+    const Real t = hypot(rows_[i + 1].proposed(eps, Real(0)), rows_[i + 2].proposed(eps, Real(0)));
+    if (x >= Real(0) && t <= row.friction * x) return Side::inside;
+    return row.friction * t <= -x ? Side::at_bound : Side::sliding;
+  }
+
+  /// Calls use(number of the row, lambda+) for all rows, a part s of the way along the step.
+  template <typename Use>
+  void for_each_impulse(Real eps, Real s, Use&& use) const {
+    for (std::size_t i = 0; i < rows_.size(); ++i) {
+      const Row& row = rows_[i];
+      Real n = row.proposed(eps, s);
+      if (row.kind != Kind::cone) {
+        use(i, row.clamped(n));
+        continue;
+      }
+      Real x = rows_[i + 1].proposed(eps, s);
+      Real y = rows_[i + 2].proposed(eps, s);
+      detail::project_on_cone(row.friction, n, x, y);
+      use(i, n);
+      use(i + 1, x);
+      use(i + 2, y);
+      i += 2;
+    }
+  }
+
+  template <typename Velocity>
+  Row& add(const ContactConstraint<S>& c, std::size_t axis, std::span<const SolverBody<S>> bodies,
+           Velocity&& velocity) {
+    const Vec3<S>& d = c.axes[axis];
+    return add(c.body_a, c.body_b, d, c.arm_a.cross(d), c.arm_b.cross(d), bodies, velocity);
+  }
+  template <typename Velocity>
+  Row& add(const ConstraintBlock<S>& block, const ConstraintRow<S>& row,
+           std::span<const SolverBody<S>> bodies, Velocity&& velocity) {
+    return add(block.body_a, block.body_b, row.direction, row.angular_a, row.angular_b, bodies,
+               velocity);
+  }
+  /// Adds a row without a rule, its target at rest relative to what does not move.
+  template <typename Velocity>
+  Row& add(std::uint32_t slot_a, std::uint32_t slot_b, const Vec3<S>& d, const Vec3<S>& angular_a,
+           const Vec3<S>& angular_b, std::span<const SolverBody<S>> bodies, Velocity&& velocity) {
+    Row row;
+    row.a = fill(bodies[slot_a], slot_a, -d, -angular_a, velocity, row.jacobian_a, row);
+    row.b = fill(bodies[slot_b], slot_b, d, angular_b, velocity, row.jacobian_b, row);
+    rows_.push_back(row);
+    return rows_.back();
+  }
+  template <typename Velocity>
+  std::uint32_t fill(const SolverBody<S>& body, std::uint32_t slot, const Vec3<S>& linear,
+                     const Vec3<S>& angular, Velocity&& velocity, std::array<Real, 6>& jacobian,
+                     Row& row) const {
+    if (unknown_[slot] == none) {
+      const Twist<S>& known = velocity(body);
+      row.target -= Real(linear.dot(known.linear) + angular.dot(known.angular));
+      return none;
+    }
+    for (std::size_t i = 0; i < 3; ++i) {
+      const auto axis = static_cast<Eigen::Index>(i);
+      jacobian[i] = body.is_locked(axis) ? Real(0) : Real(linear[axis]);
+      jacobian[i + 3] = body.is_locked(axis + 3) ? Real(0) : Real(angular[axis]);
+    }
+    row.response += Real(linear.dot(body.inverse_mass.cwiseProduct(linear)) +
+                         angular.dot(body.inverse_inertia * angular));
+    return unknown_[slot];
+  }
+
+  void find_switches() {
+    can_switch_ = std::any_of(rows_.begin(), rows_.end(),
+                              [](const Row& row) { return row.kind != Kind::free; });
+  }
+
+  IslandOrder order_;
+  std::size_t unknowns_ = 0;
+  std::vector<std::uint32_t> unknown_, last_, envelope_;
+  std::vector<Row> rows_;
+  bool can_switch_ = false;
+};
+
+// Implementation -----------------------------------------------------------------------------------
+
+template <Scalar S, typename Real>
+void IslandRows<S, Real>::add_hessian(Real eps, EnvelopeMatrix<Real>& h) {
+  using std::hypot;
+  for (std::size_t i = 0; i < rows_.size(); ++i) {
+    Row& row = rows_[i];
+    if (!(row.response > Real(0)) || row.kind == Kind::tangent) continue;
+    const Real stiffness = Real(1) / row.softness(eps);
+    row.side = side_of(i, eps);
+    if (row.side == Side::at_bound) continue;
+    if (row.kind != Kind::cone) {
+      detail::add_square(h, stiffness, row);
+      continue;
+    }
+    const Row& first = rows_[i + 1];
+    const Row& second = rows_[i + 2];
+    if (row.side == Side::inside) {
+      detail::add_square(h, stiffness, row);
+      detail::add_square(h, stiffness, first);
+      detail::add_square(h, stiffness, second);
+      continue;
+    }
+    // On the side of the cone: along its edge, and across, where only the direction may give.
+    Real n = row.proposed(eps, Real(0));
+    Real x = first.proposed(eps, Real(0));
+    Real y = second.proposed(eps, Real(0));
+    const Real t = hypot(x, y);
+    const Real mu = row.friction;
+    const Real on_edge = (n + mu * t) / (Real(1) + mu * mu);
+    const Real cosine = t > Real(0) ? x / t : Real(1);
+    const Real sine = t > Real(0) ? y / t : Real(0);
+    Row edge = row;
+    Row across = row;
+    for (std::size_t k = 0; k < 6; ++k) {
+      edge.jacobian_a[k] += mu * (cosine * first.jacobian_a[k] + sine * second.jacobian_a[k]);
+      edge.jacobian_b[k] += mu * (cosine * first.jacobian_b[k] + sine * second.jacobian_b[k]);
+      across.jacobian_a[k] = cosine * second.jacobian_a[k] - sine * first.jacobian_a[k];
+      across.jacobian_b[k] = cosine * second.jacobian_b[k] - sine * first.jacobian_b[k];
+    }
+    detail::add_square(h, stiffness / (Real(1) + mu * mu), edge);
+    if (t > Real(0)) detail::add_square(h, stiffness * mu * on_edge / t, across);
+  }
+}
+
+}  // namespace bristle::inline BRISTLE_ABI
+
+#include <algorithm>
+#include <type_traits>
+#include <vector>
+
+namespace bristle::inline BRISTLE_ABI {
+
+/// Scratch memory and the algorithm. One object serves many islands, one after the other. Islands
+/// of floats are solved in double: eps^-1 leaves float no digits.
+template <Scalar S>
+class ProximalSolver {
+ public:
+  using Real = std::conditional_t<std::is_same_v<S, float>, double, S>;
+
+  /// Finds the impulses of all constraints and the motion of the soft blocks, starting from the
+  /// impulses there are.
+  ///
+  /// @return [m/s] What is left to solve, in the worst constraint; infinite when the matrix is not
+  ///         positive definite (input that is not finite), and nothing was changed then.
+  Real solve(const Island& island, Constraints<S>& constraints, std::span<SolverBody<S>> bodies,
+             const SolveContext<S>& context, SolveReport<S>& report) {
+    rows_.number(island, constraints, bodies);
+    rows_.add_velocity_rows(island, constraints, bodies);
+    make_matrix(island, constraints, bodies);
+    drop_locked_rows();
+    // Where all is linear one step from zero is exact; from anywhere else it would leave what
+    // rounding makes of stiff blocks there.
+    detail::refill(v_, rows_.unknowns(), Real(0));
+    if (rows_.can_switch()) {
+      for (const std::uint32_t slot : island.bodies) rows_.put(slot, bodies[slot].twist, v_);
+    }
+    is_stiff_ = rows_.can_switch() && !island.soft.empty();
+    // What slips is taken to slip on as it did when the step began. From slip that the impulses to
+    // come will stop, the iteration can end where a grip slides that could hold.
+    detail::refill(step_, rows_.unknowns(), Real(0));
+    for (const std::uint32_t slot : island.bodies) rows_.put(slot, bodies[slot].start, step_);
+    rows_.evaluate(step_);
+    rows_.set_shifts();
+    // Well below what counts, so that a sweep over the result finds nothing to do.
+    const Real tolerance = Real(0.1) * Real(context.velocity_tolerance);
+    enough_ = Real(context.velocity_tolerance);
+    if constexpr (derivatives_of<S> == 0) {
+      if (rows_.can_switch() && rows_.has_impulses()) {
+        const Real left = follow(island, constraints, bodies, context, report);
+        if (left < infinity<Real>) return left;
+      }
+    }
+    const Real left = iterate(tolerance, context.settings, report);
+    if (!(left < infinity<Real>)) return left;
+    rows_.store_impulses(island, constraints);
+    if (left <= tolerance && island.blocks.empty() && island.soft.empty() &&
+        !rows_.has_sliding(eps_, tolerance)) {
+      find_passing(island, constraints, bodies,
+                   [this](std::vector<Real>& x) { hessian_.solve(x.data()); });
+    }
+    store_soft(island, constraints, bodies);
+    return left;
+  }
+
+  /// Solves the position problem (`SequentialSolver::sweep_positions`) of the same island: finds
+  /// the placed impulses, and the motion that they give.
+  /// @return [m/s] As above, for displacements divided by the step.
+  Real place(const Island& island, Constraints<S>& constraints, std::span<SolverBody<S>> bodies,
+             const SolveContext<S>& context, SolveReport<S>& report) {
+    rows_.number(island, constraints, bodies);
+    rows_.add_position_rows(island, constraints, bodies, context.dt);
+    make_mass(island, bodies);
+    drop_locked_rows();
+    is_stiff_ = false;
+    // The motion without any placed impulse: the present one with them taken out again.
+    v_.resize(rows_.unknowns());
+    for (const std::uint32_t slot : island.bodies) rows_.put(slot, bodies[slot].motion, v_);
+    rows_.remove_impulses(v_, rhs_, matrix_);
+    const Real left =
+        iterate(Real(context.position_tolerance / context.dt), context.settings, report);
+    if (!(left < infinity<Real>)) return left;
+    rows_.store_placed(island, constraints);
+    for (const std::uint32_t slot : island.bodies) {
+      bodies[slot].motion = rows_.twist(slot, v_, bodies);
+    }
+    return left;
+  }
+
+  /// [m/s] What may be left to solve for the last `solve` to count as done: more where surfaces
+  /// slide than where they rest.
+  [[nodiscard]] Real enough() const { return enough_; }
+
+ private:
+  Real follow(const Island& island, Constraints<S>& constraints, std::span<SolverBody<S>> bodies,
+              const SolveContext<S>& context, SolveReport<S>& report);
+  void store_soft(const Island& island, Constraints<S>& constraints,
+                  std::span<SolverBody<S>> bodies);
+  /// Whether all of Newton's steps on the convex problem take more than ten of the largest
+  /// factorisations.
+  [[nodiscard]] static bool is_convex_costly(const SolveContext<S>& context) {
+    const auto steps = static_cast<std::uint64_t>(context.settings.max_newton_steps);
+    return context.factor_work / 10 > context.settings.max_direct_work / steps;
+  }
+  void make_mass(const Island& island, std::span<const SolverBody<S>> bodies);
+  void make_matrix(const Island& island, const Constraints<S>& constraints,
+                   std::span<const SolverBody<S>> bodies);
+  void add_soft(const SoftBlock<S>& soft, std::span<const SolverBody<S>> bodies);
+  void drop_locked_rows();
+  template <typename SolveLinear>
+  void find_passing(const Island& island, Constraints<S>& constraints,
+                    std::span<const SolverBody<S>> bodies, const SolveLinear& solve_linear);
+  Real iterate(Real tolerance, const SolverDef<S>& settings, SolveReport<S>& report);
+  bool minimise(Real eps, Real tolerance, int& steps, int most_steps);
+  [[nodiscard]] Real mismatch() const;
+  [[nodiscard]] bool have_derivatives_settled(const SolverDef<S>& settings);
+  void find_gradient(Real eps);
+  Real search_line(Real eps);
+
+  IslandRows<S, Real> rows_;
+  CoulombNewton<Real> newton_;
+  Real enough_ = Real(0);
+  EnvelopeMatrix<Real> matrix_;   // Mt.
+  EnvelopeMatrix<Real> hessian_;  // Mt + J^T D J, then its factor.
+  Real eps_ = Real(1);            // With which it was factored.
+  bool is_stiff_ = false;         // Whether one step of Newton's leaves more than round-off.
+  std::vector<Real> rhs_;         // r.
+  std::vector<Real> masses_;      // Diagonal of M.
+  DerivativeWatch<Real> watch_;
+  std::vector<Real> v_, settled_, gradient_, step_, product_;
+};
+
+// Implementation -----------------------------------------------------------------------------------
+
+/// Solves with Coulomb's law as it is, from the answer of the last step.
+/// @return [m/s] What is left. Infinite where nothing was found that is good enough: the impulses
+///         are as before.
+template <Scalar S>
+auto ProximalSolver<S>::follow(const Island& island, Constraints<S>& constraints,
+                               std::span<SolverBody<S>> bodies, const SolveContext<S>& context,
+                               SolveReport<S>& report) -> Real {
+  const auto change = Real(context.driven_change);
+  product_.resize(rows_.unknowns());
+  for (const std::uint32_t slot : island.bodies) rows_.put(slot, bodies[slot].free, product_);
+  // Contacts alone are swept first in the next step, which ends it where little is left. With
+  // joints no sweep will do, and their rows need not agree to more than that.
+  const bool is_swept_first = island.blocks.empty() && island.soft.empty();
+  const CoulombProblem<Real> problem{
+      .rows = rows_.rows(),
+      .matrix = &matrix_,
+      .rhs = rhs_,
+      .is_uncoupled = island.soft.empty(),
+      .start = &step_,
+      .free = &product_,
+      .tolerance = Real(is_swept_first ? 0.01 : 0.1) * Real(context.velocity_tolerance),
+      .speed_change = change};
+  const CoulombAnswer<Real> answer = newton_.solve(problem);
+  report.factorisations += answer.factorisations;
+  enough_ = std::max(enough_, problem.good_enough(answer.slip));
+  // Many jammed bodies that are hit have no answer that is found in bounded time. Any that takes
+  // energy and stops half of the impact will do for this step: the next begins near its own.
+  const bool is_impact = answer.change > change && is_convex_costly(context);
+  if (!(answer.residual <= (is_impact ? Real(0.5) * answer.change : enough_))) {
+    return infinity<Real>;
+  }
+  enough_ = std::max(enough_, answer.residual);
+  for (std::size_t k = 0; k < rows_.rows().size(); ++k) rows_.rows()[k].lambda = newton_.impulse(k);
+  v_ = newton_.velocities();
+  rows_.store_impulses(island, constraints);
+  const auto tolerance = Real(context.velocity_tolerance);
+  if (answer.factorisations > 0 && answer.residual <= tolerance && answer.slip <= tolerance &&
+      is_swept_first) {
+    eps_ = answer.eps;
+    rows_.evaluate(v_);
+    rows_.set_sides(eps_);
+    find_passing(island, constraints, bodies,
+                 [this](std::vector<Real>& x) { newton_.solve_linear(x); });
+  }
+  store_soft(island, constraints, bodies);
+  return answer.residual;
+}
+
+/// Writes the motions of the soft blocks, and the impulses that belong to them.
+template <Scalar S>
+void ProximalSolver<S>::store_soft(const Island& island, Constraints<S>& constraints,
+                                   std::span<SolverBody<S>> bodies) {
+  for (const std::uint32_t s : island.soft) {
+    SoftBlock<S>& soft = constraints.soft[s];
+    soft.motion = relative_motion(soft, rows_.twist(soft.body_a, v_, bodies),
+                                  rows_.twist(soft.body_b, v_, bodies));
+    soft.impulse = soft.offset + soft.matrix * soft.motion;
+  }
+}
+
+template <Scalar S>
+void ProximalSolver<S>::make_mass(const Island& island, std::span<const SolverBody<S>> bodies) {
+  matrix_.reset(rows_.envelope());
+  detail::refill(rhs_, rows_.unknowns(), Real(0));
+  for (const std::uint32_t slot : island.bodies) {
+    const SolverBody<S>& body = bodies[slot];
+    const std::size_t u = rows_.unknown(slot);
+    for (std::size_t i = 0; i < 3; ++i) {
+      const auto e = static_cast<Eigen::Index>(i);
+      matrix_.at(u + i, u + i) = body.is_locked(e) ? Real(1) : Real(body.mass);
+      matrix_.at(u + 3 + i, u + 3 + i) = body.is_locked(e + 3) ? Real(1) : Real(body.inertia(e, e));
+      for (std::size_t j = 0; j < i; ++j) {
+        const auto f = static_cast<Eigen::Index>(j);
+        const bool is_free = !body.is_locked(e + 3) && !body.is_locked(f + 3);
+        matrix_.at(u + 3 + i, u + 3 + j) = is_free ? Real(body.inertia(e, f)) : Real(0);
+      }
+    }
+  }
+  masses_.resize(rows_.unknowns());
+  for (std::size_t i = 0; i < masses_.size(); ++i) masses_[i] = matrix_.at(i, i);
+}
+
+template <Scalar S>
+void ProximalSolver<S>::make_matrix(const Island& island, const Constraints<S>& constraints,
+                                    std::span<const SolverBody<S>> bodies) {
+  make_mass(island, bodies);
+  v_.resize(rows_.unknowns());
+  for (const std::uint32_t slot : island.bodies) rows_.put(slot, bodies[slot].free, v_);
+  matrix_.multiply(v_.data(), rhs_.data());
+  for (const std::uint32_t s : island.soft) add_soft(constraints.soft[s], bodies);
+}
+
+template <Scalar S>
+void ProximalSolver<S>::add_soft(const SoftBlock<S>& soft, std::span<const SolverBody<S>> bodies) {
+  using Matrix = Eigen::Matrix<Real, 6, 6, Eigen::DontAlign>;
+  using Vector = Eigen::Matrix<Real, 6, 1, Eigen::DontAlign>;
+  // G maps the twist of a body to the block's motion: V_c = v - arm x w for A, its negative for B.
+  // Columns of axes on which nothing moves the body are left out.
+  const auto motion_of_body = [&](std::uint32_t slot, const Vec3<S>& arm, Real sign) {
+    Matrix G = sign * Matrix::Identity();
+    G.template topRightCorner<3, 3>() = -sign * skew(arm).template cast<Real>();
+    for (Eigen::Index axis = 0; axis < 6; ++axis) {
+      if (rows_.unknown(slot) != rows_.none && bodies[slot].is_locked(axis)) G.col(axis).setZero();
+    }
+    return G;
+  };
+  const std::uint32_t slots[2] = {soft.body_a, soft.body_b};
+  const Matrix G[2] = {motion_of_body(slots[0], soft.arm_a, Real(1)),
+                       motion_of_body(slots[1], soft.arm_b, Real(-1))};
+  const Matrix A = soft.matrix.template cast<Real>();
+  // Bodies that forces do not move contribute their known motion to the constant part.
+  Vector constant = soft.offset.template cast<Real>();
+  for (int k = 0; k < 2; ++k) {
+    if (rows_.unknown(slots[k]) != rows_.none) continue;
+    Vector known;
+    known << bodies[slots[k]].free.linear.template cast<Real>(),
+        bodies[slots[k]].free.angular.template cast<Real>();
+    constant += A * (G[k] * known);
+  }
+  for (int k = 0; k < 2; ++k) {
+    const std::size_t row = rows_.unknown(slots[k]);
+    if (row == rows_.none) continue;
+    const Matrix left = G[k].transpose() * A;
+    const Vector load = G[k].transpose() * constant;
+    for (std::size_t i = 0; i < 6; ++i) rhs_[row + i] -= load[static_cast<Eigen::Index>(i)];
+    for (int l = 0; l < 2; ++l) {
+      const std::size_t column = rows_.unknown(slots[l]);
+      if (column == rows_.none || column > row) continue;  // Lower triangle only.
+      const Matrix product = left * G[l];
+      for (std::size_t i = 0; i < 6; ++i) {
+        for (std::size_t j = 0; j < (row == column ? i + 1 : 6); ++j) {
+          matrix_.at(row + i, column + j) +=
+              product(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j));
+        }
+      }
+    }
+  }
+}
+
+/// Leaves out rows along which joints leave no mobility: a finger on a slide, pushed across it,
+/// could only be met by tearing it off its slide
+/// (docs/decisions/0009-locked-contact-directions.md). What is left of a row's response is that of
+/// the matrix with all joints held by springs of 1e-9.
+template <Scalar S>
+void ProximalSolver<S>::drop_locked_rows() {
+  if (!rows_.has_joints_beside_others()) return;
+  hessian_ = matrix_;
+  rows_.add_joints(Real(1e-9), hessian_);
+  if (!hessian_.factor()) return;
+  rows_.drop_locked(hessian_, Real(1e-6), product_);
+}
+
+/// Finds what of the contacts' impulses the next step will not need: what they would be less if
+/// this one had started with the velocities v that it ends with. The difference is linear as long
+/// as no contact changes its state or slides, where the opening speed would change too, and the
+/// factor of the last step of Newton's gives it:
+///     H dv = M (v - v0),   dlambda = D J dv.
+/// Without it a step that stops what the last one left of motion would push it the other way in the
+/// next, and heavy bodies on light ones would never come to rest.
+template <Scalar S>
+template <typename SolveLinear>
+void ProximalSolver<S>::find_passing(const Island& island, Constraints<S>& constraints,
+                                     std::span<const SolverBody<S>> bodies,
+                                     const SolveLinear& solve_linear) {
+  product_.resize(v_.size());
+  step_.resize(v_.size());
+  for (const std::uint32_t slot : island.bodies) rows_.put(slot, bodies[slot].start, product_);
+  for (std::size_t i = 0; i < v_.size(); ++i) product_[i] = v_[i] - product_[i];
+  matrix_.multiply(product_.data(), step_.data());
+  solve_linear(step_);
+  rows_.evaluate_step(step_);
+  rows_.store_passing(eps_, island, constraints, product_);
+}
+
+/// The outer loop: multipliers, opening speeds, eps.
+template <Scalar S>
+auto ProximalSolver<S>::iterate(Real tolerance, const SolverDef<S>& settings,
+                                SolveReport<S>& report) -> Real {
+  // Smaller eps is a stiffer penalty: fewer outer iterations, but many Newton steps for one that
+  // starts from far away. Where nothing can switch the smallest is right at once.
+  const Real smallest = Real(1e-6);
+  Real eps = rows_.can_switch() ? Real(1e-3) : smallest;
+  Real left = infinity<Real>;
+  Real inner = Real(0);
+  int steps = 0;
+  watch_.start();
+  rows_.evaluate(v_);
+  for (int outer = 0; steps < settings.max_newton_steps; ++outer) {
+    if (outer > 0) rows_.set_shifts();
+    if (!minimise(eps, std::max(Real(0.1) * tolerance, inner), steps, settings.max_newton_steps)) {
+      // The impulses of an iteration that was cut short belong to no velocities: those of the one
+      // before do.
+      v_ = settled_;
+      break;
+    }
+    settled_ = v_;
+    eps_ = eps;
+    rows_.accept(eps);
+    const Real before = left;
+    left = rows_.residual();
+    if (left <= tolerance && have_derivatives_settled(settings)) break;
+    // Slip that keeps turning leaves a residual that no longer falls.
+    if (outer >= 10 && left > Real(0.9) * before) break;
+    eps = std::max(smallest, eps / Real(10));
+    inner = Real(0.01) * left;  // Exact minima of a function that is about to change are no use.
+  }
+  report.factorisations += steps;
+  return left;
+}
+
+template <Scalar S>
+bool ProximalSolver<S>::have_derivatives_settled(const SolverDef<S>& settings) {
+  return watch_.have_settled(Real(settings.tolerance), [&](auto& watch) {
+    for (const Real& x : v_) watch.velocity(x);
+    rows_.for_each_load([&](const Real& x, const Real& response) { watch.impulse(x, response); });
+  });
+}
+
+/// The inner loop: Newton with line search, until the impulses that belong to the velocities move
+/// the bodies by these velocities. Steps that are small are not enough: stiffnesses of 1e6 make
+/// much of what is left, and velocities are made of the impulses in the end.
+/// @return Whether that was reached.
+template <Scalar S>
+bool ProximalSolver<S>::minimise(Real eps, Real tolerance, int& steps, int most_steps) {
+  using std::abs;
+  find_gradient(eps);
+  Real left = infinity<Real>;
+  while (steps < most_steps) {
+    hessian_ = matrix_;
+    rows_.add_hessian(eps, hessian_);
+    if (!hessian_.factor()) return false;
+    ++steps;
+    step_.resize(gradient_.size());
+    for (std::size_t i = 0; i < step_.size(); ++i) step_[i] = -gradient_[i];
+    hessian_.solve(step_.data());
+    Real size = Real(0);
+    for (const Real x : step_) size = std::max(size, abs(x));
+    if (!(size < infinity<Real>)) return false;
+    // Where a whole step switches nothing, the function was the parabola that Newton minimises.
+    const bool is_whole = search_line(eps) == Real(1);
+    if (is_whole && !is_stiff_ && rows_.is_linear(eps)) return true;
+    find_gradient(eps);
+    // Where steps are small and no longer help, what is left is the rounding of large impulses.
+    const Real before = left;
+    left = mismatch();
+    if (left <= tolerance || (size <= tolerance && left > before / Real(2))) return true;
+  }
+  return false;
+}
+
+/// [m/s, rad/s] By how much the velocities differ from what the impulses make of them.
+template <Scalar S>
+auto ProximalSolver<S>::mismatch() const -> Real {
+  using std::abs;
+  Real largest = Real(0);
+  for (std::size_t i = 0; i < gradient_.size(); ++i) {
+    largest = std::max(largest, abs(gradient_[i]) / masses_[i]);
+  }
+  return largest;
+}
+
+/// gradient := Mt v - r - J^T lambda+.
+template <Scalar S>
+void ProximalSolver<S>::find_gradient(Real eps) {
+  gradient_.resize(v_.size());
+  matrix_.multiply(v_.data(), gradient_.data());
+  for (std::size_t i = 0; i < v_.size(); ++i) gradient_[i] -= rhs_[i];
+  rows_.subtract_impulses(eps, gradient_);
+}
+
+/// Moves v along the step to the minimum of the convex function on that line: the root of its
+/// derivative, which grows along the line, by the Illinois method.
+/// @return The part of the step that was taken.
+template <Scalar S>
+auto ProximalSolver<S>::search_line(Real eps) -> Real {
+  using std::abs;
+  rows_.evaluate_step(step_);
+  product_.resize(v_.size());
+  matrix_.multiply(step_.data(), product_.data());
+  Real constant = Real(0);
+  Real slope = Real(0);
+  for (std::size_t i = 0; i < v_.size(); ++i) {
+    constant += product_[i] * v_[i] - step_[i] * rhs_[i];
+    slope += product_[i] * step_[i];
+  }
+  const auto derivative = [&](Real s) { return constant + s * slope - rows_.work(eps, s); };
+  Real low = Real(0);
+  Real at_low = derivative(low);
+  Real high = Real(1);
+  Real at_high = derivative(high);
+  const Real small = Real(0.01) * abs(at_low);
+  Real s = high;
+  if (at_high > small && at_low < Real(0)) {
+    int side = 0;
+    for (int i = 0; i < 20; ++i) {
+      s = (low * at_high - high * at_low) / (at_high - at_low);
+      const Real at_s = derivative(s);
+      if (abs(at_s) <= small) break;
+      if (at_s > Real(0)) {
+        high = s;
+        at_high = at_s;
+        if (side == 1) at_low /= Real(2);
+        side = 1;
+      } else {
+        low = s;
+        at_low = at_s;
+        if (side == -1) at_high /= Real(2);
+        side = -1;
+      }
+    }
+  }
+  for (std::size_t i = 0; i < v_.size(); ++i) v_[i] += s * step_[i];
+  rows_.move(s);
+  return s;
 }
 
 }  // namespace bristle::inline BRISTLE_ABI
@@ -35759,6 +35537,754 @@ void World<S, Backend>::push(const HapticBody<S>& pushed) {
 
 }  // namespace bristle::inline BRISTLE_ABI
 
+// === bristle/hosts/host_sensors.hpp: definitions
+// === bristle/hosts/host_stage.hpp
+
+/// @file
+/// What the sensors of an engine do in a step: cast rays, make contacts, and solve all of them
+/// together.
+// SPDX-License-Identifier: BSD-3-Clause
+
+// === bristle/dynamics/soft_system.hpp
+
+/// @file
+/// Soft blocks between bodies that are known by their mobility alone.
+///
+/// A world knows the mass of its bodies and solves for the velocities that minimise a convex
+/// function (proximal_solver.hpp). Of somebody else's bodies only the answer to a push is known: a
+/// finger on a slide moves along one axis, and the links of an arm move each other. With V the
+/// twists of all bodies about their centres of mass, W their mobility and f the impulses of the
+/// blocks,
+///
+///     V = V_free + W f,   f_i = sum over blocks of -s_i G_i^T p,   p = offset + matrix u,
+///     u = sum over the two bodies of s_i G_i V_i,   s = +1 for A and -1 for B,
+///
+/// where G_i takes a twist from the centre of mass to the block's point. W need not have an
+/// inverse: (1 + W Q) V = V_free + W q is solved, with Q = sum s_i s_j G_i^T matrix G_j. W and Q
+/// are positive semidefinite, so that 1 + W Q has no eigenvalue below 1.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+namespace bristle::inline BRISTLE_ABI {
+
+/// Solves for the motion of such bodies. Bodies are known by the order in which they were added;
+/// those that nothing connects are solved apart. Systems of floats are solved in double, since
+/// W Q of a stiff block leaves float no digits.
+template <Scalar S>
+class SoftSystem {
+ public:
+  /// Starts another system.
+  void clear() {
+    free_.clear();
+    couplings_.clear();
+  }
+  /// Adds a body.
+  /// @param free  [m/s, rad/s] The twist it will have without the blocks.
+  /// @return      [-] Its number.
+  std::uint32_t add_body(const Twist<S>& free) {
+    Vec6<S> twist;
+    twist.template head<3>() = free.linear;
+    twist.template tail<3>() = free.angular;
+    free_.push_back(twist);
+    return static_cast<std::uint32_t>(free_.size() - 1);
+  }
+  /// Says what an impulse on body j about its centre of mass adds to the twist of body i. What is
+  /// not said is zero.
+  /// @param mobility  [1/kg and products with 1/m] For i = j symmetric, positive semidefinite; its
+  ///                  transpose is what body j gets from body i.
+  void set_mobility(std::uint32_t i, std::uint32_t j, const Mat6<S>& mobility) {
+    couplings_.push_back({i, j, mobility});
+    if (i != j) couplings_.push_back({j, i, mobility.transpose()});
+  }
+  /// Adds an impulse about the centre of mass of a body that is known beforehand.
+  /// @param impulse  [N s, N m s]
+  void push(std::uint32_t body, const Wrench<S>& impulse) {
+    Vec6<S> known;
+    known.template head<3>() = impulse.force;
+    known.template tail<3>() = impulse.torque;
+    for (const Coupling& c : couplings_) {
+      if (c.to == body) free_[c.from] += c.mobility * known;
+    }
+  }
+
+  /// Finds the motion of all blocks. Where it is not finite, neither was what went in.
+  void solve(std::span<SoftBlock<S>> blocks);
+
+ private:
+  using Real = std::conditional_t<std::is_same_v<S, float>, double, S>;
+  using Matrix = Eigen::Matrix<Real, 6, 6, Eigen::DontAlign>;
+  using Vector = Eigen::Matrix<Real, 6, 1, Eigen::DontAlign>;
+  using Map = Eigen::Map<Eigen::Matrix<Real, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>>;
+
+  struct Coupling {
+    std::uint32_t from = 0;
+    std::uint32_t to = 0;
+    Mat6<S> mobility = Mat6<S>::Zero();
+  };
+  /// A body of a block: its number, and s G.
+  struct Side {
+    std::uint32_t body = 0;
+    Matrix G = Matrix::Zero();
+  };
+
+  /// A twist about the centre of mass to the one about the end of an arm.
+  [[nodiscard]] static Matrix to_point(const Vec3<S>& arm) {
+    Matrix G = Matrix::Identity();
+    G.template topRightCorner<3, 3>() = -skew(arm).template cast<Real>();
+    return G;
+  }
+  [[nodiscard]] static std::array<Side, 2> sides_of(const SoftBlock<S>& block) {
+    return {Side{block.body_a, to_point(block.arm_a)}, Side{block.body_b, -to_point(block.arm_b)}};
+  }
+
+  void find_sets(std::span<const SoftBlock<S>> blocks);
+  void solve_set(std::uint32_t set, std::span<const SoftBlock<S>> blocks);
+
+  std::vector<Vec6<S>> free_;
+  std::vector<Coupling> couplings_;
+  DisjointSets sets_;
+  /// Members of the set at hand, the place of each body in it, and all twists.
+  std::vector<std::uint32_t> members_;
+  std::vector<Eigen::Index> place_;
+  std::vector<Vector> twist_;
+  std::vector<Real> left_, stiffness_, right_, load_;
+};
+
+// Implementation -----------------------------------------------------------------------------------
+
+template <Scalar S>
+void SoftSystem<S>::solve(std::span<SoftBlock<S>> blocks) {
+  twist_.resize(free_.size());
+  place_.resize(free_.size());
+  for (std::size_t i = 0; i < free_.size(); ++i) twist_[i] = free_[i].template cast<Real>();
+  find_sets(blocks);
+  for (std::uint32_t i = 0; i < free_.size(); ++i) {
+    if (sets_.find(i) == i) solve_set(i, blocks);
+  }
+  for (SoftBlock<S>& block : blocks) {
+    Vector motion = Vector::Zero();
+    for (const Side& side : sides_of(block)) motion += side.G * twist_[side.body];
+    block.motion = motion.template cast<S>();
+  }
+}
+
+template <Scalar S>
+void SoftSystem<S>::find_sets(std::span<const SoftBlock<S>> blocks) {
+  sets_.reset(free_.size());
+  // What has no mobility passes nothing on.
+  std::fill(place_.begin(), place_.end(), Eigen::Index(-1));
+  for (const Coupling& c : couplings_) {
+    if (c.from == c.to) place_[c.to] = 0;
+    sets_.join(c.from, c.to);
+  }
+  for (const SoftBlock<S>& block : blocks) {
+    if (place_[block.body_a] == 0 && place_[block.body_b] == 0) {
+      sets_.join(block.body_a, block.body_b);
+    }
+  }
+}
+
+template <Scalar S>
+void SoftSystem<S>::solve_set(std::uint32_t set, std::span<const SoftBlock<S>> blocks) {
+  std::fill(place_.begin(), place_.end(), Eigen::Index(-1));
+  members_.clear();
+  for (const Coupling& c : couplings_) {
+    if (c.from != c.to || sets_.find(c.from) != set) continue;
+    place_[c.from] = static_cast<Eigen::Index>(6 * members_.size());
+    members_.push_back(c.from);
+  }
+  if (members_.empty()) return;
+  const auto size = static_cast<Eigen::Index>(6 * members_.size());
+  const auto cells = static_cast<std::size_t>(size * size);
+  detail::refill(left_, cells, Real(0));
+  detail::refill(stiffness_, cells, Real(0));
+  detail::refill(right_, static_cast<std::size_t>(size), Real(0));
+  detail::refill(load_, static_cast<std::size_t>(size), Real(0));
+  Map left(left_.data(), size, size), Q(stiffness_.data(), size, size);
+  Map right(right_.data(), size, 1), q(load_.data(), size, 1);
+  for (const SoftBlock<S>& block : blocks) {
+    const std::array<Side, 2> sides = sides_of(block);
+    if (place_[sides[0].body] < 0 && place_[sides[1].body] < 0) continue;
+    const Matrix A = block.matrix.template cast<Real>();
+    Vector constant = block.offset.template cast<Real>();
+    for (const Side& side : sides) {
+      if (place_[side.body] < 0) constant += A * (side.G * twist_[side.body]);
+    }
+    for (const Side& i : sides) {
+      if (place_[i.body] < 0) continue;
+      const Matrix across = i.G.transpose() * A;
+      q.template block<6, 1>(place_[i.body], 0) -= i.G.transpose() * constant;
+      for (const Side& j : sides) {
+        if (place_[j.body] < 0) continue;
+        Q.template block<6, 6>(place_[i.body], place_[j.body]) += across * j.G;
+      }
+    }
+  }
+  for (const std::uint32_t body : members_) {
+    right.template block<6, 1>(place_[body], 0) = twist_[body];
+  }
+  for (Eigen::Index i = 0; i < size; ++i) left(i, i) = Real(1);
+  for (const Coupling& c : couplings_) {
+    if (place_[c.from] < 0 || place_[c.to] < 0) continue;
+    const Matrix W = c.mobility.template cast<Real>();
+    right.template block<6, 1>(place_[c.from], 0) += W * q.template block<6, 1>(place_[c.to], 0);
+    for (Eigen::Index column = 0; column < size; column += 6) {
+      left.template block<6, 6>(place_[c.from], column) +=
+          W * Q.template block<6, 6>(place_[c.to], column);
+    }
+  }
+  eliminate(left, right);
+  for (const std::uint32_t body : members_) {
+    twist_[body] = right.template block<6, 1>(place_[body], 0);
+  }
+}
+
+}  // namespace bristle::inline BRISTLE_ABI
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace bristle::inline BRISTLE_ABI {
+namespace detail {
+
+/// The parts of `HostSensors::step` between which the engine is asked. It holds scratch memory
+/// only.
+template <Scalar S, typename Backend>
+class HostStage {
+ public:
+  using Sensors = HostSensors<S, Backend>;
+
+  /// Finds what the rays of all patches meet of the mirrored shapes.
+  /// @param all_rays  Whether the engine will cast them, too, so that all need a place for hits.
+  void cast(Sensors& sensors, bool all_rays);
+  /// Makes contacts of the hits, and lists the bodies that take part.
+  void collect(Sensors& sensors);
+  /// Solves all patches, fills readings, and lists the wrenches to apply.
+  void solve(Sensors& sensors);
+
+ private:
+  using State = WorldState<S, Backend>;
+  using Shape = ShapeInReach<S, Backend>;
+
+  /// What touches, and what it gives: an impulse on B about c [N s, N m s].
+  struct Touch {
+    SensorPatch<S>* patch = nullptr;
+    PatchPair<S>* pair = nullptr;
+    Wrench<S> on_b{};
+  };
+
+  void find_shapes(Sensors& sensors, const SensorPatch<S>& patch);
+  void add_bodies(const Sensors& sensors);
+  void add_touches(Sensors& sensors);
+  void fill_blocks();
+  [[nodiscard]] bool answer(S dt, const SolvePass& pass);
+  void deliver(Sensors& sensors);
+
+  /// Calls visit(patch, pair) for all that touch.
+  template <typename Visit>
+  void for_each_pair(Sensors& sensors, Visit&& visit) {
+    for (const std::uint32_t i : near_something_) {
+      SensorPatch<S>& patch = sensors.state().patches.at(i);
+      for (PatchPair<S>& pair : patch.pairs) {
+        if (pair.count > 0) visit(patch, pair);
+      }
+    }
+  }
+  /// [1/kg] Mean mobility of a body at the end of an arm.
+  [[nodiscard]] S mobility_at(std::uint32_t body, const Vec3<S>& arm) const {
+    Mat6<S> G = Mat6<S>::Identity();
+    G.template topRightCorner<3, 3>() = -skew(arm);
+    return (G * own_mobility_[body] * G.transpose()).template topLeftCorner<3, 3>().trace() / S(3);
+  }
+
+  std::vector<Shape> shapes_;
+  /// Slots of the patches whose rays may meet something.
+  std::vector<std::uint32_t> near_something_;
+  SoftSystem<S> system_;
+  std::vector<Touch> touches_;
+  /// Of those that are implicit, by `PatchPair::soft`.
+  std::vector<SoftBlock<S>> blocks_;
+  /// By slots of mirrored bodies: their number in the system, and their own mobility about the
+  /// mirrored centre of mass.
+  std::vector<std::uint32_t> number_;
+  std::vector<Mat6<S>> own_mobility_;
+};
+
+}  // namespace detail
+
+/// The table of this file's instruction set.
+template <Scalar S, typename Backend>
+[[nodiscard]] const HostKernels<S, Backend>& own_host_kernels() {
+  using Own = detail::HostStage<S, Backend>;
+  using Sensors = HostSensors<S, Backend>;
+  static constexpr HostKernels<S, Backend> own{
+      .make_scratch = []() -> void* { return new Own; },
+      .delete_scratch = [](void* stage) { delete static_cast<Own*>(stage); },
+      .cast = [](void* stage, Sensors& sensors,
+                 bool all_rays) { static_cast<Own*>(stage)->cast(sensors, all_rays); },
+      .collect = [](void* stage, Sensors& sensors) { static_cast<Own*>(stage)->collect(sensors); },
+      .solve = [](void* stage, Sensors& sensors) { static_cast<Own*>(stage)->solve(sensors); }};
+  return own;
+}
+
+template <Scalar S, typename Backend>
+const HostKernels<S, Backend>& host_kernels() {
+  return own_host_kernels<S, Backend>();
+}
+
+// Implementation -----------------------------------------------------------------------------------
+
+namespace detail {
+
+template <Scalar S, typename Backend>
+void HostStage<S, Backend>::cast(Sensors& sensors, bool all_rays) {
+  State& state = sensors.state();
+  near_something_.clear();
+  for (std::uint32_t i = 0; i < state.patches.slot_count(); ++i) {
+    if (!state.patches.is_live(i)) continue;
+    SensorPatch<S>& patch = state.patches.at(i);
+    shapes_.clear();
+    if (sensors.is_sensing(i)) find_shapes(sensors, patch);
+    if (shapes_.empty() && !(all_rays && sensors.is_sensing(i))) {
+      clear_patch(patch);
+      continue;
+    }
+    near_something_.push_back(i);
+    if (!all_rays) {
+      const bool is_due = (state.steps + i) % patch.def.cast_every == 0;
+      (void)find_hits<S, Backend>(patch, shapes_, is_due);
+      continue;
+    }
+    patch.near.resize(patch.tiles.size());
+    fill_numbers(patch.near);
+    patch.reset_near_hits();
+    for (const Shape& shape : shapes_) cast_rays_at<S, Backend>(patch, shape, {});
+  }
+  ++state.steps;
+}
+
+/// Finds the shapes that a patch may meet within the step.
+template <Scalar S, typename Backend>
+void HostStage<S, Backend>::find_shapes(Sensors& sensors, const SensorPatch<S>& patch) {
+  const State& state = sensors.state();
+  const Body<S>& A = state.bodies.at(patch.body.index);
+  const Twist<S>& free_a = sensors.bodies_[patch.body.index].free;
+  const auto approach_of = [&](std::uint32_t slot) {
+    return state.def.time_step * closing_speed(patch.box, A.center_pose, free_a,
+                                               state.bodies.at(slot).center_pose.translation,
+                                               sensors.bodies_[slot].free);
+  };
+  const Aabb<S> box = transformed(patch.box, A.center_pose).inflated(sensors.host_reach(patch));
+  state.broad_phase.overlap(box, [&](std::uint32_t tag) {
+    const Collider<S, Backend>& c = state.colliders.at(tag);
+    if (!sensors.bodies_[c.body.index].is_there || !sees(state, patch, c)) return true;
+    const Shape shape = shape_in_reach(patch, state.colliders.handle(tag), c,
+                                       relative_pose(A.center_pose, state.body_of(c).center_pose),
+                                       approach_of(c.body.index));
+    if (shape.is_near(patch.box)) shapes_.push_back(shape);
+    return true;
+  });
+  std::sort(shapes_.begin(), shapes_.end(),
+            [](const Shape& a, const Shape& b) { return a.tag < b.tag; });
+}
+
+template <Scalar S, typename Backend>
+void HostStage<S, Backend>::collect(Sensors& sensors) {
+  State& state = sensors.state();
+  sensors.touched_.clear();
+  const auto slot_of = [&](std::uint32_t tag) {
+    return tag >= first_host_tag ? tag - first_host_tag : state.colliders.at(tag).body.index;
+  };
+  for (const std::uint32_t i : near_something_) {
+    SensorPatch<S>& patch = state.patches.at(i);
+    collect_contacts(patch, state.bodies.at(patch.body.index),
+                     [&](std::uint32_t tag) {
+                       const BodyId id = state.bodies.handle(slot_of(tag));
+                       return TouchedBody<S>{&state.bodies.at(id.index), id};
+                     },
+                     {.dt = state.def.time_step, .measures_lambda = false});
+    if (patch.contacts.empty()) clear_patch(patch);
+  }
+  for_each_pair(sensors, [&](const SensorPatch<S>& patch, const PatchPair<S>& pair) {
+    sensors.touched_.push_back(patch.body.index);
+    sensors.touched_.push_back(pair.body_b);
+    ++sensors.report_.pairs;
+  });
+  std::sort(sensors.touched_.begin(), sensors.touched_.end());
+  sensors.touched_.erase(std::unique(sensors.touched_.begin(), sensors.touched_.end()),
+                         sensors.touched_.end());
+}
+
+template <Scalar S, typename Backend>
+void HostStage<S, Backend>::solve(Sensors& sensors) {
+  const S dt = sensors.state().def.time_step;
+  add_bodies(sensors);
+  add_touches(sensors);
+  if (!blocks_.empty()) {
+    sensors.report_.passes = solve_in_passes(
+        SolverDef<S>{}.max_passes,
+        [this] {
+          fill_blocks();
+          system_.solve(blocks_);
+        },
+        [&](const SolvePass& pass) { return answer(dt, pass); });
+  }
+  deliver(sensors);
+}
+
+/// Makes the bodies that are touched those of the system.
+template <Scalar S, typename Backend>
+void HostStage<S, Backend>::add_bodies(const Sensors& sensors) {
+  system_.clear();
+  number_.resize(sensors.bodies_.size());
+  own_mobility_.resize(sensors.bodies_.size());
+  for (const std::uint32_t slot : sensors.touched_) {
+    number_[slot] = system_.add_body(sensors.bodies_[slot].free);
+    own_mobility_[slot].setZero();
+  }
+  const auto to_mirrored = [&](std::uint32_t slot) {
+    Mat6<S> G = Mat6<S>::Identity();
+    G.template topRightCorner<3, 3>() = -skew(sensors.bodies_[slot].shift);
+    return G;
+  };
+  for (const HostMobility<S>& m : sensors.mobilities_) {
+    if (m.matrix.isZero(S(0))) continue;
+    const Mat6<S> matrix = to_mirrored(m.from) * m.matrix * to_mirrored(m.to).transpose();
+    system_.set_mobility(number_[m.from], number_[m.to], matrix);
+    if (m.from == m.to) own_mobility_[m.from] = matrix;
+  }
+}
+
+/// Makes a soft block of each pair that is implicit, and finds the impulses of the others.
+template <Scalar S, typename Backend>
+void HostStage<S, Backend>::add_touches(Sensors& sensors) {
+  const State& state = sensors.state();
+  const S dt = state.def.time_step;
+  blocks_.clear();
+  touches_.clear();
+  for_each_pair(sensors, [&](SensorPatch<S>& patch, PatchPair<S>& pair) {
+    Touch& touch = touches_.emplace_back();
+    touch.patch = &patch;
+    touch.pair = &pair;
+    const std::uint32_t a = patch.body.index;
+    const S mobility = mobility_at(a, pair.arm_a) + mobility_at(pair.body_b, pair.arm_b);
+    pair.is_implicit = patch.def.integration != Integration::explicit_ &&
+                       patch.def.options.law == Law::paper && mobility > S(0) && patch.can_push();
+    if (!pair.is_implicit) {
+      touch.on_b = explicit_impulses(patch, pair, state.bodies.handle(pair.body_b), dt);
+      system_.push(number_[a], -touch.on_b.shifted(-pair.arm_a));
+      system_.push(number_[pair.body_b], touch.on_b.shifted(-pair.arm_b));
+      return;
+    }
+    set_scheme(pair, pair.stiffness.bristle_sum, pair.stiffness.viscous_sum, mobility, dt);
+    start_linearisation(patch, pair, dt);
+    pair.soft = static_cast<std::uint32_t>(blocks_.size());
+    SoftBlock<S>& block = blocks_.emplace_back();
+    block.body_a = number_[a];
+    block.body_b = number_[pair.body_b];
+    block.arm_a = pair.arm_a;
+    block.arm_b = pair.arm_b;
+  });
+}
+
+template <Scalar S, typename Backend>
+void HostStage<S, Backend>::fill_blocks() {
+  for (const Touch& touch : touches_) {
+    if (touch.pair->is_implicit) fill_block(*touch.pair, blocks_[touch.pair->soft]);
+  }
+}
+
+/// Evaluates all patches at the motion that was found.
+/// @return Whether any is in another state there than it was linearised for.
+template <Scalar S, typename Backend>
+bool HostStage<S, Backend>::answer(S dt, const SolvePass& pass) {
+  bool has_changed = false;
+  for (Touch& touch : touches_) {
+    if (!touch.pair->is_implicit) continue;
+    const PairAnswer<S> found =
+        answer_motion(*touch.patch, *touch.pair, blocks_[touch.pair->soft].motion, dt, pass);
+    touch.on_b = found.impulse;
+    has_changed = found.has_changed || has_changed;
+  }
+  return has_changed;
+}
+
+/// Turns impulses into readings and into wrenches on both bodies.
+template <Scalar S, typename Backend>
+void HostStage<S, Backend>::deliver(Sensors& sensors) {
+  const State& state = sensors.state();
+  const S dt = state.def.time_step;
+  sensors.wrenches_.clear();
+  const auto give = [&](std::uint32_t slot, const Wrench<S>& wrench) {
+    if (!sensors.is_mobile(slot)) return;
+    // From the mirrored centre of mass to the engine's.
+    sensors.wrenches_.push_back({slot, wrench.shifted(-sensors.bodies_[slot].shift)});
+  };
+  for (const Touch& touch : touches_) {
+    const Wrench<S> on_b = (S(1) / dt) * touch.on_b;
+    if (!has_finite_square(on_b.force) || !has_finite_square(on_b.torque)) {
+      clear_impulses(*touch.patch, *touch.pair);
+      ++sensors.report_.discarded;
+      continue;
+    }
+    give(touch.patch->body.index, -on_b.shifted(-touch.pair->arm_a));
+    give(touch.pair->body_b, on_b.shifted(-touch.pair->arm_b));
+  }
+  for (const std::uint32_t i : near_something_) {
+    SensorPatch<S>& patch = sensors.state().patches.at(i);
+    if (patch.contacts.empty() && !patch.has_felt) continue;
+    fill_readings<S>(patch, state.bodies.at(patch.body.index).center_pose.translation, dt,
+                     [&](std::uint32_t slot) { return state.bodies.handle(slot); });
+  }
+}
+
+}  // namespace detail
+}  // namespace bristle::inline BRISTLE_ABI
+
+namespace bristle::inline BRISTLE_ABI {
+
+/// Takes the fixed bodies as they are, and all others for gone.
+template <Scalar S, typename Backend>
+void HostSensors<S, Backend>::begin_observing() {
+  bodies_.resize(state().bodies.slot_count());
+  for (std::uint32_t i = 0; i < bodies_.size(); ++i) {
+    bodies_[i] = {};
+    if (!state().bodies.is_live(i)) continue;
+    const Body<S>& body = state().bodies.at(i);
+    if (body.motion != Motion::fixed) continue;
+    bodies_[i].is_there = true;
+    bodies_[i].host.center = body.center_pose.translation;
+  }
+}
+
+/// Moves a mirrored body to where the engine has it.
+template <Scalar S, typename Backend>
+void HostSensors<S, Backend>::place(std::uint32_t slot, const std::optional<HostBody<S>>& found) {
+  ++report_.missing_bodies;
+  if (!found) return;
+  const HostBody<S>& host = *found;
+  const S length = host.pose.rotation.norm();
+  const bool is_valid =
+      has_finite_square(host.pose.translation) && has_finite_square(host.center) &&
+      length > S(0.5) && length < S(2) && has_finite_square(host.twist.linear) &&
+      has_finite_square(host.twist.angular) && has_finite_square(host.acceleration.linear) &&
+      has_finite_square(host.acceleration.angular);
+  if (!is_valid) return;
+  --report_.missing_bodies;
+  Body<S>& body = state().bodies.at(slot);
+  detail::HostEntry<S>& entry = bodies_[slot];
+  const Transform<S> before = body.center_pose;
+  body.set_pose({host.pose.rotation.normalized(), host.pose.translation});
+  entry.host = host;
+  entry.is_there = true;
+  entry.has_moved = body.center_pose.translation != before.translation ||
+                    body.center_pose.rotation.coeffs() != before.rotation.coeffs();
+  entry.shift = body.center_pose.translation - host.center;
+  body.twist = host.twist.shifted(entry.shift);
+  entry.free = body.twist + state().def.time_step * host.acceleration.shifted(entry.shift);
+}
+
+template <Scalar S, typename Backend>
+void HostSensors<S, Backend>::end_observing() {
+  fastest_ = S(0);
+  for (const detail::HostEntry<S>& entry : bodies_) {
+    fastest_ = std::max(fastest_, entry.free.linear.norm());
+  }
+  for (std::uint32_t i = 0; i < state().colliders.slot_count(); ++i) {
+    if (!state().colliders.is_live(i)) continue;
+    const detail::HostEntry<S>& entry = bodies_[state().colliders.at(i).body.index];
+    if (entry.has_moved) world_.refresh_box(i);
+    if (state().colliders.at(i).half_space) continue;
+    fastest_ = std::max(fastest_, entry.free.linear.norm() +
+                                      entry.free.angular.norm() * state().colliders.at(i).radius);
+  }
+}
+
+/// Takes over what the engine's rays met nearer than the mirrored shapes.
+template <Scalar S, typename Backend>
+void HostSensors<S, Backend>::take_hits(SensorPatch<S>& patch) {
+  for (std::size_t i = 0; i < patch.size(); ++i) {
+    if (!host_hits_.is_hit(i)) continue;
+    const std::uint32_t tag = host_hits_.tag[i];
+    detail::require(state().bodies.is_live(tag) && tag != patch.body.index, "hits.tag", tag,
+                    "must be the index of another body that is mirrored");
+    const RayHit<S> hit{host_hits_.distance[i], host_hits_.normal[i]};
+    const bool is_valid = hit.distance >= S(0) && has_finite_square(hit.normal);
+    if (is_valid && bodies_[tag].is_there) patch.hits.offer(i, hit, detail::first_host_tag | tag);
+  }
+}
+
+}  // namespace bristle::inline BRISTLE_ABI
+
+// === bristle/io/mesh_file.hpp: definitions
+
+#include <string>
+
+namespace bristle::inline BRISTLE_ABI {
+
+template <Scalar S>
+TriangleMesh<S> load_mesh(const std::filesystem::path& path) {
+  const std::string extension = detail::to_lower(path.extension().string());
+  if (extension == ".stl") return read_stl<S>(read_file(path), path.string());
+  if (extension == ".obj") return read_obj<S>(read_file(path), path.string());
+  detail::raise(IoError(path.string(), 0, "unknown kind of mesh file (known: .stl, .obj)"));
+}
+
+}  // namespace bristle::inline BRISTLE_ABI
+
+// === bristle/sensors/placement.hpp: definitions
+
+#include <array>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace bristle::inline BRISTLE_ABI {
+
+namespace detail {
+
+template <Scalar S>
+void require_depth_and_range(const std::string& def, S depth, S range) {
+  require_not_negative(def + "::depth", depth);
+  require_positive(def + "::range", range);
+  require(range > depth, def + "::range", range,
+          "must exceed depth = " + to_text(depth) + ", so that the ray ends above the surface");
+}
+
+/// The mesh with every triangle naming the first of the vertices at its corners' places.
+template <Scalar S>
+[[nodiscard]] TriangleMesh<S> without_seams(TriangleMesh<S> mesh) {
+  const MergedPoints merged = merge_points<S>(std::span<const Vec3<S>>(mesh.vertices), S(0));
+  for (auto& t : mesh.triangles) {
+    for (std::uint32_t& v : t) v = merged.unique[merged.renumber[v]];
+  }
+  return mesh;
+}
+
+/// Puts sensors on the faces, vertices and edges of a mesh without seams.
+template <Scalar S>
+class MeshPlacement {
+ public:
+  MeshPlacement(const TriangleMesh<S>& mesh, const PlacementDef<S>& def)
+      : mesh_(mesh), def_(def), R_AM_(def.X_AM.rotation_matrix()) {
+    report.degenerate_faces = degenerate_triangles(mesh);
+    normals_ = face_normals<S>(mesh, report.degenerate_faces);
+  }
+
+  void add_faces() {
+    for (std::size_t t = 0; t < normals_.size(); ++t) {
+      if (has_normal(t)) add(triangle_centroid(mesh_, t), normals_[t], report.face_sensors);
+    }
+  }
+
+  void add_vertices() {
+    const std::vector<NormalSum<S>> sums = vertex_normals<S>(mesh_, normals_);
+    for (std::uint32_t v = 0; v < sums.size(); ++v) {
+      if (sums[v].has_direction()) {
+        add(mesh_.vertices[v], sums[v].sum, report.vertex_sensors);
+      } else if (sums[v].weight > S(0)) {
+        report.vertices_without_normal.push_back(v);
+      }
+    }
+  }
+
+  void add_edges() {
+    const std::vector<EdgeUse> uses = sorted_edges(mesh_);
+    for (std::size_t i = 0; i < uses.size();) {
+      const EdgeUse& edge = uses[i];
+      NormalSum<S> normal;
+      for (; i < uses.size() && uses[i].is_same_edge(edge); ++i) {
+        if (has_normal(uses[i].triangle)) normal.add(normals_[uses[i].triangle], S(1));
+      }
+      if (normal.has_direction()) {
+        add(S(0.5) * (mesh_.vertices[edge.low] + mesh_.vertices[edge.high]), normal.sum,
+            report.edge_sensors);
+      } else if (normal.weight > S(0)) {
+        report.edges_without_normal.push_back({edge.low, edge.high});
+      }
+    }
+  }
+
+  SensorLayout<S> layout;
+  PlacementReport report;
+
+ private:
+  [[nodiscard]] bool has_normal(std::size_t triangle) const {
+    return normals_[triangle] != Vec3<S>::Zero();
+  }
+
+  void add(const Vec3<S>& p_M, const Vec3<S>& n_M, std::size_t& counter) {
+    const Vec3<S> n_A = (R_AM_ * n_M).normalized();
+    layout.add(def_.X_AM * p_M - def_.depth * n_A, n_A, def_.range);
+    ++counter;
+  }
+
+  const TriangleMesh<S>& mesh_;
+  const PlacementDef<S>& def_;
+  Mat3<S> R_AM_;
+  /// Of the faces; zero marks those that have none.
+  std::vector<Vec3<S>> normals_;
+};
+
+}  // namespace detail
+
+template <Scalar S>
+SensorLayout<S> sensors_from_mesh(const TriangleMesh<S>& mesh, const PlacementDef<S>& def,
+                                  PlacementReport* report) {
+  detail::require_depth_and_range("PlacementDef", def.depth, def.range);
+  detail::require_pose("PlacementDef::X_AM", def.X_AM);
+  detail::require(def.faces || def.vertices || def.edges, "PlacementDef::faces", false,
+                  "must be true where vertices and edges are false");
+  validate_surface(mesh);
+
+  const TriangleMesh<S> seamless = detail::without_seams(mesh);
+  detail::MeshPlacement<S> placement(seamless, def);
+  if (def.faces) placement.add_faces();
+  if (def.vertices) placement.add_vertices();
+  if (def.edges) placement.add_edges();
+  if (report != nullptr) *report = std::move(placement.report);
+  return std::move(placement.layout);
+}
+
+template <Scalar S>
+SensorLayout<S> sensor_grid(const SensorGridDef<S>& def) {
+  detail::require_depth_and_range("SensorGridDef", def.depth, def.range);
+  detail::require_all_finite("SensorGridDef::center", def.center);
+  detail::require_all_finite("SensorGridDef::side_u", def.side_u);
+  detail::require_all_finite("SensorGridDef::side_v", def.side_v);
+  detail::require(def.count_u >= 1, "SensorGridDef::count_u", def.count_u, "must be >= 1");
+  detail::require(def.count_v >= 1, "SensorGridDef::count_v", def.count_v, "must be >= 1");
+  const Vec3<S> u = def.side_u.stableNormalized();
+  const Vec3<S> v = def.side_v.stableNormalized();
+  const S sine = u.cross(v).norm();
+  detail::require(sine > Tolerance<S>::equal(), "SensorGridDef: sine of the angle of the sides",
+                  sine, "must not be 0 (sides parallel or of no length)");
+
+  const Vec3<S> normal = u.cross(v) / sine;
+  const Vec3<S> corner = def.center - S(0.5) * (def.side_u + def.side_v) - def.depth * normal;
+  SensorLayout<S> layout;
+  for (std::size_t j = 0; j < def.count_v; ++j) {
+    for (std::size_t i = 0; i < def.count_u; ++i) {
+      const S along_u = (S(i) + S(0.5)) / S(def.count_u);
+      const S along_v = (S(j) + S(0.5)) / S(def.count_v);
+      layout.add(corner + along_u * def.side_u + along_v * def.side_v, normal, def.range);
+    }
+  }
+  return layout;
+}
+
+}  // namespace bristle::inline BRISTLE_ABI
+
 // === bristle/bristle.hpp: definitions
 // === bristle/math/dual.hpp
 
@@ -36190,20 +36716,19 @@ namespace bristle::inline BRISTLE_ABI {
   const HapticKernels<S, Backend>& haptic_kernels<S, Backend>() { \
     return own_haptic_kernels<S, Backend>();                      \
   }                                                               \
+  template <>                                                     \
+  const HostKernels<S, Backend>& host_kernels<S, Backend>() {     \
+    return own_host_kernels<S, Backend>();                        \
+  }                                                               \
   template class World<S, Backend>;                               \
-  template class HapticLoop<S, Backend>;
+  template class HapticLoop<S, Backend>;                          \
+  template class HostSensors<S, Backend>;
 BRISTLE_MAKE_WORLD(BRISTLE_INSTANTIATE, AnalyticBackend)
 #if defined(BRISTLE_WITH_FCL)
 template class FclBackend::Collidable<BRISTLE_INSTANTIATE>;
 BRISTLE_MAKE_WORLD(BRISTLE_INSTANTIATE, FclBackend)
 #endif
 #undef BRISTLE_MAKE_WORLD
-
-template <>
-const HostKernels<BRISTLE_INSTANTIATE>& host_kernels<BRISTLE_INSTANTIATE>() {
-  return own_host_kernels<BRISTLE_INSTANTIATE>();
-}
-template class HostPatch<BRISTLE_INSTANTIATE>;
 
 template SensorLayout<BRISTLE_INSTANTIATE> sensor_grid<BRISTLE_INSTANTIATE>(
     const SensorGridDef<BRISTLE_INSTANTIATE>& def);

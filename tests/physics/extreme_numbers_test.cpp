@@ -228,3 +228,28 @@ TEST_CASE_TEMPLATE("extreme_numbers: steps of any lengths follow each other", S,
   }
   CHECK(world.pose(box).translation.z() > S(0.05));
 }
+
+TEST_CASE("extreme_numbers: a sensor whose force has no moment about the centre of mass reads none") {
+  World<double> world;
+  (void)world.add_body({.motion = Motion::fixed, .shape = HalfSpace<double>{}});
+  BodyDef<double> def;
+  def.shape = Box<double>{{0.1, 0.1, 0.1}};
+  def.center_of_mass = Vec3<double>(6e151, 0, 0);
+  def.position = {0, 0, 0.1};
+  def.angular_velocity = {0, 1e152, 1e152};
+  const BodyId box = world.add_body(def);
+  PatchDef<double> patch;
+  patch.sensors.add({0.05, 0, -0.09}, {0.05, 0, -0.11});
+  patch.sensors.add({-0.05, 0, -0.09}, {-0.05, 0, -0.11});
+  patch.parameters = {10, 0.1, 300, 0.2, 1e-3};
+  patch.integration = Integration::explicit_;
+  const PatchId id = world.add_patch(box, patch);
+  for (int i = 0; i < 3; ++i) {
+    world.step();
+    const PatchReading<double> felt = world.reading(id);
+    for (std::size_t k = 0; k < felt.size(); ++k) CHECK(std::isfinite(felt.shear_1[k]));
+    CHECK(felt.wrench.torque.allFinite());
+    CHECK(felt.wrench.force.allFinite());
+    CHECK(world.body(box).twist.angular.allFinite());
+  }
+}

@@ -3,7 +3,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <bristle/hosts/sensor_host.hpp>
+#include <bristle/hosts/host_sensors.hpp>
 #include <bristle/sensors/placement.hpp>
 #include <bristle/sensors/tuning.hpp>
 
@@ -13,44 +13,60 @@
 
 namespace bristle::scenes {
 
-/// Body 0 is a still plate whose sensors look up along +z; body 1 a block without rotation that
-/// lies on it, integrated by symplectic Euler.
+/// A still plate whose sensors look up along +z, and a block without rotation that lies on it,
+/// integrated by symplectic Euler.
 template <typename S>
 struct BlockOnPlate {
+  BodyId plate{}, block_id{};
   Vec3<S> block = Vec3<S>(S(0), S(0), S(0.008));
   Vec3<S> velocity = Vec3<S>::Zero();
   Vec3<S> push = Vec3<S>::Zero();
   S mass = S(0.5);
-  Vec3<S> added = Vec3<S>::Zero();
+  Wrench<S> on_plate{}, on_block{};
   int wrenches = 0;
 
+  /// Mirrors both bodies; neither has a shape there.
+  /// @return The patch on the plate.
+  PatchId attach(HostSensors<S>& sensors, const PatchDef<S>& patch) {
+    plate = sensors.world().add_body({.motion = Motion::kinematic});
+    block_id = sensors.world().add_body({.motion = Motion::kinematic});
+    return sensors.world().add_patch(plate, patch);
+  }
   [[nodiscard]] Vec3<S> own_force() const { return push - Vec3<S>(S(0), S(0), S(9.81) * mass); }
-  HostBody<S> body(std::uint32_t i) const {
+
+  [[nodiscard]] HostBody<S> body(BodyId id) const {
     HostBody<S> b;
-    if (i == 0) return b;
-    b.motion.pose.translation = block;
-    b.motion.twist.linear = velocity;
-    b.inverse_mass = S(1) / mass;
-    b.inverse_inertia_W = S(1e-6) * Mat3<S>::Identity();
-    b.acceleration = own_force() / mass;
+    if (id == plate) return b;
+    b.pose.translation = b.center = block;
+    b.twist.linear = velocity;
+    b.acceleration.linear = own_force() / mass;
     return b;
   }
-  void cast_rays(std::uint32_t, const RayBatch<S>& rays, RayHits<S>& hits) const {
-    for (std::size_t i = 0; i < rays.size(); ++i) {
-      const S distance = block.z() - rays.origin_z[i];
-      if (distance <= rays.length[i]) {
-        hits.offer(i, {std::max(S(0), distance), -Vec3<S>::UnitZ()}, 1);
-      }
-    }
+  [[nodiscard]] Mat6<S> mobility(BodyId i, BodyId) const {
+    if (i == plate) return Mat6<S>::Zero();
+    return free_mobility<S>(S(1) / mass, Mat3<S>::Zero());
   }
-  void apply_wrench(std::uint32_t i, const Wrench<S>& w) {
+  void apply_wrench(BodyId id, const Wrench<S>& w) {
     ++wrenches;
-    if (i == 1) added += w.force;
+    (id == plate ? on_plate : on_block) += w;
   }
   void step(S dt) {
-    velocity += dt / mass * (own_force() + added);
+    velocity += dt / mass * (own_force() + on_block.force);
     block += dt * velocity;
-    added.setZero();
+    on_plate = on_block = {};
+  }
+};
+
+/// The same, with rays of its own.
+template <typename S>
+struct CastingBlockOnPlate : BlockOnPlate<S> {
+  void cast_rays(BodyId, const RayBatch<S>& rays, RayHits<S>& hits) const {
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+      const S distance = this->block.z() - rays.origin_z[i];
+      if (distance <= rays.length[i] + rays.extra_length) {
+        hits.offer(i, {std::max(S(0), distance), -Vec3<S>::UnitZ()}, this->block_id.index);
+      }
+    }
   }
 };
 

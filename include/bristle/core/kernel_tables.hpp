@@ -16,17 +16,16 @@
 
 namespace bristle::inline BRISTLE_ABI {
 
-/// Addresses of a `WorldKernels` and a `HapticKernels`; null for a backend that the library was
-/// built without.
+/// Addresses of a `WorldKernels`, a `HapticKernels` and a `HostKernels`; null for a backend that the
+/// library was built without.
 struct BackendTables {
   const void* world = nullptr;
   const void* haptic = nullptr;
+  const void* host = nullptr;
 };
 
-/// Address of a `HostKernels`, and the tables of each backend, in the scalar that the function is
-/// named for.
+/// The tables of each backend, in the scalar that the function is named for.
 struct KernelTables {
-  const void* host = nullptr;
   BackendTables analytic{};
   BackendTables fcl{};
 };

@@ -1,5 +1,5 @@
 /// @file
-/// Linear equations with a matrix of any kind, of a size that the compiler knows.
+/// Linear equations with a matrix of any kind.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -10,33 +10,41 @@
 
 namespace bristle::inline BRISTLE_ABI {
 
-/// X of A X = B, by elimination with pivots by row. Eigen's own takes blocks of any size, and a
-/// compiler longer than the rest of what calls it.
-///
-/// @return  What is not finite where A is singular.
-template <Scalar S, int size, int columns, int options>
-[[nodiscard]] Eigen::Matrix<S, size, columns, options> solved(
-    Eigen::Matrix<S, size, size, options> A, Eigen::Matrix<S, size, columns, options> B) {
+/// Makes B the X of A X = B, by elimination with pivots by row; A is used up. Eigen's own takes
+/// blocks, and a compiler longer than the rest of what calls it. Where A is singular X is not
+/// finite.
+template <typename MatrixA, typename MatrixB>
+void eliminate(MatrixA& A, MatrixB& B) {
   using std::abs;
-  for (int k = 0; k < size; ++k) {
-    int pivot = k;
-    for (int i = k + 1; i < size; ++i) {
+  using S = typename MatrixA::Scalar;
+  const Eigen::Index size = A.rows();
+  const Eigen::Index columns = B.cols();
+  for (Eigen::Index k = 0; k < size; ++k) {
+    Eigen::Index pivot = k;
+    for (Eigen::Index i = k + 1; i < size; ++i) {
       if (abs(A(i, k)) > abs(A(pivot, k))) pivot = i;
     }
-    for (int j = 0; j < size; ++j) std::swap(A(k, j), A(pivot, j));
-    for (int j = 0; j < columns; ++j) std::swap(B(k, j), B(pivot, j));
-    for (int i = k + 1; i < size; ++i) {
+    for (Eigen::Index j = 0; j < size; ++j) std::swap(A(k, j), A(pivot, j));
+    for (Eigen::Index j = 0; j < columns; ++j) std::swap(B(k, j), B(pivot, j));
+    for (Eigen::Index i = k + 1; i < size; ++i) {
       const S factor = A(i, k) / A(k, k);
-      for (int j = k + 1; j < size; ++j) A(i, j) -= factor * A(k, j);
-      for (int j = 0; j < columns; ++j) B(i, j) -= factor * B(k, j);
+      for (Eigen::Index j = k + 1; j < size; ++j) A(i, j) -= factor * A(k, j);
+      for (Eigen::Index j = 0; j < columns; ++j) B(i, j) -= factor * B(k, j);
     }
   }
-  for (int k = size; k-- > 0;) {
-    for (int j = 0; j < columns; ++j) {
-      for (int i = k + 1; i < size; ++i) B(k, j) -= A(k, i) * B(i, j);
+  for (Eigen::Index k = size; k-- > 0;) {
+    for (Eigen::Index j = 0; j < columns; ++j) {
+      for (Eigen::Index i = k + 1; i < size; ++i) B(k, j) -= A(k, i) * B(i, j);
       B(k, j) /= A(k, k);
     }
   }
+}
+
+/// X of A X = B, of sizes that the compiler knows.
+template <Scalar S, int size, int columns, int options>
+[[nodiscard]] Eigen::Matrix<S, size, columns, options> solved(
+    Eigen::Matrix<S, size, size, options> A, Eigen::Matrix<S, size, columns, options> B) {
+  eliminate(A, B);
   return B;
 }
 

@@ -3,6 +3,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <bristle/math/finite.hpp>
 #include <bristle/sensors/patch.hpp>
 #include <bristle/sensors/patch_block.hpp>
 
@@ -123,16 +124,27 @@ void fill_readings(SensorPatch<S>& patch, const Vec3<S>& origin, S dt, FindId&& 
   for (const PatchPair<S>& pair : patch.pairs) {
     const BodyId id = find_id(pair.body_b);
     using Sum = detail::ReadingSum<S>;
-    const Sum sum = detail::sum_of_contacts<Sum>(detail::contacts_of(patch, pair), parallel_for,
-                                                 [&](std::span<ContactTile<S>> tiles, Sum& part) {
-                                                   Sum own;
-                                                   for (const ContactTile<S>& tile : tiles) {
-                                                     detail::read_tile(patch, pair, tile, origin,
-                                                                       S(1) / dt, id, own);
-                                                   }
-                                                   part = own;
-                                                 });
-    out.wrench += sum.all.in_world(pair);
+    const auto read = [&] {
+      return detail::sum_of_contacts<Sum>(detail::contacts_of(patch, pair), parallel_for,
+                                          [&](std::span<ContactTile<S>> tiles, Sum& part) {
+                                            Sum own;
+                                            for (const ContactTile<S>& tile : tiles) {
+                                              detail::read_tile(patch, pair, tile, origin,
+                                                                S(1) / dt, id, own);
+                                            }
+                                            part = own;
+                                          });
+    };
+    Sum sum = read();
+    Wrench<S> on_a = sum.all.in_world(pair);
+    if (!has_finite_square(on_a.force) || !has_finite_square(on_a.torque)) {
+      // Far from the centre of mass a moment can overflow where no force does. No velocity can
+      // follow it, and so nothing was given.
+      clear_impulses(patch, pair);
+      sum = read();
+      on_a = {};
+    }
+    out.wrench += on_a;
     out.shear_W += pair.R_WA * sum_of_lanes(sum.shear);
   }
   for (std::size_t i = 0; i < patch.felt.size(); ++i) {

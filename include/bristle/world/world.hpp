@@ -20,6 +20,9 @@
 
 namespace bristle::inline BRISTLE_ABI {
 
+template <Scalar S, typename Backend>
+class HostSensors;
+
 /// A minimal rigid-body world whose hands can hold things.
 ///
 /// Calls that take a definition check it and throw `InvalidArgument` before anything has changed;
@@ -206,6 +209,9 @@ class World {
   [[nodiscard]] const ContactCache<S>& contacts() const noexcept { return state_.contacts; }
 
  private:
+  /// Senses with a world that mirrors somebody else's engine.
+  friend class HostSensors<S, Backend>;
+
   using State = WorldState<S, Backend>;
   using Prepared = typename Backend::template Collidable<S>;
 

@@ -1,0 +1,317 @@
+/// @file
+/// What the sensors of an engine do in a step: cast rays, make contacts, and solve all of them
+/// together.
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <bristle/dynamics/soft_system.hpp>
+#include <bristle/hosts/host_sensors.hpp>
+#include <bristle/math/finite.hpp>
+#include <bristle/sensors/passes.hpp>
+#include <bristle/sensors/patch_contacts.hpp>
+#include <bristle/sensors/patch_explicit.hpp>
+#include <bristle/sensors/patch_readings.hpp>
+#include <bristle/world/near_shapes.hpp>
+#include <bristle/world/patch_rays.hpp>
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace bristle::inline BRISTLE_ABI {
+namespace detail {
+
+/// The parts of `HostSensors::step` between which the engine is asked. It holds scratch memory
+/// only.
+template <Scalar S, typename Backend>
+class HostStage {
+ public:
+  using Sensors = HostSensors<S, Backend>;
+
+  /// Finds what the rays of all patches meet of the mirrored shapes.
+  /// @param all_rays  Whether the engine will cast them, too, so that all need a place for hits.
+  void cast(Sensors& sensors, bool all_rays);
+  /// Makes contacts of the hits, and lists the bodies that take part.
+  void collect(Sensors& sensors);
+  /// Solves all patches, fills readings, and lists the wrenches to apply.
+  void solve(Sensors& sensors);
+
+ private:
+  using State = WorldState<S, Backend>;
+  using Shape = ShapeInReach<S, Backend>;
+
+  /// What touches, and what it gives: an impulse on B about c [N s, N m s].
+  struct Touch {
+    SensorPatch<S>* patch = nullptr;
+    PatchPair<S>* pair = nullptr;
+    Wrench<S> on_b{};
+  };
+
+  void find_shapes(Sensors& sensors, const SensorPatch<S>& patch);
+  void add_bodies(const Sensors& sensors);
+  void add_touches(Sensors& sensors);
+  void fill_blocks();
+  [[nodiscard]] bool answer(S dt, const SolvePass& pass);
+  void deliver(Sensors& sensors);
+
+  /// Calls visit(patch, pair) for all that touch.
+  template <typename Visit>
+  void for_each_pair(Sensors& sensors, Visit&& visit) {
+    for (const std::uint32_t i : near_something_) {
+      SensorPatch<S>& patch = sensors.state().patches.at(i);
+      for (PatchPair<S>& pair : patch.pairs) {
+        if (pair.count > 0) visit(patch, pair);
+      }
+    }
+  }
+  /// [1/kg] Mean mobility of a body at the end of an arm.
+  [[nodiscard]] S mobility_at(std::uint32_t body, const Vec3<S>& arm) const {
+    Mat6<S> G = Mat6<S>::Identity();
+    G.template topRightCorner<3, 3>() = -skew(arm);
+    return (G * own_mobility_[body] * G.transpose()).template topLeftCorner<3, 3>().trace() / S(3);
+  }
+
+  std::vector<Shape> shapes_;
+  /// Slots of the patches whose rays may meet something.
+  std::vector<std::uint32_t> near_something_;
+  SoftSystem<S> system_;
+  std::vector<Touch> touches_;
+  /// Of those that are implicit, by `PatchPair::soft`.
+  std::vector<SoftBlock<S>> blocks_;
+  /// By slots of mirrored bodies: their number in the system, and their own mobility about the
+  /// mirrored centre of mass.
+  std::vector<std::uint32_t> number_;
+  std::vector<Mat6<S>> own_mobility_;
+};
+
+}  // namespace detail
+
+/// The table of this file's instruction set.
+template <Scalar S, typename Backend>
+[[nodiscard]] const HostKernels<S, Backend>& own_host_kernels() {
+  using Own = detail::HostStage<S, Backend>;
+  using Sensors = HostSensors<S, Backend>;
+  static constexpr HostKernels<S, Backend> own{
+      .make_scratch = []() -> void* { return new Own; },
+      .delete_scratch = [](void* stage) { delete static_cast<Own*>(stage); },
+      .cast = [](void* stage, Sensors& sensors,
+                 bool all_rays) { static_cast<Own*>(stage)->cast(sensors, all_rays); },
+      .collect = [](void* stage, Sensors& sensors) { static_cast<Own*>(stage)->collect(sensors); },
+      .solve = [](void* stage, Sensors& sensors) { static_cast<Own*>(stage)->solve(sensors); }};
+  return own;
+}
+
+template <Scalar S, typename Backend>
+const HostKernels<S, Backend>& host_kernels() {
+  return own_host_kernels<S, Backend>();
+}
+
+// Implementation -----------------------------------------------------------------------------------
+
+namespace detail {
+
+template <Scalar S, typename Backend>
+void HostStage<S, Backend>::cast(Sensors& sensors, bool all_rays) {
+  State& state = sensors.state();
+  near_something_.clear();
+  for (std::uint32_t i = 0; i < state.patches.slot_count(); ++i) {
+    if (!state.patches.is_live(i)) continue;
+    SensorPatch<S>& patch = state.patches.at(i);
+    shapes_.clear();
+    if (sensors.is_sensing(i)) find_shapes(sensors, patch);
+    if (shapes_.empty() && !(all_rays && sensors.is_sensing(i))) {
+      clear_patch(patch);
+      continue;
+    }
+    near_something_.push_back(i);
+    if (!all_rays) {
+      const bool is_due = (state.steps + i) % patch.def.cast_every == 0;
+      (void)find_hits<S, Backend>(patch, shapes_, is_due);
+      continue;
+    }
+    patch.near.resize(patch.tiles.size());
+    fill_numbers(patch.near);
+    patch.reset_near_hits();
+    for (const Shape& shape : shapes_) cast_rays_at<S, Backend>(patch, shape, {});
+  }
+  ++state.steps;
+}
+
+/// Finds the shapes that a patch may meet within the step.
+template <Scalar S, typename Backend>
+void HostStage<S, Backend>::find_shapes(Sensors& sensors, const SensorPatch<S>& patch) {
+  const State& state = sensors.state();
+  const Body<S>& A = state.bodies.at(patch.body.index);
+  const Twist<S>& free_a = sensors.bodies_[patch.body.index].free;
+  const auto approach_of = [&](std::uint32_t slot) {
+    return state.def.time_step * closing_speed(patch.box, A.center_pose, free_a,
+                                               state.bodies.at(slot).center_pose.translation,
+                                               sensors.bodies_[slot].free);
+  };
+  const Aabb<S> box = transformed(patch.box, A.center_pose).inflated(sensors.host_reach(patch));
+  state.broad_phase.overlap(box, [&](std::uint32_t tag) {
+    const Collider<S, Backend>& c = state.colliders.at(tag);
+    if (!sensors.bodies_[c.body.index].is_there || !sees(state, patch, c)) return true;
+    const Shape shape = shape_in_reach(patch, state.colliders.handle(tag), c,
+                                       relative_pose(A.center_pose, state.body_of(c).center_pose),
+                                       approach_of(c.body.index));
+    if (shape.is_near(patch.box)) shapes_.push_back(shape);
+    return true;
+  });
+  std::sort(shapes_.begin(), shapes_.end(),
+            [](const Shape& a, const Shape& b) { return a.tag < b.tag; });
+}
+
+template <Scalar S, typename Backend>
+void HostStage<S, Backend>::collect(Sensors& sensors) {
+  State& state = sensors.state();
+  sensors.touched_.clear();
+  const auto slot_of = [&](std::uint32_t tag) {
+    return tag >= first_host_tag ? tag - first_host_tag : state.colliders.at(tag).body.index;
+  };
+  for (const std::uint32_t i : near_something_) {
+    SensorPatch<S>& patch = state.patches.at(i);
+    collect_contacts(patch, state.bodies.at(patch.body.index),
+                     [&](std::uint32_t tag) {
+                       const BodyId id = state.bodies.handle(slot_of(tag));
+                       return TouchedBody<S>{&state.bodies.at(id.index), id};
+                     },
+                     {.dt = state.def.time_step, .measures_lambda = false});
+    if (patch.contacts.empty()) clear_patch(patch);
+  }
+  for_each_pair(sensors, [&](const SensorPatch<S>& patch, const PatchPair<S>& pair) {
+    sensors.touched_.push_back(patch.body.index);
+    sensors.touched_.push_back(pair.body_b);
+    ++sensors.report_.pairs;
+  });
+  std::sort(sensors.touched_.begin(), sensors.touched_.end());
+  sensors.touched_.erase(std::unique(sensors.touched_.begin(), sensors.touched_.end()),
+                         sensors.touched_.end());
+}
+
+template <Scalar S, typename Backend>
+void HostStage<S, Backend>::solve(Sensors& sensors) {
+  const S dt = sensors.state().def.time_step;
+  add_bodies(sensors);
+  add_touches(sensors);
+  if (!blocks_.empty()) {
+    sensors.report_.passes = solve_in_passes(
+        SolverDef<S>{}.max_passes,
+        [this] {
+          fill_blocks();
+          system_.solve(blocks_);
+        },
+        [&](const SolvePass& pass) { return answer(dt, pass); });
+  }
+  deliver(sensors);
+}
+
+/// Makes the bodies that are touched those of the system.
+template <Scalar S, typename Backend>
+void HostStage<S, Backend>::add_bodies(const Sensors& sensors) {
+  system_.clear();
+  number_.resize(sensors.bodies_.size());
+  own_mobility_.resize(sensors.bodies_.size());
+  for (const std::uint32_t slot : sensors.touched_) {
+    number_[slot] = system_.add_body(sensors.bodies_[slot].free);
+    own_mobility_[slot].setZero();
+  }
+  const auto to_mirrored = [&](std::uint32_t slot) {
+    Mat6<S> G = Mat6<S>::Identity();
+    G.template topRightCorner<3, 3>() = -skew(sensors.bodies_[slot].shift);
+    return G;
+  };
+  for (const HostMobility<S>& m : sensors.mobilities_) {
+    if (m.matrix.isZero(S(0))) continue;
+    const Mat6<S> matrix = to_mirrored(m.from) * m.matrix * to_mirrored(m.to).transpose();
+    system_.set_mobility(number_[m.from], number_[m.to], matrix);
+    if (m.from == m.to) own_mobility_[m.from] = matrix;
+  }
+}
+
+/// Makes a soft block of each pair that is implicit, and finds the impulses of the others.
+template <Scalar S, typename Backend>
+void HostStage<S, Backend>::add_touches(Sensors& sensors) {
+  const State& state = sensors.state();
+  const S dt = state.def.time_step;
+  blocks_.clear();
+  touches_.clear();
+  for_each_pair(sensors, [&](SensorPatch<S>& patch, PatchPair<S>& pair) {
+    Touch& touch = touches_.emplace_back();
+    touch.patch = &patch;
+    touch.pair = &pair;
+    const std::uint32_t a = patch.body.index;
+    const S mobility = mobility_at(a, pair.arm_a) + mobility_at(pair.body_b, pair.arm_b);
+    pair.is_implicit = patch.def.integration != Integration::explicit_ &&
+                       patch.def.options.law == Law::paper && mobility > S(0) && patch.can_push();
+    if (!pair.is_implicit) {
+      touch.on_b = explicit_impulses(patch, pair, state.bodies.handle(pair.body_b), dt);
+      system_.push(number_[a], -touch.on_b.shifted(-pair.arm_a));
+      system_.push(number_[pair.body_b], touch.on_b.shifted(-pair.arm_b));
+      return;
+    }
+    set_scheme(pair, pair.stiffness.bristle_sum, pair.stiffness.viscous_sum, mobility, dt);
+    start_linearisation(patch, pair, dt);
+    pair.soft = static_cast<std::uint32_t>(blocks_.size());
+    SoftBlock<S>& block = blocks_.emplace_back();
+    block.body_a = number_[a];
+    block.body_b = number_[pair.body_b];
+    block.arm_a = pair.arm_a;
+    block.arm_b = pair.arm_b;
+  });
+}
+
+template <Scalar S, typename Backend>
+void HostStage<S, Backend>::fill_blocks() {
+  for (const Touch& touch : touches_) {
+    if (touch.pair->is_implicit) fill_block(*touch.pair, blocks_[touch.pair->soft]);
+  }
+}
+
+/// Evaluates all patches at the motion that was found.
+/// @return Whether any is in another state there than it was linearised for.
+template <Scalar S, typename Backend>
+bool HostStage<S, Backend>::answer(S dt, const SolvePass& pass) {
+  bool has_changed = false;
+  for (Touch& touch : touches_) {
+    if (!touch.pair->is_implicit) continue;
+    const PairAnswer<S> found =
+        answer_motion(*touch.patch, *touch.pair, blocks_[touch.pair->soft].motion, dt, pass);
+    touch.on_b = found.impulse;
+    has_changed = found.has_changed || has_changed;
+  }
+  return has_changed;
+}
+
+/// Turns impulses into readings and into wrenches on both bodies.
+template <Scalar S, typename Backend>
+void HostStage<S, Backend>::deliver(Sensors& sensors) {
+  const State& state = sensors.state();
+  const S dt = state.def.time_step;
+  sensors.wrenches_.clear();
+  const auto give = [&](std::uint32_t slot, const Wrench<S>& wrench) {
+    if (!sensors.is_mobile(slot)) return;
+    // From the mirrored centre of mass to the engine's.
+    sensors.wrenches_.push_back({slot, wrench.shifted(-sensors.bodies_[slot].shift)});
+  };
+  for (const Touch& touch : touches_) {
+    const Wrench<S> on_b = (S(1) / dt) * touch.on_b;
+    if (!has_finite_square(on_b.force) || !has_finite_square(on_b.torque)) {
+      clear_impulses(*touch.patch, *touch.pair);
+      ++sensors.report_.discarded;
+      continue;
+    }
+    give(touch.patch->body.index, -on_b.shifted(-touch.pair->arm_a));
+    give(touch.pair->body_b, on_b.shifted(-touch.pair->arm_b));
+  }
+  for (const std::uint32_t i : near_something_) {
+    SensorPatch<S>& patch = sensors.state().patches.at(i);
+    if (patch.contacts.empty() && !patch.has_felt) continue;
+    fill_readings<S>(patch, state.bodies.at(patch.body.index).center_pose.translation, dt,
+                     [&](std::uint32_t slot) { return state.bodies.handle(slot); });
+  }
+}
+
+}  // namespace detail
+}  // namespace bristle::inline BRISTLE_ABI
