@@ -1,0 +1,211 @@
+/// @file
+/// Sensors in a MuJoCo simulation. Opt-in: needs MuJoCo, and the target bristle::mujoco.
+///
+///     MujocoHost<> host(*model, *data);
+///     host.mirror("part");
+///     const PatchId left = host.add_pad("left_pad", 6, 6, wants);  // a site of type box
+///     for (;;) host.step();  // in the place of mj_step
+///
+/// docs/hosts.md says what this does to the order of MuJoCo's step.
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <bristle/geometry/quickhull.hpp>
+#include <bristle/hosts/host_sensors.hpp>
+#include <bristle/sensors/placement.hpp>
+
+#include <cstddef>
+#include <cstdint>
+#include <mujoco/mujoco.h>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace bristle::inline BRISTLE_ABI {
+
+/// A MuJoCo simulation as `HostSensors` sees it. All in double, as MuJoCo is by default.
+///
+/// Bodies are mirrored in their own frames. What `data.xfrc_applied` holds stays, and wrenches of
+/// sensors are added to it for the time of a step.
+template <typename Backend = AnalyticBackend>
+class MujocoHost {
+ public:
+  /// Both must outlive this. Copies of the simulation need a host of their own.
+  MujocoHost(const mjModel& model, mjData& data)
+      : model_(&model), data_(&data), ids_(static_cast<std::size_t>(model.nbody)) {
+    static_assert(sizeof(mjtNum) == sizeof(double), "MuJoCo must be built in double");
+  }
+
+  [[nodiscard]] HostSensors<double, Backend>& sensors() { return sensors_; }
+  [[nodiscard]] World<double, Backend>& world() { return sensors_.world(); }
+
+  /// Mirrors a body with its geoms, whatever MuJoCo lets them collide with, so that sensors see it.
+  /// Meshes are seen as their convex hulls, as MuJoCo collides them.
+  /// @return The same again for a body that is mirrored already.
+  /// @throws InvalidArgument when there is no such body, or a geom is a height field.
+  BodyId mirror(const std::string& body) { return mirror(number_of(mjOBJ_BODY, body)); }
+  void mirror_all() {
+    for (int i = 0; i < model_->nbody; ++i) (void)mirror(i);
+  }
+  /// The mirrored body of a number of MuJoCo's.
+  BodyId mirror(int number) {
+    std::optional<BodyId>& known = ids_[static_cast<std::size_t>(number)];
+    if (known) return *known;
+    BodyDef<double> def;
+    // What is welded to the world stands still, unless it is led by mocap.
+    const bool is_still = model_->body_weldid[number] == 0 && model_->body_mocapid[number] < 0;
+    def.motion = is_still ? Motion::fixed : Motion::kinematic;
+    def.center_of_mass = vector(model_->body_ipos + 3 * number);
+    const Transform<double> X_WB = pose_of(data_->xpos, data_->xquat, number);
+    def.position = X_WB.translation;
+    def.orientation = X_WB.rotation;
+    const int first = model_->body_geomadr[number];
+    for (int i = 0; i < model_->body_geomnum[number]; ++i) def.shapes.push_back(shape(first + i));
+    known = world().add_body(def);
+    numbers_.resize(known->index + std::size_t(1));
+    numbers_[known->index] = number;
+    return *known;
+  }
+
+  /// Adds sensors to a body, in its frame.
+  PatchId add_patch(const std::string& body, const PatchDef<double>& def) {
+    return world().add_patch(mirror(body), def);
+  }
+  /// Makes a site of type box the sensors of its body: `rows` x `columns` rays over its x and y,
+  /// from its lower face to its upper one along z. The lower face belongs inside of the body, the
+  /// upper one outside.
+  /// @throws InvalidArgument when there is no such site, or it is no box.
+  PatchId add_pad(const std::string& site, std::uint32_t rows, std::uint32_t columns,
+                  const GripWants<double>& wants) {
+    const int number = number_of(mjOBJ_SITE, site);
+    detail::require(model_->site_type[number] == mjGEOM_BOX, "site", site.c_str(),
+                    "must be of type box");
+    const Transform<double> X_BS = pose_of(model_->site_pos, model_->site_quat, number);
+    const Vec3<double> half = vector(model_->site_size + 3 * number);
+    PatchDef<double> def;
+    for (std::uint32_t i = 0; i < rows; ++i) {
+      for (std::uint32_t j = 0; j < columns; ++j) {
+        const double x = half.x() * ((2.0 * i + 1) / rows - 1);
+        const double y = half.y() * ((2.0 * j + 1) / columns - 1);
+        def.sensors.add(X_BS * Vec3<double>(x, y, -half.z()), X_BS * Vec3<double>(x, y, half.z()));
+      }
+    }
+    def.parameters = tuned_for<double>(wants).parameters(def.sensors);
+    return world().add_patch(mirror(model_->site_bodyid[number]), def);
+  }
+
+  /// A step of MuJoCo with sensors, in the place of `mj_step`: by `mj_step1` and `mj_step2`, so
+  /// with its Euler or implicit integrator.
+  void step() {
+    mj_step1(model_, data_);
+    // What MuJoCo will add by itself: motors, springs, gravity and what turns, without constraints.
+    mj_fwdActuation(model_, data_);
+    mj_fwdAcceleration(model_, data_);
+    mju_copy(data_->qacc, data_->qacc_smooth, model_->nv);
+    mj_rnePostConstraint(model_, data_);
+    own_.assign(data_->xfrc_applied, data_->xfrc_applied + 6 * model_->nbody);
+    sensors_.step(*this, model_->opt.timestep);
+    mj_step2(model_, data_);
+    mju_copy(data_->xfrc_applied, own_.data(), 6 * model_->nbody);
+  }
+
+  // What `HostSensors` asks.
+
+  [[nodiscard]] HostBody<double> body(BodyId id) const {
+    const int number = numbers_[id.index];
+    mjtNum velocity[6], acceleration[6];
+    mj_objectVelocity(model_, data_, mjOBJ_BODY, number, velocity, 0);
+    mj_objectAcceleration(model_, data_, mjOBJ_BODY, number, acceleration, 0);
+    HostBody<double> body;
+    body.pose = pose_of(data_->xpos, data_->xquat, number);
+    body.center = vector(data_->xipos + 3 * number);
+    body.twist = {vector(velocity + 3), vector(velocity)};
+    // MuJoCo's accelerations are those of a frame that falls with gravity.
+    body.acceleration = {vector(acceleration + 3) + vector(model_->opt.gravity),
+                         vector(acceleration)};
+    // All of a kinematic tree move each other.
+    body.mechanism = static_cast<std::uint32_t>(model_->body_rootid[number]);
+    return body;
+  }
+  [[nodiscard]] Mat6<double> mobility(BodyId i, BodyId j) const {
+    using Jacobian = Eigen::Matrix<double, 6, Eigen::Dynamic, Eigen::RowMajor>;
+    const auto jacobian = [this](BodyId id) {
+      Jacobian J(6, model_->nv);
+      mj_jacBodyCom(model_, data_, J.data(), J.data() + 3 * model_->nv, numbers_[id.index]);
+      return J;
+    };
+    const Jacobian J = jacobian(j);
+    Jacobian moved(6, model_->nv);
+    mj_solveM(model_, data_, moved.data(), J.data(), 6);
+    return jacobian(i) * moved.transpose();
+  }
+  void apply_wrench(BodyId id, const Wrench<double>& wrench) {
+    mjtNum* applied = data_->xfrc_applied + 6 * numbers_[id.index];
+    for (int k = 0; k < 3; ++k) {
+      applied[k] += wrench.force[k];
+      applied[3 + k] += wrench.torque[k];
+    }
+  }
+
+ private:
+  [[nodiscard]] static Vec3<double> vector(const mjtNum* x) { return {x[0], x[1], x[2]}; }
+  [[nodiscard]] static Transform<double> pose_of(const mjtNum* positions, const mjtNum* rotations,
+                                                 int i) {
+    const mjtNum* q = rotations + 4 * i;
+    return {Quat<double>(q[0], q[1], q[2], q[3]).normalized(), vector(positions + 3 * i)};
+  }
+  [[nodiscard]] int number_of(mjtObj kind, const std::string& name) const {
+    const int number = mj_name2id(model_, kind, name.c_str());
+    detail::require(number >= 0, kind == mjOBJ_SITE ? "site" : "body", name.c_str(),
+                    "must be the name of one in the model");
+    return number;
+  }
+  [[nodiscard]] ShapeDef<double> shape(int geom) const {
+    const Vec3<double> size = vector(model_->geom_size + 3 * geom);
+    ShapeDef<double> def;
+    def.X_BS = pose_of(model_->geom_pos, model_->geom_quat, geom);
+    switch (model_->geom_type[geom]) {
+      case mjGEOM_PLANE:
+        def.shape = HalfSpace<double>{};
+        break;
+      case mjGEOM_SPHERE:
+        def.shape = Sphere<double>{size.x()};
+        break;
+      case mjGEOM_CAPSULE:
+        def.shape = Capsule<double>{size.x(), size.y()};
+        break;
+      case mjGEOM_CYLINDER:
+        def.shape = Cylinder<double>{size.x(), size.y()};
+        break;
+      case mjGEOM_ELLIPSOID:
+        def.shape = Ellipsoid<double>{size};
+        break;
+      case mjGEOM_BOX:
+        def.shape = Box<double>{size};
+        break;
+      case mjGEOM_MESH: {
+        const int mesh = model_->geom_dataid[geom];
+        std::vector<Vec3<double>> points(static_cast<std::size_t>(model_->mesh_vertnum[mesh]));
+        const float* next = model_->mesh_vert + 3 * model_->mesh_vertadr[mesh];
+        for (Vec3<double>& point : points) {
+          for (int k = 0; k < 3; ++k) point[k] = static_cast<double>(*next++);
+        }
+        def.shape = convex_hull<double>(points);
+        break;
+      }
+      default:
+        detail::require(false, "geom", geom, "must not be a height field: no shape is like it");
+    }
+    return def;
+  }
+
+  const mjModel* model_;
+  mjData* data_;
+  HostSensors<double, Backend> sensors_;
+  std::vector<std::optional<BodyId>> ids_;  // By MuJoCo's number.
+  std::vector<int> numbers_;                // By slots of mirrored bodies.
+  std::vector<mjtNum> own_;
+};
+
+}  // namespace bristle::inline BRISTLE_ABI
