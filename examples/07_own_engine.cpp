@@ -6,9 +6,11 @@
 // engine will add (`HostBody::acceleration`), since they solve for the end of the step. Held at
 // 1/60 s, the part sags by m g / (mu_S sum F_N), its bristles' stretch, and then does not creep.
 //
+// Expected output: 07_own_engine.expected
 // SPDX-License-Identifier: BSD-3-Clause
 #include <bristle/bristle.hpp>
 
+#include <cmath>
 #include <cstdio>
 #include <utility>
 
@@ -101,6 +103,6 @@ int main() {
               felt_left.total_shear() + felt_right.total_shear(), 9.81 * 0.045);
   std::printf("sag            %8.4f um (m g / (mu_S sum F_N) %.4f um)\n", 1e6 * (start - there),
               1e6 * 9.81 * 0.045 / (mu_S * normal));
-  std::printf("creep in 10 s  %8.4f um\n", 1e6 * (there - later));
+  std::printf("creep in 10 s  %8.4f um\n", 1e6 * std::abs(there - later));
   return 0;
 }

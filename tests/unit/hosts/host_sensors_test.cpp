@@ -3,6 +3,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "scenes/block_on_plate.hpp"
 #include "scenes/host_pinch.hpp"
+#include "scenes/random_host.hpp"
 
 #include <bristle/hosts/host_sensors.hpp>
 
@@ -268,4 +269,14 @@ TEST_CASE("HostSensors: patches are switched, removed and put back as those of a
     CHECK(pinch.sensors.report().pairs == 0);
     CHECK(world.reading(pinch.patches[0]).touching() == 0);
   }
+}
+
+TEST_CASE_TEMPLATE("HostSensors: whatever states an engine has, no wrench is without bounds", S,
+                   float, double) {
+  RandomHost<S> host(5);
+  int wrong = 0;
+  for (int i = 0; i < 3000; ++i) wrong += host.step() ? 0 : 1;
+  CHECK(wrong == 0);
+  CHECK(host.bad == 0);
+  CHECK(host.given > 500);
 }
