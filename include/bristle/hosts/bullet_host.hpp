@@ -1,0 +1,210 @@
+/// @file
+/// Sensors in a Bullet world. Opt-in: needs Bullet, and the target bristle::bullet.
+///
+///     BulletHost<> host(world);
+///     host.mirror(part);
+///     host.add_patch(finger, pad);
+///     for (;;) world.stepSimulation(dt);  // each substep senses first
+///
+/// docs/hosts.md says what this does to the order of Bullet's step.
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <bristle/geometry/quickhull.hpp>
+#include <bristle/hosts/host_sensors.hpp>
+
+#include <algorithm>
+#include <btBulletDynamicsCommon.h>
+#include <cmath>
+#include <cstddef>
+#include <utility>
+#include <vector>
+
+namespace bristle::inline BRISTLE_ABI {
+
+/// The rigid bodies of a Bullet world as `HostSensors` sees them; in double, whatever Bullet was
+/// built in. Frames are those of Bullet, about centres of mass. Axes that linear and angular
+/// factors lock are known; constraints and multibodies are not, so that a finger on a slider is
+/// told by its factors.
+template <typename Backend = AnalyticBackend>
+class BulletHost : private btActionInterface {
+ public:
+  /// Takes the pre-tick callback of the world, with its user info, and adds an action. The world
+  /// must outlive this.
+  explicit BulletHost(btDiscreteDynamicsWorld& world) : world_(&world) {
+    world.setInternalTickCallback(
+        [](btDynamicsWorld* ticking, btScalar dt) {
+          static_cast<BulletHost*>(ticking->getWorldUserInfo())->sense(dt);
+        },
+        this, true);
+    world.addAction(this);
+  }
+  ~BulletHost() override {
+    world_->removeAction(this);
+    world_->setInternalTickCallback(nullptr, nullptr, true);
+  }
+  BulletHost(const BulletHost&) = delete;
+  BulletHost& operator=(const BulletHost&) = delete;
+
+  [[nodiscard]] HostSensors<double, Backend>& sensors() { return sensors_; }
+  [[nodiscard]] World<double, Backend>& world() { return sensors_.world(); }
+
+  /// Mirrors a body with its shape, whatever Bullet lets it collide with, so that sensors see it.
+  /// Hulls and cones are seen without Bullet's margin.
+  /// @return The same again for a body that is mirrored already.
+  /// @throws InvalidArgument when there is no shape like the body's.
+  BodyId mirror(btRigidBody& body) {
+    for (const Known& known : bodies_) {
+      if (known.body == &body && world().contains(known.id)) return known.id;
+    }
+    BodyDef<double> def;
+    def.motion = body.isStaticObject() ? Motion::fixed : Motion::kinematic;
+    def.center_of_mass = Vec3<double>::Zero();
+    const Transform<double> X_WB = transform(body.getWorldTransform());
+    def.position = X_WB.translation;
+    def.orientation = X_WB.rotation;
+    add_shapes(*body.getCollisionShape(), btTransform::getIdentity(), def);
+    const BodyId id = world().add_body(def);
+    bodies_.resize(std::max(bodies_.size(), id.index + std::size_t(1)));
+    bodies_[id.index] = {id, &body, btVector3(0, 0, 0), btVector3(0, 0, 0)};
+    return id;
+  }
+  /// Forgets a body that is removed from Bullet's world. What sensed it lets go.
+  void forget(const btRigidBody& body) {
+    for (Known& known : bodies_) {
+      if (known.body != &body) continue;
+      if (world().contains(known.id)) world().remove_body(known.id);
+      known.body = nullptr;
+    }
+  }
+  /// Adds sensors to a body, in its frame.
+  PatchId add_patch(btRigidBody& body, const PatchDef<double>& def) {
+    return world().add_patch(mirror(body), def);
+  }
+
+  // What `HostSensors` asks.
+
+  [[nodiscard]] HostBody<double> body(BodyId id) const {
+    const btRigidBody& b = *bodies_[id.index].body;
+    HostBody<double> state;
+    state.pose = transform(b.getWorldTransform());
+    state.center = state.pose.translation;
+    state.twist = {vector(b.getLinearVelocity()), vector(b.getAngularVelocity())};
+    // Before a tick gravity is among the forces.
+    state.acceleration = {vector(b.getTotalForce() * b.getInvMass()),
+                          vector(b.getInvInertiaTensorWorld() * b.getTotalTorque())};
+    return state;
+  }
+  [[nodiscard]] Mat6<double> mobility(BodyId id, BodyId) const {
+    const btRigidBody& b = *bodies_[id.index].body;
+    if (b.isStaticOrKinematicObject()) return Mat6<double>::Zero();
+    const Vec3<double> turns = vector(b.getAngularFactor());
+    Mat3<double> inverse_inertia;
+    for (int i = 0; i < 3; ++i) {
+      inverse_inertia.row(i) = turns[i] * vector(b.getInvInertiaTensorWorld()[i]).transpose();
+    }
+    const Vec3<double> inverse_mass = vector(b.getLinearFactor() * b.getInvMass());
+    return free_mobility<double>(inverse_mass, inverse_inertia * turns.asDiagonal());
+  }
+  void apply_wrench(BodyId id, const Wrench<double>& wrench) {
+    Known& known = bodies_[id.index];
+    const btVector3 force = vector(wrench.force), torque = vector(wrench.torque);
+    known.force += force;
+    known.torque += torque;
+    known.body->applyCentralForce(force);
+    known.body->applyTorque(torque);
+    known.body->activate();
+  }
+
+ private:
+  /// A mirrored body, and what it was given in the tick at hand [N, N m].
+  struct Known {
+    BodyId id{};
+    btRigidBody* body = nullptr;
+    btVector3 force, torque;
+  };
+
+  void sense(btScalar dt) { sensors_.step(*this, static_cast<double>(dt)); }
+  /// After a tick: forces last for all ticks of a step of Bullet's, and these were for one.
+  void updateAction(btCollisionWorld*, btScalar) override {
+    for (Known& known : bodies_) {
+      if (known.body == nullptr) continue;
+      known.body->applyCentralForce(-known.force);
+      known.body->applyTorque(-known.torque);
+      known.force = known.torque = btVector3(0, 0, 0);
+    }
+  }
+  void debugDraw(btIDebugDraw*) override {}
+
+  [[nodiscard]] static Vec3<double> vector(const btVector3& v) {
+    return {static_cast<double>(v.x()), static_cast<double>(v.y()), static_cast<double>(v.z())};
+  }
+  [[nodiscard]] static btVector3 vector(const Vec3<double>& v) {
+    return {static_cast<btScalar>(v.x()), static_cast<btScalar>(v.y()),
+            static_cast<btScalar>(v.z())};
+  }
+  [[nodiscard]] static Transform<double> transform(const btTransform& X) {
+    const btQuaternion q = X.getRotation();
+    const Quat<double> rotation(static_cast<double>(q.w()), static_cast<double>(q.x()),
+                                static_cast<double>(q.y()), static_cast<double>(q.z()));
+    return {rotation.normalized(), vector(X.getOrigin())};
+  }
+  /// [1] From z to another axis.
+  [[nodiscard]] static Quat<double> axis_rotation(int axis) {
+    const double half = std::sqrt(0.5);
+    if (axis == 0) return {half, 0, half, 0};
+    if (axis == 1) return {half, -half, 0, 0};
+    return {1, 0, 0, 0};
+  }
+
+  /// Appends what a shape of Bullet's is like, in the frame X of the body.
+  static void add_shapes(const btCollisionShape& shape, const btTransform& X,
+                         BodyDef<double>& out) {
+    ShapeDef<double> def;
+    def.X_BS = transform(X);
+    const auto turn_to = [&](int axis) {
+      def.X_BS.rotation = def.X_BS.rotation * axis_rotation(axis);
+    };
+    const auto number = [](btScalar x) { return static_cast<double>(x); };
+    if (const auto* all = dynamic_cast<const btCompoundShape*>(&shape)) {
+      for (int i = 0; i < all->getNumChildShapes(); ++i) {
+        add_shapes(*all->getChildShape(i), X * all->getChildTransform(i), out);
+      }
+      return;
+    }
+    if (const auto* box = dynamic_cast<const btBoxShape*>(&shape)) {
+      def.shape = Box<double>{vector(box->getHalfExtentsWithMargin())};
+    } else if (const auto* ball = dynamic_cast<const btSphereShape*>(&shape)) {
+      def.shape = Sphere<double>{number(ball->getRadius())};
+    } else if (const auto* capsule = dynamic_cast<const btCapsuleShape*>(&shape)) {
+      turn_to(capsule->getUpAxis());
+      def.shape = Capsule<double>{number(capsule->getRadius()), number(capsule->getHalfHeight())};
+    } else if (const auto* cylinder = dynamic_cast<const btCylinderShape*>(&shape)) {
+      turn_to(cylinder->getUpAxis());
+      const btVector3 half = cylinder->getHalfExtentsWithMargin();
+      def.shape =
+          Cylinder<double>{number(cylinder->getRadius()), number(half[cylinder->getUpAxis()])};
+    } else if (const auto* cone = dynamic_cast<const btConeShape*>(&shape)) {
+      turn_to(cone->getConeUpIndex());
+      def.shape = Cone<double>{number(cone->getRadius()), 0.5 * number(cone->getHeight())};
+    } else if (const auto* plane = dynamic_cast<const btStaticPlaneShape*>(&shape)) {
+      const Vec3<double> n = vector(plane->getPlaneNormal());
+      def.shape = HalfSpace<double>{n.normalized(), number(plane->getPlaneConstant()) / n.norm()};
+    } else if (const auto* hull = dynamic_cast<const btConvexHullShape*>(&shape)) {
+      std::vector<Vec3<double>> points;
+      for (int i = 0; i < hull->getNumPoints(); ++i)
+        points.push_back(vector(hull->getScaledPoint(i)));
+      def.shape = convex_hull<double>(points);
+    } else {
+      detail::require(false, "btRigidBody: shape", shape.getName(),
+                      "must be a box, sphere, capsule, cylinder, cone, plane, hull or compound");
+    }
+    out.shapes.push_back(std::move(def));
+  }
+
+  btDiscreteDynamicsWorld* world_;
+  HostSensors<double, Backend> sensors_;
+  std::vector<Known> bodies_;  // By slots of mirrored bodies.
+};
+
+}  // namespace bristle::inline BRISTLE_ABI
