@@ -1,0 +1,153 @@
+/// @file
+/// Sensors in a DART world. Opt-in: needs DART, and the target bristle::dart.
+///
+///     DartHost<> host(world);
+///     host.mirror(*part);
+///     host.add_patch(*finger, pad);
+///     for (;;) host.step();  // in the place of world->step()
+///
+/// docs/hosts.md says what this does to the order of DART's step.
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <bristle/hosts/host_sensors.hpp>
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <dart/dynamics/BodyNode.hpp>
+#include <dart/dynamics/BoxShape.hpp>
+#include <dart/dynamics/CapsuleShape.hpp>
+#include <dart/dynamics/CylinderShape.hpp>
+#include <dart/dynamics/EllipsoidShape.hpp>
+#include <dart/dynamics/PlaneShape.hpp>
+#include <dart/dynamics/ShapeNode.hpp>
+#include <dart/dynamics/Skeleton.hpp>
+#include <dart/dynamics/SphereShape.hpp>
+#include <dart/simulation/World.hpp>
+#include <utility>
+#include <vector>
+
+namespace bristle::inline BRISTLE_ABI {
+
+/// The skeletons of a DART world as `HostSensors` sees them. Bodies are mirrored in their own
+/// frames.
+template <typename Backend = AnalyticBackend>
+class DartHost {
+ public:
+  explicit DartHost(dart::simulation::WorldPtr world) : dart_(std::move(world)) {}
+
+  [[nodiscard]] HostSensors<double, Backend>& sensors() { return sensors_; }
+  [[nodiscard]] World<double, Backend>& world() { return sensors_.world(); }
+
+  /// Mirrors a body with its shapes, whatever DART lets them collide with, so that sensors see it.
+  /// @return The same again for a body that is mirrored already.
+  /// @throws InvalidArgument when there is no shape like one of the body's.
+  BodyId mirror(dart::dynamics::BodyNode& node) {
+    for (const Known& known : nodes_) {
+      if (known.node == &node && world().contains(known.id)) return known.id;
+    }
+    BodyDef<double> def;
+    const bool moves = node.getSkeleton()->isMobile() && node.getNumDependentGenCoords() > 0;
+    def.motion = moves ? Motion::kinematic : Motion::fixed;
+    def.center_of_mass = Vec3<double>(node.getLocalCOM());
+    const Transform<double> X_WB = transform(node.getWorldTransform());
+    def.position = X_WB.translation;
+    def.orientation = X_WB.rotation;
+    for (std::size_t i = 0; i < node.getNumShapeNodes(); ++i) {
+      def.shapes.push_back(shape(*node.getShapeNode(i)));
+    }
+    const BodyId id = world().add_body(def);
+    nodes_.resize(std::max(nodes_.size(), id.index + std::size_t(1)));
+    nodes_[id.index] = {id, &node};
+    return id;
+  }
+  /// Adds sensors to a body, in its frame.
+  PatchId add_patch(dart::dynamics::BodyNode& node, const PatchDef<double>& def) {
+    return world().add_patch(mirror(node), def);
+  }
+
+  /// A step of DART with sensors, in the place of `World::step`: their forces are external ones of
+  /// that step, beside those of the caller.
+  void step() {
+    for (std::size_t i = 0; i < dart_->getNumSkeletons(); ++i) {
+      if (dart_->getSkeleton(i)->isMobile()) dart_->getSkeleton(i)->computeForwardDynamics();
+    }
+    sensors_.step(*this, dart_->getTimeStep());
+    dart_->step();
+  }
+
+  // What `HostSensors` asks.
+
+  [[nodiscard]] HostBody<double> body(BodyId id) const {
+    const dart::dynamics::BodyNode& node = *nodes_[id.index].node;
+    HostBody<double> state;
+    state.pose = transform(node.getWorldTransform());
+    state.center = node.getCOM();
+    state.twist = {node.getCOMLinearVelocity(), node.getAngularVelocity()};
+    // From forces, springs, dampers and gravity, without constraints.
+    state.acceleration = {node.getCOMLinearAcceleration(), node.getAngularAcceleration()};
+    // All of a skeleton move each other.
+    while (dart_->getSkeleton(state.mechanism + 1) != node.getSkeleton()) ++state.mechanism;
+    ++state.mechanism;
+    return state;
+  }
+  [[nodiscard]] Mat6<double> mobility(BodyId i, BodyId j) const {
+    const auto jacobian = [this](BodyId id) {
+      const dart::dynamics::BodyNode& node = *nodes_[id.index].node;
+      const dart::math::Jacobian turned_first =
+          node.getSkeleton()->getWorldJacobian(&node, node.getLocalCOM());
+      dart::math::Jacobian J(6, turned_first.cols());
+      J << turned_first.bottomRows<3>(), turned_first.topRows<3>();
+      return J;
+    };
+    // DART treats springs and dampers of joints implicitly: they are part of what resists.
+    const Eigen::MatrixXd& inverse = nodes_[i.index].node->getSkeleton()->getInvAugMassMatrix();
+    return jacobian(i) * inverse * jacobian(j).transpose();
+  }
+  void apply_wrench(BodyId id, const Wrench<double>& wrench) {
+    dart::dynamics::BodyNode& node = *nodes_[id.index].node;
+    node.addExtForce(Eigen::Vector3d(wrench.force), node.getLocalCOM(), false, true);
+    node.addExtTorque(Eigen::Vector3d(wrench.torque), false);
+  }
+
+ private:
+  struct Known {
+    BodyId id{};
+    dart::dynamics::BodyNode* node = nullptr;
+  };
+
+  [[nodiscard]] static Transform<double> transform(const Eigen::Isometry3d& X) {
+    const Eigen::Quaterniond q(X.linear());
+    return {Quat<double>(q.w(), q.x(), q.y(), q.z()).normalized(), Vec3<double>(X.translation())};
+  }
+  [[nodiscard]] static ShapeDef<double> shape(const dart::dynamics::ShapeNode& node) {
+    namespace shapes = dart::dynamics;
+    const shapes::Shape* shape = node.getShape().get();
+    ShapeDef<double> def;
+    def.X_BS = transform(node.getRelativeTransform());
+    if (const auto* box = dynamic_cast<const shapes::BoxShape*>(shape)) {
+      def.shape = Box<double>{Vec3<double>(0.5 * box->getSize())};
+    } else if (const auto* ball = dynamic_cast<const shapes::SphereShape*>(shape)) {
+      def.shape = Sphere<double>{ball->getRadius()};
+    } else if (const auto* capsule = dynamic_cast<const shapes::CapsuleShape*>(shape)) {
+      def.shape = Capsule<double>{capsule->getRadius(), 0.5 * capsule->getHeight()};
+    } else if (const auto* cylinder = dynamic_cast<const shapes::CylinderShape*>(shape)) {
+      def.shape = Cylinder<double>{cylinder->getRadius(), 0.5 * cylinder->getHeight()};
+    } else if (const auto* ellipsoid = dynamic_cast<const shapes::EllipsoidShape*>(shape)) {
+      def.shape = Ellipsoid<double>{Vec3<double>(ellipsoid->getRadii())};
+    } else if (const auto* plane = dynamic_cast<const shapes::PlaneShape*>(shape)) {
+      def.shape = HalfSpace<double>{Vec3<double>(plane->getNormal()), plane->getOffset()};
+    } else {
+      detail::require(false, "BodyNode: shape", shape->getType().c_str(),
+                      "must be a box, sphere, capsule, cylinder, ellipsoid or plane");
+    }
+    return def;
+  }
+
+  dart::simulation::WorldPtr dart_;
+  HostSensors<double, Backend> sensors_;
+  std::vector<Known> nodes_;  // By slots of mirrored bodies.
+};
+
+}  // namespace bristle::inline BRISTLE_ABI
