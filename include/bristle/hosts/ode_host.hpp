@@ -1,228 +1,315 @@
 /// @file
-/// Sensors in an ODE world. Opt-in: needs ODE in double, and the target bristle::ode.
+/// Sensors in an ODE simulation. Opt-in: needs ODE in double, and the target bristle::ode.
 ///
 ///     OdeHost<> host(world);
 ///     host.mirror(part);
-///     host.add_patch(finger, pad);
-///     for (;;) {
-///       host.sense(dt);  // before dWorldStep or dWorldQuickStep
-///       dWorldStep(world, dt);
-///     }
+///     const PatchId left = host.add_patch(finger, pad);
+///     for (;;) host.step(dt);  // in the place of dWorldStep
 ///
-/// docs/hosts.md says what this does to the order of ODE's step.
+/// Forces are to be applied, and contact joints to be made, before. Who steps otherwise calls
+/// `host.sense(dt)` and then `dWorldQuickStep(world, dt)`.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
 #include <bristle/hosts/host_sensors.hpp>
-#include <bristle/math/elimination.hpp>
 
-#include <algorithm>
 #include <cstddef>
 #include <ode/ode.h>
-#include <utility>
+#include <optional>
+#include <unordered_map>
 #include <vector>
 
 namespace bristle::inline BRISTLE_ABI {
 
-/// The bodies of an ODE world as `HostSensors` sees them. Frames are those of ODE, about centres of
-/// mass.
+/// An ODE simulation as `HostSensors` sees it.
 ///
-/// ODE has no matrix of masses. A body on a slider, hinge, ball or fixed joint whose other side is
-/// the world or a kinematic body moves as that joint lets it, of several joints the first; every
-/// other joint is left out, which is of first order in motion.
+/// ODE has no mass matrix. What the joints of a body leave free is found here where their other
+/// side is the world or a kinematic body: of ball, hinge, slider, fixed, universal, piston and
+/// plane joints. Left out are other joints, joints between two dynamic bodies, contacts, stops and
+/// motors of joints, damping and what joints correct: a body moves as if they were not there, and
+/// what they do in a step is met in the next. That is of first order in the step.
 template <typename Backend = AnalyticBackend>
 class OdeHost {
  public:
+  /// The world must outlive this, and so must mirrored bodies that are not forgotten.
   explicit OdeHost(dWorldID world) : ode_(world) {
-    static_assert(sizeof(dReal) == sizeof(double), "ODE must be built in double: dIDEDOUBLE");
+    static_assert(sizeof(dReal) == sizeof(double), "ODE must be used in double");
   }
 
+  /// The sensors: readings are in their world, and what the last step did is in their report.
   [[nodiscard]] HostSensors<double, Backend>& sensors() { return sensors_; }
+  /// The mirror of ODE's world.
   [[nodiscard]] World<double, Backend>& world() { return sensors_.world(); }
 
-  /// Mirrors a body with its geoms, whatever ODE lets them collide with, so that sensors see it.
+  /// Mirrors a body with its geoms as they are now, whatever ODE lets them collide with, so that
+  /// sensors see it. The body's frame is ODE's, with the centre of mass as its origin. Rays among
+  /// the geoms are left out.
   /// @return The same again for a body that is mirrored already.
-  /// @throws InvalidArgument when there is no shape like one of its geoms.
+  /// @throws InvalidArgument that names the class of a geom that is no box, sphere, capsule or
+  ///         cylinder. Of convex geoms ODE gives away no points.
   BodyId mirror(dBodyID body) {
-    for (const Known& known : bodies_) {
-      if (known.body == body && world().contains(known.id)) return known.id;
-    }
+    if (const auto known = find(body)) return *known;
     BodyDef<double> def;
     def.motion = Motion::kinematic;
-    def.center_of_mass = Vec3<double>::Zero();
-    def.position = vector(dBodyGetPosition(body));
-    def.orientation = rotation(dBodyGetQuaternion(body));
+    const Transform<double> X_WB = pose_of(body);
+    def.position = X_WB.translation;
+    def.orientation = X_WB.rotation;
     for (dGeomID geom = dBodyGetFirstGeom(body); geom != nullptr; geom = dBodyGetNextGeom(geom)) {
+      if (dGeomGetClass(geom) == dRayClass) continue;
       dQuaternion q;
       dGeomGetOffsetQuaternion(geom, q);
-      def.shapes.push_back(shape(geom, {rotation(q), vector(dGeomGetOffsetPosition(geom))}));
+      def.shapes.push_back(shape(geom, transform(q, dGeomGetOffsetPosition(geom))));
     }
-    const BodyId id = world().add_body(def);
-    bodies_.resize(std::max(bodies_.size(), id.index + std::size_t(1)));
-    bodies_[id.index] = {id, body};
+    const BodyId id = insert(body, def);
+    if (bodies_.size() <= id.index) bodies_.resize(id.index + std::size_t(1));
+    bodies_[id.index] = body;
     return id;
   }
-  /// Mirrors a geom that has no body, where it is now.
-  /// @throws InvalidArgument when there is no shape like it.
+  /// Mirrors a geom that has no body, as a fixed body at the place where it is now. The mirrored
+  /// body of a plane has the world's frame.
+  /// @return The same again for a geom that is mirrored already.
+  /// @throws InvalidArgument when the geom has a body, or as `mirror`.
   BodyId mirror_ground(dGeomID geom) {
+    if (const auto known = find(geom)) return *known;
+    detail::require(dGeomGetBody(geom) == nullptr, "geom", name_of_class(geom),
+                    "must have no body: mirror the body that it has");
     BodyDef<double> def;
     def.motion = Motion::fixed;
-    Transform<double> X{Quat<double>::Identity(), Vec3<double>::Zero()};
+    def.shapes.push_back(shape(geom, {}));
+    // ODE knows no place of a plane.
     if (dGeomGetClass(geom) != dPlaneClass) {
       dQuaternion q;
       dGeomGetQuaternion(geom, q);
-      X = {rotation(q), vector(dGeomGetPosition(geom))};
+      const Transform<double> X_WS = transform(q, dGeomGetPosition(geom));
+      def.position = X_WS.translation;
+      def.orientation = X_WS.rotation;
     }
-    def.shapes.push_back(shape(geom, X));
-    return world().add_body(def);
+    return insert(geom, def);
   }
-  /// Adds sensors to a body, in its frame.
+
+  /// Forgets a body that is to be destroyed. What sensed it lets go.
+  void forget(dBodyID body) {
+    if (const auto known = find(body)) world().remove_body(*known);
+    ids_.erase(body);
+  }
+  /// Adds sensors to a body, in its frame, and mirrors it if need be.
   PatchId add_patch(dBodyID body, const PatchDef<double>& def) {
     return world().add_patch(mirror(body), def);
   }
 
-  /// Senses, and adds forces for ODE's next step, which is to be one of dt [s].
-  void sense(double dt) { sensors_.step(*this, dt); }
+  /// A step of ODE with sensors, in the place of `dWorldStep`.
+  /// @param dt  [s] Length of the step.
+  void step(double dt) {
+    sense(dt);
+    dWorldStep(ode_, dt);
+  }
+  /// The sensors alone. They add forces to ODE's bodies, which act in the step that is to follow.
+  /// @param dt  [s] Length of that step.
+  void sense(double dt) {
+    dt_ = dt;
+    sensors_.step(*this, dt);
+  }
 
   // What `HostSensors` asks.
 
+  /// The state of a body, with its acceleration by gravity and by the forces that it holds now.
   [[nodiscard]] HostBody<double> body(BodyId id) const {
-    const dBodyID b = bodies_[id.index].body;
-    HostBody<double> state;
-    state.pose = {rotation(dBodyGetQuaternion(b)), vector(dBodyGetPosition(b))};
-    state.center = state.pose.translation;
-    state.twist = {vector(dBodyGetLinearVel(b)), vector(dBodyGetAngularVel(b))};
-    if (dBodyIsKinematic(b) != 0) return state;
-    const Mat6<double> W = mobility(id, id);
-    const Mass mass = mass_of(b);
-    Vec6<double> force;
-    Vec3<double> torque = vector(dBodyGetTorque(b));
-    if (dBodyGetGyroscopicMode(b) != 0) {
-      torque -= state.twist.angular.cross(mass.inertia_W * state.twist.angular);
-    }
-    force << vector(dBodyGetForce(b)), torque;
-    if (dBodyGetGravityMode(b) != 0) {
-      dVector3 gravity;
-      dWorldGetGravity(ode_, gravity);
-      force.head<3>() += mass.mass * vector(gravity);
-    }
-    const Vec6<double> acceleration = W * force;
-    state.acceleration = {acceleration.head<3>(), acceleration.tail<3>()};
-    return state;
+    const dBodyID from = bodies_[id.index];
+    HostBody<double> body;
+    body.pose = pose_of(from);
+    body.center = body.pose.translation;
+    const Vec6<double> now = twist_of(from);
+    body.twist = {now.head<3>(), now.tail<3>()};
+    const Vec6<double> gain = (response(from).twist - now) / dt_;
+    body.acceleration = {gain.head<3>(), gain.tail<3>()};
+    return body;
   }
-  [[nodiscard]] Mat6<double> mobility(BodyId id, BodyId) const {
-    const dBodyID b = bodies_[id.index].body;
-    if (dBodyIsKinematic(b) != 0) return Mat6<double>::Zero();
-    const Mass mass = mass_of(b);
-    for (int i = 0; i < dBodyGetNumJoints(b); ++i) {
-      const dJointID joint = dBodyGetJoint(b, i);
-      const dBodyID other = dJointGetBody(joint, dJointGetBody(joint, 0) == b ? 1 : 0);
-      if (other != nullptr && dBodyIsKinematic(other) == 0) continue;
-      dVector3 axis, anchor;
-      switch (dJointGetType(joint)) {
-        case dJointTypeSlider:
-          dJointGetSliderAxis(joint, axis);
-          return along(vector(axis), Vec3<double>::Zero(), mass);
-        case dJointTypeHinge:
-          dJointGetHingeAxis(joint, axis);
-          dJointGetHingeAnchor(joint, anchor);
-          return along(vector(axis).cross(vector(dBodyGetPosition(b)) - vector(anchor)),
-                       vector(axis), mass);
-        case dJointTypeBall:
-          dJointGetBallAnchor(joint, anchor);
-          return about(vector(dBodyGetPosition(b)) - vector(anchor), mass);
-        case dJointTypeFixed:
-          return Mat6<double>::Zero();
-        default:
-          break;
-      }
-    }
-    return free_mobility<double>(1 / mass.mass, inverse(mass.inertia_W));
+  /// [1/kg, 1/(kg m^2)] What a body's joints leave free. Bodies are asked about one by one.
+  [[nodiscard]] Mat6<double> mobility(BodyId i, BodyId j) const {
+    return i == j ? response(bodies_[i.index]).mobility : Mat6<double>::Zero();
   }
+  /// Adds a wrench [N, N m] about the centre of mass until the end of the next step, and wakes the
+  /// body.
   void apply_wrench(BodyId id, const Wrench<double>& wrench) {
-    const dBodyID b = bodies_[id.index].body;
-    const Vec3<double>& f = wrench.force;
-    const Vec3<double>& t = wrench.torque;
-    dBodyEnable(b);
-    dBodyAddForce(b, f.x(), f.y(), f.z());
-    dBodyAddTorque(b, t.x(), t.y(), t.z());
+    const dBodyID body = bodies_[id.index];
+    dBodyAddForce(body, wrench.force.x(), wrench.force.y(), wrench.force.z());
+    dBodyAddTorque(body, wrench.torque.x(), wrench.torque.y(), wrench.torque.z());
+    dBodyEnable(body);
   }
 
  private:
-  struct Known {
-    BodyId id{};
-    dBodyID body = nullptr;
+  /// How a body answers to impulses, and its twist at the end of the step without sensors.
+  struct Response {
+    Mat6<double> mobility = Mat6<double>::Zero();
+    Vec6<double> twist = Vec6<double>::Zero();
+    /// Diagonal of the mobility without joints.
+    Vec6<double> free = Vec6<double>::Zero();
+
+    /// Lets the twist along a row be what it is for `base`, by an impulse along that row.
+    void hold(const Vec3<double>& linear, const Vec3<double>& angular, const Vec6<double>& base) {
+      const Vec6<double> row = joined(linear, angular);
+      const Vec6<double> moved = mobility * row;
+      const double give = row.dot(moved);
+      // Joints may hold the same twice: what is left of it is rounding.
+      if (give <= 1e-10 * row.cwiseAbs2().dot(free)) return;
+      twist -= moved * (row.dot(twist - base) / give);
+      mobility -= moved * moved.transpose() / give;
+    }
   };
-  /// [kg], [kg m^2]
-  struct Mass {
-    double mass = 0;
-    Mat3<double> inertia_W = Mat3<double>::Zero();
+  /// What a joint holds, along an axis and across it: its point, and turns.
+  struct Hold {
+    bool along = false, across = false, turn_along = false, turn_across = false;
+    Vec3<double> point = Vec3<double>::Zero();
+    Vec3<double> axis = Vec3<double>::UnitZ();
   };
 
-  [[nodiscard]] static Vec3<double> vector(const dReal* v) { return {v[0], v[1], v[2]}; }
-  [[nodiscard]] static Quat<double> rotation(const dReal* q) {
-    return Quat<double>(q[0], q[1], q[2], q[3]).normalized();
+  [[nodiscard]] static Vec3<double> vector(const dReal* x) { return {x[0], x[1], x[2]}; }
+  [[nodiscard]] static Vec6<double> joined(const Vec3<double>& linear,
+                                           const Vec3<double>& angular) {
+    Vec6<double> both;
+    both << linear, angular;
+    return both;
   }
-  [[nodiscard]] static Mat3<double> inverse(const Mat3<double>& A) {
-    return solved<double>(A, Mat3<double>(Mat3<double>::Identity()));
+  [[nodiscard]] static Transform<double> transform(const dReal* q, const dReal* x) {
+    return {Quat<double>(q[0], q[1], q[2], q[3]).normalized(), vector(x)};
   }
-  [[nodiscard]] static Mass mass_of(dBodyID b) {
+  [[nodiscard]] static Transform<double> pose_of(dBodyID body) {
+    return transform(dBodyGetQuaternion(body), dBodyGetPosition(body));
+  }
+  [[nodiscard]] static Vec6<double> twist_of(dBodyID body) {
+    return joined(vector(dBodyGetLinearVel(body)), vector(dBodyGetAngularVel(body)));
+  }
+  template <typename Getter, typename Of>
+  [[nodiscard]] static Vec3<double> vector(Getter get, Of of) {
+    dVector3 x;
+    get(of, x);
+    return vector(x);
+  }
+
+  [[nodiscard]] Response response(dBodyID body) const {
+    Response result;
+    result.twist = twist_of(body);
+    if (dBodyIsKinematic(body)) return result;
     dMass mass;
-    dBodyGetMass(b, &mass);
+    dBodyGetMass(body, &mass);
     Mat3<double> inertia;
-    for (int i = 0; i < 3; ++i) inertia.row(i) = vector(mass.I + 4 * i).transpose();
-    const Mat3<double> R = rotation(dBodyGetQuaternion(b)).toRotationMatrix();
-    return {mass.mass, R * inertia * R.transpose()};
+    for (int i = 0; i < 3; ++i) inertia.row(i) = vector(mass.I + 4 * i);
+    const Mat3<double> R = pose_of(body).rotation_matrix();
+    inertia = (R * inertia * R.transpose()).eval();
+    result.mobility = free_mobility<double>(1 / mass.mass, inertia.inverse());
+    result.free = result.mobility.diagonal();
+    if (dBodyGetGyroscopicMode(body)) {
+      // What turns without torque, by the momentum at the end of the step, as ODE does it.
+      const Vec3<double> momentum = inertia * result.twist.template tail<3>();
+      result.twist.template tail<3>() = (inertia - dt_ * skew(momentum)).inverse() * momentum;
+    }
+    Vec3<double> force = vector(dBodyGetForce(body));
+    if (dBodyGetGravityMode(body)) force += mass.mass * vector(dWorldGetGravity, ode_);
+    result.twist += dt_ * result.mobility * joined(force, vector(dBodyGetTorque(body)));
+    for (int i = 0; i < dBodyGetNumJoints(body); ++i) hold(dBodyGetJoint(body, i), body, result);
+    return result;
   }
-  /// Mobility of a body that moves along one direction: S S^T / (S^T M S), S = [v; w].
-  [[nodiscard]] static Mat6<double> along(const Vec3<double>& v, const Vec3<double>& w,
-                                          const Mass& mass) {
-    Vec6<double> S;
-    S << v, w;
-    return S * S.transpose() / (mass.mass * v.squaredNorm() + w.dot(mass.inertia_W * w));
+  /// Holds what a joint holds against the world or a kinematic body.
+  static void hold(dJointID joint, dBodyID body, Response& response) {
+    const dBodyID first = dJointGetBody(joint, 0);
+    const dBodyID other = first == body ? dJointGetBody(joint, 1) : first;
+    if (!dJointIsEnabled(joint) || (other != nullptr && !dBodyIsKinematic(other))) return;
+    const Vec3<double> center = vector(dBodyGetPosition(body));
+    Vec6<double> base = Vec6<double>::Zero();
+    if (other != nullptr) {
+      base = twist_of(other);
+      base.head<3>() += base.tail<3>().cross(center - vector(dBodyGetPosition(other)));
+    }
+    const Hold held = hold_of(joint, center);
+    dVector3 axis = {held.axis.x(), held.axis.y(), held.axis.z()}, p, q;
+    dPlaneSpace(axis, p, q);
+    for (const dReal* direction : {axis, p, q}) {
+      const Vec3<double> d = vector(direction);
+      if (direction == axis ? held.along : held.across) {
+        response.hold(d, (held.point - center).cross(d), base);
+      }
+      if (direction == axis ? held.turn_along : held.turn_across) {
+        response.hold(Vec3<double>::Zero(), d, base);
+      }
+    }
   }
-  /// Mobility of one that turns about a point, from which its centre of mass is at `arm`.
-  [[nodiscard]] static Mat6<double> about(const Vec3<double>& arm, const Mass& mass) {
-    Eigen::Matrix<double, 6, 3> S;
-    S << -skew(arm), Mat3<double>::Identity();
-    const Mat3<double> M = mass.mass * skew(arm).transpose() * skew(arm) + mass.inertia_W;
-    return S * inverse(M) * S.transpose();
+  [[nodiscard]] static Hold hold_of(dJointID joint, const Vec3<double>& center) {
+    const auto at = [joint](auto get) { return vector(get, joint); };
+    switch (dJointGetType(joint)) {
+      case dJointTypeBall:
+        return {true, true, false, false, at(dJointGetBallAnchor)};
+      case dJointTypeHinge:
+        return {true, true, false, true, at(dJointGetHingeAnchor), at(dJointGetHingeAxis)};
+      case dJointTypeUniversal: {
+        const Vec3<double> axis = at(dJointGetUniversalAxis1).cross(at(dJointGetUniversalAxis2));
+        return {true, true, true, false, at(dJointGetUniversalAnchor), axis.normalized()};
+      }
+      case dJointTypeSlider:
+        return {false, true, true, true, center, at(dJointGetSliderAxis)};
+      case dJointTypePiston:
+        return {false, true, false, true, at(dJointGetPistonAnchor), at(dJointGetPistonAxis)};
+      case dJointTypePlane2D:
+        return {true, false, false, true, center};
+      case dJointTypeFixed:
+        return {true, true, true, true, center};
+      default:
+        return {};
+    }
   }
 
+  [[nodiscard]] std::optional<BodyId> find(const void* body_or_geom) {
+    const auto found = ids_.find(body_or_geom);
+    if (found == ids_.end() || !world().contains(found->second)) return {};
+    return found->second;
+  }
+  BodyId insert(const void* body_or_geom, const BodyDef<double>& def) {
+    return ids_[body_or_geom] = world().add_body(def);
+  }
+  [[nodiscard]] static const char* name_of_class(dGeomID geom) {
+    constexpr const char* names[] = {"sphere", "box",    "capsule",   "cylinder", "plane",
+                                     "ray",    "convex", "transform", "trimesh",  "heightfield"};
+    const int number = dGeomGetClass(geom);
+    return number < dFirstSpaceClass ? names[number] : number < dFirstUserClass ? "space" : "user";
+  }
   [[nodiscard]] static ShapeDef<double> shape(dGeomID geom, const Transform<double>& X_BS) {
     ShapeDef<double> def;
     def.X_BS = X_BS;
-    dVector4 sizes{};
+    dVector4 size;
     switch (dGeomGetClass(geom)) {
+      case dPlaneClass:
+        dGeomPlaneGetParams(geom, size);
+        def.shape = HalfSpace<double>{vector(size), size[3]};
+        break;
       case dSphereClass:
         def.shape = Sphere<double>{dGeomSphereGetRadius(geom)};
         break;
-      case dBoxClass:
-        dGeomBoxGetLengths(geom, sizes);
-        def.shape = Box<double>{0.5 * vector(sizes)};
-        break;
       case dCapsuleClass:
-        dGeomCapsuleGetParams(geom, sizes, sizes + 1);
-        def.shape = Capsule<double>{sizes[0], 0.5 * sizes[1]};
+        dGeomCapsuleGetParams(geom, &size[0], &size[1]);
+        def.shape = Capsule<double>{size[0], size[1] / 2};
         break;
       case dCylinderClass:
-        dGeomCylinderGetParams(geom, sizes, sizes + 1);
-        def.shape = Cylinder<double>{sizes[0], 0.5 * sizes[1]};
+        dGeomCylinderGetParams(geom, &size[0], &size[1]);
+        def.shape = Cylinder<double>{size[0], size[1] / 2};
         break;
-      case dPlaneClass:
-        dGeomPlaneGetParams(geom, sizes);
-        def.shape = HalfSpace<double>{vector(sizes), sizes[3]};
+      case dBoxClass:
+        dGeomBoxGetLengths(geom, size);
+        def.shape = Box<double>{vector(size) / 2};
         break;
       default:
-        detail::require(false, "dGeomGetClass", dGeomGetClass(geom),
-                        "must be that of a sphere, box, capsule, cylinder or plane");
+        detail::require(false, "geom", name_of_class(geom),
+                        "must be a plane, box, sphere, capsule or cylinder");
     }
     return def;
   }
 
   dWorldID ode_;
   HostSensors<double, Backend> sensors_;
-  std::vector<Known> bodies_;  // By slots of mirrored bodies.
+  /// By addresses of ODE's bodies and geoms.
+  std::unordered_map<const void*, BodyId> ids_;
+  /// By slots of mirrored bodies.
+  std::vector<dBodyID> bodies_;
+  /// [s] Length of the step that is sensed for.
+  double dt_ = 1e-3;
 };
 
 }  // namespace bristle::inline BRISTLE_ABI
