@@ -260,6 +260,15 @@ class HostSensors {
     return world_.time_step() * (own.linear.norm() + own.angular.norm() * patch.reach + fastest_);
   }
 
+  /// Whether a state can be computed with.
+  [[nodiscard]] static bool is_usable(const HostBody<S>& body) {
+    const S length = body.pose.rotation.norm();
+    return length > S(0.5) && length < S(2) && has_finite_square(body.pose.translation) &&
+           has_finite_square(body.center) && has_finite_square(body.twist.linear) &&
+           has_finite_square(body.twist.angular) && has_finite_square(body.acceleration.linear) &&
+           has_finite_square(body.acceleration.angular);
+  }
+
   void begin_observing();
   void place(std::uint32_t slot, const std::optional<HostBody<S>>& found);
   void end_observing();
@@ -302,31 +311,24 @@ void HostSensors<S, Backend>::begin_observing() {
   }
 }
 
-/// Moves a mirrored body to where the engine has it.
+/// Moves a mirrored body to where the engine has it, if it says so in numbers.
 template <Scalar S, typename Backend>
 void HostSensors<S, Backend>::place(std::uint32_t slot, const std::optional<HostBody<S>>& found) {
-  ++report_.missing_bodies;
-  if (!found) return;
-  const HostBody<S>& host = *found;
-  const S length = host.pose.rotation.norm();
-  const bool is_valid =
-      has_finite_square(host.pose.translation) && has_finite_square(host.center) &&
-      length > S(0.5) && length < S(2) && has_finite_square(host.twist.linear) &&
-      has_finite_square(host.twist.angular) && has_finite_square(host.acceleration.linear) &&
-      has_finite_square(host.acceleration.angular);
-  if (!is_valid) return;
-  --report_.missing_bodies;
+  if (!found || !is_usable(*found)) {
+    ++report_.missing_bodies;
+    return;
+  }
   Body<S>& body = state().bodies.at(slot);
   detail::HostEntry<S>& entry = bodies_[slot];
   const Transform<S> before = body.center_pose;
-  body.set_pose({host.pose.rotation.normalized(), host.pose.translation});
-  entry.host = host;
+  body.set_pose({found->pose.rotation.normalized(), found->pose.translation});
+  entry.host = *found;
   entry.is_there = true;
   entry.has_moved = body.center_pose.translation != before.translation ||
                     body.center_pose.rotation.coeffs() != before.rotation.coeffs();
-  entry.shift = body.center_pose.translation - host.center;
-  body.twist = host.twist.shifted(entry.shift);
-  entry.free = body.twist + state().def.time_step * host.acceleration.shifted(entry.shift);
+  entry.shift = body.center_pose.translation - found->center;
+  body.twist = found->twist.shifted(entry.shift);
+  entry.free = body.twist + state().def.time_step * found->acceleration.shifted(entry.shift);
 }
 
 template <Scalar S, typename Backend>
