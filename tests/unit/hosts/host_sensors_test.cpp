@@ -280,3 +280,34 @@ TEST_CASE_TEMPLATE("HostSensors: whatever states an engine has, no wrench is wit
   CHECK(host.bad == 0);
   CHECK(host.given > 500);
 }
+
+TEST_CASE("HostSensors: a shaken part swings as a spring and damper does, and comes back") {
+  // 1 g at 5 Hz across the pads is 60 % of what they can hold.
+  HostPinchDef<double> def;
+  def.squeeze = def.mass * 9.81 / (2 * def.friction * 0.6);
+  const double w = 2 * 3.14159265358979 * 5;
+  for (const double dt : {5e-4, 1e-3, 2e-3, 1.0 / 240}) {
+    CAPTURE(dt);
+    HostPinch<double> pinch(def);
+    pinch.run(1.0, dt);
+    double largest = 0;
+    const int steps = static_cast<int>(std::lround(3 / dt));
+    for (int i = 0; i < steps; ++i) {
+      // What acts in the step is the mean over it.
+      const double t = i * dt;
+      pinch.shake.y() = 9.81 * (std::cos(w * t) - std::cos(w * (t + dt))) / (w * dt);
+      pinch.step(dt);
+      if (t > 2) largest = std::max(largest, std::abs(pinch.center.translation.y()));
+    }
+    const SensorParameters<double> p = pinch.sensors.world().patch(pinch.patches[0]).def.parameters;
+    const double normal = 2 * def.squeeze;
+    const double k = p.static_friction * normal;
+    const double c = p.sliding_friction * normal;
+    const double r2 = def.mass * w * w / k;
+    const double amplitude = def.mass * 9.81 / k / std::hypot(1 - r2, c * w / k);
+    CHECK(largest == doctest::Approx(amplitude).epsilon(0.01));
+    pinch.shake.setZero();
+    pinch.run(3.0, dt);
+    CHECK(std::abs(pinch.center.translation.y()) < 1e-9);
+  }
+}
