@@ -16,6 +16,7 @@
 #include <bristle/geometry/mesh_shapes.hpp>
 #include <bristle/geometry/quickhull.hpp>
 #include <bristle/geometry/shapes.hpp>
+#include <bristle/hosts/engine_host.hpp>
 #include <bristle/hosts/host_sensors.hpp>
 #include <bristle/io/file.hpp>
 #include <bristle/io/mesh_file.hpp>

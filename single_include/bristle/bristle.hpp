@@ -3647,6 +3647,12 @@ ConvexHull<S> convex_hull(const TriangleMesh<S>& mesh) {
 
 }  // namespace bristle::inline BRISTLE_ABI
 
+// === bristle/hosts/engine_host.hpp
+
+/// @file
+/// What the hosts of engines share: the sensors, and which mirrored body is whose.
+// SPDX-License-Identifier: BSD-3-Clause
+
 // === bristle/hosts/host_sensors.hpp
 
 /// @file
@@ -5304,6 +5310,14 @@ struct Wrench {
   friend Wrench operator*(S k, const Wrench& a) { return {k * a.force, k * a.torque}; }
 };
 
+/// The matrix of `Twist::shifted(r)`; its transpose is that of `Wrench::shifted(-r)`.
+template <Scalar S>
+[[nodiscard]] Mat6<S> shift_matrix(const Vec3<S>& r) {
+  Mat6<S> G = Mat6<S>::Identity();
+  G.template topRightCorner<3, 3>() = -skew(r);
+  return G;
+}
+
 }  // namespace bristle::inline BRISTLE_ABI
 
 #include <cstdint>
@@ -5342,6 +5356,14 @@ template <Scalar S>
   u.template head<3>() = a.at(block.arm_a) - b.at(block.arm_b);
   u.template tail<3>() = a.angular - b.angular;
   return u;
+}
+
+/// [1/kg] Mean mobility, over all directions, of the point at `arm` [m] from the centre of mass of
+/// a body whose mobility about that centre is given.
+template <Scalar S>
+[[nodiscard]] S mean_mobility(const Mat6<S>& about_center, const Vec3<S>& arm) {
+  const Mat6<S> G = shift_matrix<S>(arm);
+  return (G * about_center * G.transpose()).template topLeftCorner<3, 3>().trace() / S(3);
 }
 
 /// Mobility W of one body about the point at `arm` from its centre of mass: the change of its twist
@@ -12851,8 +12873,7 @@ class HeldMobilityFinder {
   /// Takes away what stiffness and damping at the end of an arm hold back within a step.
   /// @param soft  [N s^2/m and products with m] As `SoftBlock::matrix`.
   void soften(const Mat6<S>& soft, const Vec3<S>& arm, HeldMobility<S>& held) const {
-    Mat6<S> to_point = Mat6<S>::Identity();
-    to_point.template topRightCorner<3, 3>() = -skew(arm);
+    const Mat6<S> to_point = shift_matrix<S>(arm);
     const Mat6<S> at_center = to_point.transpose() * soft * to_point;
     const Mat6<S> grown = Mat6<S>::Identity() + held.matrix * at_center;
     held.matrix = solved(grown, held.matrix);
@@ -12974,8 +12995,7 @@ class HapticBody {
   }
   /// [1/kg] Mean mobility of the point at `arm` [m] from the centre of mass.
   [[nodiscard]] S mobility_at(const Vec3<S>& arm) const {
-    const Mat6<S> G = to_point(arm);
-    return (G * held_.matrix * G.transpose()).template topLeftCorner<3, 3>().trace() / S(3);
+    return mean_mobility<S>(held_.matrix, arm);
   }
 
   /// Starts the equations of one solve.
@@ -12986,7 +13006,7 @@ class HapticBody {
   /// Adds a patch that pushes this body as B.
   /// @param motion_a  [m/s, rad/s] Twist of A at the point c of the block.
   void add(const SoftBlock<S>& block, const Vec6<S>& motion_a) {
-    const Mat6<S> G = to_point(block.arm_b);
+    const Mat6<S> G = shift_matrix<S>(block.arm_b);
     matrix_ += G.transpose() * block.matrix * G;
     offset_ += G.transpose() * (block.offset + block.matrix * motion_a);
   }
@@ -13001,7 +13021,7 @@ class HapticBody {
     if (!all_finite(end_)) end_ = start + held_.matrix * (h * other_force_);
   }
   /// Twist of the solution at the point c of a block.
-  [[nodiscard]] Vec6<S> motion_at(const Vec3<S>& arm) const { return to_point(arm) * end_; }
+  [[nodiscard]] Vec6<S> motion_at(const Vec3<S>& arm) const { return shift_matrix<S>(arm) * end_; }
 
   /// Counts an impulse about the centre of mass.
   /// @param left  [s] From the start of the tick to the end of the step: as long as it moves the
@@ -13037,13 +13057,6 @@ class HapticBody {
   Vec6<S> start_momentum = Vec6<S>::Zero();
 
  private:
-  /// From a twist about the centre of mass to one about the point at `arm`.
-  [[nodiscard]] static Mat6<S> to_point(const Vec3<S>& arm) {
-    Mat6<S> G = Mat6<S>::Identity();
-    G.template topRightCorner<3, 3>() = -skew(arm);
-    return G;
-  }
-
   BodyId id_{};
   Body<S> body_{};
   HeldMobility<S> held_{};
@@ -14485,6 +14498,68 @@ BRISTLE_COMPILED_HOSTS(double, FclBackend)
 
 }  // namespace bristle::inline BRISTLE_ABI
 #endif
+
+#include <cstddef>
+#include <optional>
+#include <unordered_map>
+#include <vector>
+
+namespace bristle::inline BRISTLE_ABI {
+
+/// Sensors in an engine whose bodies are known by a `Key`: a pointer, or a number. In double, since
+/// engines are, or can be. Bodies that a caller adds to the mirror himself have no key: unless they
+/// are fixed, nobody sees them.
+template <typename Key, typename Backend>
+class EngineHost {
+ public:
+  /// The sensors: what the last step did is in their report.
+  [[nodiscard]] HostSensors<double, Backend>& sensors() noexcept { return sensors_; }
+  /// The mirror of the engine's world, with patches and readings.
+  [[nodiscard]] World<double, Backend>& world() noexcept { return sensors_.world(); }
+
+  /// The mirrored body of one of the engine's, if there is one.
+  [[nodiscard]] std::optional<BodyId> find(Key key) const {
+    const auto found = ids_.find(key);
+    if (found == ids_.end() || !sensors_.world().contains(found->second)) return {};
+    return found->second;
+  }
+  /// Ends the mirrored body, with its patches, of a body that the engine is to lose. What sensed it
+  /// lets go.
+  void forget(Key key) {
+    if (const auto id = find(key)) world().remove_body(*id);
+    ids_.erase(key);
+  }
+
+ protected:
+  EngineHost() = default;
+  ~EngineHost() = default;
+
+  /// Mirrors a body of the engine that is not mirrored yet.
+  BodyId insert(Key key, const BodyDef<double>& def) {
+    const BodyId id = world().add_body(def);
+    ids_[key] = id;
+    if (entries_.size() <= id.index) entries_.resize(id.index + std::size_t(1));
+    entries_[id.index] = {id, key};
+    return id;
+  }
+  /// Whose mirrored body this is: nothing for one that a caller has added.
+  [[nodiscard]] std::optional<Key> key_of(BodyId id) const {
+    if (id.index >= entries_.size() || entries_[id.index].id != id) return {};
+    return entries_[id.index].key;
+  }
+
+ private:
+  struct Entry {
+    BodyId id{};
+    Key key{};
+  };
+
+  HostSensors<double, Backend> sensors_;
+  std::unordered_map<Key, BodyId> ids_;
+  std::vector<Entry> entries_;  // By slots of mirrored bodies.
+};
+
+}  // namespace bristle::inline BRISTLE_ABI
 
 // === bristle/io/file.hpp
 
@@ -28454,8 +28529,7 @@ void ProximalSolver<S>::add_soft(const SoftBlock<S>& soft, std::span<const Solve
   // G maps the twist of a body to the block's motion: V_c = v - arm x w for A, its negative for B.
   // Columns of axes on which nothing moves the body are left out.
   const auto motion_of_body = [&](std::uint32_t slot, const Vec3<S>& arm, Real sign) {
-    Matrix G = sign * Matrix::Identity();
-    G.template topRightCorner<3, 3>() = -sign * skew(arm).template cast<Real>();
+    Matrix G = sign * shift_matrix<Real>(arm.template cast<Real>());
     for (Eigen::Index axis = 0; axis < 6; ++axis) {
       if (rows_.unknown(slot) != rows_.none && bodies[slot].is_locked(axis)) G.col(axis).setZero();
     }
@@ -35644,14 +35718,9 @@ class SoftSystem {
     Matrix G = Matrix::Zero();
   };
 
-  /// A twist about the centre of mass to the one about the end of an arm.
-  [[nodiscard]] static Matrix to_point(const Vec3<S>& arm) {
-    Matrix G = Matrix::Identity();
-    G.template topRightCorner<3, 3>() = -skew(arm).template cast<Real>();
-    return G;
-  }
   [[nodiscard]] static std::array<Side, 2> sides_of(const SoftBlock<S>& block) {
-    return {Side{block.body_a, to_point(block.arm_a)}, Side{block.body_b, -to_point(block.arm_b)}};
+    return {Side{block.body_a, shift_matrix<Real>(block.arm_a.template cast<Real>())},
+            Side{block.body_b, -shift_matrix<Real>(block.arm_b.template cast<Real>())}};
   }
 
   void find_sets(std::span<const SoftBlock<S>> blocks);
@@ -35720,8 +35789,8 @@ void SoftSystem<S>::solve_set(std::uint32_t set, std::span<const SoftBlock<S>> b
   Map left(left_.data(), size, size), Q(stiffness_.data(), size, size);
   Map right(right_.data(), size, 1), q(load_.data(), size, 1);
   for (const SoftBlock<S>& block : blocks) {
+    if (place_[block.body_a] < 0 && place_[block.body_b] < 0) continue;
     const std::array<Side, 2> sides = sides_of(block);
-    if (place_[sides[0].body] < 0 && place_[sides[1].body] < 0) continue;
     const Matrix A = block.matrix.template cast<Real>();
     Vector constant = block.offset.template cast<Real>();
     for (const Side& side : sides) {
@@ -35808,12 +35877,6 @@ class HostStage {
         if (pair.count > 0) visit(patch, pair);
       }
     }
-  }
-  /// [1/kg] Mean mobility of a body at the end of an arm.
-  [[nodiscard]] S mobility_at(std::uint32_t body, const Vec3<S>& arm) const {
-    Mat6<S> G = Mat6<S>::Identity();
-    G.template topRightCorner<3, 3>() = -skew(arm);
-    return (G * own_mobility_[body] * G.transpose()).template topLeftCorner<3, 3>().trace() / S(3);
   }
 
   std::vector<Shape> shapes_;
@@ -35962,9 +36025,7 @@ void HostStage<S, Backend>::add_bodies(const Sensors& sensors) {
     own_mobility_[slot].setZero();
   }
   const auto to_mirrored = [&](std::uint32_t slot) {
-    Mat6<S> G = Mat6<S>::Identity();
-    G.template topRightCorner<3, 3>() = -skew(sensors.bodies_[slot].shift);
-    return G;
+    return shift_matrix<S>(sensors.bodies_[slot].shift);
   };
   for (const HostMobility<S>& m : sensors.mobilities_) {
     if (m.matrix.isZero(S(0))) continue;
@@ -35986,7 +36047,8 @@ void HostStage<S, Backend>::add_touches(Sensors& sensors) {
     touch.patch = &patch;
     touch.pair = &pair;
     const std::uint32_t a = patch.body.index;
-    const S mobility = mobility_at(a, pair.arm_a) + mobility_at(pair.body_b, pair.arm_b);
+    const S mobility = mean_mobility<S>(own_mobility_[a], pair.arm_a) +
+                       mean_mobility<S>(own_mobility_[pair.body_b], pair.arm_b);
     pair.is_implicit = patch.def.integration != Integration::explicit_ &&
                        patch.def.options.law == Law::paper && mobility > S(0) && patch.can_push();
     if (!pair.is_implicit) {
@@ -36087,13 +36149,22 @@ void HostSensors<S, Backend>::place(std::uint32_t slot, const std::optional<Host
   detail::HostEntry<S>& entry = bodies_[slot];
   const Transform<S> before = body.center_pose;
   body.set_pose({found->pose.rotation.normalized(), found->pose.translation});
+  entry.shift = body.center_pose.translation - found->center;
+  const Twist<S> twist = found->twist.shifted(entry.shift);
+  entry.free = twist + state().def.time_step * found->acceleration.shifted(entry.shift);
+  // Of numbers that are finite, sums and products need not be.
+  if (!has_finite_square(body.center_pose.translation) || !has_finite_square(twist.linear) ||
+      !has_finite_square(entry.free.linear) || !has_finite_square(entry.free.angular)) {
+    body.center_pose = before;
+    entry.free = {};
+    ++report_.missing_bodies;
+    return;
+  }
+  body.twist = twist;
   entry.host = *found;
   entry.is_there = true;
   entry.has_moved = body.center_pose.translation != before.translation ||
                     body.center_pose.rotation.coeffs() != before.rotation.coeffs();
-  entry.shift = body.center_pose.translation - found->center;
-  body.twist = found->twist.shifted(entry.shift);
-  entry.free = body.twist + state().def.time_step * found->acceleration.shifted(entry.shift);
 }
 
 template <Scalar S, typename Backend>

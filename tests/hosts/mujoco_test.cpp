@@ -1,28 +1,24 @@
 /// @file
-/// The pinch in MuJoCo: held by patches at any step, and let go below Coulomb's limit.
+/// The pinch in MuJoCo.
 // SPDX-License-Identifier: BSD-3-Clause
+#include "scenes/pinch.hpp"
+#include "support/pinch_checks.hpp"
+
 #include <bristle/hosts/mujoco_host.hpp>
 
 #include <doctest/doctest.h>
 
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <cstring>
 #include <memory>
 #include <string>
 
 using namespace bristle;
+using namespace bristle::scenes;
 
 namespace {
-
-struct PinchDef {
-  double mass = 0.045;
-  double squeeze = 12;
-  double offset = 0;
-  double dt = 1e-3;
-  /// Whether both pads hang on an arm of seven joints.
-  bool has_arm = false;
-};
 
 std::string text(double x) { return std::to_string(x); }
 
@@ -69,16 +65,9 @@ std::string pinch_xml(const PinchDef& def) {
          "</mujoco>";
 }
 
-/// The simulation with its host and patches.
-struct Pinch {
-  PinchDef def;
-  std::unique_ptr<mjModel, decltype(&mj_deleteModel)> model{nullptr, mj_deleteModel};
-  std::unique_ptr<mjData, decltype(&mj_deleteData)> data{nullptr, mj_deleteData};
-  std::unique_ptr<MujocoHost<>> host;
-  PatchId left{}, right{};
-  int part = 0;
-
-  explicit Pinch(const PinchDef& d) : def(d) {
+class MujocoPinch : public Pinch {
+ public:
+  explicit MujocoPinch(const PinchDef& d) : Pinch(d) {
     const std::string xml = pinch_xml(def);
     auto files = std::make_unique<mjVFS>();
     mj_defaultVFS(files.get());
@@ -90,122 +79,84 @@ struct Pinch {
     REQUIRE_MESSAGE(model != nullptr, error);
     model->opt.timestep = def.dt;
     data.reset(mj_makeData(model.get()));
-    part = mj_name2id(model.get(), mjOBJ_BODY, "part");
+    part_number = mj_name2id(model.get(), mjOBJ_BODY, "part");
     mj_forward(model.get(), data.get());
     host = std::make_unique<MujocoHost<>>(*model, *data);
     (void)host->mirror("part");
-    GripWants<double> wants;
-    wants.friction = 0.7;
-    wants.load = def.squeeze;
-    wants.mass = def.mass;
-    wants.press = 0.45;
-    left = host->add_pad("left_pad", 6, 6, wants);
-    right = host->add_pad("right_pad", 6, 6, wants);
-    data->ctrl[0] = def.squeeze;
-    data->ctrl[1] = -def.squeeze;
+    patches = {host->add_pad("left_pad", 6, 6, def.wants()),
+               host->add_pad("right_pad", 6, 6, def.wants())};
   }
-  void run(double seconds) {
-    const long steps = std::lround(seconds / def.dt);
-    for (long i = 0; i < steps; ++i) host->step();
-  }
-  [[nodiscard]] Vec3<double> place() const {
-    const mjtNum* x = data->xipos + 3 * part;
+
+  [[nodiscard]] World<double>& world() override { return host->world(); }
+  [[nodiscard]] std::uint32_t missing() override { return host->sensors().report().missing_bodies; }
+  [[nodiscard]] Vec3<double> part() const override {
+    const mjtNum* x = data->xipos + 3 * part_number;
     return {x[0], x[1], x[2]};
   }
-  /// [m] Where the part is between the pads.
-  [[nodiscard]] double height() const {
-    const mjtNum* pad = data->xpos + 3 * mj_name2id(model.get(), mjOBJ_BODY, "left");
-    return place().z() - pad[2];
+  [[nodiscard]] Vec3<double> pad(std::size_t k) const override {
+    const mjtNum* x = data->xpos + 3 * mj_name2id(model.get(), mjOBJ_BODY, sides[k]);
+    return {x[0], x[1], x[2]};
   }
-  [[nodiscard]] double normal() const {
-    return host->world().reading(left).total_normal() + host->world().reading(right).total_normal();
+  void open(double gap, double speed) override {
+    for (std::size_t k = 0; k < 2; ++k) {
+      const int joint = mj_name2id(model.get(), mjOBJ_JOINT, sides[k]);
+      const double side = k == 0 ? 1 : -1;
+      data->qpos[model->jnt_qposadr[joint]] -= side * gap;
+      data->qvel[model->jnt_dofadr[joint]] = side * speed;
+    }
+    mj_kinematics(model.get(), data.get());
   }
-  [[nodiscard]] double weight() const {
-    return -host->world().reading(left).wrench.force.z() -
-           host->world().reading(right).wrench.force.z();
+  void step() override {
+    data->ctrl[0] = def.squeeze;
+    data->ctrl[1] = -def.squeeze;
+    for (int i = 0; i < 3; ++i) model->opt.gravity[i] = gravity[i];
+    host->step();
+    // MuJoCo leaves places as they were at the step's start.
+    mj_kinematics(model.get(), data.get());
   }
-  [[nodiscard]] double expected_sag() const {
-    const double mu_S = host->world().patch(left).def.parameters.static_friction;
-    return def.mass * 9.81 / (mu_S * normal());
-  }
+
+  std::unique_ptr<mjModel, decltype(&mj_deleteModel)> model{nullptr, mj_deleteModel};
+  std::unique_ptr<mjData, decltype(&mj_deleteData)> data{nullptr, mj_deleteData};
+  std::unique_ptr<MujocoHost<>> host;
+  int part_number = 0;
+
+ private:
+  static constexpr const char* sides[2] = {"left", "right"};
 };
 
 }  // namespace
 
-TEST_CASE("MuJoCo: the pinch holds at any step, and sags by m g / (mu_S sum F_N)") {
-  for (const PinchDef& base :
-       {PinchDef{.mass = 0.045, .squeeze = 12}, PinchDef{.mass = 2, .squeeze = 60}}) {
-    for (const double dt : {5e-4, 1e-3, 2e-3, 1.0 / 240, 1.0 / 120, 1.0 / 60}) {
-      CAPTURE(base.mass);
-      CAPTURE(dt);
-      PinchDef def = base;
-      def.dt = dt;
-      Pinch pinch(def);
-      pinch.run(0.5);
-      const double start = pinch.height();
-      pinch.model->opt.gravity[2] = -9.81;
-      pinch.run(1.5);
-      const double there = pinch.height();
-      pinch.run(2);
-      CHECK(std::abs(pinch.height() - there) < 2e-9);
-      CHECK(start - there == doctest::Approx(pinch.expected_sag()).epsilon(1e-3));
-      CHECK(pinch.weight() == doctest::Approx(def.mass * 9.81).epsilon(1e-9));
-    }
-  }
+TEST_CASE("MuJoCo: two pads hold a part at any step, and it sags by m g / (mu_S sum F_N)") {
+  check_holds<MujocoPinch>({.mass = 0.045, .squeeze = 12}, {});
+  check_holds<MujocoPinch>({.mass = 2, .squeeze = 60}, {});
 }
 
-TEST_CASE("MuJoCo: a rod whose centre of mass lies beside the pads does not turn on") {
-  for (const double dt : {1e-3, 1.0 / 60}) {
-    Pinch pinch({.squeeze = 30, .offset = 0.04, .dt = dt});
-    pinch.run(0.5);
-    pinch.model->opt.gravity[2] = -9.81;
-    pinch.run(1.5);
-    const Vec3<double> there = pinch.place();
-    pinch.run(2);
-    CHECK((pinch.place() - there).norm() < 2e-9);
-    CHECK(pinch.weight() == doctest::Approx(pinch.def.mass * 9.81).epsilon(1e-9));
-  }
+TEST_CASE("MuJoCo: a part whose centre of mass lies beside the pads is held against turning") {
+  check_holds<MujocoPinch>({.squeeze = 30, .offset = 0.04}, {});
+}
+
+TEST_CASE("MuJoCo: the squeeze decides whether a part is held or let go") {
+  check_lets_go<MujocoPinch>();
+}
+
+TEST_CASE("MuJoCo: a shaken part swings as a spring and damper does, and comes back") {
+  check_shaken<MujocoPinch>();
+}
+
+TEST_CASE("MuJoCo: pads that come from out of reach catch a part in a long step") {
+  check_caught<MujocoPinch>({});
 }
 
 TEST_CASE("MuJoCo: pads on an arm of seven joints hold a part as on slides") {
-  for (const double dt : {1e-3, 1.0 / 240, 1.0 / 120}) {
-    CAPTURE(dt);
-    Pinch pinch({.dt = dt, .has_arm = true});
-    pinch.run(1);
-    const double start = pinch.height();
-    pinch.model->opt.gravity[2] = -9.81;
-    pinch.run(3);
-    const double there = pinch.height();
-    pinch.run(2);
-    CHECK(std::abs(pinch.height() - there) < 2e-8);
-    CHECK(start - there == doctest::Approx(pinch.expected_sag()).epsilon(0.02));
-    CHECK(pinch.weight() == doctest::Approx(pinch.def.mass * 9.81).epsilon(1e-6));
-  }
+  check_on_arm<MujocoPinch>();
 }
 
-TEST_CASE("MuJoCo: a squeeze below Coulomb's limit lets go, and one above it holds") {
-  const double limit = 0.045 * 9.81 / (2 * 0.7);
-  for (const double factor : {1.01, 0.99}) {
-    CAPTURE(factor);
-    Pinch pinch({});
-    pinch.run(0.5);
-    pinch.model->opt.gravity[2] = -9.81;
-    pinch.run(0.5);
-    for (double squeeze = 12; squeeze > factor * limit; squeeze *= 0.99) {
-      pinch.data->ctrl[0] = squeeze;
-      pinch.data->ctrl[1] = -squeeze;
-      pinch.run(0.01);
-    }
-    pinch.data->ctrl[0] = factor * limit;
-    pinch.data->ctrl[1] = -factor * limit;
-    const double start = pinch.height();
-    pinch.run(2);
-    CHECK((std::abs(pinch.height() - start) < 1e-4) == (factor > 1));
-  }
+TEST_CASE("MuJoCo: a body that a caller adds to the mirror himself is missing, and harms nobody") {
+  check_stranger<MujocoPinch>();
 }
 
 TEST_CASE("MuJoCo: names that are not there are named, and nothing has changed") {
-  Pinch pinch({});
+  MujocoPinch pinch{{}};
   const std::uint64_t before = pinch.host->world().state_hash();
   CHECK_THROWS_WITH_AS(pinch.host->mirror("thumb"), doctest::Contains("thumb"), InvalidArgument);
   CHECK_THROWS_WITH_AS(pinch.host->add_pad("thumb_pad", 2, 2, {}), doctest::Contains("thumb_pad"),
@@ -214,13 +165,25 @@ TEST_CASE("MuJoCo: names that are not there are named, and nothing has changed")
 }
 
 TEST_CASE("MuJoCo: what a caller applies stays, and what sensors apply does not") {
-  Pinch pinch({});
-  pinch.data->xfrc_applied[6 * pinch.part + 1] = 0.25;
+  MujocoPinch pinch{{}};
+  pinch.data->xfrc_applied[6 * pinch.part_number + 1] = 0.25;
   pinch.run(0.2);
   for (int i = 0; i < 6 * pinch.model->nbody; ++i) {
-    CHECK(pinch.data->xfrc_applied[i] == (i == 6 * pinch.part + 1 ? 0.25 : 0.0));
+    CHECK(pinch.data->xfrc_applied[i] == (i == 6 * pinch.part_number + 1 ? 0.25 : 0.0));
   }
-  CHECK(pinch.host->world().reading(pinch.left).wrench.force.y() +
-            pinch.host->world().reading(pinch.right).wrench.force.y() ==
+  CHECK(pinch.host->world().reading(pinch.patches[0]).wrench.force.y() +
+            pinch.host->world().reading(pinch.patches[1]).wrench.force.y() ==
         doctest::Approx(0.25).epsilon(1e-3));
+}
+
+TEST_CASE("MuJoCo: a body is let go, and mirrored again") {
+  MujocoPinch pinch{{}};
+  pinch.run(0.1);
+  CHECK(pinch.felt(0).touching() == 36);
+  pinch.host->forget(pinch.part_number);
+  pinch.step();
+  CHECK(pinch.felt(0).touching() == 0);
+  (void)pinch.host->mirror("part");
+  pinch.run(0.1);
+  CHECK(pinch.felt(0).touching() == 36);
 }

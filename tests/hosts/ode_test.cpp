@@ -1,12 +1,14 @@
 /// @file
-/// The pinch in ODE: held by patches at any step, and let go below Coulomb's limit. What joints
-/// leave free, and rays at mirrored shapes, against ODE itself.
+/// The pinch in ODE, what joints leave free, and rays at mirrored shapes, against ODE itself.
 // SPDX-License-Identifier: BSD-3-Clause
+#include "scenes/pinch.hpp"
+#include "support/pinch_checks.hpp"
+
 #include <bristle/hosts/ode_host.hpp>
-#include <bristle/sensors/tuning.hpp>
 
 #include <doctest/doctest.h>
 
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -16,6 +18,7 @@
 #include <vector>
 
 using namespace bristle;
+using namespace bristle::scenes;
 
 namespace {
 
@@ -141,146 +144,101 @@ std::vector<OdeJoints> ode_joints() {
   return joints;
 }
 
-struct OdePinchDef {
-  double mass = 0.045;
-  double squeeze = 12;
-  double offset = 0;
-  double dt = 1e-3;
-};
-
-/// Two pads on slides and a part between them, without contacts.
-struct OdePinch {
-  OdePinchDef def;
-  OdeWorld ode;
-  dBodyID pads[2];
-  dBodyID part;
-  OdeHost<> host{ode.id};
-  PatchId patches[2];
-
-  explicit OdePinch(const OdePinchDef& d) : def(d) {
+class OdePinch : public Pinch {
+ public:
+  explicit OdePinch(const PinchDef& d) : Pinch(d) {
     const Vec3<double> size(0.01, 0.02, 0.02);
-    part = ode.add_box(def.mass, size, {0, def.offset, 0});
-    dGeomSetOffsetPosition(dBodyGetFirstGeom(part), 0, -def.offset, 0);
-    (void)host.mirror(part);
-    GripWants<double> wants;
-    wants.friction = 0.7;
-    wants.load = def.squeeze;
-    wants.mass = def.mass;
-    wants.press = 0.45;
-    for (int k = 0; k < 2; ++k) {
+    part_body = ode.add_box(def.mass, size, {0, def.offset, 0});
+    dGeomSetOffsetPosition(dBodyGetFirstGeom(part_body), 0, -def.offset, 0);
+    (void)host.mirror(part_body);
+    for (std::size_t k = 0; k < 2; ++k) {
       const double side = k == 0 ? 1 : -1;
-      pads[k] = ode.add_box(0.1, size, {-side * 0.0101, 0, 0});
+      pads_[k] = ode.add_box(pad_mass, size, {-side * 0.0101, 0, 0});
       const dJointID slide = dJointCreateSlider(ode.id, nullptr);
-      dJointAttach(slide, pads[k], nullptr);
+      dJointAttach(slide, pads_[k], nullptr);
       dJointSetSliderAxis(slide, 1, 0, 0);
-      PatchDef<double> patch;
-      for (int i = 0; i < 36; ++i) {
-        const double y = 0.003 * (i % 6 - 2.5);
-        const double z = 0.003 * (i / 6 - 2.5);
-        patch.sensors.add({side * 0.002, y, z}, {side * 0.010, y, z});
-      }
-      patch.parameters = tuned_for<double>(wants).parameters(patch.sensors);
-      patches[k] = host.add_patch(pads[k], patch);
+      patches[k] = host.add_patch(pads_[k], pinch_pad(side, def.wants()));
     }
   }
-  void squeeze() {
-    dBodyAddForce(pads[0], def.squeeze, 0, 0);
-    dBodyAddForce(pads[1], -def.squeeze, 0, 0);
+
+  [[nodiscard]] World<double>& world() override { return host.world(); }
+  [[nodiscard]] std::uint32_t missing() override { return host.sensors().report().missing_bodies; }
+  [[nodiscard]] Vec3<double> part() const override {
+    return ode_vector(dBodyGetPosition(part_body));
   }
-  void run(double seconds) {
-    const long steps = std::lround(seconds / def.dt);
-    for (long i = 0; i < steps; ++i) {
-      squeeze();
-      host.step(def.dt);
+  [[nodiscard]] Vec3<double> pad(std::size_t k) const override {
+    return ode_vector(dBodyGetPosition(pads_[k]));
+  }
+  void open(double gap, double speed) override {
+    for (std::size_t k = 0; k < 2; ++k) {
+      const double side = k == 0 ? 1 : -1;
+      dBodySetPosition(pads_[k], pad(k).x() - side * gap, 0, 0);
+      dBodySetLinearVel(pads_[k], side * speed, 0, 0);
     }
   }
-  void fall() { dWorldSetGravity(ode.id, 0, 0, -9.81); }
-  [[nodiscard]] Vec3<double> place() const { return ode_vector(dBodyGetPosition(part)); }
-  [[nodiscard]] PatchReading<double> felt(int k) { return host.world().reading(patches[k]); }
-  [[nodiscard]] double weight() { return -felt(0).wrench.force.z() - felt(1).wrench.force.z(); }
-  [[nodiscard]] double expected_sag() {
-    const double mu_S = host.world().patch(patches[0]).def.parameters.static_friction;
-    return def.mass * 9.81 / (mu_S * (felt(0).total_normal() + felt(1).total_normal()));
+  void step() override {
+    push();
+    host.step(def.dt);
   }
+  /// What acts in the next step.
+  void push() {
+    dBodyAddForce(pads_[0], def.squeeze, 0, 0);
+    dBodyAddForce(pads_[1], -def.squeeze, 0, 0);
+    dWorldSetGravity(ode.id, gravity.x(), gravity.y(), gravity.z());
+  }
+
+  OdeWorld ode;
+  dBodyID part_body = nullptr;
+  OdeHost<> host{ode.id};
+
+ private:
+  std::array<dBodyID, 2> pads_{};
 };
 
 }  // namespace
 
-TEST_CASE("ODE: the pinch holds at any step, and sags by m g / (mu_S sum F_N)") {
-  for (const OdePinchDef& base :
-       {OdePinchDef{.mass = 0.045, .squeeze = 12}, OdePinchDef{.mass = 2, .squeeze = 60}}) {
-    for (const double dt : {5e-4, 1e-3, 2e-3, 1.0 / 240, 1.0 / 120, 1.0 / 60}) {
-      CAPTURE(base.mass);
-      CAPTURE(dt);
-      OdePinchDef def = base;
-      def.dt = dt;
-      OdePinch pinch(def);
-      pinch.run(0.5);
-      const double start = pinch.place().z();
-      pinch.fall();
-      pinch.run(1.5);
-      const double there = pinch.place().z();
-      pinch.run(2);
-      CHECK(std::abs(pinch.place().z() - there) < 2e-9);
-      CHECK(start - there == doctest::Approx(pinch.expected_sag()).epsilon(1e-3));
-      CHECK(pinch.weight() == doctest::Approx(def.mass * 9.81).epsilon(1e-9));
-    }
-  }
+TEST_CASE("ODE: two pads hold a part at any step, and it sags by m g / (mu_S sum F_N)") {
+  check_holds<OdePinch>({.mass = 0.045, .squeeze = 12}, {});
+  check_holds<OdePinch>({.mass = 2, .squeeze = 60}, {});
 }
 
-TEST_CASE("ODE: a part whose centre of mass lies beside the pads does not turn on") {
-  for (const double dt : {1e-3, 1.0 / 60}) {
-    CAPTURE(dt);
-    OdePinch pinch({.squeeze = 30, .offset = 0.04, .dt = dt});
-    pinch.run(0.5);
-    pinch.fall();
-    pinch.run(1.5);
-    const Vec3<double> there = pinch.place();
-    const Vec3<double> turned = ode_vector(dBodyGetQuaternion(pinch.part) + 1);
-    pinch.run(2);
-    CHECK((pinch.place() - there).norm() < 2e-9);
-    // Half the angle; the centre of mass is 40 mm away.
-    CHECK((ode_vector(dBodyGetQuaternion(pinch.part) + 1) - turned).norm() < 2e-9 / 0.04 / 2);
-    CHECK(pinch.weight() == doctest::Approx(pinch.def.mass * 9.81).epsilon(1e-9));
-  }
+TEST_CASE("ODE: a part whose centre of mass lies beside the pads is held against turning") {
+  check_holds<OdePinch>({.squeeze = 30, .offset = 0.04}, {});
 }
 
-TEST_CASE("ODE: a squeeze below Coulomb's limit lets go, and one above it holds") {
-  const double limit = 0.045 * 9.81 / (2 * 0.7);
-  for (const double factor : {1.01, 0.99}) {
-    CAPTURE(factor);
-    OdePinch pinch({});
-    pinch.run(0.5);
-    pinch.fall();
-    pinch.run(0.5);
-    for (; pinch.def.squeeze > factor * limit; pinch.def.squeeze *= 0.99) pinch.run(0.01);
-    pinch.def.squeeze = factor * limit;
-    const double start = pinch.place().z();
-    pinch.run(2);
-    CHECK((std::abs(pinch.place().z() - start) < 1e-4) == (factor > 1));
-    const double there = pinch.place().z();
-    pinch.run(1);
-    CHECK((std::abs(pinch.place().z() - there) < 2e-9) == (factor > 1));
-  }
+TEST_CASE("ODE: the squeeze decides whether a part is held or let go") {
+  check_lets_go<OdePinch>();
+}
+
+TEST_CASE("ODE: a shaken part swings as a spring and damper does, and comes back") {
+  check_shaken<OdePinch>();
+}
+
+TEST_CASE("ODE: pads that come from out of reach catch a part in a long step") {
+  check_caught<OdePinch>({});
+}
+
+TEST_CASE("ODE: a body that a caller adds to the mirror himself is missing, and harms nobody") {
+  check_stranger<OdePinch>();
 }
 
 TEST_CASE("ODE: the quick step holds, too, and a part that would fall asleep stays awake") {
-  OdePinch pinch({});
-  dBodySetAutoDisableFlag(pinch.part, 1);
+  OdePinch pinch{{}};
+  dBodySetAutoDisableFlag(pinch.part_body, 1);
   pinch.run(0.5);
-  pinch.fall();
+  pinch.gravity = {0, 0, -9.81};
   const auto run_quickly = [&](double seconds) {
     for (long i = 0; i < std::lround(seconds / pinch.def.dt); ++i) {
-      pinch.squeeze();
+      pinch.push();
       pinch.host.sense(pinch.def.dt);
       dWorldQuickStep(pinch.ode.id, pinch.def.dt);
     }
   };
   run_quickly(1.5);
-  const double there = pinch.place().z() - dBodyGetPosition(pinch.pads[0])[2];
+  const double there = pinch.place().z();
   run_quickly(2);
-  CHECK(std::abs(pinch.place().z() - dBodyGetPosition(pinch.pads[0])[2] - there) < 2e-9);
-  CHECK(dBodyIsEnabled(pinch.part) == 1);
+  CHECK(std::abs(pinch.place().z() - there) < 2e-9);
+  CHECK(dBodyIsEnabled(pinch.part_body) == 1);
   CHECK(pinch.weight() == doctest::Approx(pinch.def.mass * 9.81).epsilon(1e-9));
 }
 
@@ -330,9 +288,9 @@ TEST_CASE("ODE: the acceleration leads to the twist after a step, also on a base
       const BodyId id = host.mirror(body);
       const BodyId base_id = host.mirror(base);
       host.sense(dt);
-      const HostBody<double> before = host.body(id);
+      const HostBody<double> before = host.body(id).value();
       CHECK(host.mobility(base_id, base_id) == Mat6<double>::Zero());
-      CHECK(host.body(base_id).acceleration.angular == Vec3<double>::Zero());
+      CHECK(host.body(base_id)->acceleration.angular == Vec3<double>::Zero());
       dWorldStep(ode.id, dt);
       Vec6<double> found;
       found << before.twist.linear + dt * before.acceleration.linear,
@@ -364,17 +322,17 @@ TEST_CASE("ODE: a body on a plane joint, and joints that hold nothing") {
 }
 
 TEST_CASE("ODE: what a caller applies stays, and acts for one step") {
-  OdePinch pinch({});
+  OdePinch pinch{{}};
   const dBodyID far = pinch.ode.add_box(1, {0.01, 0.01, 0.01}, {0, 0, 1});
   (void)pinch.host.mirror(far);
   for (int i = 0; i < 300; ++i) {
-    dBodyAddForce(pinch.part, 0, 0.25, 0);
+    dBodyAddForce(pinch.part_body, 0, 0.25, 0);
     dBodyAddForce(far, 0, 0.5, 0);
-    pinch.squeeze();
+    pinch.push();
     pinch.host.sense(pinch.def.dt);
     CHECK(ode_vector(dBodyGetForce(far)) == Vec3<double>(0, 0.5, 0));
     dWorldStep(pinch.ode.id, pinch.def.dt);
-    CHECK(ode_vector(dBodyGetForce(pinch.part)) == Vec3<double>::Zero());
+    CHECK(ode_vector(dBodyGetForce(pinch.part_body)) == Vec3<double>::Zero());
   }
   CHECK(pinch.felt(0).wrench.force.y() + pinch.felt(1).wrench.force.y() ==
         doctest::Approx(0.25).epsilon(1e-3));
@@ -440,7 +398,7 @@ TEST_CASE("ODE: rays meet mirrored geoms where they meet ODE's") {
 }
 
 TEST_CASE("ODE: geoms without a shape like them are refused by name, and a body is let go") {
-  OdePinch pinch({});
+  OdePinch pinch{{}};
   const dReal corners[] = {0, 0, 0, 1, 0, 0, 0, 1, 0};
   const dTriIndex triangle[] = {0, 1, 2};
   const dTriMeshDataID mesh = dGeomTriMeshDataCreate();
@@ -471,9 +429,9 @@ TEST_CASE("ODE: geoms without a shape like them are refused by name, and a body 
 
   pinch.run(0.1);
   CHECK(pinch.felt(0).touching() == 36);
-  pinch.host.forget(pinch.part);
-  pinch.host.forget(pinch.part);
+  pinch.host.forget(pinch.part_body);
+  pinch.host.forget(pinch.part_body);
   pinch.run(pinch.def.dt);
   CHECK(pinch.felt(0).touching() == 0);
-  CHECK(pinch.host.mirror(pinch.part) == pinch.host.mirror(pinch.part));
+  CHECK(pinch.host.mirror(pinch.part_body) == pinch.host.mirror(pinch.part_body));
 }

@@ -249,8 +249,7 @@ void ProximalSolver<S>::add_soft(const SoftBlock<S>& soft, std::span<const Solve
   // G maps the twist of a body to the block's motion: V_c = v - arm x w for A, its negative for B.
   // Columns of axes on which nothing moves the body are left out.
   const auto motion_of_body = [&](std::uint32_t slot, const Vec3<S>& arm, Real sign) {
-    Matrix G = sign * Matrix::Identity();
-    G.template topRightCorner<3, 3>() = -sign * skew(arm).template cast<Real>();
+    Matrix G = sign * shift_matrix<Real>(arm.template cast<Real>());
     for (Eigen::Index axis = 0; axis < 6; ++axis) {
       if (rows_.unknown(slot) != rows_.none && bodies[slot].is_locked(axis)) G.col(axis).setZero();
     }

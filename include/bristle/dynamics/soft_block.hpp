@@ -45,6 +45,14 @@ template <Scalar S>
   return u;
 }
 
+/// [1/kg] Mean mobility, over all directions, of the point at `arm` [m] from the centre of mass of
+/// a body whose mobility about that centre is given.
+template <Scalar S>
+[[nodiscard]] S mean_mobility(const Mat6<S>& about_center, const Vec3<S>& arm) {
+  const Mat6<S> G = shift_matrix<S>(arm);
+  return (G * about_center * G.transpose()).template topLeftCorner<3, 3>().trace() / S(3);
+}
+
 /// Mobility W of one body about the point at `arm` from its centre of mass: the change of its twist
 /// there per unit impulse there.
 template <Scalar S>

@@ -92,14 +92,9 @@ class SoftSystem {
     Matrix G = Matrix::Zero();
   };
 
-  /// A twist about the centre of mass to the one about the end of an arm.
-  [[nodiscard]] static Matrix to_point(const Vec3<S>& arm) {
-    Matrix G = Matrix::Identity();
-    G.template topRightCorner<3, 3>() = -skew(arm).template cast<Real>();
-    return G;
-  }
   [[nodiscard]] static std::array<Side, 2> sides_of(const SoftBlock<S>& block) {
-    return {Side{block.body_a, to_point(block.arm_a)}, Side{block.body_b, -to_point(block.arm_b)}};
+    return {Side{block.body_a, shift_matrix<Real>(block.arm_a.template cast<Real>())},
+            Side{block.body_b, -shift_matrix<Real>(block.arm_b.template cast<Real>())}};
   }
 
   void find_sets(std::span<const SoftBlock<S>> blocks);
@@ -168,8 +163,8 @@ void SoftSystem<S>::solve_set(std::uint32_t set, std::span<const SoftBlock<S>> b
   Map left(left_.data(), size, size), Q(stiffness_.data(), size, size);
   Map right(right_.data(), size, 1), q(load_.data(), size, 1);
   for (const SoftBlock<S>& block : blocks) {
+    if (place_[block.body_a] < 0 && place_[block.body_b] < 0) continue;
     const std::array<Side, 2> sides = sides_of(block);
-    if (place_[sides[0].body] < 0 && place_[sides[1].body] < 0) continue;
     const Matrix A = block.matrix.template cast<Real>();
     Vector constant = block.offset.template cast<Real>();
     for (const Side& side : sides) {

@@ -11,12 +11,11 @@
 #pragma once
 
 #include <bristle/geometry/quickhull.hpp>
-#include <bristle/hosts/host_sensors.hpp>
+#include <bristle/hosts/engine_host.hpp>
 
-#include <algorithm>
 #include <btBulletDynamicsCommon.h>
 #include <cmath>
-#include <cstddef>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -27,8 +26,12 @@ namespace bristle::inline BRISTLE_ABI {
 /// factors lock are known; constraints and multibodies are not, so that a finger on a slider is
 /// told by its factors.
 template <typename Backend = AnalyticBackend>
-class BulletHost : private btActionInterface {
+class BulletHost : public EngineHost<btRigidBody*, Backend>, private btActionInterface {
+  using Base = EngineHost<btRigidBody*, Backend>;
+
  public:
+  using Base::world;
+
   /// Takes the pre-tick callback of the world, with its user info, and adds an action. The world
   /// must outlive this.
   explicit BulletHost(btDiscreteDynamicsWorld& world) : world_(&world) {
@@ -46,17 +49,12 @@ class BulletHost : private btActionInterface {
   BulletHost(const BulletHost&) = delete;
   BulletHost& operator=(const BulletHost&) = delete;
 
-  [[nodiscard]] HostSensors<double, Backend>& sensors() { return sensors_; }
-  [[nodiscard]] World<double, Backend>& world() { return sensors_.world(); }
-
   /// Mirrors a body with its shape, whatever Bullet lets it collide with, so that sensors see it.
   /// Hulls and cones are seen without Bullet's margin.
   /// @return The same again for a body that is mirrored already.
   /// @throws InvalidArgument when there is no shape like the body's.
   BodyId mirror(btRigidBody& body) {
-    for (const Known& known : bodies_) {
-      if (known.body == &body && world().contains(known.id)) return known.id;
-    }
+    if (const auto known = this->find(&body)) return *known;
     BodyDef<double> def;
     def.motion = body.isStaticObject() ? Motion::fixed : Motion::kinematic;
     def.center_of_mass = Vec3<double>::Zero();
@@ -64,18 +62,7 @@ class BulletHost : private btActionInterface {
     def.position = X_WB.translation;
     def.orientation = X_WB.rotation;
     add_shapes(*body.getCollisionShape(), btTransform::getIdentity(), def);
-    const BodyId id = world().add_body(def);
-    bodies_.resize(std::max(bodies_.size(), id.index + std::size_t(1)));
-    bodies_[id.index] = {id, &body, btVector3(0, 0, 0), btVector3(0, 0, 0)};
-    return id;
-  }
-  /// Forgets a body that is removed from Bullet's world. What sensed it lets go.
-  void forget(const btRigidBody& body) {
-    for (Known& known : bodies_) {
-      if (known.body != &body) continue;
-      if (world().contains(known.id)) world().remove_body(known.id);
-      known.body = nullptr;
-    }
+    return this->insert(&body, def);
   }
   /// Adds sensors to a body, in its frame.
   PatchId add_patch(btRigidBody& body, const PatchDef<double>& def) {
@@ -84,8 +71,9 @@ class BulletHost : private btActionInterface {
 
   // What `HostSensors` asks.
 
-  [[nodiscard]] HostBody<double> body(BodyId id) const {
-    const btRigidBody& b = *bodies_[id.index].body;
+  [[nodiscard]] std::optional<HostBody<double>> body(BodyId id) const {
+    if (!this->key_of(id)) return {};
+    const btRigidBody& b = **this->key_of(id);
     HostBody<double> state;
     state.pose = transform(b.getWorldTransform());
     state.center = state.pose.translation;
@@ -96,7 +84,7 @@ class BulletHost : private btActionInterface {
     return state;
   }
   [[nodiscard]] Mat6<double> mobility(BodyId id, BodyId) const {
-    const btRigidBody& b = *bodies_[id.index].body;
+    const btRigidBody& b = **this->key_of(id);
     if (b.isStaticOrKinematicObject()) return Mat6<double>::Zero();
     const Vec3<double> turns = vector(b.getAngularFactor());
     Mat3<double> inverse_inertia;
@@ -107,32 +95,27 @@ class BulletHost : private btActionInterface {
     return free_mobility<double>(inverse_mass, inverse_inertia * turns.asDiagonal());
   }
   void apply_wrench(BodyId id, const Wrench<double>& wrench) {
-    Known& known = bodies_[id.index];
-    const btVector3 force = vector(wrench.force), torque = vector(wrench.torque);
-    known.force += force;
-    known.torque += torque;
-    known.body->applyCentralForce(force);
-    known.body->applyTorque(torque);
-    known.body->activate();
+    given_.push_back({*this->key_of(id), vector(wrench.force), vector(wrench.torque)});
+    give(given_.back(), 1);
+    given_.back().body->activate();
   }
 
  private:
-  /// A mirrored body, and what it was given in the tick at hand [N, N m].
-  struct Known {
-    BodyId id{};
+  /// What a body was given for the tick at hand [N, N m].
+  struct Given {
     btRigidBody* body = nullptr;
     btVector3 force, torque;
   };
 
-  void sense(btScalar dt) { sensors_.step(*this, static_cast<double>(dt)); }
+  void sense(btScalar dt) { this->sensors().step(*this, static_cast<double>(dt)); }
+  static void give(const Given& given, btScalar times) {
+    given.body->applyCentralForce(times * given.force);
+    given.body->applyTorque(times * given.torque);
+  }
   /// After a tick: forces last for all ticks of a step of Bullet's, and these were for one.
   void updateAction(btCollisionWorld*, btScalar) override {
-    for (Known& known : bodies_) {
-      if (known.body == nullptr) continue;
-      known.body->applyCentralForce(-known.force);
-      known.body->applyTorque(-known.torque);
-      known.force = known.torque = btVector3(0, 0, 0);
-    }
+    for (const Given& given : given_) give(given, -1);
+    given_.clear();
   }
   void debugDraw(btIDebugDraw*) override {}
 
@@ -203,8 +186,7 @@ class BulletHost : private btActionInterface {
   }
 
   btDiscreteDynamicsWorld* world_;
-  HostSensors<double, Backend> sensors_;
-  std::vector<Known> bodies_;  // By slots of mirrored bodies.
+  std::vector<Given> given_;
 };
 
 }  // namespace bristle::inline BRISTLE_ABI

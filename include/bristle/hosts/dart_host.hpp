@@ -10,9 +10,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <bristle/hosts/host_sensors.hpp>
+#include <bristle/hosts/engine_host.hpp>
 
-#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <dart/dynamics/BodyNode.hpp>
@@ -25,28 +24,27 @@
 #include <dart/dynamics/Skeleton.hpp>
 #include <dart/dynamics/SphereShape.hpp>
 #include <dart/simulation/World.hpp>
+#include <optional>
 #include <utility>
-#include <vector>
 
 namespace bristle::inline BRISTLE_ABI {
 
 /// The skeletons of a DART world as `HostSensors` sees them. Bodies are mirrored in their own
 /// frames.
 template <typename Backend = AnalyticBackend>
-class DartHost {
- public:
-  explicit DartHost(dart::simulation::WorldPtr world) : dart_(std::move(world)) {}
+class DartHost : public EngineHost<dart::dynamics::BodyNode*, Backend> {
+  using Base = EngineHost<dart::dynamics::BodyNode*, Backend>;
 
-  [[nodiscard]] HostSensors<double, Backend>& sensors() { return sensors_; }
-  [[nodiscard]] World<double, Backend>& world() { return sensors_.world(); }
+ public:
+  using Base::world;
+
+  explicit DartHost(dart::simulation::WorldPtr world) : dart_(std::move(world)) {}
 
   /// Mirrors a body with its shapes, whatever DART lets them collide with, so that sensors see it.
   /// @return The same again for a body that is mirrored already.
   /// @throws InvalidArgument when there is no shape like one of the body's.
   BodyId mirror(dart::dynamics::BodyNode& node) {
-    for (const Known& known : nodes_) {
-      if (known.node == &node && world().contains(known.id)) return known.id;
-    }
+    if (const auto known = this->find(&node)) return *known;
     BodyDef<double> def;
     const bool moves = node.getSkeleton()->isMobile() && node.getNumDependentGenCoords() > 0;
     def.motion = moves ? Motion::kinematic : Motion::fixed;
@@ -57,10 +55,7 @@ class DartHost {
     for (std::size_t i = 0; i < node.getNumShapeNodes(); ++i) {
       def.shapes.push_back(shape(*node.getShapeNode(i)));
     }
-    const BodyId id = world().add_body(def);
-    nodes_.resize(std::max(nodes_.size(), id.index + std::size_t(1)));
-    nodes_[id.index] = {id, &node};
-    return id;
+    return this->insert(&node, def);
   }
   /// Adds sensors to a body, in its frame.
   PatchId add_patch(dart::dynamics::BodyNode& node, const PatchDef<double>& def) {
@@ -73,28 +68,33 @@ class DartHost {
     for (std::size_t i = 0; i < dart_->getNumSkeletons(); ++i) {
       if (dart_->getSkeleton(i)->isMobile()) dart_->getSkeleton(i)->computeForwardDynamics();
     }
-    sensors_.step(*this, dart_->getTimeStep());
+    this->sensors().step(*this, dart_->getTimeStep());
     dart_->step();
   }
 
   // What `HostSensors` asks.
 
-  [[nodiscard]] HostBody<double> body(BodyId id) const {
-    const dart::dynamics::BodyNode& node = *nodes_[id.index].node;
+  [[nodiscard]] std::optional<HostBody<double>> body(BodyId id) const {
+    if (!this->key_of(id)) return {};
+    const dart::dynamics::BodyNode& node = **this->key_of(id);
     HostBody<double> state;
+    // All of a skeleton move each other. One that has left DART's world has no number.
+    state.mechanism = 0;
+    while (state.mechanism < dart_->getNumSkeletons() &&
+           dart_->getSkeleton(state.mechanism) != node.getSkeleton()) {
+      ++state.mechanism;
+    }
+    if (state.mechanism == dart_->getNumSkeletons()) return {};
     state.pose = transform(node.getWorldTransform());
     state.center = node.getCOM();
     state.twist = {node.getCOMLinearVelocity(), node.getAngularVelocity()};
     // From forces, springs, dampers and gravity, without constraints.
     state.acceleration = {node.getCOMLinearAcceleration(), node.getAngularAcceleration()};
-    // All of a skeleton move each other.
-    while (dart_->getSkeleton(state.mechanism + 1) != node.getSkeleton()) ++state.mechanism;
-    ++state.mechanism;
     return state;
   }
   [[nodiscard]] Mat6<double> mobility(BodyId i, BodyId j) const {
     const auto jacobian = [this](BodyId id) {
-      const dart::dynamics::BodyNode& node = *nodes_[id.index].node;
+      const dart::dynamics::BodyNode& node = **this->key_of(id);
       const dart::math::Jacobian turned_first =
           node.getSkeleton()->getWorldJacobian(&node, node.getLocalCOM());
       dart::math::Jacobian J(6, turned_first.cols());
@@ -102,21 +102,16 @@ class DartHost {
       return J;
     };
     // DART treats springs and dampers of joints implicitly: they are part of what resists.
-    const Eigen::MatrixXd& inverse = nodes_[i.index].node->getSkeleton()->getInvAugMassMatrix();
+    const Eigen::MatrixXd& inverse = (*this->key_of(i))->getSkeleton()->getInvAugMassMatrix();
     return jacobian(i) * inverse * jacobian(j).transpose();
   }
   void apply_wrench(BodyId id, const Wrench<double>& wrench) {
-    dart::dynamics::BodyNode& node = *nodes_[id.index].node;
+    dart::dynamics::BodyNode& node = **this->key_of(id);
     node.addExtForce(Eigen::Vector3d(wrench.force), node.getLocalCOM(), false, true);
     node.addExtTorque(Eigen::Vector3d(wrench.torque), false);
   }
 
  private:
-  struct Known {
-    BodyId id{};
-    dart::dynamics::BodyNode* node = nullptr;
-  };
-
   [[nodiscard]] static Transform<double> transform(const Eigen::Isometry3d& X) {
     const Eigen::Quaterniond q(X.linear());
     return {Quat<double>(q.w(), q.x(), q.y(), q.z()).normalized(), Vec3<double>(X.translation())};
@@ -146,8 +141,6 @@ class DartHost {
   }
 
   dart::simulation::WorldPtr dart_;
-  HostSensors<double, Backend> sensors_;
-  std::vector<Known> nodes_;  // By slots of mirrored bodies.
 };
 
 }  // namespace bristle::inline BRISTLE_ABI

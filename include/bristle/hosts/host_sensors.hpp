@@ -322,13 +322,22 @@ void HostSensors<S, Backend>::place(std::uint32_t slot, const std::optional<Host
   detail::HostEntry<S>& entry = bodies_[slot];
   const Transform<S> before = body.center_pose;
   body.set_pose({found->pose.rotation.normalized(), found->pose.translation});
+  entry.shift = body.center_pose.translation - found->center;
+  const Twist<S> twist = found->twist.shifted(entry.shift);
+  entry.free = twist + state().def.time_step * found->acceleration.shifted(entry.shift);
+  // Of numbers that are finite, sums and products need not be.
+  if (!has_finite_square(body.center_pose.translation) || !has_finite_square(twist.linear) ||
+      !has_finite_square(entry.free.linear) || !has_finite_square(entry.free.angular)) {
+    body.center_pose = before;
+    entry.free = {};
+    ++report_.missing_bodies;
+    return;
+  }
+  body.twist = twist;
   entry.host = *found;
   entry.is_there = true;
   entry.has_moved = body.center_pose.translation != before.translation ||
                     body.center_pose.rotation.coeffs() != before.rotation.coeffs();
-  entry.shift = body.center_pose.translation - found->center;
-  body.twist = found->twist.shifted(entry.shift);
-  entry.free = body.twist + state().def.time_step * found->acceleration.shifted(entry.shift);
 }
 
 template <Scalar S, typename Backend>

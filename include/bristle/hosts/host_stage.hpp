@@ -65,12 +65,6 @@ class HostStage {
       }
     }
   }
-  /// [1/kg] Mean mobility of a body at the end of an arm.
-  [[nodiscard]] S mobility_at(std::uint32_t body, const Vec3<S>& arm) const {
-    Mat6<S> G = Mat6<S>::Identity();
-    G.template topRightCorner<3, 3>() = -skew(arm);
-    return (G * own_mobility_[body] * G.transpose()).template topLeftCorner<3, 3>().trace() / S(3);
-  }
 
   std::vector<Shape> shapes_;
   /// Slots of the patches whose rays may meet something.
@@ -218,9 +212,7 @@ void HostStage<S, Backend>::add_bodies(const Sensors& sensors) {
     own_mobility_[slot].setZero();
   }
   const auto to_mirrored = [&](std::uint32_t slot) {
-    Mat6<S> G = Mat6<S>::Identity();
-    G.template topRightCorner<3, 3>() = -skew(sensors.bodies_[slot].shift);
-    return G;
+    return shift_matrix<S>(sensors.bodies_[slot].shift);
   };
   for (const HostMobility<S>& m : sensors.mobilities_) {
     if (m.matrix.isZero(S(0))) continue;
@@ -242,7 +234,8 @@ void HostStage<S, Backend>::add_touches(Sensors& sensors) {
     touch.patch = &patch;
     touch.pair = &pair;
     const std::uint32_t a = patch.body.index;
-    const S mobility = mobility_at(a, pair.arm_a) + mobility_at(pair.body_b, pair.arm_b);
+    const S mobility = mean_mobility<S>(own_mobility_[a], pair.arm_a) +
+                       mean_mobility<S>(own_mobility_[pair.body_b], pair.arm_b);
     pair.is_implicit = patch.def.integration != Integration::explicit_ &&
                        patch.def.options.law == Law::paper && mobility > S(0) && patch.can_push();
     if (!pair.is_implicit) {

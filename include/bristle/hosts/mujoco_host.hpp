@@ -11,7 +11,7 @@
 #pragma once
 
 #include <bristle/geometry/quickhull.hpp>
-#include <bristle/hosts/host_sensors.hpp>
+#include <bristle/hosts/engine_host.hpp>
 #include <bristle/sensors/placement.hpp>
 
 #include <cstddef>
@@ -29,16 +29,16 @@ namespace bristle::inline BRISTLE_ABI {
 /// Bodies are mirrored in their own frames. What `data.xfrc_applied` holds stays, and wrenches of
 /// sensors are added to it for the time of a step.
 template <typename Backend = AnalyticBackend>
-class MujocoHost {
+class MujocoHost : public EngineHost<int, Backend> {
+  using Base = EngineHost<int, Backend>;
+
  public:
+  using Base::world;
+
   /// Both must outlive this. Copies of the simulation need a host of their own.
-  MujocoHost(const mjModel& model, mjData& data)
-      : model_(&model), data_(&data), ids_(static_cast<std::size_t>(model.nbody)) {
+  MujocoHost(const mjModel& model, mjData& data) : model_(&model), data_(&data) {
     static_assert(sizeof(mjtNum) == sizeof(double), "MuJoCo must be built in double");
   }
-
-  [[nodiscard]] HostSensors<double, Backend>& sensors() { return sensors_; }
-  [[nodiscard]] World<double, Backend>& world() { return sensors_.world(); }
 
   /// Mirrors a body with its geoms, whatever MuJoCo lets them collide with, so that sensors see it.
   /// Meshes are seen as their convex hulls, as MuJoCo collides them.
@@ -50,8 +50,7 @@ class MujocoHost {
   }
   /// The mirrored body of a number of MuJoCo's.
   BodyId mirror(int number) {
-    std::optional<BodyId>& known = ids_[static_cast<std::size_t>(number)];
-    if (known) return *known;
+    if (const auto known = this->find(number)) return *known;
     BodyDef<double> def;
     // What is welded to the world stands still, unless it is led by mocap.
     const bool is_still = model_->body_weldid[number] == 0 && model_->body_mocapid[number] < 0;
@@ -62,10 +61,7 @@ class MujocoHost {
     def.orientation = X_WB.rotation;
     const int first = model_->body_geomadr[number];
     for (int i = 0; i < model_->body_geomnum[number]; ++i) def.shapes.push_back(shape(first + i));
-    known = world().add_body(def);
-    numbers_.resize(known->index + std::size_t(1));
-    numbers_[known->index] = number;
-    return *known;
+    return this->insert(number, def);
   }
 
   /// Adds sensors to a body, in its frame.
@@ -105,15 +101,16 @@ class MujocoHost {
     mju_copy(data_->qacc, data_->qacc_smooth, model_->nv);
     mj_rnePostConstraint(model_, data_);
     own_.assign(data_->xfrc_applied, data_->xfrc_applied + 6 * model_->nbody);
-    sensors_.step(*this, model_->opt.timestep);
+    this->sensors().step(*this, model_->opt.timestep);
     mj_step2(model_, data_);
     mju_copy(data_->xfrc_applied, own_.data(), 6 * model_->nbody);
   }
 
   // What `HostSensors` asks.
 
-  [[nodiscard]] HostBody<double> body(BodyId id) const {
-    const int number = numbers_[id.index];
+  [[nodiscard]] std::optional<HostBody<double>> body(BodyId id) const {
+    if (!this->key_of(id)) return {};
+    const int number = *this->key_of(id);
     mjtNum velocity[6], acceleration[6];
     mj_objectVelocity(model_, data_, mjOBJ_BODY, number, velocity, 0);
     mj_objectAcceleration(model_, data_, mjOBJ_BODY, number, acceleration, 0);
@@ -132,7 +129,7 @@ class MujocoHost {
     using Jacobian = Eigen::Matrix<double, 6, Eigen::Dynamic, Eigen::RowMajor>;
     const auto jacobian = [this](BodyId id) {
       Jacobian J(6, model_->nv);
-      mj_jacBodyCom(model_, data_, J.data(), J.data() + 3 * model_->nv, numbers_[id.index]);
+      mj_jacBodyCom(model_, data_, J.data(), J.data() + 3 * model_->nv, *this->key_of(id));
       return J;
     };
     const Jacobian J = jacobian(j);
@@ -141,7 +138,7 @@ class MujocoHost {
     return jacobian(i) * moved.transpose();
   }
   void apply_wrench(BodyId id, const Wrench<double>& wrench) {
-    mjtNum* applied = data_->xfrc_applied + 6 * numbers_[id.index];
+    mjtNum* applied = data_->xfrc_applied + 6 * *this->key_of(id);
     for (int k = 0; k < 3; ++k) {
       applied[k] += wrench.force[k];
       applied[3 + k] += wrench.torque[k];
@@ -202,9 +199,6 @@ class MujocoHost {
 
   const mjModel* model_;
   mjData* data_;
-  HostSensors<double, Backend> sensors_;
-  std::vector<std::optional<BodyId>> ids_;  // By MuJoCo's number.
-  std::vector<int> numbers_;                // By slots of mirrored bodies.
   std::vector<mjtNum> own_;
 };
 

@@ -11,13 +11,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <bristle/hosts/host_sensors.hpp>
+#include <bristle/hosts/engine_host.hpp>
 
-#include <cstddef>
 #include <ode/ode.h>
 #include <optional>
-#include <unordered_map>
-#include <vector>
 
 namespace bristle::inline BRISTLE_ABI {
 
@@ -29,17 +26,16 @@ namespace bristle::inline BRISTLE_ABI {
 /// motors of joints, damping and what joints correct: a body moves as if they were not there, and
 /// what they do in a step is met in the next. That is of first order in the step.
 template <typename Backend = AnalyticBackend>
-class OdeHost {
+class OdeHost : public EngineHost<void*, Backend> {
+  using Base = EngineHost<void*, Backend>;
+
  public:
+  using Base::world;
+
   /// The world must outlive this, and so must mirrored bodies that are not forgotten.
   explicit OdeHost(dWorldID world) : ode_(world) {
     static_assert(sizeof(dReal) == sizeof(double), "ODE must be used in double");
   }
-
-  /// The sensors: readings are in their world, and what the last step did is in their report.
-  [[nodiscard]] HostSensors<double, Backend>& sensors() { return sensors_; }
-  /// The mirror of ODE's world.
-  [[nodiscard]] World<double, Backend>& world() { return sensors_.world(); }
 
   /// Mirrors a body with its geoms as they are now, whatever ODE lets them collide with, so that
   /// sensors see it. The body's frame is ODE's, with the centre of mass as its origin. Rays among
@@ -48,7 +44,7 @@ class OdeHost {
   /// @throws InvalidArgument that names the class of a geom that is no box, sphere, capsule or
   ///         cylinder. Of convex geoms ODE gives away no points.
   BodyId mirror(dBodyID body) {
-    if (const auto known = find(body)) return *known;
+    if (const auto known = this->find(body)) return *known;
     BodyDef<double> def;
     def.motion = Motion::kinematic;
     const Transform<double> X_WB = pose_of(body);
@@ -60,17 +56,14 @@ class OdeHost {
       dGeomGetOffsetQuaternion(geom, q);
       def.shapes.push_back(shape(geom, transform(q, dGeomGetOffsetPosition(geom))));
     }
-    const BodyId id = insert(body, def);
-    if (bodies_.size() <= id.index) bodies_.resize(id.index + std::size_t(1));
-    bodies_[id.index] = body;
-    return id;
+    return this->insert(body, def);
   }
   /// Mirrors a geom that has no body, as a fixed body at the place where it is now. The mirrored
   /// body of a plane has the world's frame.
   /// @return The same again for a geom that is mirrored already.
   /// @throws InvalidArgument when the geom has a body, or as `mirror`.
   BodyId mirror_ground(dGeomID geom) {
-    if (const auto known = find(geom)) return *known;
+    if (const auto known = this->find(geom)) return *known;
     detail::require(dGeomGetBody(geom) == nullptr, "geom", name_of_class(geom),
                     "must have no body: mirror the body that it has");
     BodyDef<double> def;
@@ -84,14 +77,9 @@ class OdeHost {
       def.position = X_WS.translation;
       def.orientation = X_WS.rotation;
     }
-    return insert(geom, def);
+    return this->insert(geom, def);
   }
 
-  /// Forgets a body that is to be destroyed. What sensed it lets go.
-  void forget(dBodyID body) {
-    if (const auto known = find(body)) world().remove_body(*known);
-    ids_.erase(body);
-  }
   /// Adds sensors to a body, in its frame, and mirrors it if need be.
   PatchId add_patch(dBodyID body, const PatchDef<double>& def) {
     return world().add_patch(mirror(body), def);
@@ -107,14 +95,15 @@ class OdeHost {
   /// @param dt  [s] Length of that step.
   void sense(double dt) {
     dt_ = dt;
-    sensors_.step(*this, dt);
+    this->sensors().step(*this, dt);
   }
 
   // What `HostSensors` asks.
 
   /// The state of a body, with its acceleration by gravity and by the forces that it holds now.
-  [[nodiscard]] HostBody<double> body(BodyId id) const {
-    const dBodyID from = bodies_[id.index];
+  [[nodiscard]] std::optional<HostBody<double>> body(BodyId id) const {
+    if (!this->key_of(id)) return {};
+    const dBodyID from = body_of(id);
     HostBody<double> body;
     body.pose = pose_of(from);
     body.center = body.pose.translation;
@@ -126,12 +115,12 @@ class OdeHost {
   }
   /// [1/kg, 1/(kg m^2)] What a body's joints leave free. Bodies are asked about one by one.
   [[nodiscard]] Mat6<double> mobility(BodyId i, BodyId j) const {
-    return i == j ? response(bodies_[i.index]).mobility : Mat6<double>::Zero();
+    return i == j ? response(body_of(i)).mobility : Mat6<double>::Zero();
   }
   /// Adds a wrench [N, N m] about the centre of mass until the end of the next step, and wakes the
   /// body.
   void apply_wrench(BodyId id, const Wrench<double>& wrench) {
-    const dBodyID body = bodies_[id.index];
+    const dBodyID body = body_of(id);
     dBodyAddForce(body, wrench.force.x(), wrench.force.y(), wrench.force.z());
     dBodyAddTorque(body, wrench.torque.x(), wrench.torque.y(), wrench.torque.z());
     dBodyEnable(body);
@@ -163,6 +152,8 @@ class OdeHost {
     Vec3<double> axis = Vec3<double>::UnitZ();
   };
 
+  /// Mirrored geoms without a body are fixed, and not asked about.
+  [[nodiscard]] dBodyID body_of(BodyId id) const { return static_cast<dBodyID>(*this->key_of(id)); }
   [[nodiscard]] static Vec3<double> vector(const dReal* x) { return {x[0], x[1], x[2]}; }
   [[nodiscard]] static Vec6<double> joined(const Vec3<double>& linear,
                                            const Vec3<double>& angular) {
@@ -257,14 +248,6 @@ class OdeHost {
     }
   }
 
-  [[nodiscard]] std::optional<BodyId> find(const void* body_or_geom) {
-    const auto found = ids_.find(body_or_geom);
-    if (found == ids_.end() || !world().contains(found->second)) return {};
-    return found->second;
-  }
-  BodyId insert(const void* body_or_geom, const BodyDef<double>& def) {
-    return ids_[body_or_geom] = world().add_body(def);
-  }
   [[nodiscard]] static const char* name_of_class(dGeomID geom) {
     constexpr const char* names[] = {"sphere", "box",    "capsule",   "cylinder", "plane",
                                      "ray",    "convex", "transform", "trimesh",  "heightfield"};
@@ -303,11 +286,6 @@ class OdeHost {
   }
 
   dWorldID ode_;
-  HostSensors<double, Backend> sensors_;
-  /// By addresses of ODE's bodies and geoms.
-  std::unordered_map<const void*, BodyId> ids_;
-  /// By slots of mirrored bodies.
-  std::vector<dBodyID> bodies_;
   /// [s] Length of the step that is sensed for.
   double dt_ = 1e-3;
 };

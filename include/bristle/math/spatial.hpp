@@ -54,4 +54,12 @@ struct Wrench {
   friend Wrench operator*(S k, const Wrench& a) { return {k * a.force, k * a.torque}; }
 };
 
+/// The matrix of `Twist::shifted(r)`; its transpose is that of `Wrench::shifted(-r)`.
+template <Scalar S>
+[[nodiscard]] Mat6<S> shift_matrix(const Vec3<S>& r) {
+  Mat6<S> G = Mat6<S>::Identity();
+  G.template topRightCorner<3, 3>() = -skew(r);
+  return G;
+}
+
 }  // namespace bristle::inline BRISTLE_ABI

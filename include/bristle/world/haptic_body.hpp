@@ -54,8 +54,7 @@ class HapticBody {
   }
   /// [1/kg] Mean mobility of the point at `arm` [m] from the centre of mass.
   [[nodiscard]] S mobility_at(const Vec3<S>& arm) const {
-    const Mat6<S> G = to_point(arm);
-    return (G * held_.matrix * G.transpose()).template topLeftCorner<3, 3>().trace() / S(3);
+    return mean_mobility<S>(held_.matrix, arm);
   }
 
   /// Starts the equations of one solve.
@@ -66,7 +65,7 @@ class HapticBody {
   /// Adds a patch that pushes this body as B.
   /// @param motion_a  [m/s, rad/s] Twist of A at the point c of the block.
   void add(const SoftBlock<S>& block, const Vec6<S>& motion_a) {
-    const Mat6<S> G = to_point(block.arm_b);
+    const Mat6<S> G = shift_matrix<S>(block.arm_b);
     matrix_ += G.transpose() * block.matrix * G;
     offset_ += G.transpose() * (block.offset + block.matrix * motion_a);
   }
@@ -81,7 +80,7 @@ class HapticBody {
     if (!all_finite(end_)) end_ = start + held_.matrix * (h * other_force_);
   }
   /// Twist of the solution at the point c of a block.
-  [[nodiscard]] Vec6<S> motion_at(const Vec3<S>& arm) const { return to_point(arm) * end_; }
+  [[nodiscard]] Vec6<S> motion_at(const Vec3<S>& arm) const { return shift_matrix<S>(arm) * end_; }
 
   /// Counts an impulse about the centre of mass.
   /// @param left  [s] From the start of the tick to the end of the step: as long as it moves the
@@ -117,13 +116,6 @@ class HapticBody {
   Vec6<S> start_momentum = Vec6<S>::Zero();
 
  private:
-  /// From a twist about the centre of mass to one about the point at `arm`.
-  [[nodiscard]] static Mat6<S> to_point(const Vec3<S>& arm) {
-    Mat6<S> G = Mat6<S>::Identity();
-    G.template topRightCorner<3, 3>() = -skew(arm);
-    return G;
-  }
-
   BodyId id_{};
   Body<S> body_{};
   HeldMobility<S> held_{};

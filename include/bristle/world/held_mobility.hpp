@@ -85,8 +85,7 @@ class HeldMobilityFinder {
   /// Takes away what stiffness and damping at the end of an arm hold back within a step.
   /// @param soft  [N s^2/m and products with m] As `SoftBlock::matrix`.
   void soften(const Mat6<S>& soft, const Vec3<S>& arm, HeldMobility<S>& held) const {
-    Mat6<S> to_point = Mat6<S>::Identity();
-    to_point.template topRightCorner<3, 3>() = -skew(arm);
+    const Mat6<S> to_point = shift_matrix<S>(arm);
     const Mat6<S> at_center = to_point.transpose() * soft * to_point;
     const Mat6<S> grown = Mat6<S>::Identity() + held.matrix * at_center;
     held.matrix = solved(grown, held.matrix);
