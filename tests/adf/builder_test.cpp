@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "support/example_scenes.hpp"
+#include "support/relative.hpp"
 
 #include <bristle/geometry/mesh_shapes.hpp>
 #include <bristle/io/adf.hpp>
@@ -70,8 +71,7 @@ TEST_CASE("add_adf: joints whose bodies stand elsewhere are named, with how far"
                  "0.003 m and 0 rad"));
   CHECK(has_note(notes("{x: -1, y: 0, z: 0}, child axis: {x: 0, y: 0.1, z: 1}"), "J",
                  "m and 0.1 rad"));
-  CHECK_FALSE(has_note(notes("{x: -1, y: 0, z: 0}, child axis: {x: 0, y: 0, z: 1}"), "J",
-                       "apart"));
+  CHECK_FALSE(has_note(notes("{x: -1, y: 0, z: 0}, child axis: {x: 0, y: 0, z: 1}"), "J", "apart"));
 }
 
 TEST_CASE("add_adf: a sensor of today's form supersedes the one in its body") {
@@ -154,14 +154,14 @@ TEST_CASE("add_adf: mass, inertia, scale and gravity") {
   CHECK(world.body(scene.bodies.at("C")).gravity_scale == 0.5);
   // A ball 1 m from the body's origin, about which it is to turn: 2/5 m r^2 + m d^2.
   CHECK(world.body(scene.bodies.at("C")).center_B == V::Zero());
-  CHECK(world.body(scene.bodies.at("C")).inertia_B(0, 0) == doctest::Approx(1.4));
-  CHECK(world.body(scene.bodies.at("C")).inertia_B(2, 2) == doctest::Approx(0.4));
+  CHECK(world.body(scene.bodies.at("C")).inertia_B(0, 0) == test::relative(1.4));
+  CHECK(world.body(scene.bodies.at("C")).inertia_B(2, 2) == test::relative(0.4));
   // The box lies along the principal axes and was scaled: a ray along y meets it at 3 / 2 x 2 m.
   const auto hit = world.cast_ray({.origin = world.pose(scene.bodies.at("A")) * V(0.2, 10, 0),
                                    .direction = def.X_WM.rotate(V(0, -1, 0)),
                                    .length = 20});
   CHECK(hit.body == scene.bodies.at("A"));
-  CHECK(hit.distance == doctest::Approx(7.0));
+  CHECK(hit.distance == test::relative(7.0));
 }
 
 TEST_CASE("add_adf: meshes are found by their folders, and closed ones stay as they are") {
@@ -190,15 +190,15 @@ TEST_CASE("add_adf: meshes are found by their folders, and closed ones stay as t
     return world.body(scene.bodies.at("A")).inertia_B(0, 0);
   };
   // m (b^2 + c^2) / 12 of a cube with the side 2 h: 2/3 m h^2.
-  CHECK(mass_moment("{mass: 3, mesh: a.stl}\n", "") == doctest::Approx(2.0));
-  CHECK(mass_moment("{mass: 3, mesh: b.stl}\n", "") == doctest::Approx(18.0));
+  CHECK(mass_moment("{mass: 3, mesh: a.stl}\n", "") == test::relative(2.0));
+  CHECK(mass_moment("{mass: 3, mesh: b.stl}\n", "") == test::relative(18.0));
   CHECK(mass_moment("{mass: 3, mesh: a.stl, low resolution path: high}\n", "") ==
-        doctest::Approx(8.0));
-  CHECK(mass_moment("{mass: 3, mesh: a.stl, scale: 2}\n", "") == doctest::Approx(8.0));
-  CHECK(mass_moment("{mass: 3, mesh: open.stl}\n", "open") == doctest::Approx(2.0));
-  CHECK(mass_moment("{mass: 3, mesh: inside_out.stl}\n", "") == doctest::Approx(2.0));
+        test::relative(8.0));
+  CHECK(mass_moment("{mass: 3, mesh: a.stl, scale: 2}\n", "") == test::relative(8.0));
+  CHECK(mass_moment("{mass: 3, mesh: open.stl}\n", "open") == test::relative(2.0));
+  CHECK(mass_moment("{mass: 3, mesh: inside_out.stl}\n", "") == test::relative(2.0));
   CHECK(mass_moment("{mass: 3, mesh: open.stl, collision mesh type: CONVEX_HULL}\n", "") ==
-        doctest::Approx(2.0));
+        test::relative(2.0));
 
   const auto rays_of = [&](const std::string& mesh) {
     World<double> world;
@@ -254,9 +254,9 @@ TEST_CASE("add_adf: damping of bristles joins sliding friction where both are un
     return patch.parameters.sliding_friction;
   };
   // 30 N/m a step of 1 ms.
-  CHECK(parameters("false", Law::paper, false) == doctest::Approx(2.03));
-  CHECK(parameters("true", Law::paper, false) == doctest::Approx(2.03));
-  CHECK(parameters("false", Law::ambf, false) == doctest::Approx(2.03));
+  CHECK(parameters("false", Law::paper, false) == test::relative(2.03));
+  CHECK(parameters("true", Law::paper, false) == test::relative(2.03));
+  CHECK(parameters("false", Law::ambf, false) == test::relative(2.03));
   CHECK(parameters("true", Law::ambf, true) == 2.0);
 }
 

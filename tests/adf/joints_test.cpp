@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "support/relative.hpp"
+
 #include <bristle/io/adf_joint_builder.hpp>
 #include <bristle/io/adf_reader.hpp>
 
@@ -92,7 +94,7 @@ TEST_CASE("axis_turn: brings any direction onto any other") {
     const Q q = detail::axis_turn(from, to.normalized());
     CHECK((q * from - to).norm() < 1e-14);
     // By the shortest way, but for the last degree before the opposite.
-    if (t < 3.12) CHECK(q.angularDistance(Q::Identity()) == doctest::Approx(t).epsilon(1e-9));
+    if (t < 3.12) CHECK(q.angularDistance(Q::Identity()) == test::relative(t).epsilon(1e-9));
   }
 }
 
@@ -147,18 +149,18 @@ TEST_CASE("add_adf: joints of each kind") {
   const JointDef<double> slide = joint_of("slider", ", controller: {P: 100, D: 7}", held);
   CHECK(slide.spring.stiffness == 100.0);
   CHECK(slide.spring.damping == 7.0);
-  CHECK(slide.spring.rest == doctest::Approx(0.25));
+  CHECK(slide.spring.rest == test::relative(0.25));
   const JointDef<double> both = joint_of(
       "hinge", ", controller: {P: 30, D: 7}, stiffness: 10, equilibrium point: 0.1, damping: 1",
       held);
   CHECK(both.spring.stiffness == 40.0);
   CHECK(both.spring.damping == 8.0);
-  CHECK(both.spring.rest == doctest::Approx(0.4));  // (10 x 0.1 + 30 x 0.5) / 40
+  CHECK(both.spring.rest == test::relative(0.4));  // (10 x 0.1 + 30 x 0.5) / 40
   // Of the turns an angle can mean, the one at the limits.
   CHECK(joint_of("hinge", ", controller: {P: 1}, joint limits: {low: 6, high: 7}", held)
-            .spring.rest == doctest::Approx(0.5 + 2 * std::numbers::pi));
+            .spring.rest == test::relative(0.5 + 2 * std::numbers::pi));
   const JointDef<double> motor = joint_of("hinge", ", max motor impulse: 0.02", held);
   CHECK(motor.drive.mode == DriveMode::velocity);
   CHECK(motor.drive.target == 0.0);
-  CHECK(motor.drive.max_force == doctest::Approx(20.0));
+  CHECK(motor.drive.max_force == test::relative(20.0));
 }

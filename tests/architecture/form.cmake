@@ -1,7 +1,8 @@
 # What every file has: a licence line and a bounded length; headers also #pragma once, those of the
 # library and of tests `/// @file` on top, and those of the library a place in the umbrella, but for
 # io/adf*.hpp and hosts/<engine>_host.hpp, which are opt-in. What no file has: what clang 14 cannot precompile, and, in tests that
-# are compiled together, a helper that another file has: the call would take whichever fits better.
+# are compiled together, a helper that another file has: the call would take whichever fits better;
+# and doctest's Approx of a number that is not 0, which lets pass whatever is small.
 # Usage: cmake -DROOT=<tree> [-DMAX_LINES=500] -P form.cmake
 # SPDX-License-Identifier: BSD-3-Clause
 include("${CMAKE_CURRENT_LIST_DIR}/lines.cmake")
@@ -30,6 +31,11 @@ foreach(file IN LISTS files)
   if(text MATCHES "[<,][ \n]*template *<([A-Z]|[a-z_]+::)")
     violation("${file}:1" "a template parameter of constrained templates: clang 14 crashes where it \
 writes one into a precompiled header")
+  endif()
+  if(text MATCHES "doctest::Approx\\(([^0]|0\\.?[0-9]*[1-9])" AND
+     NOT file STREQUAL "tests/support/relative.hpp")
+    violation("${file}:1" "doctest::Approx of a number that is not 0: any small number equals it; use \
+test::relative")
   endif()
   if(text MATCHES "\nnamespace {\n" AND file MATCHES "^tests/([a-z]+)/.+_test\\.cpp$")
     set(group "${CMAKE_MATCH_1}")

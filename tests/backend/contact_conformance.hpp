@@ -3,6 +3,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include "support/relative.hpp"
+
 #include <bristle/geometry/shape_backend.hpp>
 #include <bristle/math/rotation.hpp>
 
@@ -392,7 +394,7 @@ void check_contacts_are_appended() {
   REQUIRE(out.size() == 2);
   CHECK(out[0].key == 77);
   CHECK(out[0].size == 0);
-  CHECK(out[1].points[0].gap == doctest::Approx(-0.5));
+  CHECK(out[1].points[0].gap == test::relative(-0.5));
 }
 
 /// Bad shapes are refused by name.

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "support/relative.hpp"
+
 #include <bristle/geometry/fcl_contact_normal.hpp>
 #include <bristle/geometry/fcl_shapes.hpp>
 #include <bristle/geometry/quickhull.hpp>
@@ -127,7 +129,7 @@ TEST_CASE("fcl_contact_normal: two spheres touch along the line of their centres
   CHECK(found.nearness == Nearness::near);
   // Three roundings of numbers of size 3.
   CHECK((found.normal - Vec3<double>::UnitY()).norm() < 1e-15);
-  CHECK(found.gap == doctest::Approx(-0.1).epsilon(1e-14));
+  CHECK(found.gap == test::relative(-0.1).epsilon(1e-14));
 }
 
 TEST_CASE("fcl_contact_normal: a gap beyond the margin is apart, up to the margin it is near") {
@@ -136,7 +138,7 @@ TEST_CASE("fcl_contact_normal: a gap beyond the margin is apart, up to the margi
   const Transform<double> X{.translation = {2.125, 0.0, 0.0}};
   CHECK(contact_normal<FclDistance>(a, a, X, 0.124).nearness == Nearness::apart);
   CHECK(contact_normal<FclDistance>(a, a, X, 0.126).nearness == Nearness::near);
-  CHECK(contact_normal<FclDistance>(a, a, X, 0.126).gap == doctest::Approx(0.125).epsilon(1e-14));
+  CHECK(contact_normal<FclDistance>(a, a, X, 0.126).gap == test::relative(0.125).epsilon(1e-14));
 }
 
 TEST_CASE("fcl_contact_normal: a box resting on a box touches along the face's normal") {

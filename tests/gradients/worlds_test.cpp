@@ -6,6 +6,7 @@
 #include "scenes/medley.hpp"
 #include "scenes/stack.hpp"
 #include "support/dual_world.hpp"
+#include "support/relative.hpp"
 
 #include <bristle/math/dual.hpp>
 
@@ -42,11 +43,11 @@ D differentiated(const Scene& scene, double a, double b) {
 template <typename Scene>
 void check_differences(const Scene& scene, double a, double b, double width, double tolerance) {
   const D y = differentiated(scene, a, b);
-  CHECK(y.value() == doctest::Approx(scene(a, b)).epsilon(1e-7));
+  CHECK(y.value() == test::relative(scene(a, b)).epsilon(1e-7));
   const double by_a = (scene(a * (1 + width), b) - scene(a * (1 - width), b)) / (2 * width * a);
   const double by_b = (scene(a, b * (1 + width)) - scene(a, b * (1 - width))) / (2 * width * b);
-  CHECK(y.partial(0) == doctest::Approx(by_a).epsilon(tolerance));
-  CHECK(y.partial(1) == doctest::Approx(by_b).epsilon(tolerance));
+  CHECK(y.partial(0) == test::relative(by_a).epsilon(tolerance));
+  CHECK(y.partial(1) == test::relative(by_b).epsilon(tolerance));
 }
 
 /// [m] Height of a body without forces but gravity.
@@ -143,8 +144,8 @@ TEST_CASE("gradients: a thrown body, by gravity and by its speed") {
   // z = v t - g t^2 / 2 exactly; 500 steps of round-off.
   const D z = differentiated(thrown, 9.81, 2);
   CHECK(z.value() == thrown(9.81, 2.0));
-  CHECK(z.partial(0) == doctest::Approx(-0.125).epsilon(1e-12));
-  CHECK(z.partial(1) == doctest::Approx(0.5).epsilon(1e-12));
+  CHECK(z.partial(0) == test::relative(-0.125).epsilon(1e-12));
+  CHECK(z.partial(1) == test::relative(0.5).epsilon(1e-12));
 }
 
 TEST_CASE("gradients: a bounce, by restitution and by height") {
@@ -155,10 +156,10 @@ TEST_CASE("gradients: a bounce, by restitution and by height") {
   const double t1 = std::sqrt(2 * h / 9.81);
   const double rest = 0.5 - t1;
   const D z = differentiated(bounced, e, h);
-  CHECK(z.value() == doctest::Approx(bounced(e, h)).epsilon(1e-12));
-  CHECK(z.value() == doctest::Approx(e * 9.81 * t1 * rest - 9.81 * rest * rest / 2).epsilon(1e-9));
-  CHECK(z.partial(0) == doctest::Approx(9.81 * t1 * rest).epsilon(1e-9));
-  CHECK(z.partial(1) == doctest::Approx((e * (rest - t1) + rest) / t1).epsilon(1e-9));
+  CHECK(z.value() == test::relative(bounced(e, h)).epsilon(1e-12));
+  CHECK(z.value() == test::relative(e * 9.81 * t1 * rest - 9.81 * rest * rest / 2).epsilon(1e-9));
+  CHECK(z.partial(0) == test::relative(9.81 * t1 * rest).epsilon(1e-9));
+  CHECK(z.partial(1) == test::relative((e * (rest - t1) + rest) / t1).epsilon(1e-9));
 }
 
 TEST_CASE("gradients: how far a box slides until it rests, by friction and by its speed") {
@@ -168,7 +169,7 @@ TEST_CASE("gradients: how far a box slides until it rests, by friction and by it
   const double rate = mu * 9.81;
   const D x = differentiated(slid, mu, v);
   const double step = 1e-3 / 2;
-  CHECK(x.value() == doctest::Approx(v * v / 2 / rate).epsilon(1e-5));
+  CHECK(x.value() == test::relative(v * v / 2 / rate).epsilon(1e-5));
   CHECK(std::abs(x.partial(1) - v / rate) < step);
   CHECK(std::abs(x.partial(0) + v * v / 2 / rate / mu) < step * v / mu);
   check_differences(slid, mu, v, 1e-5, 1e-4);
@@ -179,9 +180,9 @@ TEST_CASE("gradients: a box on a slope slides by mu and angle, or rests without 
   const double a = 0.5;
   const double fall = 9.81 * 0.3 * 0.3 / 2;
   const D x = differentiated(slid_down, 0.3, a);
-  CHECK(x.value() == doctest::Approx(fall * (std::sin(a) - 0.3 * std::cos(a))).epsilon(1e-7));
-  CHECK(x.partial(0) == doctest::Approx(-fall * std::cos(a)).epsilon(1e-7));
-  CHECK(x.partial(1) == doctest::Approx(fall * (std::cos(a) + 0.3 * std::sin(a))).epsilon(1e-7));
+  CHECK(x.value() == test::relative(fall * (std::sin(a) - 0.3 * std::cos(a))).epsilon(1e-7));
+  CHECK(x.partial(0) == test::relative(-fall * std::cos(a)).epsilon(1e-7));
+  CHECK(x.partial(1) == test::relative(fall * (std::cos(a) + 0.3 * std::sin(a))).epsilon(1e-7));
   const D resting = differentiated(slid_down, 0.7, a);
   CHECK(std::abs(resting.value()) < 1e-9);
   CHECK(std::abs(resting.partial(0)) < 1e-9);
@@ -204,14 +205,14 @@ TEST_CASE("gradients: the sag of a grasped part, by its mass and by mu_S") {
       const auto scene =
           held<D>(D::variable(m, 0), D::variable(mu_S, 1), integration, D(finger_mass), D(10));
       const double sag = m * 9.81 / (mu_S * 20);
-      CHECK(scene.sag().value() == doctest::Approx(sag).epsilon(1e-5));
-      CHECK(scene.sag().partial(0) == doctest::Approx(sag / m).epsilon(1e-5));
-      CHECK(scene.sag().partial(1) == doctest::Approx(-sag / mu_S).epsilon(1e-5));
+      CHECK(scene.sag().value() == test::relative(sag).epsilon(1e-5));
+      CHECK(scene.sag().partial(0) == test::relative(sag / m).epsilon(1e-5));
+      CHECK(scene.sag().partial(1) == test::relative(-sag / mu_S).epsilon(1e-5));
       // What the fingers feel is the weight, whatever mu_S is.
       D shear = 0;
       for (const PatchId pad : scene.pads) shear += scene.world.reading(pad).shear_W.z();
-      CHECK(std::abs(shear.value()) == doctest::Approx(m * 9.81).epsilon(1e-5));
-      CHECK(std::abs(shear.partial(0)) == doctest::Approx(9.81).epsilon(1e-4));
+      CHECK(std::abs(shear.value()) == test::relative(m * 9.81).epsilon(1e-5));
+      CHECK(std::abs(shear.partial(0)) == test::relative(9.81).epsilon(1e-4));
       CHECK(std::abs(shear.partial(1)) < 1e-4 * m * 9.81 / mu_S);
     }
   }
@@ -221,8 +222,8 @@ TEST_CASE("gradients: the sag of a part between driven fingers, by the force of 
   const D grip = D::variable(10, 0);
   const auto scene = held<D>(D(0.5), D(1000), Integration::implicit, D(0.3), grip);
   const double sag = 0.5 * 9.81 / (1000 * 20);
-  CHECK(scene.sag().partial(0) == doctest::Approx(-sag / 10).epsilon(1e-4));
-  CHECK(scene.total_normal().partial(0) == doctest::Approx(2).epsilon(1e-5));
+  CHECK(scene.sag().partial(0) == test::relative(-sag / 10).epsilon(1e-4));
+  CHECK(scene.total_normal().partial(0) == test::relative(2).epsilon(1e-5));
 }
 
 TEST_CASE("gradients: variables may be marked once a scene has settled") {
@@ -231,7 +232,7 @@ TEST_CASE("gradients: variables may be marked once a scene has settled") {
   REQUIRE(scene.sag().partial(0) == 0);
   scene.world.set_gravity({D(0), D(0), -D::variable(9.81, 0)});
   scene.run(D(2));
-  CHECK(scene.sag().partial(0) == doctest::Approx(0.5 / (1000 * 20)).epsilon(1e-5));
+  CHECK(scene.sag().partial(0) == test::relative(0.5 / (1000 * 20)).epsilon(1e-5));
 
   // Five cubes on each other: what each is carried with follows at once, and all stay. To the 1e-8
   // that solvers leave of a step, 17 ms.

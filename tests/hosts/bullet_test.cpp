@@ -75,7 +75,7 @@ class BulletPinch : public Pinch {
   }
 
   [[nodiscard]] World<double>& world() override { return host->world(); }
-  [[nodiscard]] std::uint32_t missing() override { return host->sensors().report().missing_bodies; }
+  [[nodiscard]] std::size_t missing() override { return host->sensors().report().missing_bodies; }
   [[nodiscard]] Vec3<double> part() const override { return place_of(*part_body); }
   [[nodiscard]] Vec3<double> pad(std::size_t k) const override { return place_of(*pads_[k]); }
   void open(double gap, double speed) override {

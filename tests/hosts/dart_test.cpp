@@ -3,6 +3,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "scenes/pinch.hpp"
 #include "support/pinch_checks.hpp"
+#include "support/relative.hpp"
 
 #include <bristle/hosts/dart_host.hpp>
 
@@ -96,7 +97,7 @@ class DartPinch : public Pinch {
   }
 
   [[nodiscard]] World<double>& world() override { return host->world(); }
-  [[nodiscard]] std::uint32_t missing() override { return host->sensors().report().missing_bodies; }
+  [[nodiscard]] std::size_t missing() override { return host->sensors().report().missing_bodies; }
   [[nodiscard]] Vec3<double> part() const override { return part_node->getCOM(); }
   [[nodiscard]] Vec3<double> pad(std::size_t k) const override {
     return pads[k]->getWorldTransform().translation();
@@ -192,7 +193,7 @@ TEST_CASE("DART: forces of the caller stay, and what has no shape like it is ref
     pinch.run(pinch.def.dt);
   }
   CHECK(pinch.felt(0).wrench.force.y() + pinch.felt(1).wrench.force.y() ==
-        doctest::Approx(0.25).epsilon(1e-6));
+        test::relative(0.25).epsilon(1e-6));
   const auto cone = std::make_shared<dart::dynamics::ConeShape>(0.1, 0.2);
   const auto other = dart::dynamics::Skeleton::create("other");
   dart::dynamics::BodyNode& node =

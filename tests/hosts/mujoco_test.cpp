@@ -3,6 +3,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "scenes/pinch.hpp"
 #include "support/pinch_checks.hpp"
+#include "support/relative.hpp"
 
 #include <bristle/hosts/mujoco_host.hpp>
 
@@ -88,7 +89,7 @@ class MujocoPinch : public Pinch {
   }
 
   [[nodiscard]] World<double>& world() override { return host->world(); }
-  [[nodiscard]] std::uint32_t missing() override { return host->sensors().report().missing_bodies; }
+  [[nodiscard]] std::size_t missing() override { return host->sensors().report().missing_bodies; }
   [[nodiscard]] Vec3<double> part() const override {
     const mjtNum* x = data->xipos + 3 * part_number;
     return {x[0], x[1], x[2]};
@@ -173,7 +174,7 @@ TEST_CASE("MuJoCo: what a caller applies stays, and what sensors apply does not"
   }
   CHECK(pinch.host->world().reading(pinch.patches[0]).wrench.force.y() +
             pinch.host->world().reading(pinch.patches[1]).wrench.force.y() ==
-        doctest::Approx(0.25).epsilon(1e-3));
+        test::relative(0.25).epsilon(1e-3));
 }
 
 TEST_CASE("MuJoCo: a body is let go, and mirrored again") {

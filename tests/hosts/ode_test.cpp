@@ -3,6 +3,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "scenes/pinch.hpp"
 #include "support/pinch_checks.hpp"
+#include "support/relative.hpp"
 
 #include <bristle/hosts/ode_host.hpp>
 
@@ -162,7 +163,7 @@ class OdePinch : public Pinch {
   }
 
   [[nodiscard]] World<double>& world() override { return host.world(); }
-  [[nodiscard]] std::uint32_t missing() override { return host.sensors().report().missing_bodies; }
+  [[nodiscard]] std::size_t missing() override { return host.sensors().report().missing_bodies; }
   [[nodiscard]] Vec3<double> part() const override {
     return ode_vector(dBodyGetPosition(part_body));
   }
@@ -239,7 +240,7 @@ TEST_CASE("ODE: the quick step holds, too, and a part that would fall asleep sta
   run_quickly(2);
   CHECK(std::abs(pinch.place().z() - there) < 2e-9);
   CHECK(dBodyIsEnabled(pinch.part_body) == 1);
-  CHECK(pinch.weight() == doctest::Approx(pinch.def.mass * 9.81).epsilon(1e-9));
+  CHECK(pinch.weight() == test::relative(pinch.def.mass * 9.81).epsilon(1e-9));
 }
 
 TEST_CASE("ODE: a body's mobility is what a step of ODE's does to it") {
@@ -335,7 +336,7 @@ TEST_CASE("ODE: what a caller applies stays, and acts for one step") {
     CHECK(ode_vector(dBodyGetForce(pinch.part_body)) == Vec3<double>::Zero());
   }
   CHECK(pinch.felt(0).wrench.force.y() + pinch.felt(1).wrench.force.y() ==
-        doctest::Approx(0.25).epsilon(1e-3));
+        test::relative(0.25).epsilon(1e-3));
 }
 
 TEST_CASE("ODE: rays meet mirrored geoms where they meet ODE's") {
@@ -387,7 +388,7 @@ TEST_CASE("ODE: rays meet mirrored geoms where they meet ODE's") {
         CHECK(hit.is_hit() == is_hit);
         if (!hit.is_hit() || !is_hit) continue;
         ++hits;
-        CHECK(hit.distance == doctest::Approx(contact.depth).epsilon(1e-9));
+        CHECK(hit.distance == test::relative(contact.depth).epsilon(1e-9));
         CHECK((hit.normal - ode_vector(contact.normal)).norm() < 1e-7);
       }
       CHECK(hits > 40);

@@ -5,6 +5,7 @@
 #include "scenes/grasp.hpp"
 #include "scenes/medley.hpp"
 #include "support/numbers.hpp"
+#include "support/relative.hpp"
 
 #include <doctest/doctest.h>
 
@@ -376,7 +377,7 @@ TEST_CASE("bad_input: definitions of a world") {
   falling.position = {0, 0, 0.1};
   const BodyId id = world.add_body(falling);
   for (int i = 0; i < 50; ++i) world.step();
-  CHECK(world.pose(id).translation.z() == doctest::Approx(0.1).epsilon(1e-3));
+  CHECK(world.pose(id).translation.z() == test::relative(0.1).epsilon(1e-3));
   const auto field_of = [](auto change) {
     WorldDef<double> def;
     change(def);

@@ -1,6 +1,8 @@
 /// @file
 /// Bodies made of several shapes: what they weigh, and that they stand on all of them.
 // SPDX-License-Identifier: BSD-3-Clause
+#include "support/relative.hpp"
+
 #include <doctest/doctest.h>
 
 #include <cmath>
@@ -77,7 +79,7 @@ TEST_CASE("compound: an L of two boxes is a box without its corner") {
   def.shapes.push_back(foot);
   World<double> world;
   const Body<double> body = world.body(world.add_body(def));
-  CHECK(body.mass == doctest::Approx(mass).epsilon(1e-14));
+  CHECK(body.mass == test::relative(mass).epsilon(1e-14));
   CHECK((body.center_B - center).norm() < 1e-14);
   CHECK((body.inertia_B - inertia).cwiseAbs().maxCoeff() < 1e-14 * inertia.norm());
   // The products of inertia are what makes it an L.
@@ -92,8 +94,8 @@ TEST_CASE("compound: `shape` counts with `shapes`, and what overlaps counts twic
   def.position = {1, 0, 0};
   def.shapes.push_back(at(Sphere<double>{0.1}, {0, 0, 0}));
   const Body<double> twice = world.body(world.add_body(def));
-  CHECK(twice.mass == doctest::Approx(2 * one).epsilon(1e-14));
-  CHECK(twice.inertia_B(0, 0) == doctest::Approx(0.4 * 2 * one * 0.01).epsilon(1e-14));
+  CHECK(twice.mass == test::relative(2 * one).epsilon(1e-14));
+  CHECK(twice.inertia_B(0, 0) == test::relative(0.4 * 2 * one * 0.01).epsilon(1e-14));
   // What is set stays; the rest is scaled and moved.
   def.position = {2, 0, 0};
   def.mass = 3;
@@ -101,7 +103,7 @@ TEST_CASE("compound: `shape` counts with `shapes`, and what overlaps counts twic
   const Body<double> set = world.body(world.add_body(def));
   CHECK(set.mass == 3);
   CHECK(set.center_B == Vec3<double>(0, 0, 0.02));
-  CHECK(set.inertia_B(0, 0) == doctest::Approx(3 * (0.4 * 0.01 + 4e-4)).epsilon(1e-14));
+  CHECK(set.inertia_B(0, 0) == test::relative(3 * (0.4 * 0.01 + 4e-4)).epsilon(1e-14));
 }
 
 TEST_CASE("compound: a table stands on its legs, each with a surface of its own") {
@@ -124,9 +126,9 @@ TEST_CASE("compound: a table stands on its legs, each with a surface of its own"
   const BodyId table = world.add_body(def);
   for (int i = 0; i < 480; ++i) world.step();
   const double mass = world.body(table).mass;
-  CHECK(world.pose(table).translation.z() == doctest::Approx(0.42).epsilon(1e-6));
+  CHECK(world.pose(table).translation.z() == test::relative(0.42).epsilon(1e-6));
   CHECK(world.contact_impulse(table).force.z() / world.time_step() ==
-        doctest::Approx(mass * 9.81).epsilon(1e-4));
+        test::relative(mass * 9.81).epsilon(1e-4));
   int legs = 0;
   world.for_each_contact([&](const ContactReading<double>& c) { legs += c.is_touching() ? 1 : 0; });
   CHECK(legs == 4);
@@ -134,7 +136,7 @@ TEST_CASE("compound: a table stands on its legs, each with a surface of its own"
   world.set_velocity(table, {{1, 0, 0}, Vec3<double>::Zero()});
   world.step();
   CHECK(world.contact_impulse(table).force.x() / world.time_step() ==
-        doctest::Approx(-0.5 * mass * 9.81).epsilon(1e-3));
+        test::relative(-0.5 * mass * 9.81).epsilon(1e-3));
 }
 
 TEST_CASE("compound: bad shapes are named, and nothing is added") {

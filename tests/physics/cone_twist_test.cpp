@@ -1,6 +1,8 @@
 /// @file
 /// Ball joints within a cone and a range of twist.
 // SPDX-License-Identifier: BSD-3-Clause
+#include "support/relative.hpp"
+
 #include <bristle/world/world.hpp>
 
 #include <doctest/doctest.h>
@@ -61,10 +63,10 @@ TEST_CASE("cone_twist: a rod that topples rests on its cone") {
     }
     CHECK(farthest < limit + 1e-6);
     const JointReading<double> reading = hanging.reading();
-    CHECK(reading.swing == doctest::Approx(limit).epsilon(1e-6));
+    CHECK(reading.swing == test::relative(limit).epsilon(1e-6));
     CHECK(hanging.world.body(hanging.body).twist.angular.norm() < 1e-6);
     // It topples about y, and the cone turns against m g r sin.
-    CHECK(reading.reaction.force.z() == doctest::Approx(20).epsilon(1e-6));
+    CHECK(reading.reaction.force.z() == test::relative(20).epsilon(1e-6));
     CHECK((reading.reaction.torque - V(0, -2 * std::sin(limit), 0)).norm() < 1e-5);
     CHECK(std::abs(reading.position) < 1e-6);
   }
@@ -85,9 +87,9 @@ TEST_CASE("cone_twist: a rod outside its cone comes back, from the opposite side
     CAPTURE(angle);
     Hanging hanging = make_hanging({.swing_limit = 0.7}, angle);
     hanging.world.set_gravity(V::Zero());
-    CHECK(hanging.reading().swing == doctest::Approx(angle));
+    CHECK(hanging.reading().swing == test::relative(angle));
     for (int i = 0; i < 240; ++i) hanging.world.step();
-    CHECK(hanging.reading().swing == doctest::Approx(0.7).epsilon(1e-6));
+    CHECK(hanging.reading().swing == test::relative(0.7).epsilon(1e-6));
   }
 }
 
@@ -130,7 +132,7 @@ TEST_CASE("cone_twist: twist is stopped at its limits, swung or not") {
         farthest = std::max(farthest, side * hanging.reading().position);
       }
       CHECK(farthest < 0.7 + 1e-6);
-      CHECK(side * hanging.reading().position == doctest::Approx(0.7).epsilon(1e-6));
+      CHECK(side * hanging.reading().position == test::relative(0.7).epsilon(1e-6));
       CHECK((hanging.reading().reaction.torque + side * twisting()).norm() < 1e-6);
       // Meeting the stop has left a little of a drift around the cone, which nothing brakes.
       CHECK(hanging.world.body(hanging.body).twist.angular.norm() < 1e-3);
@@ -159,10 +161,9 @@ TEST_CASE("cone_twist: the twist and swing are those of the turn, and so are the
       const JointReading<double> reading = place(0);
       hanging.world.set_velocity(hanging.body,
                                  {w.cross(hanging.world.pose(hanging.body).translation), w});
-      CHECK(reading.position == doctest::Approx(twist));
-      CHECK(reading.swing == doctest::Approx(swing));
-      CHECK((ahead - behind) / (2 * h) ==
-            doctest::Approx(hanging.reading().velocity).epsilon(1e-7));
+      CHECK(reading.position == test::relative(twist));
+      CHECK(reading.swing == test::relative(swing));
+      CHECK((ahead - behind) / (2 * h) == test::relative(hanging.reading().velocity).epsilon(1e-7));
     }
   }
 }

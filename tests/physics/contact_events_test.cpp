@@ -3,6 +3,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "scenes/medley.hpp"
 #include "support/numbers.hpp"
+#include "support/relative.hpp"
 
 #include <doctest/doctest.h>
 
@@ -157,13 +158,13 @@ TEST_CASE("contact_forces: feet share the load as statics says") {
       }
       INFO("centre ", center.x(), ", feet ", at.size());
       // Three equations of statics; with three feet they are the whole answer.
-      CHECK(sum == doctest::Approx(8 * g).epsilon(1e-7));
+      CHECK(sum == test::relative(8 * g).epsilon(1e-7));
       CHECK(std::abs(moment_x - 8 * g * center.x()) < 1e-6);
       CHECK(std::abs(moment_y - 8 * g * center.y()) < 1e-6);
       if (has_three && center.isZero()) {
-        CHECK(load[0] == doctest::Approx(2 * g).epsilon(1e-6));
-        CHECK(load[1] == doctest::Approx(2 * g).epsilon(1e-6));
-        CHECK(load[2] == doctest::Approx(4 * g).epsilon(1e-6));
+        CHECK(load[0] == test::relative(2 * g).epsilon(1e-6));
+        CHECK(load[1] == test::relative(2 * g).epsilon(1e-6));
+        CHECK(load[2] == test::relative(4 * g).epsilon(1e-6));
       }
     }
   }
@@ -180,9 +181,9 @@ TEST_CASE("contact_forces: friction of a sliding box is mu N, of a resting one m
   advance(world, 30);
   REQUIRE(world.body(box).twist.linear.norm() > 0.5);
   const Vec3<double> force = world.contact_impulse(box, floor).force / world.time_step();
-  CHECK(force.z() == doctest::Approx(2 * g).epsilon(1e-6));
-  CHECK(force.x() == doctest::Approx(-0.4 * 2 * g * 0.6).epsilon(1e-6));
-  CHECK(force.y() == doctest::Approx(-0.4 * 2 * g * 0.8).epsilon(1e-6));
+  CHECK(force.z() == test::relative(2 * g).epsilon(1e-6));
+  CHECK(force.x() == test::relative(-0.4 * 2 * g * 0.6).epsilon(1e-6));
+  CHECK(force.y() == test::relative(-0.4 * 2 * g * 0.8).epsilon(1e-6));
 
   // The same on an incline of 0.3, which 0.4 holds: gravity is turned instead of the floor.
   const double angle = 0.3;
@@ -198,8 +199,8 @@ TEST_CASE("contact_forces: friction of a sliding box is mu N, of a resting one m
       normal += p.normal_impulse / world.time_step();
     });
   });
-  CHECK(normal == doctest::Approx(2 * g * std::cos(angle)).epsilon(1e-6));
-  CHECK(friction.x() == doctest::Approx(-2 * g * std::sin(angle)).epsilon(1e-6));
+  CHECK(normal == test::relative(2 * g * std::cos(angle)).epsilon(1e-6));
+  CHECK(friction.x() == test::relative(-2 * g * std::sin(angle)).epsilon(1e-6));
   CHECK(std::abs(friction.y()) < 1e-6 * g);
 }
 

@@ -4,6 +4,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "scenes/brick.hpp"
 #include "scenes/medley.hpp"
+#include "support/relative.hpp"
 
 #include <bristle/world/world.hpp>
 
@@ -110,7 +111,7 @@ TEST_CASE("extreme_numbers: a body that overflows takes no support from the stac
   for (std::size_t i = 0; i + 1 < stack.size(); ++i) {
     CAPTURE(i);
     CHECK(world.pose(stack[i]).translation.z() ==
-          doctest::Approx(0.1 + 0.2 * double(i)).epsilon(0.01));
+          test::relative(0.1 + 0.2 * double(i)).epsilon(0.01));
   }
 }
 
@@ -137,9 +138,9 @@ TEST_CASE_TEMPLATE("extreme_numbers: balls and boxes of any size fall and rest",
       CHECK((body.inertia_B * body.inverse_inertia_B).isApprox(Mat3<S>::Identity()));
       for (int i = 0; i < 20; ++i) world.step();
       // 20 steps: a time of sqrt(size / g), so half a size of fall; exact but for round-off.
-      CHECK(world.pose(id).translation.z() / size == doctest::Approx(2.5).epsilon(1e-4));
+      CHECK(world.pose(id).translation.z() / size == test::relative(2.5).epsilon(1e-4));
       for (int i = 0; i < 400; ++i) world.step();
-      CHECK(world.pose(id).translation.z() / rest == doctest::Approx(1).epsilon(1e-3));
+      CHECK(world.pose(id).translation.z() / rest == test::relative(1).epsilon(1e-3));
       CHECK(world.report().discarded_islands == 0);
     }
   }
@@ -158,7 +159,7 @@ TEST_CASE_TEMPLATE("extreme_numbers: a small top keeps its energy as a large one
     const Quat<S> start = world.pose(id).rotation;
     for (int i = 0; i < 100; ++i) world.step();
     CHECK(world.pose(id).rotation.angularDistance(start) > S(0.1));
-    CHECK(world.body(id).kinetic_energy() / energy == doctest::Approx(1).epsilon(1e-4));
+    CHECK(world.body(id).kinetic_energy() / energy == test::relative(1).epsilon(1e-4));
   }
 }
 
@@ -229,7 +230,8 @@ TEST_CASE_TEMPLATE("extreme_numbers: steps of any lengths follow each other", S,
   CHECK(world.pose(box).translation.z() > S(0.05));
 }
 
-TEST_CASE("extreme_numbers: a sensor whose force has no moment about the centre of mass reads none") {
+TEST_CASE(
+    "extreme_numbers: a sensor whose force has no moment about the centre of mass reads none") {
   World<double> world;
   (void)world.add_body({.motion = Motion::fixed, .shape = HalfSpace<double>{}});
   BodyDef<double> def;

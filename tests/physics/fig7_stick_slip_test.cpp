@@ -2,6 +2,7 @@
 /// Fig. 7 (a): the stairs of a box that a constant force pushes over its sensors.
 // SPDX-License-Identifier: BSD-3-Clause
 #include "fig7_stick_slip/stairs.hpp"
+#include "support/relative.hpp"
 
 #include <doctest/doctest.h>
 
@@ -11,11 +12,13 @@ using fig7::Stairs;
 TEST_CASE("fig7_stick_slip: the equation of the stairs has the reference values") {
   // Near-stops of a plate with half and 0.7 of critical damping; the mean speed of fast stairs is
   // (F - F_max / 2) / c.
-  CHECK(fig7::StairEquation({0.9, 0.5}).steady().period == doctest::Approx(12.3e-3).epsilon(1e-2));
-  CHECK(fig7::StairEquation({1, 0.7}).steady().period == doctest::Approx(14.4e-3).epsilon(1e-2));
+  CHECK(fig7::StairEquation({0.9, 0.5}).steady().period ==
+        bristle::test::relative(12.3e-3).epsilon(1e-2));
+  CHECK(fig7::StairEquation({1, 0.7}).steady().period ==
+        bristle::test::relative(14.4e-3).epsilon(1e-2));
   const double c = 16 * 0.1;
   CHECK(fig7::StairEquation({0.6, fig7::papers_damping_ratio()}).steady().speed ==
-        doctest::Approx(0.1 * fig7::StairEquation::full_load / c).epsilon(1e-4));
+        bristle::test::relative(0.1 * fig7::StairEquation::full_load / c).epsilon(1e-4));
 }
 
 TEST_CASE("fig7_stick_slip: height, period and friction are those of the equation") {

@@ -2,6 +2,7 @@
 /// Fig. 8 (a): two hands pick a screwdriver up, insert it and turn it with the cast below.
 // SPDX-License-Identifier: BSD-3-Clause
 #include "fig8_screwdriver/task.hpp"
+#include "support/relative.hpp"
 
 #include <doctest/doctest.h>
 
@@ -32,14 +33,15 @@ void check_course(const Task& task, double dt) {
 
   // In the air it hangs by its weight over the stiffness of the bristles of both pads.
   const fig8::Phase& carry = phase_of(task, "carry");
-  CHECK(carry.height == doctest::Approx(fig8::clear_height).epsilon(1e-3));
+  CHECK(carry.height == bristle::test::relative(fig8::clear_height).epsilon(1e-3));
   const double sag =
       fig8::driver_mass * 9.81 / (2 * Task::firm * fig8::table_constants.static_friction);
-  CHECK(slip_after(task, carry, dt) == doctest::Approx(sag).epsilon(0.01));
+  CHECK(slip_after(task, carry, dt) == bristle::test::relative(sag).epsilon(0.01));
 
   CHECK(std::abs(phase_of(task, "insert").height - fig8::seated_height) < 1e-4);
-  CHECK(phase_of(task, "soften 1").squeeze_minor == doctest::Approx(Task::soft).epsilon(0.1));
-  CHECK(phase_of(task, "turn 1").squeeze_minor == doctest::Approx(Task::soft).epsilon(0.1));
+  CHECK(phase_of(task, "soften 1").squeeze_minor ==
+        bristle::test::relative(Task::soft).epsilon(0.1));
+  CHECK(phase_of(task, "turn 1").squeeze_minor == bristle::test::relative(Task::soft).epsilon(0.1));
   const fig8::Phase& turn = phase_of(task, "turn 1");
   CHECK(turn.driver_turn > Task::wanted_turn);
   CHECK(turn.cast_turn > Task::wanted_turn);
@@ -105,5 +107,5 @@ TEST_CASE("fig8_screwdriver: the number of sensors does not change what a pad do
   fine.run();
   CHECK(coarse.is_right());
   CHECK(fine.is_right());
-  CHECK(coarse.least_turn() == doctest::Approx(fine.least_turn()).epsilon(0.01));
+  CHECK(coarse.least_turn() == bristle::test::relative(fine.least_turn()).epsilon(0.01));
 }

@@ -5,6 +5,7 @@
 
 #include "scenes/plate.hpp"
 #include "support/integrations.hpp"
+#include "support/relative.hpp"
 
 #include <doctest/doctest.h>
 
@@ -16,7 +17,7 @@ namespace {}  // namespace
 
 TEST_CASE("grasp: a part between still fingers sags by m g / (mu_S sum F_N) (R12)") {
   const double sag = 0.5 * 9.81 / (1000 * 2 * 10);
-  CHECK(sag == doctest::Approx(245.250e-6).epsilon(1e-9));
+  CHECK(sag == test::relative(245.250e-6).epsilon(1e-9));
   for (const double dt : {1e-3, 1.0 / 60}) {
     for (const double static_friction : {1e3, 1e5}) {
       for (const Integration integration : both_integrations) {
@@ -29,8 +30,8 @@ TEST_CASE("grasp: a part between still fingers sags by m g / (mu_S sum F_N) (R12
         auto scene = make_grasp<double>(def);
         scene.run(4);
         const double settled = scene.sag();
-        CHECK(scene.total_normal() == doctest::Approx(20).epsilon(1e-6));
-        CHECK(settled == doctest::Approx(sag * 1e3 / static_friction).epsilon(1e-5));
+        CHECK(scene.total_normal() == test::relative(20).epsilon(1e-6));
+        CHECK(settled == test::relative(sag * 1e3 / static_friction).epsilon(1e-5));
         scene.run(5);
         CHECK(std::abs(scene.sag() - settled) < 1e-12);
       }
@@ -47,10 +48,10 @@ TEST_CASE("grasp: driven fingers of any mass grip with the force of their drive 
       def.static_friction = 1e5;
       auto scene = make_grasp<double>(def);
       scene.run(4);
-      CHECK(scene.total_normal() == doctest::Approx(20).epsilon(1e-5));
-      CHECK(scene.sag() == doctest::Approx(0.5 * 9.81 / (1e5 * 20)).epsilon(1e-5));
+      CHECK(scene.total_normal() == test::relative(20).epsilon(1e-5));
+      CHECK(scene.sag() == test::relative(0.5 * 9.81 / (1e5 * 20)).epsilon(1e-5));
       for (const JointId drive : scene.drives) {
-        CHECK(scene.world.reading(drive).drive_force == doctest::Approx(10).epsilon(1e-9));
+        CHECK(scene.world.reading(drive).drive_force == test::relative(10).epsilon(1e-9));
       }
       const double settled = scene.sag();
       scene.run(5);
@@ -67,7 +68,7 @@ TEST_CASE("grasp: float holds a part as double does (R12)") {
     auto scene = make_grasp<float>(def);
     scene.run(4);
     const float settled = scene.sag();
-    CHECK(static_cast<double>(settled) == doctest::Approx(245.25e-6).epsilon(1e-3));
+    CHECK(static_cast<double>(settled) == test::relative(245.25e-6).epsilon(1e-3));
     scene.run(5);
     CHECK(std::abs(scene.sag() - settled) < 1e-6F);
   }
@@ -89,7 +90,7 @@ TEST_CASE("grasp: a loosened grip slips when mu times the grip no longer carries
     }
     scene.world.step();
   }
-  CHECK(grip == doctest::Approx(2.4525).epsilon(0.05));
+  CHECK(grip == test::relative(2.4525).epsilon(0.05));
   // Caught again: it stops within a few millimetres.
   for (const JointId drive : scene.drives) {
     scene.world.set_drive(drive, {DriveMode::velocity, 10, 10, 1});
@@ -112,7 +113,7 @@ TEST_CASE("grasp: bristles resist torsion about the normal (R11)") {
     }
   }
   const double yaw = 0.2 / (5000 * 0.5 * 9.81 / 16 * sum_r2);
-  CHECK(yaw == doctest::Approx(1.304791e-3).epsilon(1e-5));
+  CHECK(yaw == test::relative(1.304791e-3).epsilon(1e-5));
   for (const Integration integration : both_integrations) {
     PlateDef<double> def;
     def.integration = integration;
@@ -124,8 +125,7 @@ TEST_CASE("grasp: bristles resist torsion about the normal (R11)") {
       scene.world.step();
     }
     const Vec3<double> turn = log_rotation<double>(scene.world.pose(scene.plate).rotation);
-    CHECK(turn.z() == doctest::Approx(yaw).epsilon(1e-4));
-    CHECK(scene.world.reading(scene.patch).wrench.torque.z() ==
-          doctest::Approx(-0.2).epsilon(1e-6));
+    CHECK(turn.z() == test::relative(yaw).epsilon(1e-4));
+    CHECK(scene.world.reading(scene.patch).wrench.torque.z() == test::relative(-0.2).epsilon(1e-6));
   }
 }

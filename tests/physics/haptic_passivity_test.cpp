@@ -2,6 +2,7 @@
 /// The energy at the port of a haptic loop: by closed form against a wall, and bounded on a box.
 // SPDX-License-Identifier: BSD-3-Clause
 #include "scenes/stylus.hpp"
+#include "support/relative.hpp"
 
 #include <bristle/sensors/passivity_observer.hpp>
 
@@ -90,7 +91,7 @@ TEST_CASE("haptic_passivity: the energy of a wall, by the closed form") {
     }
     port.arrive(at(ticks));
     const double expected = -K / 2 * squares + (K + B / h) * products;
-    CHECK(port.observer.energy() == doctest::Approx(expected).epsilon(1e-6));
+    CHECK(port.observer.energy() == test::relative(expected).epsilon(1e-6));
     CHECK((expected < 0) == c.gives);
   }
 }
@@ -143,9 +144,9 @@ TEST_CASE("haptic_passivity: a box that is pressed and dragged, alone and with a
     if (is_controlled) {
       const Vec3<double> was = at(count) - at(count - 1);
       (void)controller.control({}, {was / h, Vec3<double>::Zero()}, h);
-      CHECK(controller.energy() == doctest::Approx(port.observer.energy()).epsilon(1e-12));
+      CHECK(controller.energy() == test::relative(port.observer.energy()).epsilon(1e-12));
       CHECK(controller.lowest_energy() ==
-            doctest::Approx(port.observer.lowest_energy()).epsilon(1e-12));
+            test::relative(port.observer.lowest_energy()).epsilon(1e-12));
     }
     found.energy = port.observer.energy();
     found.lowest = port.observer.lowest_energy();
@@ -176,7 +177,7 @@ TEST_CASE("haptic_passivity: a box that is pressed and dragged, alone and with a
     CAPTURE(c.times);
     CAPTURE(c.seconds);
     CHECK(run(c.ticks, c.drag, c.times, c.seconds, false).energy ==
-          doctest::Approx(-c.given).epsilon(0.02));
+          test::relative(-c.given).epsilon(0.02));
     const Outcome controlled = run(c.ticks, c.drag, c.times, c.seconds, true);
     CHECK(controlled.lowest >= -2 * controlled.missed);
     CHECK(controlled.lowest > -c.owed);

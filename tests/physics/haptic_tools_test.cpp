@@ -3,6 +3,7 @@
 /// refused.
 // SPDX-License-Identifier: BSD-3-Clause
 #include "scenes/stylus.hpp"
+#include "support/relative.hpp"
 
 #include <doctest/doctest.h>
 
@@ -33,7 +34,7 @@ TEST_CASE(
   CHECK(scene.loop.wrench(scene.tool).force.z() > 1);
   scene.world.step(scene.loop);
   // What has its slot now got nothing.
-  CHECK(scene.world.body(successor).twist.linear.z() == doctest::Approx(-9.81 / 60));
+  CHECK(scene.world.body(successor).twist.linear.z() == test::relative(-9.81 / 60));
   run(0, 16);
   CHECK(scene.loop.wrench(scene.tool).force.z() == 0);
   // A tool whose body is gone feels nothing either.
@@ -58,7 +59,7 @@ TEST_CASE("haptic_tools: the velocity of a tool is that since the last tick, and
   const auto check_force = [&](double z, double v) {
     scene.loop.tick();
     CHECK(scene.loop.wrench(scene.tool).force.z() ==
-          doctest::Approx(K * (scene.ray - z) + (K * h + B) * v).epsilon(1e-9));
+          test::relative(K * (scene.ray - z) + (K * h + B) * v).epsilon(1e-9));
   };
   // Placed before and elsewhere at the first tick: it jumped.
   move(0.012);
@@ -77,7 +78,7 @@ TEST_CASE("haptic_tools: the velocity of a tool is that since the last tick, and
   // Moved on between the last tick and the step: the step ends there.
   move(0.005);
   scene.world.step(scene.loop);
-  CHECK(scene.world.pose(scene.body).translation.z() == doctest::Approx(0.005));
+  CHECK(scene.world.pose(scene.body).translation.z() == test::relative(0.005));
   check_force(0.005, (0.006 - v * h - 0.005) / h);
   // A jump while the loop was closed is no velocity either.
   scene.world.open(scene.loop);
@@ -155,7 +156,7 @@ TEST_CASE("haptic_tools: tools that are new, wrong or gone") {
   scene.world.open(scene.loop);
   run();
   CHECK(scene.loop.wrench(scene.tool).force.z() ==
-        doctest::Approx(scene.stiffness() * (scene.ray - 0.006)));
+        test::relative(scene.stiffness() * (scene.ray - 0.006)));
   CHECK(scene.loop.wrench(tool).force.isZero(0));
   scene.world.step(scene.loop);
 }
@@ -190,8 +191,8 @@ TEST_CASE("haptic_tools: a step that one of the tools cannot make is refused for
   scene.world.open(scene.loop);
   for (int i = 0; i < 16; ++i) tick(0.1);
   scene.world.step(scene.loop);
-  CHECK(scene.world.pose(second).translation.x() == doctest::Approx(0.1));
-  CHECK(scene.world.pose(scene.body).translation.z() == doctest::Approx(0.9));
+  CHECK(scene.world.pose(second).translation.x() == test::relative(0.1));
+  CHECK(scene.world.pose(scene.body).translation.z() == test::relative(0.9));
 }
 
 TEST_CASE("haptic_tools: bad input is refused by name, and changes nothing") {

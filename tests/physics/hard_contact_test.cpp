@@ -2,6 +2,7 @@
 /// Hard contact without sensors: friction, sliding, bouncing.
 // SPDX-License-Identifier: BSD-3-Clause
 #include "support/momentum.hpp"
+#include "support/relative.hpp"
 
 #include <bristle/world/world.hpp>
 
@@ -60,7 +61,7 @@ TEST_CASE_TEMPLATE("hard_contact: friction sticks below atan mu and slides above
     } else {
       // a = g (sin - mu cos), for 1 s.
       const double a = static_cast<double>(g * (std::sin(angle) - mu * std::cos(angle)));
-      CHECK(static_cast<double>(box.twist.linear.x()) == doctest::Approx(a).epsilon(1e-3));
+      CHECK(static_cast<double>(box.twist.linear.x()) == test::relative(a).epsilon(1e-3));
     }
   }
 }
@@ -76,14 +77,14 @@ TEST_CASE("hard_contact: friction is a disk, so it opposes a slide in any direct
     slider.world.set_velocity(slider.box, {2 * direction, Vec3<double>::Zero()});
     for (int i = 0; i < 300; ++i) slider.world.step();
     const Vec3<double> v = slider.world.body(slider.box).twist.linear;
-    CHECK(v.dot(direction) == doctest::Approx(2 - mu * 9.81 * 0.3).epsilon(1e-3));
+    CHECK(v.dot(direction) == test::relative(2 - mu * 9.81 * 0.3).epsilon(1e-3));
     CHECK((v - v.dot(direction) * direction).norm() < 2e-3);
   }
 }
 
 TEST_CASE("hard_contact: friction of a pair is the geometric mean, restitution the larger") {
   const Material<double> pair = combined<double>({0.9, 0.2}, {0.4, 0.7});
-  CHECK(pair.friction == doctest::Approx(0.6));
+  CHECK(pair.friction == test::relative(0.6));
   CHECK(pair.restitution == 0.7);
 }
 
@@ -108,7 +109,7 @@ TEST_CASE("hard_contact: a bounce gives back e times the speed") {
     REQUIRE(before < -1.9);
     if (e > 0) {
       // It hits within the step, so what e^2 is exactly about is the energy of the flight.
-      CHECK(energy() == doctest::Approx(e * e * energy_before).epsilon(1e-9));
+      CHECK(energy() == test::relative(e * e * energy_before).epsilon(1e-9));
     } else {
       // It arrives: the gap is closed exactly and not passed.
       for (int i = 0; i < 5; ++i) slider.world.step();
@@ -136,14 +137,14 @@ TEST_CASE("hard_contact: an overlap is pushed out without giving speed") {
     fastest = std::max(fastest, slider.world.body(slider.box).twist.linear.norm());
   }
   CHECK(fastest < 1e-8);
-  CHECK(slider.world.pose(slider.box).translation.z() == doctest::Approx(0.01).epsilon(1e-6));
+  CHECK(slider.world.pose(slider.box).translation.z() == test::relative(0.01).epsilon(1e-6));
 }
 
 TEST_CASE("hard_contact: a fast body does not tunnel") {
   auto slider = make_slider<double>({0, 0, -9.81}, 0.5, 0.0, 1.0, 1.0 / 60);
   slider.world.set_velocity(slider.box, {{0, 0, -500}, {0, 0, 0}});
   for (int i = 0; i < 60; ++i) slider.world.step();
-  CHECK(slider.world.pose(slider.box).translation.z() == doctest::Approx(0.01).epsilon(1e-6));
+  CHECK(slider.world.pose(slider.box).translation.z() == test::relative(0.01).epsilon(1e-6));
 }
 
 /// Two fingertips that forces press together, with a plate of 10 mm between them.
@@ -190,7 +191,7 @@ TEST_CASE("hard_contact: fingertips do not press on each other through what they
           return;
         }
         contact.for_each_point([&](const ContactPointReading<double>& point) {
-          CHECK(point.normal_impulse == doctest::Approx(carried).epsilon(1e-6));
+          CHECK(point.normal_impulse == test::relative(carried).epsilon(1e-6));
           ++pressing;
         });
       });

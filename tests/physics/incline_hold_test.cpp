@@ -3,6 +3,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "scenes/plate.hpp"
 #include "support/integrations.hpp"
+#include "support/relative.hpp"
 
 #include <doctest/doctest.h>
 
@@ -37,7 +38,7 @@ TEST_CASE_TEMPLATE("incline_hold: at rest every sensor carries its share (R1)", 
   // e_N = m g / (n K_N) = 0.5 * 9.81 / 16 and z = L (1 - e_N), the rays ending 5 mm below.
   const double depth = 0.5 * 9.81 / 16;
   const double height = 0.01 * (1 - depth);
-  CHECK(depth == doctest::Approx(0.3065625).epsilon(1e-12));
+  CHECK(depth == test::relative(0.3065625).epsilon(1e-12));
   // Float: positions of a few mm beside arms of 0.1 m, so a few 1e-8 m, or 1e-5 of the ray.
   const double tolerance = std::is_same_v<S, double> ? 1e-9 : 2e-5;
   for (const Integration integration : both_integrations) {
@@ -52,14 +53,14 @@ TEST_CASE_TEMPLATE("incline_hold: at rest every sensor carries its share (R1)", 
     }
     CHECK(std::abs(static_cast<double>(scene.position().z()) - height) < 0.01 * tolerance);
     CHECK(static_cast<double>(reading.total_normal()) ==
-          doctest::Approx(0.5 * 9.81).epsilon(tolerance));
+          test::relative(0.5 * 9.81).epsilon(tolerance));
   }
 }
 
 TEST_CASE(
     "incline_hold: a plate that cannot tilt stretches its bristles by tan(angle) / mu_S (R4)") {
   const double stretch = std::tan(degrees(30.0)) / 5000;
-  CHECK(stretch == doctest::Approx(0.115470e-3).epsilon(1e-5));
+  CHECK(stretch == test::relative(0.115470e-3).epsilon(1e-5));
   for (const InclineBy way : inclines) {
     for (const Integration integration : both_integrations) {
       PlateDef<double> def;
@@ -72,7 +73,7 @@ TEST_CASE(
       auto scene = make_plate<double>(def);
       scene.run(10);
       // The plate's huge inertia turns by next to nothing in 10 s, yet not by nothing.
-      CHECK(mean_stretch(scene) == doctest::Approx(stretch).epsilon(1e-6));
+      CHECK(mean_stretch(scene) == test::relative(stretch).epsilon(1e-6));
     }
   }
 }
@@ -92,14 +93,14 @@ TEST_CASE("incline_hold: the centre of a plate that tilts sits where statics put
         scene.run(12);
         const Vec3<double> settled = scene.position();
         // The tabled value has the measured digits; the closed form is linear in the tilt.
-        CHECK(settled.x() == doctest::Approx(0.143020e-3).epsilon(1e-4));
-        CHECK(settled.x() == doctest::Approx(plate_rest_shift(def)).epsilon(7e-3));
+        CHECK(settled.x() == test::relative(0.143020e-3).epsilon(1e-4));
+        CHECK(settled.x() == test::relative(plate_rest_shift(def)).epsilon(7e-3));
         // The bristles hold the part of gravity across the tilted rays.
         const Transform<double> X_IP =
             scene.X_WI.inverse() * scene.world.body(scene.plate).center_pose;
         const double tilt = log_rotation<double>(X_IP.rotation).y();
         CHECK(mean_stretch(scene) ==
-              doctest::Approx(std::tan(def.incline + tilt) / 5000).epsilon(1e-6));
+              test::relative(std::tan(def.incline + tilt) / 5000).epsilon(1e-6));
         scene.run(5);
         CHECK((scene.position() - settled).norm() < 1e-9);
       }
@@ -116,7 +117,7 @@ TEST_CASE("incline_hold: float holds as double does, within its resolution (R4)"
     auto scene = make_plate<float>(def);
     scene.run(10);
     const Vec3<float> settled = scene.position();
-    CHECK(static_cast<double>(settled.x()) == doctest::Approx(0.143020e-3).epsilon(1e-3));
+    CHECK(static_cast<double>(settled.x()) == test::relative(0.143020e-3).epsilon(1e-3));
     scene.run(5);
     CHECK((scene.position() - settled).norm() < 1e-7F);
   }
@@ -159,7 +160,7 @@ TEST_CASE("incline_hold: sensors beside a hard contact carry the shear (R16)") {
   // Contact fixes the depth at 0.5, so sum F_N = n K_N / 2 whatever the weight, and the plate stays
   // flat: x = m g sin(angle) / (mu_S sum F_N).
   const double predicted = 0.5 * 9.81 * std::sin(degrees(25.0)) / (5000 * 4 * 0.5);
-  CHECK(predicted == doctest::Approx(0.20729e-3).epsilon(1e-4));
+  CHECK(predicted == test::relative(0.20729e-3).epsilon(1e-4));
   for (const double dt : {1e-3, 1.0 / 60}) {
     for (const Integration integration : both_integrations) {
       if (integration == Integration::explicit_ && dt > 5e-3) continue;
@@ -173,9 +174,9 @@ TEST_CASE("incline_hold: sensors beside a hard contact carry the shear (R16)") {
       def.parameters.sliding_friction = 10;
       auto scene = make_plate<double>(def);
       scene.run(3);
-      CHECK(scene.position().x() == doctest::Approx(0.20729e-3).epsilon(1e-3));
-      CHECK(scene.position().x() == doctest::Approx(predicted).epsilon(1e-6));
-      CHECK(scene.world.reading(scene.patch).total_normal() == doctest::Approx(2).epsilon(1e-6));
+      CHECK(scene.position().x() == test::relative(0.20729e-3).epsilon(1e-3));
+      CHECK(scene.position().x() == test::relative(predicted).epsilon(1e-6));
+      CHECK(scene.world.reading(scene.patch).total_normal() == test::relative(2).epsilon(1e-6));
     }
   }
 }

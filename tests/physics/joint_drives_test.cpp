@@ -3,6 +3,7 @@
 /// swept in parts.
 // SPDX-License-Identifier: BSD-3-Clause
 #include "support/numbers.hpp"
+#include "support/relative.hpp"
 
 #include <bristle/math/rotation.hpp>
 #include <bristle/world/world.hpp>
@@ -87,8 +88,8 @@ TEST_CASE("joint_drives: a loaded spring drive sags by load over stiffness, at a
     Driven<double> driven(JointKind::prismatic, {.time_step = 1.0 / 60}, drive);
     for (int i = 0; i < 600; ++i) driven.world.step();
     const auto reading = driven.world.reading(driven.joint);
-    CHECK(reading.position == doctest::Approx(0.1 - 2 * g / k).epsilon(1e-9));
-    CHECK(reading.drive_force == doctest::Approx(2 * g).epsilon(1e-9));
+    CHECK(reading.position == test::relative(0.1 - 2 * g / k).epsilon(1e-9));
+    CHECK(reading.drive_force == test::relative(2 * g).epsilon(1e-9));
     CHECK(std::abs(reading.velocity) < 1e-9);
   }
 }
@@ -99,8 +100,8 @@ TEST_CASE("joint_drives: a spring drive gives no more than its limit") {
   Driven<double> driven(JointKind::prismatic, {.time_step = 1e-3}, drive);
   for (int i = 0; i < 100; ++i) driven.world.step();
   // 3 N beyond the weight for 0.1 s.
-  CHECK(driven.world.reading(driven.joint).velocity == doctest::Approx(3 * 0.1 / 2).epsilon(1e-9));
-  CHECK(driven.world.reading(driven.joint).drive_force == doctest::Approx(2 * g + 3));
+  CHECK(driven.world.reading(driven.joint).velocity == test::relative(3 * 0.1 / 2).epsilon(1e-9));
+  CHECK(driven.world.reading(driven.joint).drive_force == test::relative(2 * g + 3));
 }
 
 // Such islands are solved in four parts of a step of 1/60 s; each part may give a fourth.
@@ -113,8 +114,7 @@ TEST_CASE("joint_drives: swept in parts a drive gives no more than its limit") {
     def.solver.max_direct_work = 0;
     Driven<double> driven(JointKind::prismatic, def, drive);
     for (int i = 0; i < 6; ++i) driven.world.step();
-    CHECK(driven.world.reading(driven.joint).velocity ==
-          doctest::Approx(3 * 0.1 / 2).epsilon(1e-6));
+    CHECK(driven.world.reading(driven.joint).velocity == test::relative(3 * 0.1 / 2).epsilon(1e-6));
   }
 }
 

@@ -2,6 +2,7 @@
 /// Springs of joints in a world: on a free axis, and six at once.
 // SPDX-License-Identifier: BSD-3-Clause
 #include "support/momentum.hpp"
+#include "support/relative.hpp"
 
 #include <bristle/world/world.hpp>
 
@@ -85,7 +86,7 @@ TEST_CASE("joint spring: a slide with a spring and a damper follows the damped o
     sprung.world.step();
     const JointReading<double> reading = sprung.reading();
     CHECK(reading.reaction.force.x() ==
-          doctest::Approx(2 * 240 * (reading.velocity - before)).epsilon(1e-9));
+          test::relative(2 * 240 * (reading.velocity - before)).epsilon(1e-9));
     const double t = i / 240.0;
     const double exact = 0.1 - 0.1 * std::exp(-ratio * w0 * t) *
                                    (std::cos(w * t) + ratio * w0 / w * std::sin(w * t));
@@ -99,7 +100,7 @@ TEST_CASE("joint spring: a spring winds up over whole turns") {
   auto sprung = make_sprung<double>(def, 1.0 / 240);
   // w0 = 1 / s: half a swing later it is twice as far.
   sprung.run(pi);
-  CHECK(sprung.reading().position == doctest::Approx(14).epsilon(1e-5));
+  CHECK(sprung.reading().position == test::relative(14).epsilon(1e-5));
   sprung.run(pi);
   CHECK(std::abs(sprung.reading().position) < 1e-3);
 }
@@ -142,9 +143,9 @@ TEST_CASE_TEMPLATE("joint spring: a load stretches a spring by F / k, however st
     auto sprung = make_sprung<S>(def, S(1) / S(240), {S(-10), 0, 0});
     sprung.run(20);
     CHECK(static_cast<double>(sprung.reading().position * stiffness) ==
-          doctest::Approx(-20).epsilon(2e-3));
+          test::relative(-20).epsilon(2e-3));
     CHECK(static_cast<double>(sprung.reading().reaction.force.x()) ==
-          doctest::Approx(20).epsilon(2e-3));
+          test::relative(20).epsilon(2e-3));
     CHECK(static_cast<double>(std::abs(sprung.reading().velocity)) < 1e-3);
   }
 }
@@ -207,7 +208,7 @@ TEST_CASE("six_dof: at rest each spring is stretched by its share of the load") 
   const V offset_J = turn.conjugate() * X.translation;
   const V force_J = turn.conjugate() * force;
   for (int i = 0; i < 3; ++i) {
-    CHECK(offset_J[i] == doctest::Approx(force_J[i] / def.bushing.stiffness[i]).epsilon(1e-6));
+    CHECK(offset_J[i] == test::relative(force_J[i] / def.bushing.stiffness[i]).epsilon(1e-6));
   }
   // phi . K phi / 2 grows by torque . w in a small turn w of the body, whichever way.
   const auto energy = [&](const Quat<double>& rotation) {
@@ -220,7 +221,7 @@ TEST_CASE("six_dof: at rest each spring is stretched by its share of the load") 
     const double slope = (energy(exp_rotation<double>(w) * X.rotation) -
                           energy(exp_rotation<double>(-w) * X.rotation)) /
                          (2 * h);
-    CHECK(slope == doctest::Approx(torque[i]).epsilon(1e-6));
+    CHECK(slope == test::relative(torque[i]).epsilon(1e-6));
   }
   const Wrench<double> reaction = sprung.reading().reaction;
   CHECK((reaction.force + force).norm() < 1e-6);

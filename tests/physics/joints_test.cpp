@@ -2,6 +2,7 @@
 /// Fixed and prismatic joints: what they hold, what they let go, what they report.
 // SPDX-License-Identifier: BSD-3-Clause
 #include "support/momentum.hpp"
+#include "support/relative.hpp"
 
 #include <bristle/math/rotation.hpp>
 #include <bristle/world/world.hpp>
@@ -84,8 +85,8 @@ TEST_CASE_TEMPLATE("joints: a fixed joint holds a cantilever and reports its wei
   // On B about B's joint origin: the wall lifts 20 N, and turns against 20 N at 0.3 m, about -y.
   const JointReading<S> reading = world.reading(joint);
   const double tolerance = 100 * eps;
-  CHECK(static_cast<double>(reading.reaction.force.z()) == doctest::Approx(20).epsilon(tolerance));
-  CHECK(static_cast<double>(reading.reaction.torque.y()) == doctest::Approx(-6).epsilon(tolerance));
+  CHECK(static_cast<double>(reading.reaction.force.z()) == test::relative(20).epsilon(tolerance));
+  CHECK(static_cast<double>(reading.reaction.torque.y()) == test::relative(-6).epsilon(tolerance));
   CHECK(reading.position == S(0));
 }
 
@@ -128,7 +129,7 @@ TEST_CASE("joints: a heavy body hangs from light ones without stretching the cha
   }
   run_for(world, 3);
   CHECK((world.pose(last).translation - Vec3<double>(0, 0, -0.8)).norm() < 1e-9);
-  CHECK(world.reading(top).reaction.force.z() == doctest::Approx(1000.3 * 9.81).epsilon(1e-9));
+  CHECK(world.reading(top).reaction.force.z() == test::relative(1000.3 * 9.81).epsilon(1e-9));
 }
 
 TEST_CASE("joints: a joint between two free bodies keeps their momentum") {
@@ -154,7 +155,7 @@ TEST_CASE("joints: a joint between two free bodies keeps their momentum") {
   // brings them back has no momentum, but moves the arms of it: of first order in the step.
   CHECK((after.torque - before.torque).norm() < 5e-4 * before.torque.norm());
   CHECK(test::energy_of(world, std::span<const BodyId>(bodies)) ==
-        doctest::Approx(energy).epsilon(1e-2));
+        test::relative(energy).epsilon(1e-2));
   const Transform<double> X_AB = relative_pose(world.pose(bodies[0]), world.pose(bodies[1]));
   CHECK((X_AB.translation - Vec3<double>(0.2, 0.1, 0)).norm() < 1e-5);
 }
@@ -165,8 +166,8 @@ TEST_CASE("joints: a slide falls freely along its axis and not across it") {
   // g sin 45 along the axis for 0.5 s; g cos 45 is the joint's, on 2 kg.
   const JointReading<double> reading = slide.world.reading(slide.joint);
   const double root_half = std::numbers::sqrt2 / 2;
-  CHECK(reading.velocity == doctest::Approx(10 * root_half * 0.5).epsilon(1e-9));
-  CHECK(reading.position == doctest::Approx(10 * root_half * 0.125).epsilon(3e-3));
+  CHECK(reading.velocity == test::relative(10 * root_half * 0.5).epsilon(1e-9));
+  CHECK(reading.position == test::relative(10 * root_half * 0.125).epsilon(3e-3));
   CHECK(reading.drive_force == 0);
   CHECK(reading.reaction.force.isApprox(20 * root_half * Vec3<double>(1, 0, 1).normalized(), 1e-9));
   CHECK(std::abs(slide.world.pose(slide.body).translation.y()) < 1e-12);
@@ -177,21 +178,21 @@ TEST_CASE("joints: a velocity drive holds its speed within its force limit") {
   // Upwards at 0.1 m/s against 20 N: 50 N suffice.
   auto strong = make_slide<double>({0, 0, 1}, {DriveMode::velocity, 0.1, 50, 1});
   run_for(strong.world, 0.5);
-  CHECK(strong.world.reading(strong.joint).velocity == doctest::Approx(0.1).epsilon(1e-12));
-  CHECK(strong.world.reading(strong.joint).drive_force == doctest::Approx(20).epsilon(1e-9));
+  CHECK(strong.world.reading(strong.joint).velocity == test::relative(0.1).epsilon(1e-12));
+  CHECK(strong.world.reading(strong.joint).drive_force == test::relative(20).epsilon(1e-9));
   // 12 N do not: it falls with (20 - 12) / 2 = 4 m/s^2.
   auto weak = make_slide<double>({0, 0, 1}, {DriveMode::velocity, 0.1, 12, 1});
   run_for(weak.world, 0.5);
-  CHECK(weak.world.reading(weak.joint).velocity == doctest::Approx(-2).epsilon(1e-9));
-  CHECK(weak.world.reading(weak.joint).drive_force == doctest::Approx(12).epsilon(1e-12));
+  CHECK(weak.world.reading(weak.joint).velocity == test::relative(-2).epsilon(1e-9));
+  CHECK(weak.world.reading(weak.joint).drive_force == test::relative(12).epsilon(1e-12));
 }
 
 TEST_CASE("joints: a position drive arrives at its speed limit and stays") {
   auto slide = make_slide<double>({0, 0, 1}, {DriveMode::position, 0.2, 100, 0.5});
   run_for(slide.world, 0.2);
-  CHECK(slide.world.reading(slide.joint).velocity == doctest::Approx(0.5).epsilon(1e-9));
+  CHECK(slide.world.reading(slide.joint).velocity == test::relative(0.5).epsilon(1e-9));
   run_for(slide.world, 0.8);
-  CHECK(slide.world.reading(slide.joint).position == doctest::Approx(0.2).epsilon(1e-9));
+  CHECK(slide.world.reading(slide.joint).position == test::relative(0.2).epsilon(1e-9));
   CHECK(std::abs(slide.world.reading(slide.joint).velocity) < 1e-9);
   slide.world.set_drive(slide.joint, {DriveMode::position, 0.0, 100, 0.5});
   run_for(slide.world, 1);
@@ -209,8 +210,8 @@ TEST_CASE("joints: stops are met exactly and not passed") {
     // What forces move a body by in a step, about 10 m/s^2 dt^2 of two bodies, to a millionth
     // (SolverDef::position_tolerance).
     CHECK(lowest >= -0.1 - 1e-4 * dt * dt);
-    CHECK(slide.world.reading(slide.joint).position == doctest::Approx(-0.1).epsilon(1e-9));
-    CHECK(slide.world.reading(slide.joint).reaction.force.z() == doctest::Approx(20).epsilon(1e-9));
+    CHECK(slide.world.reading(slide.joint).position == test::relative(-0.1).epsilon(1e-9));
+    CHECK(slide.world.reading(slide.joint).reaction.force.z() == test::relative(20).epsilon(1e-9));
     slide.world.set_velocity(slide.body, {{0, 0, 30}, {0, 0, 0}});
     slide.world.step();
     slide.world.step();
@@ -255,7 +256,7 @@ TEST_CASE("joints: a position drive brakes in time, with the force it has") {
     highest = std::max(highest, world.reading(joint).position);
   }
   CHECK(highest < 0.5 + 1e-9);
-  CHECK(world.reading(joint).position == doctest::Approx(0.5).epsilon(1e-9));
+  CHECK(world.reading(joint).position == test::relative(0.5).epsilon(1e-9));
 }
 
 TEST_CASE("joints: connected bodies touch only if told to") {
@@ -273,7 +274,7 @@ TEST_CASE("joints: connected bodies touch only if told to") {
     world.add_joint(def);
     run_for(world, 1);
     const double distance = world.pose(b).translation.x() - world.pose(a).translation.x();
-    CHECK(distance == doctest::Approx(collide ? 0.1 : 0.09).epsilon(1e-6));
+    CHECK(distance == test::relative(collide ? 0.1 : 0.09).epsilon(1e-6));
   }
 }
 
@@ -325,11 +326,11 @@ TEST_CASE("joints: how far frames are apart is told before a step closes them") 
     const bool is_free = kind == JointKind::six_dof;
     const double gap = is_free ? 0 : is_slide ? 0.8 : 1.0;  // x is free along a slide
     const double tilt = is_free || kind == JointKind::ball ? 0 : 0.3;
-    CHECK(world.reading(joint).gap == doctest::Approx(gap));
-    CHECK(world.reading(joint).tilt == doctest::Approx(tilt));
+    CHECK(world.reading(joint).gap == test::relative(gap));
+    CHECK(world.reading(joint).tilt == test::relative(tilt));
     world.step();
-    CHECK(world.report().joint_gap == doctest::Approx(gap));
-    CHECK(world.report().joint_tilt == doctest::Approx(tilt));
+    CHECK(world.report().joint_gap == test::relative(gap));
+    CHECK(world.report().joint_tilt == test::relative(tilt));
     world.step();
     CHECK(world.report().joint_gap < 1e-9);
     CHECK(world.report().joint_tilt < 1e-9);
@@ -347,5 +348,5 @@ TEST_CASE("joints: a hinge whose axes are opposite says so") {
   const BodyId tool = world.add_body(def);
   const JointId hinge =
       world.add_joint({.kind = JointKind::revolute, .body_a = base, .body_b = tool});
-  CHECK(world.reading(hinge).tilt == doctest::Approx(std::numbers::pi));
+  CHECK(world.reading(hinge).tilt == test::relative(std::numbers::pi));
 }

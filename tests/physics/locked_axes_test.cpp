@@ -2,6 +2,8 @@
 /// Bodies with locked axes: they move where they may, as far as the rest of their inertia lets
 /// them, and nowhere else.
 // SPDX-License-Identifier: BSD-3-Clause
+#include "support/relative.hpp"
+
 #include <bristle/sensors/placement.hpp>
 #include <bristle/world/world.hpp>
 
@@ -44,7 +46,7 @@ TEST_CASE_TEMPLATE("locked_axes: a body free along x alone falls along x alone",
     world.step();
   }
   // 1 m/s and (2 / 2 - 3) m/s^2 for a second.
-  CHECK(static_cast<double>(world.body(body).twist.linear.x()) == doctest::Approx(-1));
+  CHECK(static_cast<double>(world.body(body).twist.linear.x()) == test::relative(-1));
   const Transform<S> pose = world.pose(body);
   CHECK(pose.translation.y() == def.position.y());
   CHECK(pose.translation.z() == def.position.z());
@@ -53,7 +55,7 @@ TEST_CASE_TEMPLATE("locked_axes: a body free along x alone falls along x alone",
   CHECK(world.body(body).twist.angular == Vec3<S>::Zero());
   CHECK(pose.rotation.angularDistance(def.orientation) < Tolerance<S>::equal());
   // 0.1 + 1 - 1 m, to the first order of the step.
-  CHECK(static_cast<double>(pose.translation.x()) == doctest::Approx(0.1).epsilon(0.05));
+  CHECK(static_cast<double>(pose.translation.x()) == test::relative(0.1).epsilon(0.05));
 }
 
 TEST_CASE("locked_axes: a planar body turns about z under an off-centre force") {
@@ -72,11 +74,11 @@ TEST_CASE("locked_axes: a planar body turns about z under an off-centre force") 
   }
   const double seconds = steps / 256.0;
   CHECK(world.body(body).twist.angular.z() ==
-        doctest::Approx(0.02 * 0.01 / inertia * seconds).epsilon(1e-9));
+        test::relative(0.02 * 0.01 / inertia * seconds).epsilon(1e-9));
   CHECK(world.body(body).twist.angular.x() == 0);
   CHECK(world.body(body).twist.angular.y() == 0);
   CHECK(world.pose(body).translation.z() == 1);
-  CHECK(world.body(body).twist.linear.norm() == doctest::Approx(0.005 * seconds).epsilon(1e-3));
+  CHECK(world.body(body).twist.linear.norm() == test::relative(0.005 * seconds).epsilon(1e-3));
 }
 
 TEST_CASE("locked_axes: torques meet the inertia of the free axes among themselves") {
@@ -93,9 +95,9 @@ TEST_CASE("locked_axes: torques meet the inertia of the free axes among themselv
   // Inverse of ((2, 0.5), (0.5, 4)) times (1, -2); the lock takes the 5 N m and the coupling.
   const double dt = world.time_step(), determinant = 2 * 4 - 0.5 * 0.5;
   const Vec3<double> w = world.body(body).twist.angular;
-  CHECK(w.x() == doctest::Approx(dt * (4 * 1 - 0.5 * -2) / determinant).epsilon(1e-12));
+  CHECK(w.x() == test::relative(dt * (4 * 1 - 0.5 * -2) / determinant).epsilon(1e-12));
   CHECK(w.y() == 0);
-  CHECK(w.z() == doctest::Approx(dt * (-0.5 * 1 + 2 * -2) / determinant).epsilon(1e-12));
+  CHECK(w.z() == test::relative(dt * (-0.5 * 1 + 2 * -2) / determinant).epsilon(1e-12));
 }
 
 TEST_CASE("locked_axes: contact meets the free axis, and gives no energy") {
@@ -123,7 +125,7 @@ TEST_CASE("locked_axes: contact meets the free axis, and gives no energy") {
   CHECK(energy < 0.9);
   // What the finger lost along x the block has: the slide takes nothing there.
   CHECK(2 * world.body(finger).twist.linear.x() + world.body(target).twist.linear.x() ==
-        doctest::Approx(2).epsilon(1e-9));
+        test::relative(2).epsilon(1e-9));
 }
 
 TEST_CASE("locked_axes: a finger pushed along its axis grips with all of its force by sensors") {
@@ -157,7 +159,7 @@ TEST_CASE("locked_axes: a finger pushed along its axis grips with all of its for
     most = std::max(most, world.body(finger).kinetic_energy() - 10 * travelled);
   }
   CHECK(most < 1e-12);
-  CHECK(world.reading(patch).total_normal() == doctest::Approx(10).epsilon(1e-6));
+  CHECK(world.reading(patch).total_normal() == test::relative(10).epsilon(1e-6));
   CHECK(world.body(finger).twist.linear.norm() < 1e-9);
   CHECK(world.pose(finger).translation.tail<2>() == Vec2<double>::Zero());
 }

@@ -2,6 +2,7 @@
 /// Distances that arrays of rays measure, against single rays and closed forms.
 // SPDX-License-Identifier: BSD-3-Clause
 #include "support/random.hpp"
+#include "support/relative.hpp"
 
 #include <bristle/sensors/ray_fan.hpp>
 
@@ -47,7 +48,7 @@ TEST_CASE_TEMPLATE("proximity: a room, by its closed form", S, float, double) {
         (S(i) + S(0.5)) / S(64) * S(2) * S(std::numbers::pi) - S(std::numbers::pi) + turn;
     const S expected = S(1) / std::max(std::abs(std::cos(azimuth)), std::abs(std::sin(azimuth)));
     CHECK(array.distance()[i] ==
-          doctest::Approx(double(expected)).epsilon(std::is_same_v<S, float> ? 1e-5 : 1e-12));
+          test::relative(double(expected)).epsilon(std::is_same_v<S, float> ? 1e-5 : 1e-12));
   }
   CHECK(array.rays_cast() == 4 * 64);
 }
@@ -81,7 +82,7 @@ TEST_CASE("proximity: an array meets what single rays meet") {
     if (!hit.is_hit()) continue;
     ++met;
     CHECK(hit.distance > 0);
-    CHECK(array.distance()[i] == doctest::Approx(hit.distance).epsilon(1e-9));
+    CHECK(array.distance()[i] == test::relative(hit.distance).epsilon(1e-9));
     CHECK((X.rotate(array.normal(i)) - hit.normal).norm() < 1e-9);
   }
   CHECK(met > 20);
@@ -102,11 +103,11 @@ TEST_CASE("proximity: filters, and nothing in reach casts nothing") {
 
   ProximityArray<double> all(ray);
   world.sense(carrier, all);
-  CHECK(all.distance()[0] == doctest::Approx(0.4));
+  CHECK(all.distance()[0] == test::relative(0.4));
   CHECK(all.body()[0] == a);
   ProximityArray<double> fourth(ray, {.sees = 4});
   world.sense(carrier, fourth);
-  CHECK(fourth.distance()[0] == doctest::Approx(0.7));
+  CHECK(fourth.distance()[0] == test::relative(0.7));
   CHECK(fourth.body()[0] == b);
   ProximityArray<double> others(ray, {.excluded = {a, b}});
   world.sense(carrier, others);

@@ -2,6 +2,7 @@
 // what they give is known in sum.
 // SPDX-License-Identifier: BSD-3-Clause
 #include "support/numbers.hpp"
+#include "support/relative.hpp"
 
 #include <bristle/world/world.hpp>
 
@@ -89,8 +90,8 @@ TEST_CASE("pushed_boxes: a row that slides along takes Coulomb's force, and few 
     (void)scene.run(1, pusher);  // Until all are reached.
     const Course course = scene.run(2, pusher);
     // A thousandth of what gravity gives in a step may be left at each contact.
-    CHECK(course.force == doctest::Approx(friction * scene.mass * g).epsilon(1e-3));
-    CHECK(course.fastest == doctest::Approx(0.3).epsilon(1e-3));
+    CHECK(course.force == test::relative(friction * scene.mass * g).epsilon(1e-3));
+    CHECK(course.fastest == test::relative(0.3).epsilon(1e-3));
     CHECK(course.deepest < 2e-5);
     CHECK(course.factorisations < 3);
   }
@@ -146,7 +147,7 @@ TEST_CASE("pushed_boxes: what a belt holds against a wall presses as hard as the
   const BodyId stop = scene.world.add_body(wall);
   (void)scene.run(2, stop);
   const Course course = scene.run(1, stop);
-  CHECK(course.force == doctest::Approx(friction * scene.mass * g).epsilon(1e-3));
+  CHECK(course.force == test::relative(friction * scene.mass * g).epsilon(1e-3));
   CHECK(course.fastest < 1e-4);
   CHECK(course.deepest < 2e-5);
   CHECK(course.factorisations < 3);

@@ -5,6 +5,7 @@
 #include "support/mechanism.hpp"
 #include "support/momentum.hpp"
 #include "support/numbers.hpp"
+#include "support/relative.hpp"
 
 #include <bristle/world/world.hpp>
 
@@ -106,8 +107,8 @@ TEST_CASE_TEMPLATE("revolute: a level rod on a stop hangs by its hinge", S, floa
         4 * eps);
   // The wall lifts 20 N, and turns against 20 N at 0.1 m, about -y.
   const JointReading<S> reading = world.reading(joint);
-  CHECK(static_cast<double>(reading.reaction.force.z()) == doctest::Approx(20).epsilon(100 * eps));
-  CHECK(static_cast<double>(reading.reaction.torque.y()) == doctest::Approx(-2).epsilon(100 * eps));
+  CHECK(static_cast<double>(reading.reaction.force.z()) == test::relative(20).epsilon(100 * eps));
+  CHECK(static_cast<double>(reading.reaction.torque.y()) == test::relative(-2).epsilon(100 * eps));
   // Each step may leave a part of what gravity gives in it, for all of the second.
   const double left = static_cast<double>(world.def().solver.tolerance) * 10 / 240;
   CHECK(std::abs(static_cast<double>(reading.position)) < 4 * eps + left);
@@ -129,11 +130,11 @@ TEST_CASE("revolute: a pendulum keeps its period and energy at large swings") {
   Hinge hinge = make_hinge({.angle = pi / 2 - swing, .dt = period / 400, .gravity = g});
   const double start = hinge.world.pose(hinge.body).translation.z();
   hinge.run(period / 2);
-  CHECK(hinge.reading().position == doctest::Approx(pi / 2 + swing).epsilon(1e-7));
+  CHECK(hinge.reading().position == test::relative(pi / 2 + swing).epsilon(1e-7));
   CHECK(std::abs(hinge.reading().velocity) < 1e-5);
   hinge.run(19.5 * period);
   // The error of one period is that of a fifth-order method, and twenty add up.
-  CHECK(hinge.world.pose(hinge.body).translation.z() == doctest::Approx(start).epsilon(1e-5));
+  CHECK(hinge.world.pose(hinge.body).translation.z() == test::relative(start).epsilon(1e-5));
   CHECK(std::abs(hinge.reading().position - (pi / 2 - swing)) < 1e-5);
 }
 
@@ -153,8 +154,8 @@ TEST_CASE("revolute: a swinging rod is held by what it weighs and by its turn") 
   Hinge hinge = make_hinge({.dt = quarter / 1000, .gravity = g});
   hinge.run(quarter);
   const double rate2 = 2 * 2 * g * 0.1 / about_end;
-  CHECK(hinge.reading().velocity == doctest::Approx(std::sqrt(rate2)).epsilon(1e-5));
-  CHECK(hinge.reading().reaction.force.z() == doctest::Approx(2 * (g + 0.1 * rate2)).epsilon(1e-4));
+  CHECK(hinge.reading().velocity == test::relative(std::sqrt(rate2)).epsilon(1e-5));
+  CHECK(hinge.reading().reaction.force.z() == test::relative(2 * (g + 0.1 * rate2)).epsilon(1e-4));
 }
 
 TEST_CASE("revolute: whole turns are counted, and a snapshot goes on with them") {
@@ -165,13 +166,13 @@ TEST_CASE("revolute: whole turns are counted, and a snapshot goes on with them")
         make_hinge({.arm = 0, .dt = 0.01, .joint = {.drive = {DriveMode::velocity, rate, 1}}});
     hinge.set_rate(rate, 0);
     hinge.run(1);
-    CHECK(hinge.reading().position == doctest::Approx(rate).epsilon(1e-6));
+    CHECK(hinge.reading().position == test::relative(rate).epsilon(1e-6));
     const auto saved = hinge.world.snapshot();
     hinge.run(1);
     const auto hash = hinge.world.state_hash();
-    CHECK(hinge.reading().position == doctest::Approx(2 * rate).epsilon(1e-6));
+    CHECK(hinge.reading().position == test::relative(2 * rate).epsilon(1e-6));
     hinge.world.restore(saved);
-    CHECK(hinge.reading().position == doctest::Approx(rate).epsilon(1e-6));
+    CHECK(hinge.reading().position == test::relative(rate).epsilon(1e-6));
     hinge.run(1);
     CHECK(hinge.world.state_hash() == hash);
   }
@@ -183,12 +184,12 @@ TEST_CASE("revolute: the first angle lies within the limits where a turn does") 
         .reading()
         .position;
   };
-  CHECK(start(1, -infinity<double>, infinity<double>) == doctest::Approx(1));
-  CHECK(start(-3, -infinity<double>, infinity<double>) == doctest::Approx(-3));
-  CHECK(start(-1, 4, 6) == doctest::Approx(2 * pi - 1));
-  CHECK(start(1, -infinity<double>, -5) == doctest::Approx(1 - 2 * pi));
+  CHECK(start(1, -infinity<double>, infinity<double>) == test::relative(1));
+  CHECK(start(-3, -infinity<double>, infinity<double>) == test::relative(-3));
+  CHECK(start(-1, 4, 6) == test::relative(2 * pi - 1));
+  CHECK(start(1, -infinity<double>, -5) == test::relative(1 - 2 * pi));
   // A little beyond a limit it stays there.
-  CHECK(start(-0.1, 0, 10) == doctest::Approx(-0.1));
+  CHECK(start(-0.1, 0, 10) == test::relative(-0.1));
 }
 
 TEST_CASE("revolute: stops hold at any angle, whole turns and all") {
@@ -210,9 +211,9 @@ TEST_CASE("revolute: stops hold at any angle, whole turns and all") {
       }
       // It comes to rest there, by an impulse that takes its angular momentum.
       CHECK(farthest < limit + 1e-6);
-      CHECK(side * hinge.reading().position == doctest::Approx(limit).epsilon(1e-6));
+      CHECK(side * hinge.reading().position == test::relative(limit).epsilon(1e-6));
       CHECK(std::abs(hinge.reading().velocity) < 1e-8);
-      CHECK(side * stopped == doctest::Approx(-5 * about_end).epsilon(1e-3));
+      CHECK(side * stopped == test::relative(-5 * about_end).epsilon(1e-3));
     }
   }
 }
@@ -222,11 +223,11 @@ TEST_CASE("revolute: a drive spins up at its torque limit, then holds its rate")
   // 0.02 N m on 2 (0.1^2 + 0.02^2) / 3 kg m^2.
   const double up = 0.02 / about_centre;
   hinge.run(1);
-  CHECK(hinge.reading().velocity == doctest::Approx(up).epsilon(1e-9));
-  CHECK(hinge.reading().drive_force == doctest::Approx(0.02).epsilon(1e-12));
-  CHECK(hinge.reading().reaction.torque.y() == doctest::Approx(0.02).epsilon(1e-9));
+  CHECK(hinge.reading().velocity == test::relative(up).epsilon(1e-9));
+  CHECK(hinge.reading().drive_force == test::relative(0.02).epsilon(1e-12));
+  CHECK(hinge.reading().reaction.torque.y() == test::relative(0.02).epsilon(1e-9));
   hinge.run(1.5);
-  CHECK(hinge.reading().velocity == doctest::Approx(6).epsilon(1e-12));
+  CHECK(hinge.reading().velocity == test::relative(6).epsilon(1e-12));
   CHECK(std::abs(hinge.reading().drive_force) < 1e-9);
 }
 
@@ -235,12 +236,12 @@ TEST_CASE("revolute: a drive holds a rod against its weight, as far as its torqu
   Hinge strong = make_hinge({.gravity = 10, .joint = {.drive = {DriveMode::velocity, 0, 3}}});
   strong.run(1);
   CHECK(std::abs(strong.reading().position) < 1e-9);
-  CHECK(strong.reading().drive_force == doctest::Approx(-2).epsilon(1e-9));
+  CHECK(strong.reading().drive_force == test::relative(-2).epsilon(1e-9));
   Hinge weak = make_hinge({.gravity = 10, .joint = {.drive = {DriveMode::velocity, 0, 1}}});
   weak.run(10.0 / 240);
   // 2 N m of weight less 1 N m: for such small angles its lever is that of level.
-  CHECK(weak.reading().velocity == doctest::Approx(1 / about_end * 10 / 240).epsilon(0.02));
-  CHECK(weak.reading().drive_force == doctest::Approx(-1).epsilon(1e-12));
+  CHECK(weak.reading().velocity == test::relative(1 / about_end * 10 / 240).epsilon(0.02));
+  CHECK(weak.reading().drive_force == test::relative(-1).epsilon(1e-12));
 }
 
 TEST_CASE("revolute: a position drive arrives without passing, also beyond a turn") {
@@ -256,7 +257,7 @@ TEST_CASE("revolute: a position drive arrives without passing, also beyond a tur
       farthest = std::max(farthest, hinge.reading().position / target);
     }
     CHECK(farthest < 1 + 1e-9);
-    CHECK(hinge.reading().position == doctest::Approx(target).epsilon(1e-6));
+    CHECK(hinge.reading().position == test::relative(target).epsilon(1e-6));
     CHECK(std::abs(hinge.reading().drive_force) < 1e-5);
   }
 }
@@ -278,7 +279,7 @@ TEST_CASE("revolute: a drive between two free bodies keeps their momentum") {
   const JointId joint = world.add_joint(def);
   for (int i = 0; i < 500; ++i) world.step();
   const auto after = test::momentum_of(world, std::span<const BodyId>(bodies));
-  CHECK(world.reading(joint).velocity == doctest::Approx(5).epsilon(1e-6));
+  CHECK(world.reading(joint).velocity == test::relative(5).epsilon(1e-6));
   CHECK(after.force.norm() < 1e-12);
   // Each rod turns with 2.5 rad/s about the hinge's middle: of first order in the step.
   CHECK(after.torque.norm() < 1e-3 * 2.5 * about_end);
@@ -341,10 +342,10 @@ TEST_CASE("revolute: a four-bar linkage stays closed") {
     if (is_driven) {
       // What its tangent leaves of the arc of the crank in a step, 6 rad/s of it.
       CHECK(gap < 0.1 * (6.0 / 240) * (6.0 / 240) / 2);
-      CHECK(world.reading(crank).position == doctest::Approx(30).epsilon(1e-3));
+      CHECK(world.reading(crank).position == test::relative(30).epsilon(1e-3));
     } else {
       CHECK(gap < 1e-10);
-      CHECK(energy() == doctest::Approx(start).epsilon(1e-4));
+      CHECK(energy() == test::relative(start).epsilon(1e-4));
     }
   }
 }

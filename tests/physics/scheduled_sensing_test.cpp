@@ -4,6 +4,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "scenes/grasp.hpp"
 #include "support/random.hpp"
+#include "support/relative.hpp"
 
 #include <bristle/sensors/placement.hpp>
 
@@ -161,7 +162,7 @@ TEST_CASE("scheduled_sensing: what comes into reach between castings is met at o
     world.step();
     casts += world.report().rays_cast;
     const double expected = std::max(0.0, 1 - height / 0.01);
-    CHECK(world.reading(patch).depth[0] == doctest::Approx(expected).epsilon(1e-9));
+    CHECK(world.reading(patch).depth[0] == test::relative(expected).epsilon(1e-9));
   }
   // At 0.5 mm a step, a quarter of the ray lasts for five.
   CHECK(casts < 12);
@@ -172,7 +173,7 @@ TEST_CASE("scheduled_sensing: what comes into reach between castings is met at o
   world.add_body(
       {.motion = Motion::fixed, .shape = Sphere<double>{0.05}, .position = {0, 0, 0.058}});
   world.step();
-  CHECK(world.reading(patch).depth[0] == doctest::Approx(0.2).epsilon(1e-9));
+  CHECK(world.reading(patch).depth[0] == test::relative(0.2).epsilon(1e-9));
   CHECK_THROWS_AS(
       [&] {
         def.cast_every = 0;
@@ -210,7 +211,7 @@ TEST_CASE("scheduled_sensing: a patch that is switched off lets go, and costs no
   auto scene = make_grasp<double>({});
   scene.run(0.1);
   const double held = scene.world.reading(scene.pads[0]).total_shear();
-  REQUIRE(held == doctest::Approx(0.25 * 9.81).epsilon(1e-3));
+  REQUIRE(held == test::relative(0.25 * 9.81).epsilon(1e-3));
   scene.world.set_active(scene.pads[0], false);
   CHECK_FALSE(scene.world.patch(scene.pads[0]).is_active);
   CHECK(scene.world.reading(scene.pads[0]).touching() == 0);
@@ -278,7 +279,7 @@ TEST_CASE("scheduled_sensing: of a large skin only what is near is sensed") {
       const double depth = is_met ? 1 - hit.distance / 0.01 : 0;
       if (std::abs(reading.depth[i] - depth) > 1e-12) {
         CAPTURE(i);
-        CHECK(reading.depth[i] == doctest::Approx(depth));
+        CHECK(reading.depth[i] == test::relative(depth));
       }
     }
     CHECK(reading.touching() >= touching);
@@ -300,7 +301,7 @@ TEST_CASE("scheduled_sensing: far tiles of a large skin have let go") {
   // mu_S F_N e_T after 5 steps of 0.1 mm.
   const double normal = world.reading(patch).total_normal();
   CHECK(world.reading(patch).total_shear() ==
-        doctest::Approx(1000 * normal * 5e-4 + 0.1 * 0.1 * double(world.reading(patch).touching()))
+        test::relative(1000 * normal * 5e-4 + 0.1 * 0.1 * double(world.reading(patch).touching()))
             .epsilon(0.05));
   const Transform<double> there = world.pose(ball);
   world.set_velocity(ball, {});

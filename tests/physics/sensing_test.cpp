@@ -2,6 +2,7 @@
 /// What sensors see, what they remember, and what they read.
 // SPDX-License-Identifier: BSD-3-Clause
 #include "scenes/plate.hpp"
+#include "support/relative.hpp"
 
 #include <doctest/doctest.h>
 
@@ -54,8 +55,8 @@ TEST_CASE_TEMPLATE("sensing: depth, force and shear of one sensor by hand", S, f
   const double eps = 100 * static_cast<double>(Tolerance<S>::round_off());
   c.world.step();
   auto r = c.world.reading(c.patch);
-  CHECK(static_cast<double>(r.depth[0]) == doctest::Approx(0.6).epsilon(eps));
-  CHECK(static_cast<double>(r.normal_force[0]) == doctest::Approx(1.2).epsilon(eps));
+  CHECK(static_cast<double>(r.depth[0]) == test::relative(0.6).epsilon(eps));
+  CHECK(static_cast<double>(r.normal_force[0]) == test::relative(1.2).epsilon(eps));
   CHECK(r.total_shear() == S(0));
   CHECK(r.body[0] == c.floor);
   CHECK(r.state[0] == SensorState::stuck);
@@ -66,8 +67,8 @@ TEST_CASE_TEMPLATE("sensing: depth, force and shear of one sensor by hand", S, f
   r = c.world.reading(c.patch);
   const double stretch = 10 * 0.05e-3;
   CHECK(static_cast<double>(r.shear_W.x()) ==
-        doctest::Approx(-1000 * 1.2 * stretch).epsilon(1e3 * eps));
-  CHECK(static_cast<double>(r.wrench.force.z()) == doctest::Approx(1.2).epsilon(eps));
+        test::relative(-1000 * 1.2 * stretch).epsilon(1e3 * eps));
+  CHECK(static_cast<double>(r.wrench.force.z()) == test::relative(1.2).epsilon(eps));
   CHECK(r.slipping() == 0);
 }
 
@@ -79,7 +80,7 @@ TEST_CASE("sensing: sliding friction and normal damping are rates") {
   c.world.step();
   const auto r = c.world.reading(c.patch);
   // F_N = K_N e_N + K_D v / L with 0.05 m/s into the floor; F_V = mu_V v_T. Whatever the step.
-  CHECK(r.normal_force[0] == doctest::Approx(1.2 + 0.03 * 0.05 / 0.01).epsilon(1e-9));
+  CHECK(r.normal_force[0] == test::relative(1.2 + 0.03 * 0.05 / 0.01).epsilon(1e-9));
   CHECK(r.shear_W.isApprox(Vec3<double>(-0.8, 0.4, 0), 1e-9));
   c.world.set_time_step(1e-4);
   drive<double>(c, {0.2, -0.1, 1});
@@ -102,7 +103,7 @@ TEST_CASE("sensing: a bristle lets go beyond sigma_a and keeps the remainder, or
       const auto r = c.world.reading(c.patch);
       const double stretch = -r.shear_W.x() / 1.2;
       CHECK(stretch ==
-            doctest::Approx(reset == SlipReset::release ? expected_release[i] : expected_drag[i])
+            test::relative(reset == SlipReset::release ? expected_release[i] : expected_drag[i])
                 .epsilon(1e-9));
       const bool slips = reset == SlipReset::release ? i == 4 || i == 7 : i >= 4;
       CHECK((r.state[0] == SensorState::slipping) == slips);
@@ -153,7 +154,7 @@ TEST_CASE("sensing: a bristle is rooted anew in another body") {
     CHECK(r.body[0] == tiles[x < 0.5e-3 ? 0 : 1]);
     const double now = r.total_shear() / 1200;
     if (i > 0 && x > 0.5e-3 && now < 1e-12) stretch = 0;  // Rooted anew.
-    CHECK(now == doctest::Approx(stretch).epsilon(1e-6));
+    CHECK(now == test::relative(stretch).epsilon(1e-6));
     stretch += 0.1e-3;
   }
   CHECK(c.world.reading(c.patch).total_shear() / 1200 < 0.75e-3);
@@ -184,8 +185,8 @@ TEST_CASE("sensing: a ray that starts inside is pressed in fully") {
   c.world.set_pose(c.body, X);
   c.world.step();
   CHECK(c.world.reading(c.patch).depth[0] == 1);
-  CHECK(c.world.reading(c.patch).normal_force[0] == doctest::Approx(2));
-  CHECK(c.world.reading(c.patch).wrench.force.z() == doctest::Approx(2));
+  CHECK(c.world.reading(c.patch).normal_force[0] == test::relative(2));
+  CHECK(c.world.reading(c.patch).wrench.force.z() == test::relative(2));
 }
 
 TEST_CASE("sensing: sensors never see their own body, excluded ones, or other categories") {
@@ -212,7 +213,7 @@ TEST_CASE("sensing: sensors never see their own body, excluded ones, or other ca
     } else {
       CHECK(r.touching() == 1);
       CHECK(r.body[0] == c.floor);
-      CHECK(r.depth[0] == doctest::Approx(0.6));
+      CHECK(r.depth[0] == test::relative(0.6));
     }
   }
 }
@@ -226,12 +227,12 @@ TEST_CASE("sensing: sensors may have constants of their own") {
   drive<double>(c, {0.1, 0, 0});
   for (int i = 0; i < 4; ++i) c.world.step();
   const auto r = c.world.reading(c.patch);
-  CHECK(r.normal_force[0] == doctest::Approx(1.2));
-  CHECK(r.normal_force[1] == doctest::Approx(3.6));
+  CHECK(r.normal_force[0] == test::relative(1.2));
+  CHECK(r.normal_force[1] == test::relative(3.6));
   const auto shear = [&](std::size_t i) { return std::hypot(r.shear_1[i], r.shear_2[i]); };
-  CHECK(shear(0) == doctest::Approx(1000 * 1.2 * 0.3e-3));
-  CHECK(shear(1) == doctest::Approx(3 * shear(0)));
-  CHECK(shear(2) == doctest::Approx(1000 * 1.2 * 0.05e-3));
+  CHECK(shear(0) == test::relative(1000 * 1.2 * 0.3e-3));
+  CHECK(shear(1) == test::relative(3 * shear(0)));
+  CHECK(shear(2) == test::relative(1000 * 1.2 * 0.05e-3));
   CHECK(r.slipping() == 1);
 }
 
@@ -244,7 +245,7 @@ TEST_CASE("sensing: Eq. 11 scales friction with depth, for sensors that do not p
   for (int i = 0; i < 4; ++i) c.world.step();
   const auto r = c.world.reading(c.patch);
   CHECK(r.total_normal() == 0);
-  CHECK(r.total_shear() == doctest::Approx(1000 * 0.6 * 0.3e-3).epsilon(1e-9));
+  CHECK(r.total_shear() == test::relative(1000 * 0.6 * 0.3e-3).epsilon(1e-9));
 }
 
 TEST_CASE("sensing: with K_N = 1 N and no damping, Eq. 1 and Eq. 11 are the same number") {
@@ -274,10 +275,10 @@ TEST_CASE("sensing: constants can change while a bristle holds") {
   drive<double>(c, {0, 0, 0});
   c.world.step();
   const double held = c.world.reading(c.patch).total_shear();
-  CHECK(held == doctest::Approx(before * 4 / 3));
+  CHECK(held == test::relative(before * 4 / 3));
   auto parameters = looking_down<double>().parameters;
   parameters.static_friction = 500;
   c.world.set_parameters(c.patch, parameters);
   c.world.step();
-  CHECK(c.world.reading(c.patch).total_shear() == doctest::Approx(held / 2));
+  CHECK(c.world.reading(c.patch).total_shear() == test::relative(held / 2));
 }

@@ -3,6 +3,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "scenes/medley.hpp"
 #include "scenes/tower.hpp"
+#include "support/relative.hpp"
 
 #include <doctest/doctest.h>
 
@@ -65,7 +66,7 @@ TEST_CASE("sleep: an island does as a whole, after its time, and then costs noth
   // Not a bit has changed, and contacts still carry what they carried.
   CHECK(world.state_hash() == hash);
   const double load = world.contact_impulse(cubes[0]).force.z() / world.time_step();
-  CHECK(load == doctest::Approx(9.81).epsilon(1e-3));
+  CHECK(load == test::relative(9.81).epsilon(1e-3));
   std::string events;
   world.for_each_contact_event(
       [&](const ContactEvent& e) { events += e.phase == ContactPhase::persist ? "p" : "?"; });
@@ -90,7 +91,7 @@ TEST_CASE("sleep: one restless member keeps its island awake, and no other") {
   // Their contacts carry what they carried, beside those of the awake.
   for (const BodyId id : {still[0], restless[0], later[0]}) {
     const double load = world.contact_impulse(id).force.z() / world.time_step();
-    CHECK(load == doctest::Approx(9.81).epsilon(2e-3));
+    CHECK(load == test::relative(9.81).epsilon(2e-3));
   }
   int touches = 0;
   world.for_each_contact_event(
@@ -125,7 +126,7 @@ TEST_CASE("sleep: a bit of everything falls asleep and reads what it read") {
   check_idle(m.world.report());
   CHECK(m.world.state_hash() == hash);
   CHECK(m.world.reading(m.patches[1]).total_normal() == normal);
-  CHECK(normal == doctest::Approx(0.5 * 9.81).epsilon(0.01));
+  CHECK(normal == test::relative(0.5 * 9.81).epsilon(0.01));
   CHECK(m.world.reading(m.joints[0]).drive_force == drive);
 }
 

@@ -3,6 +3,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "scenes/plate.hpp"
 #include "support/integrations.hpp"
+#include "support/relative.hpp"
 
 #include <doctest/doctest.h>
 
@@ -45,7 +46,7 @@ double sudden_limit(const PlateDef<double>& def) {
 }  // namespace
 
 TEST_CASE("slip: a slow force slips at mu_S sigma_a m g (R5)") {
-  CHECK(full_load == doctest::Approx(24.525));
+  CHECK(full_load == test::relative(24.525));
   struct Row {
     Integration integration;
     double dt;
@@ -85,13 +86,13 @@ TEST_CASE("slip: a sudden force slips at the load divided by 1 + overshoot (R6)"
   const double z = 16 * 0.1 / (2 * std::sqrt(k * 0.5));
   const double overshoot = std::exp(-std::numbers::pi * z / std::sqrt(1 - z * z));
   const double limit = full_load / (1 + overshoot);
-  CHECK(limit == doctest::Approx(12.40).epsilon(1e-3));
+  CHECK(limit == test::relative(12.40).epsilon(1e-3));
   PlateDef<double> def;
   def.integration = Integration::explicit_;
-  CHECK(sudden_limit(def) == doctest::Approx(limit).epsilon(0.01));
+  CHECK(sudden_limit(def) == test::relative(limit).epsilon(0.01));
   // The implicit step damps the peak a little: .512 instead of .5057 of the full load at 1 ms.
   def.integration = Integration::implicit;
-  CHECK(sudden_limit(def) == doctest::Approx(limit).epsilon(0.02));
+  CHECK(sudden_limit(def) == test::relative(limit).epsilon(0.02));
 }
 
 TEST_CASE("slip: well damped bristles slip at the same sudden force at any step") {
@@ -102,14 +103,14 @@ TEST_CASE("slip: well damped bristles slip at the same sudden force at any step"
   def.parameters.sliding_friction = 2 * 0.7 * std::sqrt(k * 0.5) / 16;
   for (const double dt : {1e-3, 4e-3, 1.0 / 60}) {
     def.time_step = dt;
-    CHECK(sudden_limit(def) == doctest::Approx(0.956 * full_load).epsilon(0.05));
+    CHECK(sudden_limit(def) == test::relative(0.956 * full_load).epsilon(0.05));
   }
 }
 
 TEST_CASE("slip: with release, mean friction is half the static one (R8)") {
   // Terminal speed (F - F_max / 2) / (n mu_V) under F = .6 F_max.
   const double terminal = 0.1 * full_load / 1.6;
-  CHECK(terminal == doctest::Approx(1.5328).epsilon(1e-4));
+  CHECK(terminal == test::relative(1.5328).epsilon(1e-4));
   for (const Integration integration : both_integrations) {
     PlateDef<double> def;
     def.integration = integration;
@@ -124,7 +125,7 @@ TEST_CASE("slip: with release, mean friction is half the static one (R8)") {
       scene.push_at_center({0.6 * full_load, 0, 0});
       scene.world.step();
     }
-    CHECK((scene.position().x() - start) / 0.2 == doctest::Approx(terminal).epsilon(0.01));
+    CHECK((scene.position().x() - start) / 0.2 == test::relative(terminal).epsilon(0.01));
   }
 }
 
@@ -152,9 +153,9 @@ TEST_CASE("slip: stairs are sigma_a high, and as long as the force says (R9)") {
     }
     REQUIRE(when.size() >= 4);
     const double count = static_cast<double>(when.size() - 1);
-    CHECK((where.back() - where.front()) / count == doctest::Approx(1e-3).epsilon(1e-3));
+    CHECK((where.back() - where.front()) / count == test::relative(1e-3).epsilon(1e-3));
     // The period settles after the first stair, which started from rest.
-    CHECK(when[2] - when[1] == doctest::Approx(6.645e-3).epsilon(0.05));
+    CHECK(when[2] - when[1] == test::relative(6.645e-3).epsilon(0.05));
   }
 }
 
@@ -182,10 +183,10 @@ TEST_CASE("slip: a sliding plate stops where the mean friction says (R10)") {
         scene.world.step();
         peak = std::max(peak, scene.position().x());
       }
-      CHECK(peak == doctest::Approx(10.240e-3).epsilon(0.01));
+      CHECK(peak == test::relative(10.240e-3).epsilon(0.01));
       // Then the bristles, still stretched by sigma_a, pull back to where the plate rests.
       scene.run(4);
-      CHECK(scene.position().x() == doctest::Approx(peak - 1e-3).epsilon(0.02));
+      CHECK(scene.position().x() == test::relative(peak - 1e-3).epsilon(0.02));
     }
   }
 }
@@ -207,8 +208,8 @@ TEST_CASE("slip: dragging bristles are Coulomb friction") {
       if (i > 3000) slowest = std::min(slowest, scene.world.reading(scene.patch).total_shear());
     }
     const double terminal = (force - full_load) / 1.6;
-    CHECK(scene.velocity().x() == doctest::Approx(terminal).epsilon(2e-3));
-    CHECK(slowest == doctest::Approx(force).epsilon(2e-3));
+    CHECK(scene.velocity().x() == test::relative(terminal).epsilon(2e-3));
+    CHECK(slowest == test::relative(force).epsilon(2e-3));
     CHECK(scene.world.reading(scene.patch).slipping() == 16);
   }
 }
@@ -228,6 +229,6 @@ TEST_CASE("slip: a large step neither loses friction nor holds what must slide")
       scene.push_at_center({0.6 * full_load, 0, 0});
       scene.world.step();
     }
-    CHECK(scene.velocity().x() == doctest::Approx(0.1 * full_load / 1.6).epsilon(0.1));
+    CHECK(scene.velocity().x() == test::relative(0.1 * full_load / 1.6).epsilon(0.1));
   }
 }

@@ -2,6 +2,7 @@
 /// How long an explicit step may be, and what happens beyond.
 // SPDX-License-Identifier: BSD-3-Clause
 #include "scenes/plate.hpp"
+#include "support/relative.hpp"
 
 #include <bristle/sensors/placement.hpp>
 
@@ -60,9 +61,9 @@ TEST_CASE("stability: the longest explicit step of Fig. 7 (R13)") {
     const double inertia = 0.5 / 3 * (0.01 + 0.000025);
     const double gamma = 1 + 0.5 * h * h / inertia;
     const Mode<double> mode{0.5, row.static_friction * 0.5 * 9.81 * gamma, 1.6 * gamma};
-    CHECK(mode.largest_stable_step() == doctest::Approx(row.step).epsilon(0.01));
+    CHECK(mode.largest_stable_step() == test::relative(row.step).epsilon(0.01));
     CHECK(predicted_limit(explicit_plate(row.static_friction)) ==
-          doctest::Approx(row.step).epsilon(0.01));
+          test::relative(row.step).epsilon(0.01));
   }
 }
 
@@ -110,7 +111,7 @@ TEST_CASE("stability: locked axes leave the limit of what can still move") {
   for (const double damping : {0.0, 0.05}) {
     // The normal mode alone: n K_N / L against m, with n K_D / L.
     const Mode<double> mode{0.5, 16 / 0.01, 16 * damping / 0.01};
-    CHECK(limit(true, damping) == doctest::Approx(mode.largest_stable_step()).epsilon(1e-9));
+    CHECK(limit(true, damping) == test::relative(mode.largest_stable_step()).epsilon(1e-9));
     CHECK(limit(false, damping) == infinity<double>);
   }
 }

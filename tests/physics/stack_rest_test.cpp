@@ -2,6 +2,7 @@
 /// Cubes on top of each other come to rest where they should and stay there.
 // SPDX-License-Identifier: BSD-3-Clause
 #include "scenes/stack.hpp"
+#include "support/relative.hpp"
 
 #include <doctest/doctest.h>
 
@@ -88,7 +89,7 @@ TEST_CASE("stack_rest: each contact carries what is above it") {
     for (std::uint32_t i = 0; i < manifold.count; ++i) {
       impulse += scene.world.contacts().points()[manifold.first + i].impulse[0];
     }
-    CHECK(impulse == doctest::Approx(carried[k++] * 9.81 / 60).epsilon(1e-5));
+    CHECK(impulse == test::relative(carried[k++] * 9.81 / 60).epsilon(1e-5));
   }
 }
 

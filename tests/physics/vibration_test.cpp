@@ -3,6 +3,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "scenes/plate.hpp"
 #include "support/integrations.hpp"
+#include "support/relative.hpp"
 
 #include <doctest/doctest.h>
 
@@ -51,7 +52,7 @@ double measured_frequency(PlateScene<double>& scene, double seconds) {
 
 TEST_CASE("vibration: the tangential frequency is sqrt(mu_S g) / 2 pi, whatever n and m (R2)") {
   const double closed = std::sqrt(5000 * 9.81) / (2 * std::numbers::pi);
-  CHECK(closed == doctest::Approx(35.2484).epsilon(2e-6));
+  CHECK(closed == test::relative(35.2484).epsilon(2e-6));
   struct Row {
     double dt;
     double tolerance;
@@ -60,20 +61,20 @@ TEST_CASE("vibration: the tangential frequency is sqrt(mu_S g) / 2 pi, whatever 
   for (const Row row : {Row{1e-4, 2e-4}, Row{1e-3, 3e-3}}) {
     for (const Integration integration : both_integrations) {
       auto scene = make_plate<double>(oscillator(integration, row.dt));
-      CHECK(measured_frequency(scene, 2) == doctest::Approx(closed).epsilon(row.tolerance));
+      CHECK(measured_frequency(scene, 2) == test::relative(closed).epsilon(row.tolerance));
     }
   }
   PlateDef<double> other = oscillator(Integration::implicit, 1e-4);
   other.per_side = 6;
   other.mass = 1.25;
   auto scene = make_plate<double>(other);
-  CHECK(measured_frequency(scene, 1) == doctest::Approx(closed).epsilon(2e-4));
+  CHECK(measured_frequency(scene, 1) == test::relative(closed).epsilon(2e-4));
 }
 
 TEST_CASE("vibration: a sudden force overshoots to twice its static stretch (R3)") {
   // An undamped spring k = mu_S m g under F: peak 2 F / k.
   const double peak = 2 * 5 / (5000 * 0.5 * 9.81);
-  CHECK(peak == doctest::Approx(0.407747e-3).epsilon(1e-6));
+  CHECK(peak == test::relative(0.407747e-3).epsilon(1e-6));
   struct Row {
     double dt;
     double tolerance;
@@ -89,7 +90,7 @@ TEST_CASE("vibration: a sudden force overshoots to twice its static stretch (R3)
         scene.world.step();
         measured = std::max(measured, scene.position().x());
       }
-      CHECK(measured == doctest::Approx(peak).epsilon(row.tolerance));
+      CHECK(measured == test::relative(peak).epsilon(row.tolerance));
     }
   }
 }
@@ -115,7 +116,7 @@ TEST_CASE("vibration: along the rays, the frequency is sqrt(n K_N / (L m)) / 2 p
       lowest = std::min(lowest, after);
     }
     REQUIRE(crossings.size() >= 1);
-    CHECK(1 / crossings.front() == doctest::Approx(closed).epsilon(2e-3));
-    CHECK(lowest == doctest::Approx(-0.02 / (2 * std::numbers::pi * closed)).epsilon(1e-2));
+    CHECK(1 / crossings.front() == test::relative(closed).epsilon(2e-3));
+    CHECK(lowest == test::relative(-0.02 / (2 * std::numbers::pi * closed)).epsilon(1e-2));
   }
 }

@@ -3,6 +3,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "scenes/grasp.hpp"
 #include "scenes/tower.hpp"
+#include "support/relative.hpp"
 
 #include <doctest/doctest.h>
 
@@ -281,7 +282,7 @@ TEST_CASE("waking: a fast body wakes what it hits in the very step, and what tha
   CHECK(slept[0] > 0.02);
   for (std::size_t k = 0; k < slept.size(); ++k) {
     // Both start from rest to round-off and what sweeps leave.
-    CHECK(slept[k] == doctest::Approx(awake[k]).epsilon(1e-5));
+    CHECK(slept[k] == test::relative(awake[k]).epsilon(1e-5));
   }
 }
 
@@ -328,7 +329,7 @@ TEST_CASE("waking: kinematic bodies wake while they move, and only then") {
   REQUIRE(lift.is_asleep(load[0]));
   lift.set_velocity(ground, {{0, 0, 0.1}, Vec3<double>::Zero()});
   run(lift, 1);
-  CHECK(lift.pose(load[0]).translation.z() == doctest::Approx(0.2).epsilon(1e-3));
+  CHECK(lift.pose(load[0]).translation.z() == test::relative(0.2).epsilon(1e-3));
 }
 
 TEST_CASE("waking: a sensor that comes near wakes what it will feel, and sleepers cast no rays") {

@@ -9,7 +9,6 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
-#include <cstdint>
 
 namespace bristle::scenes {
 
@@ -65,7 +64,7 @@ class Pinch {
   /// The sensors' world.
   [[nodiscard]] virtual World<double>& world() = 0;
   /// Bodies without a state in the last step.
-  [[nodiscard]] virtual std::uint32_t missing() = 0;
+  [[nodiscard]] virtual std::size_t missing() = 0;
   /// [m] The part's centre of mass, and a pad's frame, as the engine has them.
   [[nodiscard]] virtual Vec3<double> part() const = 0;
   [[nodiscard]] virtual Vec3<double> pad(std::size_t k) const = 0;

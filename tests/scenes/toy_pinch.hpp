@@ -9,7 +9,6 @@
 
 #include <array>
 #include <cstddef>
-#include <cstdint>
 #include <optional>
 #include <scenes/pinch.hpp>
 
@@ -36,7 +35,7 @@ class ToyPinch : public Pinch {
   }
 
   [[nodiscard]] World<double>& world() override { return sensors.world(); }
-  [[nodiscard]] std::uint32_t missing() override { return sensors.report().missing_bodies; }
+  [[nodiscard]] std::size_t missing() override { return sensors.report().missing_bodies; }
   [[nodiscard]] Vec3<double> part() const override { return center_.translation; }
   [[nodiscard]] Vec3<double> pad(std::size_t k) const override { return {x_[k], 0, 0}; }
   void open(double gap, double speed) override {

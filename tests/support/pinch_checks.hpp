@@ -3,6 +3,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include "support/relative.hpp"
+
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -40,10 +42,10 @@ void check_holds(PinchDef def, const PinchBars& bars, double seconds = 60) {
     pinch.run(seconds);
     CHECK((pinch.place() - there).norm() < bars.creep * seconds);
     if (def.offset == 0) {
-      CHECK(start - there.z() == doctest::Approx(pinch.expected_sag()).epsilon(1e-3).scale(0));
+      CHECK(start - there.z() == test::relative(pinch.expected_sag()).epsilon(1e-3));
     }
-    CHECK(pinch.weight() == doctest::Approx(def.mass * 9.81).epsilon(bars.force));
-    CHECK(pinch.normal() == doctest::Approx(2 * def.squeeze).epsilon(bars.force));
+    CHECK(pinch.weight() == test::relative(def.mass * 9.81).epsilon(bars.force));
+    CHECK(pinch.normal() == test::relative(2 * def.squeeze).epsilon(bars.force));
   }
 }
 
@@ -60,8 +62,8 @@ void check_on_arm() {
     const Vec3<double> there = pinch.place();
     pinch.run(2);
     CHECK((pinch.place() - there).norm() < 2e-8);
-    CHECK(start - there.z() == doctest::Approx(pinch.expected_sag()).epsilon(0.02).scale(0));
-    CHECK(pinch.weight() == doctest::Approx(pinch.def.mass * 9.81).epsilon(1e-6));
+    CHECK(start - there.z() == test::relative(pinch.expected_sag()).epsilon(0.02));
+    CHECK(pinch.weight() == test::relative(pinch.def.mass * 9.81).epsilon(1e-6));
   }
 }
 
@@ -104,7 +106,8 @@ void check_shaken() {
     pinch.run(1);
     const SensorParameters<double> p = pinch.world().patch(pinch.patches[0]).def.parameters;
     const double k = p.static_friction * pinch.normal();
-    const double c = p.sliding_friction * (pinch.felt(0).touching() + pinch.felt(1).touching());
+    const double c = p.sliding_friction *
+                     static_cast<double>(pinch.felt(0).touching() + pinch.felt(1).touching());
     // docs/sensors.md, section 4: a pad's weights of a step's start and end, from the mean mobility
     // of the part 5 mm beside its centre, which turns too, and of the pad, which slides along x.
     const double arm = 0.005;
@@ -164,7 +167,7 @@ void check_caught(const PinchBars& bars) {
       most = std::max(most, energy);
     }
     CHECK(most < start);
-    CHECK(pinch.normal() == doctest::Approx(2 * pinch.def.squeeze).epsilon(bars.force));
+    CHECK(pinch.normal() == test::relative(2 * pinch.def.squeeze).epsilon(bars.force));
     CHECK((last[0] - 0.5 * (last[1] + last[2])).norm() < 1e-3);
   }
 }
@@ -181,7 +184,7 @@ void check_stranger() {
   (void)pinch.world().add_patch(stranger, patch);
   pinch.run(0.1);
   CHECK(pinch.missing() == 1);
-  CHECK(pinch.normal() == doctest::Approx(2 * pinch.def.squeeze).epsilon(1e-4));
+  CHECK(pinch.normal() == test::relative(2 * pinch.def.squeeze).epsilon(1e-4));
 }
 
 }  // namespace bristle::scenes

@@ -2,6 +2,7 @@
 /// A haptic loop: what its ticks give the bodies, and how it predicts them.
 // SPDX-License-Identifier: BSD-3-Clause
 #include "scenes/stylus.hpp"
+#include "support/relative.hpp"
 
 #include <bristle/core/thread_pool.hpp>
 
@@ -148,7 +149,7 @@ TEST_CASE_TEMPLATE("haptic_loop: a box on a table stands firm within the step", 
         const S expected =
             scene.stiffness() * depth + S(16) * scene.def.normal_damping * speed / scene.ray;
         CHECK(static_cast<double>(force) ==
-              doctest::Approx(static_cast<double>(expected)).epsilon(2e-3));
+              test::relative(static_cast<double>(expected)).epsilon(2e-3));
       }
       scene.world.step(scene.loop);
     }
@@ -187,9 +188,9 @@ TEST_CASE_TEMPLATE("haptic_loop: two stiff fingers hold a light body at any rate
     const double expected = static_cast<double>(scene.stiffness() * depth);
     const double epsilon = sizeof(S) == 4 ? 1e-3 : 1e-6;
     CHECK(static_cast<double>(scene.loop.wrench(scene.tool).force.z()) ==
-          doctest::Approx(expected).epsilon(epsilon));
+          test::relative(expected).epsilon(epsilon));
     CHECK(static_cast<double>(scene.loop.wrench(below).force.z()) ==
-          doctest::Approx(-expected).epsilon(epsilon));
+          test::relative(-expected).epsilon(epsilon));
     CHECK(static_cast<double>(scene.world.body(box).twist.linear.norm()) < epsilon);
   }
 }
@@ -286,7 +287,7 @@ TEST_CASE("haptic_loop: close to a world that steps as often as the loop ticks")
     }
     CHECK(std::sqrt(squares / sum) < c.force_error);
     CHECK(scene.world.pose(part).translation.x() ==
-          doctest::Approx(world.pose(box).translation.x()).epsilon(c.place_error));
+          test::relative(world.pose(box).translation.x()).epsilon(c.place_error));
   }
 }
 

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "support/relative.hpp"
+
 #include <bristle/core/real_time_pacer.hpp>
 
 #include <doctest/doctest.h>
@@ -55,12 +57,12 @@ TEST_CASE("real-time pacer: quick steps take as long as they simulate") {
     pacer.wait();
     CHECK(std::abs(seconds_now() - start - 1e-3 * i) < 1e-6);
   }
-  CHECK(pacer.real_time_factor() == doctest::Approx(1).epsilon(1e-4));
+  CHECK(pacer.real_time_factor() == test::relative(1).epsilon(1e-4));
   CHECK(pacer.late_steps() == 0);
   CHECK(pacer.worst_lateness() == 0);
   CHECK(pacer.forgiven() == 0);
   // It slept for what was left but the spin.
-  CHECK(FakeClock::slept == doctest::Approx(100 * (0.6e-3 - 1e-5)).epsilon(1e-3));
+  CHECK(FakeClock::slept == test::relative(100 * (0.6e-3 - 1e-5)).epsilon(1e-3));
 }
 
 TEST_CASE("real-time pacer: one slow step is made up for") {
@@ -75,7 +77,7 @@ TEST_CASE("real-time pacer: one slow step is made up for") {
   // Steps 10 to 14 were due while the slow one ran; each of those after it takes 0.1 ms to catch
   // up.
   CHECK(pacer.late_steps() == 5);
-  CHECK(pacer.worst_lateness() == doctest::Approx(4.4e-3).epsilon(1e-3));
+  CHECK(pacer.worst_lateness() == test::relative(4.4e-3).epsilon(1e-3));
   CHECK(pacer.forgiven() == 0);
 }
 
@@ -88,9 +90,9 @@ TEST_CASE("real-time pacer: debt beyond the longest is forgiven, and the factor 
     pacer.wait();
   }
   // 9 steps, one of 101 ms, 90 more from then on.
-  CHECK(seconds_now() - start == doctest::Approx(0.009 + 0.101 + 0.090).epsilon(1e-4));
-  CHECK(pacer.forgiven() == doctest::Approx(0.1).epsilon(1e-3));
-  CHECK(pacer.real_time_factor() == doctest::Approx(0.5).epsilon(1e-3));
+  CHECK(seconds_now() - start == test::relative(0.009 + 0.101 + 0.090).epsilon(1e-4));
+  CHECK(pacer.forgiven() == test::relative(0.1).epsilon(1e-3));
+  CHECK(pacer.real_time_factor() == test::relative(0.5).epsilon(1e-3));
 }
 
 TEST_CASE("real-time pacer: steps that are always too slow run at their own pace") {
@@ -100,7 +102,7 @@ TEST_CASE("real-time pacer: steps that are always too slow run at their own pace
     FakeClock::work(2e-3);
     pacer.wait();
   }
-  CHECK(pacer.real_time_factor() == doctest::Approx(0.5).epsilon(1e-3));
+  CHECK(pacer.real_time_factor() == test::relative(0.5).epsilon(1e-3));
   CHECK(pacer.late_steps() == 200);
 }
 

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "support/relative.hpp"
+
 #include <bristle/dynamics/contact_aim.hpp>
 
 #include <doctest/doctest.h>
@@ -59,7 +61,7 @@ TEST_CASE("aim_contact: a fall that does not reach the floor is not felt") {
   // Others may push the bodies together by the gap at most.
   Fall slow(0.5, 0, 0, 0);
   slow.aim();
-  CHECK(slow.contact.target == doctest::Approx(-0.5 / 0.1));
+  CHECK(slow.contact.target == test::relative(-0.5 / 0.1));
 }
 
 TEST_CASE("aim_contact: what closes stops, and an impact takes no load over") {
@@ -86,11 +88,11 @@ TEST_CASE("aim_contact: a bounce leaves at e times the speed it hits with, at th
   // v^2 = v0^2 + 2 |a| gap at the floor, reached after (|v| - |v0|) / |a|.
   const double hit = std::sqrt(v0 * v0 - 2 * a * gap);
   const double time = (hit + v0) / -a;
-  CHECK(fall.contact.target == doctest::Approx(e * hit + a * (dt - time)));
-  CHECK(fall.contact.bounce_share == doctest::Approx(1 - time / dt));
+  CHECK(fall.contact.target == test::relative(e * hit + a * (dt - time)));
+  CHECK(fall.contact.bounce_share == test::relative(1 - time / dt));
   fall.contact.impulse[0] = 3;
   place_contact(fall.contact, fall.contact.target, fall.context);
-  CHECK(fall.contact.placed == doctest::Approx(3 * (1 - time / dt)));
+  CHECK(fall.contact.placed == test::relative(3 * (1 - time / dt)));
   CHECK(fall.contact.least_placed == fall.contact.placed);
 }
 
@@ -105,11 +107,11 @@ TEST_CASE("aim_contact: by symplectic Euler surfaces approach by their gap, and 
   Fall fall(0.05, -1, -10, 0.5);
   fall.context.integrator = Integrator::symplectic_euler;
   fall.aim();
-  CHECK(fall.contact.target == doctest::Approx(0.5));
+  CHECK(fall.contact.target == test::relative(0.5));
   Fall dead(0.05, -1, -10, 0);
   dead.context.integrator = Integrator::symplectic_euler;
   dead.aim();
-  CHECK(dead.contact.target == doctest::Approx(-0.5));
+  CHECK(dead.contact.target == test::relative(-0.5));
   dead.contact.impulse[0] = 3;
   place_contact(dead.contact, 0.0, dead.context);
   CHECK(dead.contact.placed == 3);

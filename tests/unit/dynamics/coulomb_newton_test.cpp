@@ -1,6 +1,7 @@
 // Newton's method on Coulomb's law, on bodies whose answers are known in closed form.
 // SPDX-License-Identifier: BSD-3-Clause
 #include "support/random.hpp"
+#include "support/relative.hpp"
 
 #include <bristle/dynamics/coulomb_newton.hpp>
 
@@ -84,12 +85,12 @@ TEST_CASE("CoulombNewton: a ball on the ground slides on, sticks, or lifts off")
     ball.start = ball.free = {3, 4, -1, 0, 0, 0};
     CHECK(ball.solve().residual <= error);
     // The ground takes 1 m/s, so friction takes mu times that off the 5 m/s.
-    CHECK(ball.velocity(0) == doctest::Approx(3 * 0.9).epsilon(1e-10));
-    CHECK(ball.velocity(1) == doctest::Approx(4 * 0.9).epsilon(1e-10));
+    CHECK(ball.velocity(0) == test::relative(3 * 0.9).epsilon(1e-10));
+    CHECK(ball.velocity(1) == test::relative(4 * 0.9).epsilon(1e-10));
     CHECK(std::abs(ball.velocity(2)) < tolerance);
-    CHECK(ball.newton.impulse(0) == doctest::Approx(m * 1).epsilon(1e-10));
-    CHECK(ball.newton.impulse(1) == doctest::Approx(-mu * m * 0.6).epsilon(1e-10));
-    CHECK(ball.newton.impulse(2) == doctest::Approx(-mu * m * 0.8).epsilon(1e-10));
+    CHECK(ball.newton.impulse(0) == test::relative(m * 1).epsilon(1e-10));
+    CHECK(ball.newton.impulse(1) == test::relative(-mu * m * 0.6).epsilon(1e-10));
+    CHECK(ball.newton.impulse(2) == test::relative(-mu * m * 0.8).epsilon(1e-10));
   }
   SUBCASE("what friction can stop sticks") {
     Balls ball({m});
@@ -97,7 +98,7 @@ TEST_CASE("CoulombNewton: a ball on the ground slides on, sticks, or lifts off")
     ball.start = ball.free = {0.3, -0.39, -1, 0, 0, 0};
     CHECK(ball.solve().residual <= error);
     for (std::size_t i = 0; i < 3; ++i) CHECK(std::abs(ball.velocity(i)) < tolerance);
-    CHECK(ball.newton.impulse(1) == doctest::Approx(-m * 0.3).epsilon(1e-10));
+    CHECK(ball.newton.impulse(1) == test::relative(-m * 0.3).epsilon(1e-10));
   }
   SUBCASE("what leaves is left alone, whatever impulse was there") {
     Balls ball({m});
@@ -148,7 +149,7 @@ TEST_CASE("CoulombNewton: a pushed row moves as one, or as fast as the drive's f
     for (std::size_t i = 0; i < n; ++i) row.start[6 * i] = speed;
     CHECK(row.solve().residual <= error);
     for (std::size_t i = 0; i < n; ++i) {
-      CHECK(row.velocity(6 * i) == doctest::Approx(speed).epsilon(1e-8));
+      CHECK(row.velocity(6 * i) == test::relative(speed).epsilon(1e-8));
       CHECK(std::abs(row.velocity(6 * i + 2)) < 1e-8);
     }
   }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "support/mechanism.hpp"
+#include "support/relative.hpp"
 
 #include <bristle/dynamics/joint_projection.hpp>
 
@@ -48,6 +49,6 @@ TEST_CASE("JointProjection: gaps that cannot be closed are told") {
   system.set(m.bodies, m.joints);
   system.place();
   JointProjection<double> projection;
-  CHECK(projection.find_gaps(system) == doctest::Approx(0.2));
+  CHECK(projection.find_gaps(system) == test::relative(0.2));
   CHECK_FALSE(projection.close_wide_gaps(system, 1e-6));
 }

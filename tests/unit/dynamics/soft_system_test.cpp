@@ -7,6 +7,7 @@
 #include <doctest/doctest.h>
 
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <random>
@@ -176,4 +177,22 @@ TEST_CASE("SoftSystem: stiff blocks on light bodies leave the motion bounded") {
   // (1 + W Q)^-1 of 1e8.
   CHECK(blocks[0].motion.norm() < 2e-8f);
   CHECK(blocks[0].motion[0] > 0.0f);
+}
+
+TEST_CASE("SoftSystem: a block that is stiff along one axis leaves motion across it") {
+  SoftSystem<float> system;
+  (void)system.add_body({{1.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f}});
+  (void)system.add_body({});
+  system.set_mobility(0, 0, 1e3f * Mat6<float>::Identity());
+  SoftBlock<float> stiff;
+  stiff.body_b = 1;
+  const Vec3<float> n = Vec3<float>::Ones() / std::sqrt(3.0f);
+  stiff.matrix.setZero();
+  stiff.matrix.topLeftCorner<3, 3>() = 1e5f * n * n.transpose();
+  std::vector<SoftBlock<float>> blocks{stiff};
+  system.solve(blocks);
+  // 1e8 beside 1 leaves nothing of the 1 in float. All entries of n n^T are one number, so that
+  // nothing is stiff across n.
+  const Vec3<float> across(2.0f / 3, -1.0f / 3, -1.0f / 3);
+  CHECK((blocks[0].motion.head<3>() - across).norm() < 1e-4f);
 }

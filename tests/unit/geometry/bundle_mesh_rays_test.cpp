@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "support/ray_patches.hpp"
+#include "support/relative.hpp"
 #include "support/rounds.hpp"
 
 #include <bristle/geometry/bundle_mesh_rays.hpp>
@@ -370,10 +371,10 @@ TEST_CASE("RayBundles: every ray is in one bundle, within its boxes") {
           CHECK(block.contains(start));
           CHECK(block.contains(end));
           const auto& lines = bundles.lines();
-          CHECK(lines.start[place] == doctest::Approx(start.z()));
+          CHECK(lines.start[place] == test::relative(start.z()));
           CHECK(std::abs(lines.x[place] + lines.slope_x[place] * end.z() - end.x()) < 1e-15);
           CHECK(std::abs(lines.y[place] + lines.slope_y[place] * end.z() - end.y()) < 1e-15);
-          CHECK((end.z() - start.z()) * lines.stretch[place] == doctest::Approx(ray.length));
+          CHECK((end.z() - start.z()) * lines.stretch[place] == test::relative(ray.length));
         }
       }
       CHECK(in_undivided == n);

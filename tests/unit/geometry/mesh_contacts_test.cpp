@@ -1,6 +1,8 @@
 /// @file
 /// What contacts of two meshes cost, and what has passed through each other.
 // SPDX-License-Identifier: BSD-3-Clause
+#include "support/relative.hpp"
+
 #include <bristle/geometry/mesh_contacts.hpp>
 #include <bristle/geometry/mesh_shapes.hpp>
 #include <bristle/geometry/mesh_tree.hpp>
@@ -26,7 +28,8 @@ struct CountedDistance {
   }
 };
 
-/// Contacts of two meshes, the second turned by an odd angle and moved, and what was asked for them.
+/// Contacts of two meshes, the second turned by an odd angle and moved, and what was asked for
+/// them.
 struct MeshPair {
   ContactManifolds<double> contacts;
   std::uint64_t distances = 0;
@@ -70,7 +73,8 @@ TEST_CASE("mesh_contacts: two meshes cost what is within the margin, however fin
   }
 }
 
-TEST_CASE("mesh_contacts: surfaces that have passed through each other are found beyond the margin") {
+TEST_CASE(
+    "mesh_contacts: surfaces that have passed through each other are found beyond the margin") {
   const TriangleMesh<double> box = box_mesh<double>({0.1, 0.1, 0.1});
   const double margin = 1e-4;
   for (const double depth : {0.001, 0.03, 0.09}) {
@@ -85,7 +89,7 @@ TEST_CASE("mesh_contacts: surfaces that have passed through each other are found
         deepest = std::min(deepest, manifold.points[k].gap);
       }
     }
-    CHECK(deepest == doctest::Approx(-depth));
+    CHECK(deepest == test::relative(-depth));
   }
 }
 
@@ -94,8 +98,8 @@ TEST_CASE("mesh_contacts: boxes of a stack cut each other where their edges coin
   const MeshPair pair = collide(box, box, {Quat<double>::Identity(), {0, 0, 0.19}}, 1e-4);
   REQUIRE(pair.contacts.size() == 1);
   CHECK(pair.contacts[0].size == 4);
-  CHECK(pair.contacts[0].normal.z() == doctest::Approx(1));
-  CHECK(pair.contacts[0].points[0].gap == doctest::Approx(-0.01));
+  CHECK(pair.contacts[0].normal.z() == test::relative(1));
+  CHECK(pair.contacts[0].points[0].gap == test::relative(-0.01));
 }
 
 TEST_CASE("mesh_contacts: a plate that is all inside a block leaves it, whichever is asked") {
@@ -109,14 +113,14 @@ TEST_CASE("mesh_contacts: a plate that is all inside a block leaves it, whicheve
   const Transform<double> X_block_plate{askew.conjugate(), {0.01, 0.02, top - half_thickness}};
   const auto check = [&](const MeshPair& pair, double sign) {
     REQUIRE(pair.contacts.size() == 1);
-    CHECK(pair.contacts[0].normal.norm() == doctest::Approx(1));
+    CHECK(pair.contacts[0].normal.norm() == test::relative(1));
     for (std::size_t k = 0; k < pair.contacts[0].size; ++k) {
-      CHECK(pair.contacts[0].points[k].gap == doctest::Approx(-0.001 - 2 * half_thickness));
+      CHECK(pair.contacts[0].points[k].gap == test::relative(-0.001 - 2 * half_thickness));
     }
     return sign * pair.contacts[0].normal;
   };
   const MeshPair first = collide(block, plate, X_block_plate, 1e-4);
-  CHECK(check(first, 1).z() == doctest::Approx(1));
+  CHECK(check(first, 1).z() == test::relative(1));
   const MeshPair second = collide(plate, block, X_block_plate.inverse(), 1e-4);
-  CHECK((X_block_plate.rotation * check(second, -1)).z() == doctest::Approx(1));
+  CHECK((X_block_plate.rotation * check(second, -1)).z() == test::relative(1));
 }

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "support/relative.hpp"
+
 #include <bristle/geometry/quickhull.hpp>
 #include <bristle/geometry/ray_shapes.hpp>
 
@@ -17,7 +19,7 @@ namespace {
 template <typename S>
 doctest::Approx near(S value, S size = S(1)) {
   // doctest's epsilon is relative to scale + |value|.
-  return doctest::Approx(double(value))
+  return test::relative(double(value))
       .epsilon(double(S(4) * std::numeric_limits<S>::epsilon()))
       .scale(double(size));
 }

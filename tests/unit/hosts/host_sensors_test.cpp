@@ -5,6 +5,7 @@
 #include "scenes/random_host.hpp"
 #include "scenes/toy_pinch.hpp"
 #include "support/pinch_checks.hpp"
+#include "support/relative.hpp"
 
 #include <bristle/hosts/host_sensors.hpp>
 
@@ -31,9 +32,9 @@ TEST_CASE_TEMPLATE("HostSensors: a block comes to rest on a patch at any step", 
     const double tolerance = 1e3 * static_cast<double>(Tolerance<S>::round_off());
     CHECK(felt.touching() == 16);
     CHECK(felt.body[0] == host.block_id);
-    CHECK(static_cast<double>(felt.total_normal()) == doctest::Approx(4.905).epsilon(tolerance));
+    CHECK(static_cast<double>(felt.total_normal()) == test::relative(4.905).epsilon(tolerance));
     // Pressed in by 0.3 of 10 mm, as tuned.
-    CHECK(static_cast<double>(host.block.z()) == doctest::Approx(0.007).epsilon(tolerance));
+    CHECK(static_cast<double>(host.block.z()) == test::relative(0.007).epsilon(tolerance));
   }
 }
 
@@ -74,10 +75,10 @@ TEST_CASE("HostSensors: a pushed block sags by F / (mu_S N) and stays") {
   run(400);
   const double there = host.block.x();
   CHECK(there - start ==
-        doctest::Approx(1.5 / (def.parameters.static_friction * 4.905)).epsilon(1e-6));
+        test::relative(1.5 / (def.parameters.static_friction * 4.905)).epsilon(1e-6));
   run(400);
   CHECK(std::abs(host.block.x() - there) < 1e-12);
-  CHECK(sensors.world().reading(patch).total_shear() == doctest::Approx(1.5).epsilon(1e-9));
+  CHECK(sensors.world().reading(patch).total_shear() == test::relative(1.5).epsilon(1e-9));
 }
 
 TEST_CASE("HostSensors: what it applies is what it reads, and adds up to nothing") {

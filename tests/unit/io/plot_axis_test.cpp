@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "support/numbers.hpp"
+#include "support/relative.hpp"
 
 #include <bristle/io/plot_axis.hpp>
 
@@ -86,7 +87,7 @@ TEST_CASE("PlotAxis: gives a range to a constant, even with round-off on it, and
   CHECK(constant.low() == 4);
   CHECK(constant.high() == 12);
   const PlotAxis noisy = axis_over({8, 8 * (1 + 1e-15)});
-  CHECK(noisy.place(8) == doctest::Approx(0.5));
+  CHECK(noisy.place(8) == test::relative(0.5));
   CHECK(axis_over({0}).place(0) == 0.5);
   CHECK(axis_over({-2}).place(-2) == 0.5);
   CHECK(labels(axis_over({})) == "0.0 0.2 0.4 0.6 0.8 1.0");
@@ -109,7 +110,7 @@ TEST_CASE("PlotAxis: labels whole decades when it is logarithmic") {
   const PlotAxis axis = axis_over({1e-3, 1}, {}, true);
   CHECK(labels(axis) == "10\u207b\u00b3 10\u207b\u00b2 10\u207b\u00b9 10\u2070");
   CHECK(axis.place(1e-3) == 0);
-  CHECK(axis.place(1e-2) == doctest::Approx(1.0 / 3));
+  CHECK(axis.place(1e-2) == test::relative(1.0 / 3));
   // Twelve decades in room for four labels: every third one.
   CHECK(labels(axis_over({1e-12, 1}, {.room = 4}, true)) ==
         "10\u207b\u00b9\u00b2 10\u207b\u2079 10\u207b\u2076 10\u207b\u00b3 10\u2070");
@@ -117,15 +118,15 @@ TEST_CASE("PlotAxis: labels whole decades when it is logarithmic") {
 
 TEST_CASE("PlotAxis: shows at least a decade, with labels inside, when it is logarithmic") {
   const PlotAxis axis = axis_over({2, 2}, {}, true);
-  CHECK(axis.high() / axis.low() == doctest::Approx(10));
-  CHECK(axis.place(2) == doctest::Approx(0.5));
+  CHECK(axis.high() / axis.low() == test::relative(10));
+  CHECK(axis.place(2) == test::relative(0.5));
   CHECK(labels(axis) == "10\u2070 2\u00b710\u2070 5\u00b710\u2070");
 }
 
 TEST_CASE("PlotAxis: keeps the ends that were asked for") {
   const PlotAxis axis = axis_over({2, 4}, {.margin = 0.1, .low = 0.0});
   CHECK(axis.low() == 0);
-  CHECK(axis.high() == doctest::Approx(4.2));
+  CHECK(axis.high() == test::relative(4.2));
   // All data lie below the low end that was asked for; there is a range all the same.
   for (const bool is_logarithmic : {false, true}) {
     const PlotAxis above = axis_over({1, 2}, {.low = 5.0}, is_logarithmic);

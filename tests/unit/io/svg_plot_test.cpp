@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "support/numbers.hpp"
+#include "support/relative.hpp"
 #include "support/texts.hpp"
 
 #include <bristle/io/svg_plot.hpp>
@@ -61,7 +62,7 @@ TEST_CASE("SvgPlot: draws a curve from left to right across its frame") {
   const auto points = curve(svg, 0);
   REQUIRE(points.size() == 3);
   CHECK(points[0].first == 0);
-  CHECK(points[1].first == doctest::Approx(0.5 * points[2].first).epsilon(1e-4));
+  CHECK(points[1].first == test::relative(0.5 * points[2].first).epsilon(1e-4));
   CHECK(points[0].second == plot.panel_height);  // y points down
   CHECK(points[1].second == 0);
   CHECK(points[2].second == plot.panel_height);

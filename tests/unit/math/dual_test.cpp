@@ -1,6 +1,8 @@
 /// @file
 /// Numbers with derivatives: every function against its closed form, and the rules at kinks.
 // SPDX-License-Identifier: BSD-3-Clause
+#include "support/relative.hpp"
+
 #include <bristle/core/error.hpp>
 #include <bristle/math/dual.hpp>
 #include <bristle/math/rotation.hpp>
@@ -25,7 +27,7 @@ constexpr double infinite = std::numeric_limits<double>::infinity();
 /// Relative to some operations with one rounding each.
 void check(const D1& y, double value, double slope) {
   CHECK(y.value() == value);
-  CHECK(y.partial() == doctest::Approx(slope).epsilon(1e-14));
+  CHECK(y.partial() == test::relative(slope).epsilon(1e-14));
 }
 
 }  // namespace
@@ -49,16 +51,16 @@ TEST_CASE("Dual: sums, products and quotients have the derivatives of the rules"
   const D2 y = D2::variable(-4, 1);
   const D2 f = (x * y - 2 * x / y + 5) * -x + y;  // -x^2 y + 2 x^2 / y - 5 x + y
   CHECK(f.value() == 36 - 4.5 - 15 - 4);
-  CHECK(f.partial(0) == doctest::Approx(24 - 3 - 5.0).epsilon(1e-15));
-  CHECK(f.partial(1) == doctest::Approx(-9 - 18.0 / 16 + 1).epsilon(1e-15));
+  CHECK(f.partial(0) == test::relative(24 - 3 - 5.0).epsilon(1e-15));
+  CHECK(f.partial(1) == test::relative(-9 - 18.0 / 16 + 1).epsilon(1e-15));
   D2 g = x;
   g += y;
   g *= x;
   g -= 1;
   g /= y;  // (x^2 + x y - 1) / y
-  CHECK(g.value() == doctest::Approx(1));
-  CHECK(g.partial(0) == doctest::Approx((2 * 3 - 4) / -4.0).epsilon(1e-15));
-  CHECK(g.partial(1) == doctest::Approx(-(9 - 1) / 16.0).epsilon(1e-15));
+  CHECK(g.value() == test::relative(1));
+  CHECK(g.partial(0) == test::relative((2 * 3 - 4) / -4.0).epsilon(1e-15));
+  CHECK(g.partial(1) == test::relative(-(9 - 1) / 16.0).epsilon(1e-15));
 }
 
 TEST_CASE("Dual: functions have the derivatives of their closed forms") {
@@ -125,9 +127,9 @@ TEST_CASE("Dual: is a scalar to Eigen") {
   const Vec3<D2> v(a, b, a * b);
   const D2 length = v.norm();
   const double n = std::sqrt(0.09 + 0.49 + 0.0441);
-  CHECK(length.value() == doctest::Approx(n).epsilon(1e-15));
-  CHECK(length.partial(0) == doctest::Approx((0.3 + 0.21 * 0.7) / n).epsilon(1e-14));
-  CHECK(length.partial(1) == doctest::Approx((-0.7 - 0.21 * 0.3) / n).epsilon(1e-14));
+  CHECK(length.value() == test::relative(n).epsilon(1e-15));
+  CHECK(length.partial(0) == test::relative((0.3 + 0.21 * 0.7) / n).epsilon(1e-14));
+  CHECK(length.partial(1) == test::relative((-0.7 - 0.21 * 0.3) / n).epsilon(1e-14));
   CHECK(v.allFinite());
   // d(A^-1) = -A^-1 dA A^-1.
   Mat3<D2> A;
@@ -138,7 +140,7 @@ TEST_CASE("Dual: is a scalar to Eigen") {
   dA(0, 1) = dA(1, 0) = 1;
   const Mat3<double> expected = -value * dA * value;
   for (Eigen::Index i = 0; i < 9; ++i) {
-    CHECK(inverse(i).partial(0) == doctest::Approx(expected(i)).epsilon(1e-13));
+    CHECK(inverse(i).partial(0) == test::relative(expected(i)).epsilon(1e-13));
   }
   CHECK((2.0 * v).x() == D2(2) * a);
 }
@@ -153,12 +155,12 @@ TEST_CASE("Dual: a rotation by an angle that is a variable turns about its axis"
     const Vec3<D1> turned = q * p.cast<D1>();
     const Vec3<double> expected = axis.cross(turned.cast<double>());
     for (Eigen::Index i = 0; i < 3; ++i) {
-      CHECK(turned[i].partial() == doctest::Approx(expected[i]).epsilon(1e-14));
+      CHECK(turned[i].partial() == test::relative(expected[i]).epsilon(1e-14));
     }
     // And back.
     const Vec3<D1> vector = log_rotation<D1>(q);
     for (Eigen::Index i = 0; i < 3; ++i) {
-      CHECK(vector[i].partial() == doctest::Approx(axis[i]).epsilon(1e-14));
+      CHECK(vector[i].partial() == test::relative(axis[i]).epsilon(1e-14));
     }
   }
 }

@@ -2,6 +2,8 @@
 /// The law and the placement of sensors with their derivatives, against closed forms and against
 /// differences.
 // SPDX-License-Identifier: BSD-3-Clause
+#include "support/relative.hpp"
+
 #include <bristle/geometry/mesh_shapes.hpp>
 #include <bristle/math/dual.hpp>
 #include <bristle/math/rotation.hpp>
@@ -55,7 +57,7 @@ TEST_CASE("sensor_wrench: a bristle that sticks has the derivatives of Eqs. 1, 3
     const Vec3<Derived> f = force_after_slip<Derived>(as_variables(x), reset);
     const double e = 1 - x[distance] / ray_length;
     const double F_N = x[K_N] * e + x[K_D] * x[press] / ray_length;
-    const auto near = [](double value) { return doctest::Approx(value).epsilon(1e-12); };
+    const auto near = [](double value) { return test::relative(value).epsilon(1e-12); };
     CHECK(f.x().value() == near(-F_N));
     CHECK(f.y().value() == near(-x[mu_S] * F_N * x[slip] - x[mu_V] * x[speed]));
     // Along the ray, and across it through F_N.
@@ -84,13 +86,13 @@ TEST_CASE("sensor_wrench: a bristle that slips has the derivatives of its reset"
   const std::array<double, inputs> x{20, 0, 800, 0, 1e-3, 0.004, 1.3e-3, 0, 0};
   const double F_N = 20 * 0.6;
   const Vec3<Derived> dragged = force_after_slip<Derived>(as_variables(x), SlipReset::drag);
-  CHECK(dragged.y().value() == doctest::Approx(-800 * F_N * 1e-3).epsilon(1e-12));
-  CHECK(dragged.y().partial(sigma) == doctest::Approx(-800 * F_N).epsilon(1e-12));
+  CHECK(dragged.y().value() == test::relative(-800 * F_N * 1e-3).epsilon(1e-12));
+  CHECK(dragged.y().partial(sigma) == test::relative(-800 * F_N).epsilon(1e-12));
   CHECK(std::abs(dragged.y().partial(slip)) < 1e-9);
   const Vec3<Derived> released = force_after_slip<Derived>(as_variables(x), SlipReset::release);
-  CHECK(released.y().value() == doctest::Approx(-800 * F_N * 0.3e-3).epsilon(1e-12));
-  CHECK(released.y().partial(sigma) == doctest::Approx(800 * F_N).epsilon(1e-12));
-  CHECK(released.y().partial(slip) == doctest::Approx(-800 * F_N).epsilon(1e-12));
+  CHECK(released.y().value() == test::relative(-800 * F_N * 0.3e-3).epsilon(1e-12));
+  CHECK(released.y().partial(sigma) == test::relative(800 * F_N).epsilon(1e-12));
+  CHECK(released.y().partial(slip) == test::relative(-800 * F_N).epsilon(1e-12));
 }
 
 TEST_CASE("sensor_wrench: without a hit, or unloaded, derivatives are 0 and never NaN") {
@@ -103,7 +105,7 @@ TEST_CASE("sensor_wrench: without a hit, or unloaded, derivatives are 0 and neve
     CHECK(std::isfinite(f.x().partial(i)));
     CHECK(std::isfinite(f.y().partial(i)));
   }
-  CHECK(f.y().partial(slip) == doctest::Approx(-800 * 20 * 0.6));
+  CHECK(f.y().partial(slip) == test::relative(-800 * 20 * 0.6));
 }
 
 namespace {
@@ -148,7 +150,7 @@ TEST_CASE("sensor_wrench: derivatives agree with differences between turned and 
     const auto value = oblique<double>(x[0], x[1], x[2], normal);
     // Eigen has registers for products of doubles, which add in another order.
     for (std::size_t k = 0; k < 6; ++k) {
-      CHECK(f[k].value() == doctest::Approx(value[k]).epsilon(1e-13));
+      CHECK(f[k].value() == test::relative(value[k]).epsilon(1e-13));
     }
     REQUIRE(std::abs(value[1]) > 1e-3);
     for (std::size_t i = 0; i < 3; ++i) {
@@ -187,12 +189,12 @@ TEST_CASE("sensors_from_mesh: sensors move with what places them") {
     const Vec3<double> axis = Vec3<double>::UnitZ();
     for (Eigen::Index j = 0; j < 3; ++j) {
       const D3 p = layout.start[i][j];
-      CHECK(p.partial(0) == doctest::Approx(surface[j]).epsilon(1e-12));
-      CHECK(p.partial(1) == doctest::Approx(-n[j]).epsilon(1e-12));
-      CHECK(p.partial(2) == doctest::Approx(axis.cross(start)[j]).epsilon(1e-12));
+      CHECK(p.partial(0) == test::relative(surface[j]).epsilon(1e-12));
+      CHECK(p.partial(1) == test::relative(-n[j]).epsilon(1e-12));
+      CHECK(p.partial(2) == test::relative(axis.cross(start)[j]).epsilon(1e-12));
       const D3 direction = layout.direction[i][j];
       CHECK(std::abs(direction.partial(0)) < 1e-12);
-      CHECK(direction.partial(2) == doctest::Approx(axis.cross(n)[j]).epsilon(1e-12));
+      CHECK(direction.partial(2) == test::relative(axis.cross(n)[j]).epsilon(1e-12));
     }
     CHECK(layout.length[i].partial(1) == 2);
   }
@@ -206,10 +208,10 @@ TEST_CASE("tuned_for: constants have the derivatives of their closed forms") {
   wants.load = D2::variable(20, 1);
   wants.mass = 0.5;
   const SensorParameters<D2> p = tuned_for(wants).parameters(25, 0.01);
-  CHECK(p.normal_stiffness.partial(1) == doctest::Approx(1 / (25 * 0.3)).epsilon(1e-13));
-  CHECK(p.static_friction.partial(0) == doctest::Approx(1e3).epsilon(1e-13));
+  CHECK(p.normal_stiffness.partial(1) == test::relative(1 / (25 * 0.3)).epsilon(1e-13));
+  CHECK(p.static_friction.partial(0) == test::relative(1e3).epsilon(1e-13));
   const double mu_V = p.sliding_friction.value();
-  CHECK(mu_V == doctest::Approx(1.4 / 25 * std::sqrt(800 * 20 * 0.5)).epsilon(1e-13));
-  CHECK(p.sliding_friction.partial(0) == doctest::Approx(mu_V / 2 / 0.8).epsilon(1e-13));
-  CHECK(p.sliding_friction.partial(1) == doctest::Approx(mu_V / 2 / 20).epsilon(1e-13));
+  CHECK(mu_V == test::relative(1.4 / 25 * std::sqrt(800 * 20 * 0.5)).epsilon(1e-13));
+  CHECK(p.sliding_friction.partial(0) == test::relative(mu_V / 2 / 0.8).epsilon(1e-13));
+  CHECK(p.sliding_friction.partial(1) == test::relative(mu_V / 2 / 20).epsilon(1e-13));
 }

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "support/relative.hpp"
+
 #include <bristle/sensors/passivity_observer.hpp>
 
 #include <doctest/doctest.h>
@@ -34,7 +36,7 @@ TEST_CASE("passivity observer: a sampled spring gives energy, by the closed form
   constexpr int n = 50;
   PassivityObserver<double> observer;
   press_and_release(k, dt, n, [&](const auto& f, const auto& u) { observer.observe(f, u, dt); });
-  CHECK(observer.energy() == doctest::Approx(-n * k * v * v * dt * dt).epsilon(1e-9));
+  CHECK(observer.energy() == test::relative(-n * k * v * v * dt * dt).epsilon(1e-9));
   CHECK_FALSE(observer.is_passive());
   PassivityObserver<double> lenient(1.01 * n * k * v * v * dt * dt);
   press_and_release(k, dt, n, [&](const auto& f, const auto& u) { lenient.observe(f, u, dt); });
@@ -61,7 +63,7 @@ TEST_CASE("passivity observer: control takes out just that much") {
   CHECK(observer.control({}, was, dt).force.isZero(0));
   CHECK(observer.is_passive());
   CHECK(observer.energy() == doctest::Approx(0).epsilon(1e-12));
-  CHECK(observer.damped_energy() == doctest::Approx(n * k * v * v * dt * dt).epsilon(1e-9));
+  CHECK(observer.damped_energy() == test::relative(n * k * v * v * dt * dt).epsilon(1e-9));
   CHECK(damped_ticks > 0);
 }
 
@@ -72,13 +74,13 @@ TEST_CASE("passivity observer: what the velocity did not do as foreseen is paid 
   PassivityObserver<double> observer(0, 100);
   CHECK(observer.control(push(-1), move(0.1), 1e-3).force.x() == -1);
   CHECK(observer.energy() == 0);  // Nothing has acted yet.
-  CHECK(observer.control({}, move(-0.1), 1e-3).force.x() == doctest::Approx(1));
-  CHECK(observer.energy() == doctest::Approx(-1e-4));
+  CHECK(observer.control({}, move(-0.1), 1e-3).force.x() == test::relative(1));
+  CHECK(observer.energy() == test::relative(-1e-4));
   CHECK(observer.damped_energy() == 0);
   CHECK_FALSE(observer.is_passive());
   CHECK(observer.control({}, move(-0.1), 1e-3).force.x() == doctest::Approx(0));
   CHECK(observer.energy() == doctest::Approx(0));
-  CHECK(observer.damped_energy() == doctest::Approx(1e-4));
+  CHECK(observer.damped_energy() == test::relative(1e-4));
 }
 
 // 0.02 J came out unseen; a tool at 1 mm/s would need 20 kN to give them back within a tick.
@@ -89,8 +91,8 @@ TEST_CASE_TEMPLATE("passivity observer: never asks more of a device than it may"
   const Twist<S> slow{{S(1e-3), 0, 0}, Vec3<S>::Zero()};
   for (int i = 0; i < 100; ++i) observer.observe({{S(2), 0, 0}, Vec3<S>::Zero()}, fast, S(1e-3));
   const S owed = -observer.energy();
-  CHECK(owed == doctest::Approx(0.02).epsilon(1e-5));
-  CHECK(observer.control({}, slow, S(1e-3)).force.x() == doctest::Approx(-0.01));
+  CHECK(owed == test::relative(0.02).epsilon(1e-5));
+  CHECK(observer.control({}, slow, S(1e-3)).force.x() == test::relative(-0.01));
   (void)observer.control({}, slow, S(1e-3));
   CHECK(-observer.energy() < owed);  // The rest stays owed, and is paid in time.
   for (int i = 0; i < 1000; ++i) (void)observer.control({}, fast, S(1e-3));
@@ -120,7 +122,7 @@ TEST_CASE("passivity observer: counts torques, and damps them with the radius it
   // 0.06 J would come out; alpha = 0.06 / (0.01 * 0.01 * 9) = 66.7 takes all of it.
   CHECK(sent.torque.z() == doctest::Approx(0).epsilon(1e-12));
   (void)observer.control({}, tool, 0.01);
-  CHECK(observer.damped_energy() == doctest::Approx(0.06));
+  CHECK(observer.damped_energy() == test::relative(0.06));
 }
 
 TEST_CASE("passivity observer: what is no number does not count") {

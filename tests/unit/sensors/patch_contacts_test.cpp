@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "support/random_patch.hpp"
+#include "support/relative.hpp"
 
 #include <bristle/sensors/patch_contacts.hpp>
 
@@ -291,7 +292,7 @@ TEST_CASE("collect_contacts: a body in the slot of a removed one is another body
   random.b[0].center_pose.translation +=
       random.a.center_pose.rotate(0.5e-3 * Vec3<double>(patch.tiles[0].tangent[5]));
   meet(first, 0.5);
-  CHECK(patch.contacts[0].stretch[5].norm() == doctest::Approx(0.5e-3));
+  CHECK(patch.contacts[0].stretch[5].norm() == test::relative(0.5e-3));
   meet({first.index, first.generation + 1}, 0.5);
   CHECK(patch.contacts[0].stretch[5].norm() == 0.0);
 }

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "support/relative.hpp"
 #include "support/texts.hpp"
 
 #include <bristle/geometry/mesh_shapes.hpp>
@@ -64,9 +65,9 @@ TEST_CASE_TEMPLATE("sensors_from_mesh: faces of a cube, in the order of its tria
     CHECK((surface_point(layout, i, S(0.1)) - triangle_centroid(mesh, i)).norm() <=
           near_zero_of_placement<S>);
     // The start is 0.1 below the face, the end 0.15 above it.
-    CHECK(layout.start[i].cwiseAbs().maxCoeff() == doctest::Approx(0.2));
+    CHECK(layout.start[i].cwiseAbs().maxCoeff() == test::relative(0.2));
     const Vec3<S> end = layout.start[i] + layout.length[i] * layout.direction[i];
-    CHECK(end.cwiseAbs().maxCoeff() == doctest::Approx(0.45));
+    CHECK(end.cwiseAbs().maxCoeff() == test::relative(0.45));
   }
 }
 

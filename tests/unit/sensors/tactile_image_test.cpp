@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "support/relative.hpp"
+
 #include <bristle/sensors/placement.hpp>
 #include <bristle/sensors/tactile_image.hpp>
 
@@ -66,8 +68,8 @@ TEST_CASE("tactile image: a sensor grid has its columns along side_u") {
       CHECK(y(row, column) == y(row, 0));
     }
   }
-  CHECK(x(0, 1) - x(0, 0) == doctest::Approx(0.01));
-  CHECK(y(1, 0) - y(0, 0) == doctest::Approx(0.01));
+  CHECK(x(0, 1) - x(0, 0) == test::relative(0.01));
+  CHECK(y(1, 0) - y(0, 0) == test::relative(0.01));
 }
 
 TEST_CASE("tactile history: keeps the last frames, newest first") {

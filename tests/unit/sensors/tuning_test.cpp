@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "support/relative.hpp"
+
 #include <bristle/sensors/tuning.hpp>
 
 #include <doctest/doctest.h>
@@ -41,11 +43,11 @@ TEST_CASE("tuned_for: reproduces the table of docs/sensors.md from wants") {
     wants.mass = row.mass;
     wants.press = row.press;
     const SensorParameters<double> p = tuned_for(wants).parameters(row.count, row.length);
-    CHECK(p.static_friction == doctest::Approx(row.mu_S).epsilon(1e-9));
+    CHECK(p.static_friction == test::relative(row.mu_S).epsilon(1e-9));
     CHECK(p.breakaway_distance == row.creep);
-    CHECK(p.normal_stiffness == doctest::Approx(row.K_N).epsilon(2e-3));
-    CHECK(p.normal_damping == doctest::Approx(row.K_D).epsilon(2e-2));
-    CHECK(p.sliding_friction == doctest::Approx(row.mu_V).epsilon(2e-3));
+    CHECK(p.normal_stiffness == test::relative(row.K_N).epsilon(2e-3));
+    CHECK(p.normal_damping == test::relative(row.K_D).epsilon(2e-2));
+    CHECK(p.sliding_friction == test::relative(row.mu_V).epsilon(2e-3));
   }
 }
 
@@ -71,7 +73,7 @@ TEST_CASE_TEMPLATE("meaning_of: is the inverse of tuned_for, under every scaling
     const PatchMeaning<S> m = meaning_of(p, use, scaling);
     const double eps = 100 * static_cast<double>(Tolerance<S>::round_off());
     const auto near = [&](S a, S b) {
-      CHECK(static_cast<double>(a) == doctest::Approx(static_cast<double>(b)).epsilon(eps));
+      CHECK(static_cast<double>(a) == test::relative(static_cast<double>(b)).epsilon(eps));
     };
     near(m.holding_coefficient, wants.friction);
     near(m.press, wants.press);
@@ -92,14 +94,14 @@ TEST_CASE("meaning_of: Fig. 7 in numbers") {
   use.load = 0.5 * 9.81;
   use.mass = 0.5;
   const PatchMeaning<double> m = meaning_of(p, use);
-  CHECK(m.holding_coefficient == doctest::Approx(5));
-  CHECK(m.press == doctest::Approx(0.3065625));
-  CHECK(m.bristle_frequency / (2 * std::numbers::pi) == doctest::Approx(35.2484).epsilon(1e-5));
-  CHECK(m.sudden_coefficient == doctest::Approx(5 * 0.5057).epsilon(1e-3));
-  CHECK(m.recommended_explicit_step == doctest::Approx(0.35 * m.largest_explicit_step));
+  CHECK(m.holding_coefficient == test::relative(5));
+  CHECK(m.press == test::relative(0.3065625));
+  CHECK(m.bristle_frequency / (2 * std::numbers::pi) == test::relative(35.2484).epsilon(1e-5));
+  CHECK(m.sudden_coefficient == test::relative(5 * 0.5057).epsilon(1e-3));
+  CHECK(m.recommended_explicit_step == test::relative(0.35 * m.largest_explicit_step));
   // Lever gamma = 1.0144 of the 10 mm box: the tabled 8.897 ms.
   use.lever = 1 + 0.5 * 6.934375e-3 * 6.934375e-3 / (0.5 / 3 * 0.010025);
-  CHECK(meaning_of(p, use).largest_explicit_step == doctest::Approx(8.897e-3).epsilon(0.01));
+  CHECK(meaning_of(p, use).largest_explicit_step == test::relative(8.897e-3).epsilon(0.01));
   // Overdamped bristles do not overshoot.
   SensorParameters<double> damped = p;
   damped.sliding_friction = 100;
@@ -113,7 +115,7 @@ TEST_CASE("tuned_for: unset mass is the heaviest that the grip holds") {
   GripWants<double> same = wants;
   same.mass = 1;
   CHECK(tuned_for(wants).parameters(10, 0.01).sliding_friction ==
-        doctest::Approx(tuned_for(same).parameters(10, 0.01).sliding_friction));
+        test::relative(tuned_for(same).parameters(10, 0.01).sliding_friction));
 }
 
 TEST_CASE("tuned_for: a layout counts with its number and mean length") {

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "support/random.hpp"
+#include "support/relative.hpp"
+
 #include <bristle/world/world.hpp>
 
 #include <doctest/doctest.h>
@@ -50,12 +52,12 @@ TEST_CASE_TEMPLATE("cast_ray: finds the nearest of several, with point, normal a
   const auto hit = row.world.cast_ray(ray_from<S>({-3, 0, 1}, {1, 0, 0}, S(100)));
   REQUIRE(hit.is_hit());
   CHECK(hit.body == row.balls[0]);
-  CHECK(static_cast<double>(hit.distance) == doctest::Approx(2.5));
+  CHECK(static_cast<double>(hit.distance) == test::relative(2.5));
   CHECK(hit.point.isApprox(Vec3<S>(S(-0.5), 0, 1)));
   CHECK(hit.normal.isApprox(Vec3<S>(-1, 0, 0)));
   const auto down = row.world.cast_ray(ray_from<S>({S(1), 0, 5}, {0, 0, -1}, S(100)));
   CHECK(down.body == row.floor);
-  CHECK(static_cast<double>(down.distance) == doctest::Approx(5));
+  CHECK(static_cast<double>(down.distance) == test::relative(5));
   CHECK_FALSE(row.world.cast_ray(ray_from<S>({0, 0, 5}, {0, 0, 1}, S(100))).is_hit());
   CHECK_FALSE(row.world.cast_ray(ray_from<S>({-3, 0, 1}, {1, 0, 0}, S(2))).is_hit());
   CHECK(row.world.cast_ray(ray_from<S>({0, 0, 1}, {1, 0, 0}, S(1))).distance == S(0));
@@ -109,7 +111,7 @@ TEST_CASE("cast_rays: many rays give what each gives alone, also after bodies mo
     CHECK(hits[i].is_hit() == (nearest < infinity<double>));
     if (!hits[i].is_hit()) continue;
     ++count;
-    CHECK(hits[i].distance == doctest::Approx(nearest).epsilon(1e-9));
+    CHECK(hits[i].distance == test::relative(nearest).epsilon(1e-9));
   }
   CHECK(count > 20);
 }
