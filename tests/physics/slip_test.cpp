@@ -139,6 +139,10 @@ TEST_CASE("slip: stairs are sigma_a high, and as long as the force says (R9)") {
     def.time_step = 2e-6;
     auto scene = make_plate<double>(def);
     scene.world.step();
+    // From rest it takes 50 stairs, m / (n mu_V) = 0.31 s, until they are alike. At this speed
+    // every stair starts in the end: m v' = 0.51 F_max - F_max x / sigma_a - n mu_V v, from x = 0
+    // to sigma_a, ends with the speed that it starts with, after 6.563 ms.
+    scene.world.set_velocity(scene.plate, {{0.12455, 0, 0}, {0, 0, 0}});
     std::vector<double> where;
     std::vector<double> when;
     for (int i = 0; i < 30000; ++i) {
@@ -154,8 +158,7 @@ TEST_CASE("slip: stairs are sigma_a high, and as long as the force says (R9)") {
     REQUIRE(when.size() >= 4);
     const double count = static_cast<double>(when.size() - 1);
     CHECK((where.back() - where.front()) / count == test::relative(1e-3).epsilon(1e-3));
-    // The period settles after the first stair, which started from rest.
-    CHECK(when[2] - when[1] == test::relative(6.645e-3).epsilon(0.05));
+    CHECK((when.back() - when.front()) / count == test::relative(6.563e-3).epsilon(0.01));
   }
 }
 

@@ -140,7 +140,8 @@ TEST_CASE("ProximalSolver: a contact that is yet to close inherits no more than 
   const ContactConstraint<double>& below = column.constraints.contacts[0];
   const ContactConstraint<double>& above = column.constraints.contacts[1];
   CHECK(below.impulse[0] == test::relative(0.15));
-  CHECK(below.passing[0] == test::relative(0.05).epsilon(1e-5));
+  // To what its softness lets through.
+  CHECK(below.passing[0] == test::relative(0.05).epsilon(1e-4));
   CHECK(above.impulse[0] == 0);
   // Less falls on the next step than on this one where the guess is a push.
   CHECK(above.passing[0] <= 0);

@@ -32,9 +32,9 @@ TEST_CASE("tuned_for: reproduces the table of docs/sensors.md from wants") {
   // The constants in the table are rounded to two to four digits.
   for (const Row& row : {Row{0.5, 5, 1e-3, 0.3, 16, 0.01, 5000, 1.022, 0.0357, 9.689},
                          Row{0.5, 0.8, 0.5e-3, 0.3, 16, 0.01, 1600, 1.022, 0.0357, 5.481},
-                         Row{0.05, 1, 0.1e-3, 0.3, 25, 0.01, 1e4, 0.0654, 0.00101, 0.877},
+                         Row{0.05, 1, 0.1e-3, 0.3, 25, 0.01, 1e4, 0.0654, 0.00229, 0.877},
                          Row{20, 0.6, 2e-3, 0.4, 100, 0.02, 300, 4.905, 0.280, 15.19},
-                         Row{0.002, 1, 5e-3, 0.3, 4, 0.01, 200, 0.01635, 3.1e-4, 0.0310},
+                         Row{0.002, 1, 5e-3, 0.3, 4, 0.01, 200, 0.01635, 5.72e-4, 0.0310},
                          Row{1000, 1.2, 1e-3, 0.3, 400, 0.02, 1200, 81.75, 4.04, 379.7}}) {
     GripWants<double> wants;
     wants.friction = row.mu;
