@@ -34,6 +34,8 @@ constexpr const char* usage =
                               does not hold the part still: it ends with status 1 (paper)
   --pad FILE                  mesh of a finger's pad, .stl or .obj (the one beside this example)
   --output PREFIX             writes PREFIX.csv and PREFIX.svg (gripper_on_incline)
+  --replay FILE               writes the motion and the sensors' forces as binary glTF (.glb), for
+                              Blender and other viewers; by examples/run a page, too (.html)
   --help                      this text
 
 Exit status: 0 when the part was held, caught and set down as predicted, 1 when not, 2 for a wrong
@@ -80,7 +82,7 @@ Settings parse(int argc, char** argv) {
     }
     const bool is_known = option == "--backend" || option == "--scalar" ||
                           option == "--integration" || option == "--dt" || option == "--law" ||
-                          option == "--pad" || option == "--output";
+                          option == "--pad" || option == "--output" || option == "--replay";
     if (!is_known) fail("unknown option '" + option + "'");
     if (i + 1 == argc) fail(option + " needs a value");
     const std::string value = argv[++i];
@@ -90,6 +92,7 @@ Settings parse(int argc, char** argv) {
     if (option == "--dt") settings.time_step = parse_time_step(value);
     if (option == "--pad") settings.pad = value;
     if (option == "--output") settings.output = value;
+    if (option == "--replay") settings.replay = value;
     if (option == "--integration") {
       one_of(option, value, {"explicit", "implicit", "automatic"});
       settings.integration = value == "explicit"   ? bristle::Integration::explicit_
@@ -196,6 +199,7 @@ void write_files(const Settings& settings, const Outcome& outcome) {
   }
   plot.write_svg(svg);
   std::printf("wrote %s and %s\n", csv.string().c_str(), svg.string().c_str());
+  if (!settings.replay.empty()) std::printf("wrote %s\n", settings.replay.string().c_str());
 }
 
 }  // namespace

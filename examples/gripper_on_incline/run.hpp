@@ -41,7 +41,7 @@ class Gripper {
     incline.motion = Motion::fixed;
     incline.shape = HalfSpace<S>{lean_ * Vec3<S>(Vec3<S>::UnitZ()), S(0)};
     incline.material.friction = S(0.7);
-    world_.add_body(incline);
+    recorder_.add_body(world_.add_body(incline), incline, "incline", S(0.5));
 
     BodyDef<S> part;
     part.mass = S(layout_.part_mass);
@@ -50,6 +50,7 @@ class Gripper {
     part.position = start_;
     part.orientation = lean_;
     part_ = world_.add_body(part);
+    recorder_.add_body(part_, part, "part");
 
     BodyDef<S> palm;
     palm.motion = Motion::kinematic;
@@ -77,6 +78,7 @@ class Gripper {
     set_down();
     outcome_.simulated_time = time_;
     outcome_.cpu_time = double(std::clock() - begin) / CLOCKS_PER_SEC;
+    if (!settings_.replay.empty()) write_glb(settings_.replay, recorder_.recording());
     return std::move(outcome_);
   }
 
@@ -101,6 +103,7 @@ class Gripper {
     def.position = start_ + lean_ * X_GF.translation;
     def.orientation = lean_ * X_GF.rotation;
     fingers_[side] = world_.add_body(def);
+    recorder_.add_body(fingers_[side], def, side == 0 ? "first finger" : "second finger");
 
     // It slides along its z axis, which is the x axis of the joint.
     const Transform<S> X_FJ{exp_rotation<S>(Vec3<S>(S(0), -quarter, S(0))), Vec3<S>::Zero()};
@@ -132,6 +135,7 @@ class Gripper {
     if (settings_.law == "ambf") pad.options.law = Law::ambf;
     stiffness_ = pad.parameters.static_friction;
     pads_[side] = world_.add_patch(fingers_[side], pad);
+    recorder_.add_patch(world_, pads_[side], side == 0 ? "first pad" : "second pad");
   }
 
   /// One finger closes with a force [N], or opens with a negative one.
@@ -178,6 +182,7 @@ class Gripper {
   void step() {
     world_.step();
     world_.set_velocity(palm_, {});
+    if (!settings_.replay.empty()) recorder_.observe(world_);
     time_ += settings_.time_step;
     const auto& report = world_.report();
     outcome_.rays_cast += report.rays_cast;
@@ -283,6 +288,7 @@ class Gripper {
   Settings settings_;
   Layout layout_;
   World world_;
+  bristle::Recorder<S> recorder_;
   bristle::Quat<S> lean_;
   bristle::Vec3<S> start_;
   bristle::BodyId part_, palm_, fingers_[2];

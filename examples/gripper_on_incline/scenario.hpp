@@ -23,6 +23,8 @@ struct Settings {
   double time_step = 1e-3;
   std::filesystem::path pad;
   std::filesystem::path output = "gripper_on_incline";
+  /// None: no replay is recorded.
+  std::filesystem::path replay;
 };
 
 /// One stretch of the run, for the plot.

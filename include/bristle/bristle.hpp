@@ -13,14 +13,17 @@
 #include <bristle/core/version.hpp>
 #include <bristle/dynamics/coulomb_branch.hpp>
 #include <bristle/dynamics/coulomb_newton.hpp>
+#include <bristle/geometry/drawn_mesh.hpp>
 #include <bristle/geometry/mesh_shapes.hpp>
 #include <bristle/geometry/quickhull.hpp>
 #include <bristle/geometry/shapes.hpp>
 #include <bristle/hosts/engine_host.hpp>
 #include <bristle/hosts/host_sensors.hpp>
 #include <bristle/io/file.hpp>
+#include <bristle/io/glb.hpp>
 #include <bristle/io/mesh_file.hpp>
 #include <bristle/io/obj.hpp>
+#include <bristle/io/recorder.hpp>
 #include <bristle/io/stl.hpp>
 #include <bristle/io/svg_heat_map.hpp>
 #include <bristle/io/svg_plot.hpp>

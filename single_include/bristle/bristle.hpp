@@ -1886,6 +1886,12 @@ class CoulombNewton {
 
 }  // namespace bristle::inline BRISTLE_ABI
 
+// === bristle/geometry/drawn_mesh.hpp
+
+/// @file
+/// Triangles that look like a shape.
+// SPDX-License-Identifier: BSD-3-Clause
+
 // === bristle/geometry/mesh_shapes.hpp
 
 /// @file
@@ -2953,6 +2959,228 @@ TriangleMesh<S> grid_mesh(const Vec2<S>& size, const std::array<std::uint32_t, 2
     }
   }
   return mesh;
+}
+
+}  // namespace bristle::inline BRISTLE_ABI
+
+// === bristle/math/rotation.hpp
+
+/// @file
+/// Rotations: the exponential map, the step of a quaternion, and bases from one direction.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <cmath>
+#include <numbers>
+
+namespace bristle::inline BRISTLE_ABI {
+
+/// Quaternion of the rotation vector phi [rad]: turn by |phi| about phi. Exact for every |phi|, 0
+/// included.
+template <Scalar S>
+[[nodiscard]] Quat<S> exp_rotation(const Vec3<S>& phi) {
+  using std::cos;
+  using std::sin;
+  using std::sqrt;
+  const S angle2 = phi.squaredNorm();
+  // Most bodies turn by little in a step. Up to a quarter of a radian the series of the cosine and
+  // of sin(a/2)/a in y = (a/2)^2 are exact to the last bit: the terms left out, y^6 / 12! and
+  // y^5 / 11!, are below 3e-17.
+  if (angle2 < S(0.0625)) {
+    const S y = S(0.25) * angle2;
+    const S cosine =
+        S(1) +
+        y * (S(-1.0 / 2) +
+             y * (S(1.0 / 24) + y * (S(-1.0 / 720) + y * (S(1.0 / 40320) - y * S(1.0 / 3628800)))));
+    const S k = S(0.5) +
+                y * (S(-0.5 / 6) + y * (S(0.5 / 120) + y * (S(-0.5 / 5040) + y * S(0.5 / 362880))));
+    return Quat<S>(cosine, k * phi.x(), k * phi.y(), k * phi.z());
+  }
+  const S angle = sqrt(angle2);
+  const S k = sin(angle / S(2)) / angle;
+  return Quat<S>(cos(angle / S(2)), k * phi.x(), k * phi.y(), k * phi.z());
+}
+
+/// Rotation vector [rad] of a unit quaternion, of length <= pi: the inverse of `exp_rotation`.
+template <Scalar S>
+[[nodiscard]] Vec3<S> log_rotation(const Quat<S>& q) {
+  using std::atan2;
+  const S sign = q.w() < S(0) ? S(-1) : S(1);
+  const Vec3<S> v = sign * q.vec();
+  const S sine = v.norm();
+  if (sine * sine < Tolerance<S>::round_off()) return S(2) * v;
+  return (S(2) * atan2(sine, sign * q.w()) / sine) * v;
+}
+
+/// Rotation vector [rad] of the shortest turn from the unit vector a to the unit vector b; zero for
+/// opposite ones, where it has no direction.
+template <Scalar S>
+[[nodiscard]] Vec3<S> shortest_turn(const Vec3<S>& a, const Vec3<S>& b) {
+  using std::atan2;
+  const Vec3<S> c = a.cross(b);
+  const S sine = c.norm();
+  if (sine * sine < Tolerance<S>::round_off()) return c;
+  return (atan2(sine, a.dot(b)) / sine) * c;
+}
+
+/// [rad] The angle that differs from `angle` by whole turns and is nearest to `guess`.
+template <Scalar S>
+[[nodiscard]] S nearest_turn(S angle, S guess) {
+  using std::abs;
+  using std::floor;
+  const S turn = S(2 * std::numbers::pi);
+  const S turns = (guess - angle) / turn;
+  // What turns so fast that no step can count it does not count at all.
+  if (!(abs(turns) * Tolerance<S>::round_off() < S(1))) return angle;
+  return angle + turn * floor(turns + S(0.5));
+}
+
+/// The rotation p q, of length 1 to round-off: what products of many unit quaternions lose of it is
+/// put right in each.
+template <Scalar S>
+[[nodiscard]] Quat<S> unit_product(const Quat<S>& p, const Quat<S>& q) {
+  using std::abs;
+  // In scalars: four of them that go through memory as two halves and come back as a whole cost as
+  // much as all the rest.
+  const S x = (p.w() * q.x() + p.x() * q.w()) + (p.y() * q.z() - p.z() * q.y());
+  const S y = (p.w() * q.y() + p.y() * q.w()) + (p.z() * q.x() - p.x() * q.z());
+  const S z = (p.w() * q.z() + p.z() * q.w()) + (p.x() * q.y() - p.y() * q.x());
+  const S w = (p.w() * q.w() - p.x() * q.x()) - (p.y() * q.y() + p.z() * q.z());
+  const S norm2 = (x * x + y * y) + (z * z + w * w);
+  // Of a length that is 1 but for round-off one step of Newton's method for 1 / |p q| is exact to
+  // round-off.
+  if (!(abs(norm2 - S(1)) < Tolerance<S>::equal())) return Quat<S>(w, x, y, z).normalized();
+  const S scale = S(0.5) * (S(3) - norm2);
+  return Quat<S>(scale * w, scale * x, scale * y, scale * z);
+}
+
+/// Attitude after turning for `dt` with the constant world-frame angular velocity `w_W` [rad/s].
+template <Scalar S>
+[[nodiscard]] Quat<S> step_rotation(const Quat<S>& q, const Vec3<S>& w_W, S dt) {
+  return unit_product(exp_rotation<S>(dt * w_W), q);
+}
+
+/// Two unit vectors that complete the unit vector n to a right-handed orthonormal basis
+/// (t1, t2, n).
+///
+/// Continuous except where n.z changes its sign (Duff et al. 2017, "Building an Orthonormal Basis,
+/// Revisited"): what is stored along t1 and t2 must not outlive a change of n.
+template <Scalar S>
+void tangent_basis(const Vec3<S>& n, Vec3<S>& t1, Vec3<S>& t2) {
+  const S sign = n.z() < S(0) ? S(-1) : S(1);
+  const S a = S(-1) / (sign + n.z());
+  const S b = n.x() * n.y() * a;
+  t1 = Vec3<S>(S(1) + sign * n.x() * n.x() * a, sign * b, -sign * n.x());
+  t2 = Vec3<S>(b, sign + n.y() * n.y() * a, -n.y());
+}
+
+}  // namespace bristle::inline BRISTLE_ABI
+
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <numbers>
+#include <utility>
+#include <variant>
+#include <vector>
+
+namespace bristle::inline BRISTLE_ABI {
+
+/// Triangles to draw a shape with, in its own frame, facing outwards. Corners of round shapes lie
+/// on the surface; triangles lie up to 1 % of a radius below it. A half-space is a square.
+///
+/// @param plane_size  [m] Side of that square, around the point of the plane next to the origin; >
+/// 0.
+/// @throws InvalidArgument as `validate`, or when `plane_size` is not > 0.
+template <Scalar S>
+[[nodiscard]] TriangleMesh<S> drawn_mesh(const Shape<S>& shape, S plane_size = S(2));
+
+// Implementation -----------------------------------------------------------------------------------
+
+namespace detail {
+
+/// A solid of revolution about z, of 32 segments.
+/// @param profile  [m] Radius and height of its rings from low to high; a radius of 0 is a point.
+template <Scalar S>
+[[nodiscard]] TriangleMesh<S> lathe_mesh(const std::vector<std::pair<S, S>>& profile) {
+  using std::cos;
+  using std::sin;
+  constexpr std::uint32_t segments = 32;
+  TriangleMesh<S> mesh;
+  std::vector<std::uint32_t> ring;
+  for (const auto& [radius, height] : profile) {
+    std::vector<std::uint32_t> next;
+    for (std::uint32_t i = 0; i < segments; ++i) {
+      const S angle = S(2) * S(std::numbers::pi) * S(i) / S(segments);
+      if (i == 0 || radius > S(0)) {
+        mesh.vertices.push_back({radius * cos(angle), radius * sin(angle), height});
+      }
+      next.push_back(static_cast<std::uint32_t>(mesh.vertices.size() - 1));
+    }
+    for (std::uint32_t i = 0; i < segments && !ring.empty(); ++i) {
+      const std::uint32_t j = (i + 1) % segments;
+      if (ring[i] != ring[j]) mesh.triangles.push_back({ring[i], ring[j], next[j]});
+      if (next[i] != next[j]) mesh.triangles.push_back({ring[i], next[j], next[i]});
+    }
+    ring = std::move(next);
+  }
+  return mesh;
+}
+
+template <Scalar S>
+struct ShapeDrawer {
+  S plane_size;
+
+  /// Such that the middle of a triangle lies less than 1 % of the radius below the sphere.
+  static constexpr std::uint32_t sphere_frequency = 6;
+
+  TriangleMesh<S> operator()(const Sphere<S>& s) const {
+    return sphere_mesh<S>(s.radius, sphere_frequency);
+  }
+  TriangleMesh<S> operator()(const Box<S>& s) const { return box_mesh<S>(s.half_extents); }
+  TriangleMesh<S> operator()(const Capsule<S>& s) const {
+    TriangleMesh<S> mesh = sphere_mesh<S>(s.radius, sphere_frequency);
+    for (Vec3<S>& v : mesh.vertices) v.z() += v.z() < S(0) ? -s.half_length : s.half_length;
+    return mesh;
+  }
+  TriangleMesh<S> operator()(const Cylinder<S>& s) const { return cylinder_mesh<S>(s, 32); }
+  TriangleMesh<S> operator()(const Cone<S>& s) const {
+    return lathe_mesh<S>(
+        {{S(0), -s.half_length}, {s.radius, -s.half_length}, {S(0), s.half_length}});
+  }
+  TriangleMesh<S> operator()(const Ellipsoid<S>& s) const {
+    TriangleMesh<S> mesh = sphere_mesh<S>(S(1), sphere_frequency);
+    for (Vec3<S>& v : mesh.vertices) v = v.cwiseProduct(s.radii).eval();
+    return mesh;
+  }
+  TriangleMesh<S> operator()(const HalfSpace<S>& s) const {
+    Vec3<S> t1, t2;
+    tangent_basis<S>(s.normal, t1, t2);
+    TriangleMesh<S> mesh = grid_mesh<S>({plane_size, plane_size}, {1, 1});
+    for (Vec3<S>& v : mesh.vertices) {
+      v = (v.x() * t1 + v.y() * t2 + s.offset * s.normal).eval();
+    }
+    return mesh;
+  }
+  TriangleMesh<S> operator()(const ConvexHull<S>& s) const {
+    TriangleMesh<S> mesh{s.vertices, {}};
+    for (std::size_t f = 0; f < s.face_count(); ++f) {
+      const auto face = s.face(f);
+      for (std::size_t i = 2; i < face.size(); ++i) {
+        mesh.triangles.push_back({face[0], face[i - 1], face[i]});
+      }
+    }
+    return mesh;
+  }
+  TriangleMesh<S> operator()(const TriangleMesh<S>& s) const { return s; }
+};
+
+}  // namespace detail
+
+template <Scalar S>
+TriangleMesh<S> drawn_mesh(const Shape<S>& shape, S plane_size) {
+  validate(shape);
+  detail::require_positive("drawn_mesh: plane_size", plane_size);
+  return std::visit(detail::ShapeDrawer<S>{plane_size}, shape);
 }
 
 }  // namespace bristle::inline BRISTLE_ABI
@@ -7474,118 +7702,6 @@ void RayBundles<S>::cut_slices() {
     const auto is_in = [slice](std::uint32_t ray) { return slice.first <= ray && ray < slice.end; };
     return std::all_of(order_.begin() + slice.first, order_.begin() + slice.end, is_in);
   });
-}
-
-}  // namespace bristle::inline BRISTLE_ABI
-
-// === bristle/math/rotation.hpp
-
-/// @file
-/// Rotations: the exponential map, the step of a quaternion, and bases from one direction.
-// SPDX-License-Identifier: BSD-3-Clause
-
-#include <cmath>
-#include <numbers>
-
-namespace bristle::inline BRISTLE_ABI {
-
-/// Quaternion of the rotation vector phi [rad]: turn by |phi| about phi. Exact for every |phi|, 0
-/// included.
-template <Scalar S>
-[[nodiscard]] Quat<S> exp_rotation(const Vec3<S>& phi) {
-  using std::cos;
-  using std::sin;
-  using std::sqrt;
-  const S angle2 = phi.squaredNorm();
-  // Most bodies turn by little in a step. Up to a quarter of a radian the series of the cosine and
-  // of sin(a/2)/a in y = (a/2)^2 are exact to the last bit: the terms left out, y^6 / 12! and
-  // y^5 / 11!, are below 3e-17.
-  if (angle2 < S(0.0625)) {
-    const S y = S(0.25) * angle2;
-    const S cosine =
-        S(1) +
-        y * (S(-1.0 / 2) +
-             y * (S(1.0 / 24) + y * (S(-1.0 / 720) + y * (S(1.0 / 40320) - y * S(1.0 / 3628800)))));
-    const S k = S(0.5) +
-                y * (S(-0.5 / 6) + y * (S(0.5 / 120) + y * (S(-0.5 / 5040) + y * S(0.5 / 362880))));
-    return Quat<S>(cosine, k * phi.x(), k * phi.y(), k * phi.z());
-  }
-  const S angle = sqrt(angle2);
-  const S k = sin(angle / S(2)) / angle;
-  return Quat<S>(cos(angle / S(2)), k * phi.x(), k * phi.y(), k * phi.z());
-}
-
-/// Rotation vector [rad] of a unit quaternion, of length <= pi: the inverse of `exp_rotation`.
-template <Scalar S>
-[[nodiscard]] Vec3<S> log_rotation(const Quat<S>& q) {
-  using std::atan2;
-  const S sign = q.w() < S(0) ? S(-1) : S(1);
-  const Vec3<S> v = sign * q.vec();
-  const S sine = v.norm();
-  if (sine * sine < Tolerance<S>::round_off()) return S(2) * v;
-  return (S(2) * atan2(sine, sign * q.w()) / sine) * v;
-}
-
-/// Rotation vector [rad] of the shortest turn from the unit vector a to the unit vector b; zero for
-/// opposite ones, where it has no direction.
-template <Scalar S>
-[[nodiscard]] Vec3<S> shortest_turn(const Vec3<S>& a, const Vec3<S>& b) {
-  using std::atan2;
-  const Vec3<S> c = a.cross(b);
-  const S sine = c.norm();
-  if (sine * sine < Tolerance<S>::round_off()) return c;
-  return (atan2(sine, a.dot(b)) / sine) * c;
-}
-
-/// [rad] The angle that differs from `angle` by whole turns and is nearest to `guess`.
-template <Scalar S>
-[[nodiscard]] S nearest_turn(S angle, S guess) {
-  using std::abs;
-  using std::floor;
-  const S turn = S(2 * std::numbers::pi);
-  const S turns = (guess - angle) / turn;
-  // What turns so fast that no step can count it does not count at all.
-  if (!(abs(turns) * Tolerance<S>::round_off() < S(1))) return angle;
-  return angle + turn * floor(turns + S(0.5));
-}
-
-/// The rotation p q, of length 1 to round-off: what products of many unit quaternions lose of it is
-/// put right in each.
-template <Scalar S>
-[[nodiscard]] Quat<S> unit_product(const Quat<S>& p, const Quat<S>& q) {
-  using std::abs;
-  // In scalars: four of them that go through memory as two halves and come back as a whole cost as
-  // much as all the rest.
-  const S x = (p.w() * q.x() + p.x() * q.w()) + (p.y() * q.z() - p.z() * q.y());
-  const S y = (p.w() * q.y() + p.y() * q.w()) + (p.z() * q.x() - p.x() * q.z());
-  const S z = (p.w() * q.z() + p.z() * q.w()) + (p.x() * q.y() - p.y() * q.x());
-  const S w = (p.w() * q.w() - p.x() * q.x()) - (p.y() * q.y() + p.z() * q.z());
-  const S norm2 = (x * x + y * y) + (z * z + w * w);
-  // Of a length that is 1 but for round-off one step of Newton's method for 1 / |p q| is exact to
-  // round-off.
-  if (!(abs(norm2 - S(1)) < Tolerance<S>::equal())) return Quat<S>(w, x, y, z).normalized();
-  const S scale = S(0.5) * (S(3) - norm2);
-  return Quat<S>(scale * w, scale * x, scale * y, scale * z);
-}
-
-/// Attitude after turning for `dt` with the constant world-frame angular velocity `w_W` [rad/s].
-template <Scalar S>
-[[nodiscard]] Quat<S> step_rotation(const Quat<S>& q, const Vec3<S>& w_W, S dt) {
-  return unit_product(exp_rotation<S>(dt * w_W), q);
-}
-
-/// Two unit vectors that complete the unit vector n to a right-handed orthonormal basis
-/// (t1, t2, n).
-///
-/// Continuous except where n.z changes its sign (Duff et al. 2017, "Building an Orthonormal Basis,
-/// Revisited"): what is stored along t1 and t2 must not outlive a change of n.
-template <Scalar S>
-void tangent_basis(const Vec3<S>& n, Vec3<S>& t1, Vec3<S>& t2) {
-  const S sign = n.z() < S(0) ? S(-1) : S(1);
-  const S a = S(-1) / (sign + n.z());
-  const S b = n.x() * n.y() * a;
-  t1 = Vec3<S>(S(1) + sign * n.x() * n.x() * a, sign * b, -sign * n.x());
-  t2 = Vec3<S>(b, sign + n.y() * n.y() * a, -n.y());
 }
 
 }  // namespace bristle::inline BRISTLE_ABI
@@ -13884,6 +14000,8 @@ class World {
   void set_parameters(PatchId id, const SensorParameters<S>& parameters);
   /// What a patch felt in the last step; valid until the next one.
   [[nodiscard]] PatchReading<S> reading(PatchId id) const;
+  /// Whether there is such a patch.
+  [[nodiscard]] bool contains(PatchId id) const noexcept { return state_.patches.contains(id); }
   [[nodiscard]] const SensorPatch<S>& patch(PatchId id) const {
     return state_.patches.get(id, "PatchId");
   }
@@ -14608,6 +14726,562 @@ inline void write_file(const std::filesystem::path& path, std::string_view bytes
   stream.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
   stream.close();
   if (!stream) detail::raise(IoError(path.string(), 0, "cannot be written to its end"));
+}
+
+}  // namespace bristle::inline BRISTLE_ABI
+
+// === bristle/io/glb.hpp
+
+/// @file
+/// A recording as binary glTF 2.0: a scene with an animation that Blender and other viewers open.
+// SPDX-License-Identifier: BSD-3-Clause
+
+// === bristle/io/recorder.hpp
+
+/// @file
+/// How bodies of a world moved, and what their sensors gave, kept for a replay.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace bristle::inline BRISTLE_ABI {
+
+/// What a replay shows, in float. Frames are instants; all vectors of a body or patch that run over
+/// frames are as long as `times`.
+struct Recording {
+  struct Body {
+    std::string name;
+    /// Whether the world moves it.
+    bool moves = false;
+    /// [m] What it looks like, in its frame.
+    TriangleMesh<float> mesh;
+    /// [m] Frame by frame: its pose in the world, and whether it was there.
+    std::vector<Transform<float>> poses;
+    std::vector<bool> was_there;
+  };
+  struct Patch {
+    std::string name;
+    /// [-] Number of the body that carries it.
+    std::size_t body = 0;
+    /// [m] Ends of the sensors' rays, in the body's frame.
+    std::vector<Vec3<float>> ends;
+    /// [N] Frame by frame, sensor by sensor: the force on what the sensor touches, in the body's
+    /// frame.
+    std::vector<Vec3<float>> forces;
+  };
+
+  /// [s] Of the frames, since the recorder's first step; ascending.
+  std::vector<double> times;
+  std::vector<Body> bodies;
+  std::vector<Patch> patches;
+};
+
+/// Records chosen bodies and patches of a world at its own rate.
+///
+///     Recorder<double> recorder;                // 60 frames a second
+///     recorder.add_body(finger, finger_def, "finger");
+///     recorder.add_patch(world, pad, "pad");
+///     for (...) { world.step(); recorder.observe(world); }
+///     write_glb("grip.glb", recorder.recording());
+///
+/// A world without a recorder pays nothing for it.
+template <Scalar S>
+class Recorder {
+ public:
+  /// @param rate  [1/s] Frames a second, > 0; every step is one where steps are longer.
+  explicit Recorder(double rate = 60) : rate_(rate) {
+    detail::require_positive("Recorder: rate", rate);
+  }
+
+  /// Records a body from the next frame on.
+  ///
+  /// @param def         What it was added to the world by: its shapes are what it looks like.
+  /// @param plane_size  [m] Side of the square that a half-space is drawn as, > 0.
+  /// @throws InvalidArgument when the body is recorded already, or a shape is none.
+  void add_body(BodyId id, const BodyDef<S>& def, std::string name, S plane_size = S(2));
+  /// Records the sensors of a patch from the next frame on.
+  /// @throws InvalidArgument when the patch is unknown or recorded already, or its body is not
+  ///         recorded.
+  template <typename Backend>
+  void add_patch(const World<S, Backend>& world, PatchId id, std::string name);
+
+  /// To be called after each step: takes a frame when it is time for one.
+  template <typename Backend>
+  void observe(const World<S, Backend>& world);
+
+  [[nodiscard]] const Recording& recording() const noexcept { return recording_; }
+
+ private:
+  [[nodiscard]] std::size_t number_of(BodyId id) const {
+    return static_cast<std::size_t>(std::find(bodies_.begin(), bodies_.end(), id) -
+                                    bodies_.begin());
+  }
+
+  double rate_;
+  double time_ = 0;
+  Recording recording_;
+  std::vector<BodyId> bodies_;    // Of the recording's bodies,
+  std::vector<PatchId> patches_;  // and of its patches.
+};
+
+// Implementation -----------------------------------------------------------------------------------
+
+template <Scalar S>
+void Recorder<S>::add_body(BodyId id, const BodyDef<S>& def, std::string name, S plane_size) {
+  detail::require(number_of(id) == bodies_.size(), "Recorder: BodyId", id.index,
+                  "must not be recorded already");
+  Recording::Body body;
+  body.name = std::move(name);
+  body.moves = def.motion != Motion::fixed;
+  const auto add = [&](const Shape<S>& shape, const Transform<S>& X_BS) {
+    const TriangleMesh<S> mesh = drawn_mesh<S>(shape, plane_size);
+    const auto first = static_cast<std::uint32_t>(body.mesh.vertices.size());
+    for (const Vec3<S>& v : mesh.vertices) {
+      body.mesh.vertices.push_back((X_BS * v).template cast<float>());
+    }
+    for (const auto& t : mesh.triangles) {
+      body.mesh.triangles.push_back({first + t[0], first + t[1], first + t[2]});
+    }
+  };
+  if (def.shape) add(*def.shape, {});
+  for (const ShapeDef<S>& shape : def.shapes) add(shape.shape, shape.X_BS);
+  body.poses.resize(recording_.times.size());
+  body.was_there.resize(recording_.times.size(), false);
+  recording_.bodies.push_back(std::move(body));
+  bodies_.push_back(id);
+}
+
+template <Scalar S>
+template <typename Backend>
+void Recorder<S>::add_patch(const World<S, Backend>& world, PatchId id, std::string name) {
+  const SensorPatch<S>& sensors = world.patch(id);
+  detail::require(std::find(patches_.begin(), patches_.end(), id) == patches_.end(),
+                  "Recorder: PatchId", id.index, "must not be recorded already");
+  Recording::Patch patch;
+  patch.name = std::move(name);
+  patch.body = number_of(sensors.body);
+  detail::require(patch.body < bodies_.size(), "Recorder: PatchId", id.index,
+                  "must be on a body that is recorded");
+  const Vec3<S>& center = world.body(sensors.body).center_B;
+  for (std::size_t i = 0; i < sensors.length.size(); ++i) {
+    const Vec3<S> end = center + sensors.start[i] + sensors.length[i] * sensors.direction[i];
+    patch.ends.push_back(end.template cast<float>());
+  }
+  patch.forces.resize(recording_.times.size() * patch.ends.size(), Vec3<float>::Zero());
+  recording_.patches.push_back(std::move(patch));
+  patches_.push_back(id);
+}
+
+template <Scalar S>
+template <typename Backend>
+void Recorder<S>::observe(const World<S, Backend>& world) {
+  const double dt = static_cast<double>(world.time_step());
+  time_ += dt;
+  std::vector<double>& times = recording_.times;
+  // The step that ends next to the frame's instant.
+  if (!times.empty()) {
+    const double due = times.front() + static_cast<double>(times.size()) / rate_;
+    if (time_ + dt / 2 < due) return;
+  }
+  times.push_back(time_);
+  for (std::size_t k = 0; k < bodies_.size(); ++k) {
+    Recording::Body& body = recording_.bodies[k];
+    const bool is_there = world.contains(bodies_[k]);
+    body.was_there.push_back(is_there);
+    // Where it was last, for what looks at two frames at once.
+    Transform<float> pose = body.poses.empty() ? Transform<float>{} : body.poses.back();
+    if (is_there) {
+      const Transform<S> X_WB = world.pose(bodies_[k]);
+      pose = {X_WB.rotation.template cast<float>(), X_WB.translation.template cast<float>()};
+    }
+    body.poses.push_back(pose);
+  }
+  for (std::size_t k = 0; k < patches_.size(); ++k) {
+    Recording::Patch& patch = recording_.patches[k];
+    if (!world.contains(patches_[k])) {
+      patch.forces.resize(times.size() * patch.ends.size(), Vec3<float>::Zero());
+      continue;
+    }
+    const PatchReading<S> felt = world.reading(patches_[k]);
+    const Vec3Array<S>& directions = world.patch(patches_[k]).direction;
+    for (std::size_t i = 0; i < patch.ends.size(); ++i) {
+      const Vec3<S> n = directions[i];
+      Vec3<S> t1, t2;
+      tangent_basis<S>(n, t1, t2);
+      // The reading is what acts on the sensor's own body.
+      const Vec3<S> force = felt.normal_force[i] * n - felt.shear_1[i] * t1 - felt.shear_2[i] * t2;
+      patch.forces.push_back(force.template cast<float>());
+    }
+  }
+}
+
+}  // namespace bristle::inline BRISTLE_ABI
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <charconv>
+#include <cmath>
+#include <concepts>
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <limits>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace bristle::inline BRISTLE_ABI {
+
+/// How a recording looks as glTF.
+struct GlbDef {
+  /// [m] Length of the arrow of the largest force of a sensor, > 0. Others are in proportion.
+  double longest_arrow = 0.03;
+};
+
+/// The bytes of a .glb file (Khronos, glTF 2.0 specification, section 4.4).
+///
+/// Bodies are nodes with a mesh. Each sensor that ever pushed is an arrow on its body, from the end
+/// of its ray along the force on what it touches, whose extras say `newton_per_metre` of its
+/// length. What moves has keys in the only animation: linear between frames; where two frames and
+/// the one between are the same, that one has no key. The world's z points up, as glTF's y does.
+/// Bodies that move are translucent, so that arrows in what is touched are seen.
+///
+/// @throws InvalidArgument when there is no frame, or `longest_arrow` is not > 0.
+[[nodiscard]] std::string glb(const Recording& recording, const GlbDef& def = {});
+
+/// `glb` to a file, replacing one that exists.
+/// @throws IoError when it cannot be written in full.
+inline void write_glb(const std::filesystem::path& path, const Recording& recording,
+                      const GlbDef& def = {}) {
+  write_file(path, glb(recording, def));
+}
+
+// Implementation -----------------------------------------------------------------------------------
+
+namespace detail {
+
+/// A comma-separated list of JSON values.
+class JsonList {
+ public:
+  /// Appends a value and returns its number.
+  std::size_t add(std::string_view value) {
+    if (count_ > 0) text_ += ',';
+    text_ += value;
+    return count_++;
+  }
+  [[nodiscard]] bool empty() const { return count_ == 0; }
+  [[nodiscard]] std::string array() const { return "[" + text_ + "]"; }
+
+ private:
+  std::string text_;
+  std::size_t count_ = 0;
+};
+
+[[nodiscard]] inline std::string json_text(std::string_view text) {
+  std::string json = "\"";
+  for (const char c : text) {
+    if (c == '"' || c == '\\') json += '\\';
+    // JSON holds no control characters.
+    json += static_cast<unsigned char>(c) < 0x20 ? ' ' : c;
+  }
+  return json + '"';
+}
+
+template <std::integral T>
+[[nodiscard]] std::string json_number(T x) {
+  return std::to_string(x);
+}
+[[nodiscard]] inline std::string json_number(float x) {
+  char digits[32];
+  return {digits, std::to_chars(digits, digits + sizeof digits, x).ptr};
+}
+
+template <typename Values>
+[[nodiscard]] std::string json_numbers(const Values& values) {
+  JsonList list;
+  for (const auto x : values) (void)list.add(json_number(x));
+  return list.array();
+}
+
+/// Writes one recording.
+class GlbWriter {
+ public:
+  GlbWriter(const Recording& recording, const GlbDef& def) : recording_(recording) {
+    require(!recording.times.empty(), "glb: Recording::times.size()", 0, "must not be 0");
+    require_positive("GlbDef::longest_arrow", def.longest_arrow);
+    for (const double t : recording.times) {
+      times_.push_back({static_cast<float>(t - recording.times.front())});
+    }
+    float largest = 0;
+    for (const Recording::Patch& patch : recording.patches) {
+      for (const Vec3<float>& force : patch.forces) largest = std::max(largest, force.norm());
+    }
+    if (largest > 0) metres_per_newton_ = static_cast<float>(def.longest_arrow) / largest;
+    add_materials();
+    for (std::size_t i = 0; i < recording.bodies.size(); ++i) add_body(i);
+  }
+
+  [[nodiscard]] std::string bytes() const {
+    // glTF's y is up.
+    std::string json =
+        R"({"asset":{"version":"2.0","generator":"bristle"},"scene":0,"scenes":[{"nodes":[)" +
+        json_number(nodes_.size()) + "]}],\"nodes\":" + with_root() +
+        ",\"materials\":" + materials_.array();
+    const auto add = [&json](const char* key, const JsonList& list) {
+      // The specification allows no empty lists.
+      if (!list.empty()) json += ",\"" + std::string(key) + "\":" + list.array();
+    };
+    add("meshes", meshes_);
+    add("accessors", accessors_);
+    add("bufferViews", views_);
+    if (!channels_.empty()) {
+      json += R"(,"animations":[{"name":"motion","samplers":)" + samplers_.array() +
+              ",\"channels\":" + channels_.array() + "}]";
+    }
+    if (!binary_.empty()) {
+      json += ",\"buffers\":[{\"byteLength\":" + json_number(binary_.size()) + "}]";
+    }
+    json += '}';
+    json.resize((json.size() + 3) / 4 * 4, ' ');
+
+    std::string out = "glTF";
+    const std::size_t chunks = 8 + json.size() + (binary_.empty() ? 0 : 8 + binary_.size());
+    append(out, std::uint32_t(2));
+    append(out, static_cast<std::uint32_t>(12 + chunks));
+    append(out, static_cast<std::uint32_t>(json.size()));
+    out += "JSON" + json;
+    if (!binary_.empty()) {
+      append(out, static_cast<std::uint32_t>(binary_.size()));
+      out += std::string_view("BIN\0", 4);
+      out += binary_;
+    }
+    return out;
+  }
+
+ private:
+  /// What glTF calls types of components.
+  enum class Component { int16 = 5122, uint32 = 5125, float32 = 5126 };
+  /// Of one body or arrow: one value of N numbers a frame.
+  template <typename T, std::size_t N>
+  using Track = std::vector<std::array<T, N>>;
+
+  /// Appends a number with its lowest byte first.
+  template <typename T>
+  static void append(std::string& out, T x) {
+    std::uint64_t bits = 0;
+    if constexpr (std::is_same_v<T, float>) {
+      bits = std::bit_cast<std::uint32_t>(x);
+    } else {
+      bits = static_cast<std::uint64_t>(x);
+    }
+    for (std::size_t i = 0; i < sizeof(T); ++i) out += static_cast<char>(bits >> 8 * i & 0xff);
+  }
+
+  /// Appends values to the buffer, and returns the number of their accessor.
+  /// @param target  [-] What a mesh uses them for, 0 for an animation's.
+  template <typename T, std::size_t N>
+  std::size_t add_accessor(const Track<T, N>& values, bool has_bounds, int target = 0) {
+    constexpr const char* types[] = {"", "SCALAR", "VEC2", "VEC3", "VEC4"};
+    constexpr Component component = std::is_same_v<T, float>          ? Component::float32
+                                    : std::is_same_v<T, std::int16_t> ? Component::int16
+                                                                      : Component::uint32;
+    const std::size_t start = binary_.size();
+    std::array<T, N> low, high;
+    low.fill(std::numeric_limits<T>::max());
+    high.fill(std::numeric_limits<T>::lowest());
+    for (const std::array<T, N>& value : values) {
+      for (std::size_t k = 0; k < N; ++k) {
+        append(binary_, value[k]);
+        low[k] = std::min(low[k], value[k]);
+        high[k] = std::max(high[k], value[k]);
+      }
+    }
+    std::string view = "{\"buffer\":0,\"byteOffset\":" + json_number(start) +
+                       ",\"byteLength\":" + json_number(binary_.size() - start);
+    if (target != 0) view += ",\"target\":" + json_number(target);
+    // Offsets are multiples of 4: all values are, but for an odd count of single shorts.
+    static_assert(sizeof(T) * N % 4 == 0);
+    std::string accessor = "{\"bufferView\":" + json_number(views_.add(view + '}')) +
+                           ",\"componentType\":" + json_number(static_cast<int>(component)) +
+                           ",\"count\":" + json_number(values.size()) + ",\"type\":\"" + types[N] +
+                           '"';
+    if (component == Component::int16) accessor += ",\"normalized\":true";
+    if (has_bounds) {
+      accessor += ",\"min\":" + json_numbers(low) + ",\"max\":" + json_numbers(high);
+    }
+    return accessors_.add(accessor + '}');
+  }
+
+  void add_materials() {
+    // Fixed bodies, then colours for those that move, then arrows.
+    constexpr const char* colours[] = {"0.55,0.55,0.57,1",   "0.15,0.45,0.75,0.45",
+                                       "0.9,0.55,0.1,0.45",  "0.25,0.6,0.3,0.45",
+                                       "0.6,0.35,0.65,0.45", "0.8,0.1,0.1,1"};
+    for (std::size_t i = 0; i < std::size(colours); ++i) {
+      const bool is_translucent = i >= 1 && i < arrow_material;
+      (void)materials_.add(
+          std::string(R"({"doubleSided":true,"pbrMetallicRoughness":{"metallicFactor":0,)") +
+          R"("roughnessFactor":0.8,"baseColorFactor":[)" + colours[i] + "]}" +
+          (is_translucent ? R"(,"alphaMode":"BLEND"})" : "}"));
+    }
+  }
+
+  /// Without normals: viewers then shade triangles flat, as they are.
+  std::size_t add_mesh(const TriangleMesh<float>& mesh, std::size_t material) {
+    Track<float, 3> positions;
+    for (const Vec3<float>& v : mesh.vertices) positions.push_back({v.x(), v.y(), v.z()});
+    Track<std::uint32_t, 1> corners;
+    for (const auto& triangle : mesh.triangles) {
+      for (const std::uint32_t corner : triangle) corners.push_back({corner});
+    }
+    constexpr int array_buffer = 34962, element_array_buffer = 34963;
+    const std::size_t position = add_accessor(positions, true, array_buffer);
+    const std::size_t index = add_accessor(corners, false, element_array_buffer);
+    return meshes_.add("{\"primitives\":[{\"attributes\":{\"POSITION\":" + json_number(position) +
+                       "},\"indices\":" + json_number(index) +
+                       ",\"material\":" + json_number(material) + "}]}");
+  }
+
+  /// Gives a property of a node its track: as what it is, where it never changes, or as keys.
+  /// @return The property for the node, with a comma before it.
+  template <typename T, std::size_t N>
+  std::string add_track(std::size_t node, const char* property, const Track<T, N>& track,
+                        bool is_stepped = false) {
+    Track<float, 1> times;
+    Track<T, N> keys;
+    for (std::size_t i = 0; i < track.size(); ++i) {
+      const bool is_inner = i > 0 && i + 1 < track.size();
+      if (is_inner && track[i] == track[i - 1] && track[i] == track[i + 1]) continue;
+      times.push_back(times_[i]);
+      keys.push_back(track[i]);
+    }
+    const bool is_still =
+        std::all_of(keys.begin(), keys.end(), [&](const auto& key) { return key == keys.front(); });
+    if (!is_still) {
+      const std::size_t input = add_times(times);
+      const std::size_t sampler =
+          samplers_.add("{\"input\":" + json_number(input) +
+                        ",\"output\":" + json_number(add_accessor(keys, false)) +
+                        ",\"interpolation\":\"" + (is_stepped ? "STEP" : "LINEAR") + "\"}");
+      (void)channels_.add("{\"sampler\":" + json_number(sampler) + ",\"target\":{\"node\":" +
+                          json_number(node) + ",\"path\":\"" + property + "\"}}");
+    }
+    std::array<float, N> first;
+    for (std::size_t k = 0; k < N; ++k) {
+      first[k] = static_cast<float>(track.front()[k]);
+      if (std::is_same_v<T, std::int16_t>) first[k] /= 32767;
+    }
+    return ",\"" + std::string(property) + "\":" + json_numbers(first);
+  }
+  /// Most tracks have a key in every frame, and share their times.
+  std::size_t add_times(const Track<float, 1>& times) {
+    if (times.size() < times_.size()) return add_accessor(times, true);
+    if (all_times_ == none) all_times_ = add_accessor(times_, true);
+    return all_times_;
+  }
+
+  void add_body(std::size_t number) {
+    const Recording::Body& body = recording_.bodies[number];
+    Track<float, 3> translations, scales;
+    Track<float, 4> rotations;
+    for (std::size_t i = 0; i < body.poses.size(); ++i) {
+      const Vec3<float>& x = body.poses[i].translation;
+      const Quat<float> q = body.poses[i].rotation.normalized();
+      const float scale = body.was_there[i] ? 1.0f : 0.0f;
+      translations.push_back({x.x(), x.y(), x.z()});
+      rotations.push_back({q.x(), q.y(), q.z(), q.w()});
+      scales.push_back({scale, scale, scale});
+    }
+    // Arrows are nodes before the node of their body.
+    JsonList children;
+    for (const Recording::Patch& patch : recording_.patches) {
+      if (patch.body != number) continue;
+      for (std::size_t i = 0; i < patch.ends.size(); ++i) add_arrow(patch, i, children);
+    }
+    const std::size_t node = nodes_.size();
+    std::string json =
+        "{\"name\":" + json_text(body.name) + add_track(node, "translation", translations) +
+        add_track(node, "rotation", rotations) + add_track(node, "scale", scales, true);
+    if (!body.mesh.triangles.empty()) {
+      const std::size_t material = body.moves ? 1 + number % (arrow_material - 1) : 0;
+      json += ",\"mesh\":" + json_number(add_mesh(body.mesh, material));
+    }
+    if (!children.empty()) json += ",\"children\":" + children.array();
+    roots_.push_back(node);
+    nodes_.push_back(json + '}');
+  }
+
+  void add_arrow(const Recording::Patch& patch, std::size_t sensor, JsonList& children) {
+    Track<float, 3> scales;
+    Track<std::int16_t, 4> rotations;
+    std::array<std::int16_t, 4> turned{0, 0, 0, 32767};
+    bool has_pushed = false;
+    for (std::size_t i = sensor; i < patch.forces.size(); i += patch.ends.size()) {
+      const Vec3<float>& force = patch.forces[i];
+      const float scale = metres_per_newton_ * force.norm();
+      if (scale > 0) {
+        const Quat<float> q = Quat<float>::FromTwoVectors(Vec3<float>::UnitZ(), force);
+        const Eigen::Vector4f steps = 32767 * q.coeffs();
+        for (int k = 0; k < 4; ++k) {
+          turned[static_cast<std::size_t>(k)] = static_cast<std::int16_t>(std::lround(steps[k]));
+        }
+        has_pushed = true;
+      }
+      scales.push_back({scale, scale, scale});
+      rotations.push_back(turned);
+    }
+    if (!has_pushed) return;
+    if (arrow_mesh_ == none) {
+      arrow_mesh_ =
+          add_mesh(lathe_mesh<float>(
+                       {{0.0f, 0.0f}, {0.03f, 0.0f}, {0.03f, 0.75f}, {0.08f, 0.75f}, {0.0f, 1.0f}}),
+                   arrow_material);
+    }
+    const std::size_t node = nodes_.size();
+    const Vec3<float>& end = patch.ends[sensor];
+    nodes_.push_back(
+        "{\"name\":" + json_text(patch.name + " " + json_number(sensor)) +
+        ",\"translation\":" + json_numbers(std::array<float, 3>{end.x(), end.y(), end.z()}) +
+        add_track(node, "rotation", rotations) + add_track(node, "scale", scales) +
+        ",\"mesh\":" + json_number(arrow_mesh_) +
+        ",\"extras\":{\"newton_per_metre\":" + json_number(1 / metres_per_newton_) + "}}");
+    (void)children.add(json_number(node));
+  }
+
+  /// All nodes, and last the one that turns z up into y up.
+  [[nodiscard]] std::string with_root() const {
+    JsonList list;
+    for (const std::string& node : nodes_) (void)list.add(node);
+    std::string root = R"({"name":"world","rotation":[-0.70710678,0,0,0.70710678])";
+    if (!roots_.empty()) root += ",\"children\":" + json_numbers(roots_);
+    (void)list.add(root + '}');
+    return list.array();
+  }
+
+  static constexpr std::size_t none = std::numeric_limits<std::size_t>::max();
+  static constexpr std::size_t arrow_material = 5;
+
+  const Recording& recording_;
+  Track<float, 1> times_;
+  float metres_per_newton_ = 0;
+  std::string binary_;
+  JsonList materials_, meshes_, accessors_, views_, samplers_, channels_;
+  std::vector<std::string> nodes_;
+  std::vector<std::size_t> roots_;
+  std::size_t all_times_ = none;
+  std::size_t arrow_mesh_ = none;
+};
+
+}  // namespace detail
+
+inline std::string glb(const Recording& recording, const GlbDef& def) {
+  return detail::GlbWriter(recording, def).bytes();
 }
 
 }  // namespace bristle::inline BRISTLE_ABI

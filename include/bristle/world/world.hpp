@@ -122,6 +122,8 @@ class World {
   void set_parameters(PatchId id, const SensorParameters<S>& parameters);
   /// What a patch felt in the last step; valid until the next one.
   [[nodiscard]] PatchReading<S> reading(PatchId id) const;
+  /// Whether there is such a patch.
+  [[nodiscard]] bool contains(PatchId id) const noexcept { return state_.patches.contains(id); }
   [[nodiscard]] const SensorPatch<S>& patch(PatchId id) const {
     return state_.patches.get(id, "PatchId");
   }
