@@ -19,6 +19,8 @@ class ToyPinch : public Pinch {
   HostSensors<double> sensors;
   std::array<BodyId, 2> pads{};
   BodyId part_id{};
+  /// [m] The part's centre of mass, with its rotation.
+  Transform<double> center{};
   /// [m/s, rad/s] Of the part, about its centre of mass.
   Twist<double> twist{};
   /// What the pads and the part were given for the next step.
@@ -31,12 +33,12 @@ class ToyPinch : public Pinch {
       patches[k] = world().add_patch(pads[k], pinch_pad(k == 0 ? 1 : -1, def.wants()));
     }
     part_id = world().add_body({.motion = Motion::kinematic, .shape = box});
-    center_.translation.y() = def.offset;
+    center.translation.y() = def.offset;
   }
 
   [[nodiscard]] World<double>& world() override { return sensors.world(); }
   [[nodiscard]] std::size_t missing() override { return sensors.report().missing_bodies; }
-  [[nodiscard]] Vec3<double> part() const override { return center_.translation; }
+  [[nodiscard]] Vec3<double> part() const override { return center.translation; }
   [[nodiscard]] Vec3<double> pad(std::size_t k) const override { return {x_[k], 0, 0}; }
   void open(double gap, double speed) override {
     x_ = {x_[0] - gap, x_[1] + gap};
@@ -55,8 +57,8 @@ class ToyPinch : public Pinch {
     }
     twist.linear += def.dt * (gravity + given[2].force / def.mass);
     twist.angular += def.dt * (inverse_inertia_W() * (given[2].torque - gyroscopic()));
-    center_.translation += def.dt * twist.linear;
-    center_.rotation = step_rotation<double>(center_.rotation, twist.angular, def.dt);
+    center.translation += def.dt * twist.linear;
+    center.rotation = step_rotation<double>(center.rotation, twist.angular, def.dt);
     given = {};
   }
 
@@ -72,8 +74,8 @@ class ToyPinch : public Pinch {
       return b;
     }
     if (id != part_id) return {};
-    b.pose = {center_.rotation, center_ * Vec3<double>(0, -def.offset, 0)};
-    b.center = center_.translation;
+    b.pose = {center.rotation, center * Vec3<double>(0, -def.offset, 0)};
+    b.center = center.translation;
     b.twist = twist;
     b.acceleration = {gravity, inverse_inertia_W() * -gyroscopic()};
     return b;
@@ -99,11 +101,11 @@ class ToyPinch : public Pinch {
     return def.mass / 3 * Vec3<double>(2e-4, 1.25e-4, 1.25e-4);
   }
   [[nodiscard]] Mat3<double> inverse_inertia_W() const {
-    const Mat3<double> R = center_.rotation_matrix();
+    const Mat3<double> R = center.rotation_matrix();
     return R * Vec3<double>(inertia().cwiseInverse()).asDiagonal() * R.transpose();
   }
   [[nodiscard]] Vec3<double> gyroscopic() const {
-    const Mat3<double> R = center_.rotation_matrix();
+    const Mat3<double> R = center.rotation_matrix();
     const Vec3<double> momentum = R * inertia().cwiseProduct(R.transpose() * twist.angular);
     return twist.angular.cross(momentum);
   }
@@ -111,8 +113,6 @@ class ToyPinch : public Pinch {
   /// [m], [m/s] Along x: where the pads are.
   std::array<double, 2> x_{-0.0101, 0.0101};
   std::array<double, 2> v_{};
-  /// [m] The part's centre of mass, with its rotation.
-  Transform<double> center_{};
 };
 
 }  // namespace bristle::scenes

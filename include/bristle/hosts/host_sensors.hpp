@@ -24,6 +24,7 @@
 #include <bristle/world/world.hpp>
 
 #include <algorithm>
+#include <cmath>
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
@@ -260,15 +261,6 @@ class HostSensors {
     return world_.time_step() * (own.linear.norm() + own.angular.norm() * patch.reach + fastest_);
   }
 
-  /// Whether a state can be computed with.
-  [[nodiscard]] static bool is_usable(const HostBody<S>& body) {
-    const S length = body.pose.rotation.norm();
-    return length > S(0.5) && length < S(2) && has_finite_square(body.pose.translation) &&
-           has_finite_square(body.center) && has_finite_square(body.twist.linear) &&
-           has_finite_square(body.twist.angular) && has_finite_square(body.acceleration.linear) &&
-           has_finite_square(body.acceleration.angular);
-  }
-
   void begin_observing();
   void place(std::uint32_t slot, const std::optional<HostBody<S>>& found);
   void end_observing();
@@ -314,7 +306,9 @@ void HostSensors<S, Backend>::begin_observing() {
 /// Moves a mirrored body to where the engine has it, if it says so in numbers.
 template <Scalar S, typename Backend>
 void HostSensors<S, Backend>::place(std::uint32_t slot, const std::optional<HostBody<S>>& found) {
-  if (!found || !is_usable(*found)) {
+  using std::abs;
+  // A quaternion that is NaN or overflows has no such square, either.
+  if (!found || !(abs(found->pose.rotation.squaredNorm() - S(1)) < S(0.5))) {
     ++report_.missing_bodies;
     return;
   }
@@ -325,7 +319,7 @@ void HostSensors<S, Backend>::place(std::uint32_t slot, const std::optional<Host
   entry.shift = body.center_pose.translation - found->center;
   const Twist<S> twist = found->twist.shifted(entry.shift);
   entry.free = twist + state().def.time_step * found->acceleration.shifted(entry.shift);
-  // Of numbers that are finite, sums and products need not be.
+  // What is computed with: sums and products of numbers that are finite need not be.
   if (!has_finite_square(body.center_pose.translation) || !has_finite_square(twist.linear) ||
       !has_finite_square(entry.free.linear) || !has_finite_square(entry.free.angular)) {
     body.center_pose = before;

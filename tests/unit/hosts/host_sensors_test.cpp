@@ -141,6 +141,9 @@ TEST_CASE("HostSensors: what has no state is seen by nobody, and what is no numb
   ToyPinch pinch{{}};
   pinch.run(0.5);
   SUBCASE("a gravity that is no number") { pinch.gravity = {nan, 0, 0}; }
+  SUBCASE("a rotation that is none") { pinch.center.rotation.coeffs().setZero(); }
+  SUBCASE("a rotation that is no number") { pinch.center.rotation.x() = nan; }
+  SUBCASE("a place without bounds") { pinch.center.translation.z() = 1e200; }
   SUBCASE("a velocity without bounds") { pinch.twist.linear.y() = 1e300; }
   pinch.sensors.step(pinch, 1e-3);
   CHECK(pinch.sensors.report().missing_bodies == 1);
