@@ -14331,6 +14331,7 @@ BRISTLE_COMPILED_WORLD(double, FclBackend)
 #endif
 
 #include <algorithm>
+#include <cmath>
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
@@ -14565,15 +14566,6 @@ class HostSensors {
   [[nodiscard]] S host_reach(const SensorPatch<S>& patch) const {
     const Twist<S>& own = bodies_[patch.body.index].free;
     return world_.time_step() * (own.linear.norm() + own.angular.norm() * patch.reach + fastest_);
-  }
-
-  /// Whether a state can be computed with.
-  [[nodiscard]] static bool is_usable(const HostBody<S>& body) {
-    const S length = body.pose.rotation.norm();
-    return length > S(0.5) && length < S(2) && has_finite_square(body.pose.translation) &&
-           has_finite_square(body.center) && has_finite_square(body.twist.linear) &&
-           has_finite_square(body.twist.angular) && has_finite_square(body.acceleration.linear) &&
-           has_finite_square(body.acceleration.angular);
   }
 
   void begin_observing();
@@ -14966,6 +14958,14 @@ inline void write_glb(const std::filesystem::path& path, const Recording& record
 
 namespace detail {
 
+/// All of the parts, one after another.
+template <typename... Parts>
+[[nodiscard]] std::string joined_text(const Parts&... parts) {
+  std::string out;
+  ((out += parts), ...);
+  return out;
+}
+
 /// A comma-separated list of JSON values.
 class JsonList {
  public:
@@ -14976,7 +14976,7 @@ class JsonList {
     return count_++;
   }
   [[nodiscard]] bool empty() const { return count_ == 0; }
-  [[nodiscard]] std::string array() const { return "[" + text_ + "]"; }
+  [[nodiscard]] std::string array() const { return joined_text('[', text_, ']'); }
 
  private:
   std::string text_;
@@ -14990,7 +14990,8 @@ class JsonList {
     // JSON holds no control characters.
     json += static_cast<unsigned char>(c) < 0x20 ? ' ' : c;
   }
-  return json + '"';
+  json += '"';
+  return json;
 }
 
 template <std::integral T>
@@ -15029,33 +15030,36 @@ class GlbWriter {
 
   [[nodiscard]] std::string bytes() const {
     // glTF's y is up.
-    std::string json =
-        R"({"asset":{"version":"2.0","generator":"bristle"},"scene":0,"scenes":[{"nodes":[)" +
-        json_number(nodes_.size()) + "]}],\"nodes\":" + with_root() +
-        ",\"materials\":" + materials_.array();
+    std::string json = joined_text(
+        R"({"asset":{"version":"2.0","generator":"bristle"},"scene":0,"scenes":[{"nodes":[)",
+        json_number(nodes_.size()), R"(]}],"nodes":)", with_root(), R"(,"materials":)",
+        materials_.array());
     const auto add = [&json](const char* key, const JsonList& list) {
       // The specification allows no empty lists.
-      if (!list.empty()) json += ",\"" + std::string(key) + "\":" + list.array();
+      if (!list.empty()) json += joined_text(",\"", key, "\":", list.array());
     };
     add("meshes", meshes_);
     add("accessors", accessors_);
     add("bufferViews", views_);
     if (!channels_.empty()) {
-      json += R"(,"animations":[{"name":"motion","samplers":)" + samplers_.array() +
-              ",\"channels\":" + channels_.array() + "}]";
+      json += joined_text(R"(,"animations":[{"name":"motion","samplers":)", samplers_.array(),
+                          R"(,"channels":)", channels_.array(), "}]");
     }
     if (!binary_.empty()) {
-      json += ",\"buffers\":[{\"byteLength\":" + json_number(binary_.size()) + "}]";
+      json += joined_text(R"(,"buffers":[{"byteLength":)", json_number(binary_.size()), "}]");
     }
     json += '}';
     json.resize((json.size() + 3) / 4 * 4, ' ');
 
     std::string out = "glTF";
     const std::size_t chunks = 8 + json.size() + (binary_.empty() ? 0 : 8 + binary_.size());
+    require(12 + chunks <= std::numeric_limits<std::uint32_t>::max(), "glb: bytes", 12 + chunks,
+            "must be fewer than 2^32: record fewer frames");
     append(out, std::uint32_t(2));
     append(out, static_cast<std::uint32_t>(12 + chunks));
     append(out, static_cast<std::uint32_t>(json.size()));
-    out += "JSON" + json;
+    out += "JSON";
+    out += json;
     if (!binary_.empty()) {
       append(out, static_cast<std::uint32_t>(binary_.size()));
       out += std::string_view("BIN\0", 4);
@@ -15102,20 +15106,23 @@ class GlbWriter {
         high[k] = std::max(high[k], value[k]);
       }
     }
-    std::string view = "{\"buffer\":0,\"byteOffset\":" + json_number(start) +
-                       ",\"byteLength\":" + json_number(binary_.size() - start);
-    if (target != 0) view += ",\"target\":" + json_number(target);
-    // Offsets are multiples of 4: all values are, but for an odd count of single shorts.
+    // Offsets must be multiples of 4, and so all values are.
     static_assert(sizeof(T) * N % 4 == 0);
-    std::string accessor = "{\"bufferView\":" + json_number(views_.add(view + '}')) +
-                           ",\"componentType\":" + json_number(static_cast<int>(component)) +
-                           ",\"count\":" + json_number(values.size()) + ",\"type\":\"" + types[N] +
-                           '"';
-    if (component == Component::int16) accessor += ",\"normalized\":true";
+    const std::string use =
+        target == 0 ? std::string() : joined_text(R"(,"target":)", json_number(target));
+    const std::size_t view =
+        views_.add(joined_text(R"({"buffer":0,"byteOffset":)", json_number(start),
+                               R"(,"byteLength":)", json_number(binary_.size() - start), use, '}'));
+    std::string accessor =
+        joined_text(R"({"bufferView":)", json_number(view), R"(,"componentType":)",
+                    json_number(static_cast<int>(component)), R"(,"count":)",
+                    json_number(values.size()), R"(,"type":")", types[N], '"');
+    if (component == Component::int16) accessor += R"(,"normalized":true)";
     if (has_bounds) {
-      accessor += ",\"min\":" + json_numbers(low) + ",\"max\":" + json_numbers(high);
+      accessor += joined_text(R"(,"min":)", json_numbers(low), R"(,"max":)", json_numbers(high));
     }
-    return accessors_.add(accessor + '}');
+    accessor += '}';
+    return accessors_.add(accessor);
   }
 
   void add_materials() {
@@ -15126,9 +15133,9 @@ class GlbWriter {
     for (std::size_t i = 0; i < std::size(colours); ++i) {
       const bool is_translucent = i >= 1 && i < arrow_material;
       (void)materials_.add(
-          std::string(R"({"doubleSided":true,"pbrMetallicRoughness":{"metallicFactor":0,)") +
-          R"("roughnessFactor":0.8,"baseColorFactor":[)" + colours[i] + "]}" +
-          (is_translucent ? R"(,"alphaMode":"BLEND"})" : "}"));
+          joined_text(R"({"doubleSided":true,"pbrMetallicRoughness":{"metallicFactor":0,)",
+                      R"("roughnessFactor":0.8,"baseColorFactor":[)", colours[i], "]}",
+                      is_translucent ? R"(,"alphaMode":"BLEND"})" : "}"));
     }
   }
 
@@ -15143,9 +15150,9 @@ class GlbWriter {
     constexpr int array_buffer = 34962, element_array_buffer = 34963;
     const std::size_t position = add_accessor(positions, true, array_buffer);
     const std::size_t index = add_accessor(corners, false, element_array_buffer);
-    return meshes_.add("{\"primitives\":[{\"attributes\":{\"POSITION\":" + json_number(position) +
-                       "},\"indices\":" + json_number(index) +
-                       ",\"material\":" + json_number(material) + "}]}");
+    return meshes_.add(joined_text(R"({"primitives":[{"attributes":{"POSITION":)",
+                                   json_number(position), R"(},"indices":)", json_number(index),
+                                   R"(,"material":)", json_number(material), "}]}"));
   }
 
   /// Gives a property of a node its track: as what it is, where it never changes, or as keys.
@@ -15165,19 +15172,20 @@ class GlbWriter {
         std::all_of(keys.begin(), keys.end(), [&](const auto& key) { return key == keys.front(); });
     if (!is_still) {
       const std::size_t input = add_times(times);
-      const std::size_t sampler =
-          samplers_.add("{\"input\":" + json_number(input) +
-                        ",\"output\":" + json_number(add_accessor(keys, false)) +
-                        ",\"interpolation\":\"" + (is_stepped ? "STEP" : "LINEAR") + "\"}");
-      (void)channels_.add("{\"sampler\":" + json_number(sampler) + ",\"target\":{\"node\":" +
-                          json_number(node) + ",\"path\":\"" + property + "\"}}");
+      const std::size_t output = add_accessor(keys, false);
+      const std::size_t sampler = samplers_.add(
+          joined_text(R"({"input":)", json_number(input), R"(,"output":)", json_number(output),
+                      R"(,"interpolation":")", is_stepped ? "STEP" : "LINEAR", R"("})"));
+      (void)channels_.add(joined_text(R"({"sampler":)", json_number(sampler),
+                                      R"(,"target":{"node":)", json_number(node), R"(,"path":")",
+                                      property, R"("}})"));
     }
     std::array<float, N> first;
     for (std::size_t k = 0; k < N; ++k) {
       first[k] = static_cast<float>(track.front()[k]);
       if (std::is_same_v<T, std::int16_t>) first[k] /= 32767;
     }
-    return ",\"" + std::string(property) + "\":" + json_numbers(first);
+    return joined_text(",\"", property, "\":", json_numbers(first));
   }
   /// Most tracks have a key in every frame, and share their times.
   std::size_t add_times(const Track<float, 1>& times) {
@@ -15205,16 +15213,18 @@ class GlbWriter {
       for (std::size_t i = 0; i < patch.ends.size(); ++i) add_arrow(patch, i, children);
     }
     const std::size_t node = nodes_.size();
-    std::string json =
-        "{\"name\":" + json_text(body.name) + add_track(node, "translation", translations) +
-        add_track(node, "rotation", rotations) + add_track(node, "scale", scales, true);
+    std::string json = joined_text(R"({"name":)", json_text(body.name));
+    json += add_track(node, "translation", translations);
+    json += add_track(node, "rotation", rotations);
+    json += add_track(node, "scale", scales, true);
     if (!body.mesh.triangles.empty()) {
       const std::size_t material = body.moves ? 1 + number % (arrow_material - 1) : 0;
-      json += ",\"mesh\":" + json_number(add_mesh(body.mesh, material));
+      json += joined_text(R"(,"mesh":)", json_number(add_mesh(body.mesh, material)));
     }
-    if (!children.empty()) json += ",\"children\":" + children.array();
+    if (!children.empty()) json += joined_text(R"(,"children":)", children.array());
+    json += '}';
     roots_.push_back(node);
-    nodes_.push_back(json + '}');
+    nodes_.push_back(json);
   }
 
   void add_arrow(const Recording::Patch& patch, std::size_t sensor, JsonList& children) {
@@ -15245,12 +15255,15 @@ class GlbWriter {
     }
     const std::size_t node = nodes_.size();
     const Vec3<float>& end = patch.ends[sensor];
-    nodes_.push_back(
-        "{\"name\":" + json_text(patch.name + " " + json_number(sensor)) +
-        ",\"translation\":" + json_numbers(std::array<float, 3>{end.x(), end.y(), end.z()}) +
-        add_track(node, "rotation", rotations) + add_track(node, "scale", scales) +
-        ",\"mesh\":" + json_number(arrow_mesh_) +
-        ",\"extras\":{\"newton_per_metre\":" + json_number(1 / metres_per_newton_) + "}}");
+    std::string json = joined_text(
+        R"({"name":)", json_text(joined_text(patch.name, ' ', json_number(sensor))),
+        R"(,"translation":)", json_numbers(std::array<float, 3>{end.x(), end.y(), end.z()}));
+    json += add_track(node, "rotation", rotations);
+    json += add_track(node, "scale", scales);
+    json +=
+        joined_text(R"(,"mesh":)", json_number(arrow_mesh_), R"(,"extras":{"newton_per_metre":)",
+                    json_number(1 / metres_per_newton_), "}}");
+    nodes_.push_back(json);
     (void)children.add(json_number(node));
   }
 
@@ -15259,8 +15272,9 @@ class GlbWriter {
     JsonList list;
     for (const std::string& node : nodes_) (void)list.add(node);
     std::string root = R"({"name":"world","rotation":[-0.70710678,0,0,0.70710678])";
-    if (!roots_.empty()) root += ",\"children\":" + json_numbers(roots_);
-    (void)list.add(root + '}');
+    if (!roots_.empty()) root += joined_text(R"(,"children":)", json_numbers(roots_));
+    root += '}';
+    (void)list.add(root);
     return list.array();
   }
 
@@ -36815,7 +36829,9 @@ void HostSensors<S, Backend>::begin_observing() {
 /// Moves a mirrored body to where the engine has it, if it says so in numbers.
 template <Scalar S, typename Backend>
 void HostSensors<S, Backend>::place(std::uint32_t slot, const std::optional<HostBody<S>>& found) {
-  if (!found || !is_usable(*found)) {
+  using std::abs;
+  // A quaternion that is NaN or overflows has no such square, either.
+  if (!found || !(abs(found->pose.rotation.squaredNorm() - S(1)) < S(0.5))) {
     ++report_.missing_bodies;
     return;
   }
@@ -36826,7 +36842,7 @@ void HostSensors<S, Backend>::place(std::uint32_t slot, const std::optional<Host
   entry.shift = body.center_pose.translation - found->center;
   const Twist<S> twist = found->twist.shifted(entry.shift);
   entry.free = twist + state().def.time_step * found->acceleration.shifted(entry.shift);
-  // Of numbers that are finite, sums and products need not be.
+  // What is computed with: sums and products of numbers that are finite need not be.
   if (!has_finite_square(body.center_pose.translation) || !has_finite_square(twist.linear) ||
       !has_finite_square(entry.free.linear) || !has_finite_square(entry.free.angular)) {
     body.center_pose = before;
