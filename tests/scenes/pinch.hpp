@@ -29,19 +29,24 @@ struct PinchDef {
   bool has_arm = false;
   /// Whether one motor drives both pads against each other, as a gripper's does.
   bool is_geared = false;
+  /// [-] Sensors of a pad along each of its sides.
+  int across = 6;
 
   [[nodiscard]] GripWants<double> wants() const {
     return {.friction = friction, .load = squeeze, .mass = mass, .press = 0.45};
   }
 };
 
-/// 6 x 6 sensors over 18 x 18 mm that start 3 mm below a pad's face and reach 5 mm beyond.
-/// @param side  [1] 1 for the pad at negative x, whose face looks to positive x; else -1.
-[[nodiscard]] inline PatchDef<double> pinch_pad(double side, const GripWants<double>& wants) {
+/// Sensors over 18 x 18 mm that start 3 mm below a pad's face and reach 5 mm beyond.
+/// @param side    [1] 1 for the pad at negative x, whose face looks to positive x; else -1.
+/// @param across  [-] Sensors along y, and along z.
+[[nodiscard]] inline PatchDef<double> pinch_pad(double side, const GripWants<double>& wants,
+                                                int across = 6) {
   PatchDef<double> patch;
-  for (int i = 0; i < 36; ++i) {
-    const double y = 0.003 * (i % 6 - 2.5);
-    const double z = 0.003 * (i / 6 - 2.5);
+  const double distance = 0.018 / across;
+  for (int i = 0; i < across * across; ++i) {
+    const double y = distance * (i % across - 0.5 * (across - 1));
+    const double z = distance * (i / across - 0.5 * (across - 1));
     patch.sensors.add({side * 0.002, y, z}, {side * 0.010, y, z});
   }
   patch.parameters = tuned_for<double>(wants).parameters(patch.sensors);

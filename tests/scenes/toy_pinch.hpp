@@ -30,7 +30,7 @@ class ToyPinch : public Pinch {
     const Box<double> box{{0.005, 0.01, 0.01}};
     for (std::size_t k = 0; k < 2; ++k) {
       pads[k] = world().add_body({.motion = Motion::kinematic, .shape = box});
-      patches[k] = world().add_patch(pads[k], pinch_pad(k == 0 ? 1 : -1, def.wants()));
+      patches[k] = world().add_patch(pads[k], pinch_pad(k == 0 ? 1 : -1, def.wants(), def.across));
     }
     part_id = world().add_body({.motion = Motion::kinematic, .shape = box});
     center.translation.y() = def.offset;
