@@ -55,7 +55,7 @@ class DartPinch : public Pinch {
       ball.setMoment(6.4e-4, 6.4e-4, 6.4e-4, 0, 0, 0);
       wrist->setInertia(ball);
     }
-    for (int k = 0; k < 2; ++k) {
+    for (std::size_t k = 0; k < 2; ++k) {
       PrismaticJoint::Properties joint;
       joint.mName = k == 0 ? "left" : "right";
       joint.mAxis = Eigen::Vector3d::UnitX();

@@ -34,17 +34,17 @@ class BulletHost : public EngineHost<btRigidBody*, Backend>, private btActionInt
 
   /// Takes the pre-tick callback of the world, with its user info, and adds an action. The world
   /// must outlive this.
-  explicit BulletHost(btDiscreteDynamicsWorld& world) : world_(&world) {
-    world.setInternalTickCallback(
+  explicit BulletHost(btDiscreteDynamicsWorld& engine) : engine_(&engine) {
+    engine.setInternalTickCallback(
         [](btDynamicsWorld* ticking, btScalar dt) {
           static_cast<BulletHost*>(ticking->getWorldUserInfo())->sense(dt);
         },
         this, true);
-    world.addAction(this);
+    engine.addAction(this);
   }
   ~BulletHost() override {
-    world_->removeAction(this);
-    world_->setInternalTickCallback(nullptr, nullptr, true);
+    engine_->removeAction(this);
+    engine_->setInternalTickCallback(nullptr, nullptr, true);
   }
   BulletHost(const BulletHost&) = delete;
   BulletHost& operator=(const BulletHost&) = delete;
@@ -185,7 +185,7 @@ class BulletHost : public EngineHost<btRigidBody*, Backend>, private btActionInt
     out.shapes.push_back(std::move(def));
   }
 
-  btDiscreteDynamicsWorld* world_;
+  btDiscreteDynamicsWorld* engine_;
   std::vector<Given> given_;
 };
 

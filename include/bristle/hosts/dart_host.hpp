@@ -38,7 +38,7 @@ class DartHost : public EngineHost<dart::dynamics::BodyNode*, Backend> {
  public:
   using Base::world;
 
-  explicit DartHost(dart::simulation::WorldPtr world) : dart_(std::move(world)) {}
+  explicit DartHost(dart::simulation::WorldPtr engine) : dart_(std::move(engine)) {}
 
   /// Mirrors a body with its shapes, whatever DART lets them collide with, so that sensors see it.
   /// @return The same again for a body that is mirrored already.

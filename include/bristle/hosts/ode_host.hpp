@@ -33,7 +33,7 @@ class OdeHost : public EngineHost<void*, Backend> {
   using Base::world;
 
   /// The world must outlive this, and so must mirrored bodies that are not forgotten.
-  explicit OdeHost(dWorldID world) : ode_(world) {
+  explicit OdeHost(dWorldID engine) : ode_(engine) {
     static_assert(sizeof(dReal) == sizeof(double), "ODE must be used in double");
   }
 
