@@ -263,7 +263,8 @@ TEST_CASE("glb: bodies and arrows are where they were recorded, at every frame")
     largest = std::max(largest, force.norm());
   }
   for (std::size_t i = 0; i < recording.times.size(); ++i) {
-    const double t = static_cast<float>(recording.times[i] - recording.times[0]);
+    const double t =
+        static_cast<double>(static_cast<float>(recording.times[i] - recording.times[0]));
     for (const Recording::Body& body : recording.bodies) {
       const std::size_t node = file.node(body.name);
       const std::vector<double> x = file.at(node, "translation", t);
