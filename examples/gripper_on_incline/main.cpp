@@ -9,6 +9,7 @@
 #include "scenario.hpp"
 
 #include <bristle/core/error.hpp>
+#include <bristle/io/glb.hpp>
 #include <bristle/io/svg_plot.hpp>
 
 #include <cmath>
@@ -93,6 +94,9 @@ Settings parse(int argc, char** argv) {
     if (option == "--pad") settings.pad = value;
     if (option == "--output") settings.output = value;
     if (option == "--replay") settings.replay = value;
+    if (option == "--replay" && settings.replay.extension() != ".glb") {
+      fail("--replay " + value + ": must be a .glb file; examples/run makes pages");
+    }
     if (option == "--integration") {
       one_of(option, value, {"explicit", "implicit", "automatic"});
       settings.integration = value == "explicit"   ? bristle::Integration::explicit_
@@ -199,7 +203,9 @@ void write_files(const Settings& settings, const Outcome& outcome) {
   }
   plot.write_svg(svg);
   std::printf("wrote %s and %s\n", csv.string().c_str(), svg.string().c_str());
-  if (!settings.replay.empty()) std::printf("wrote %s\n", settings.replay.string().c_str());
+  if (settings.replay.empty()) return;
+  bristle::write_glb(settings.replay, outcome.recording);
+  std::printf("wrote %s\n", settings.replay.string().c_str());
 }
 
 }  // namespace

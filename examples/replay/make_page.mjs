@@ -26,7 +26,7 @@ try {
 }
 if (recording.length < 20 || recording.toString('latin1', 0, 4) !== 'glTF') fail(`${from}: must be a .glb file`);
 if (recording.readUInt32LE(8) !== recording.length) {
-  fail(`${from}: must have ${recording.readUInt32LE(8)} bytes, and has ${recording.length}: half of it is missing`);
+  fail(`${from}: must have ${recording.readUInt32LE(8)} bytes, and has ${recording.length}: it is cut short, or has more after its end`);
 }
 
 const bundle = esbuild.buildSync({
@@ -41,6 +41,6 @@ const bundle = esbuild.buildSync({
 // A script ends at the first closing tag, wherever it stands.
 const script = bundle.replaceAll('</script', '<\\/script');
 const page = readFileSync(join(here, 'page.html'), 'utf8')
-  .replace('RECORDING', () => recording.toString('base64'))
-  .replace('VIEWER', () => script);
+  .replace('VIEWER', () => script)
+  .replace('RECORDING', () => recording.toString('base64'));
 writeFileSync(to, page);

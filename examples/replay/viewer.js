@@ -17,7 +17,7 @@ function recordedBytes() {
   return Uint8Array.from(text, (c) => c.charCodeAt(0)).buffer;
 }
 
-/** The box around all that moves, at all of its times. */
+/** The sphere around the bodies that move, at 21 of their times. */
 function sizeOf(root, moveTo, duration) {
   const box = new THREE.Box3();
   const moving = [];
@@ -127,7 +127,11 @@ function show(gltf) {
   });
   element('play').addEventListener('click', () => setPlaying(!isPlaying));
   controls.addEventListener('change', () => (isStale = true));
+  const pressed = new THREE.Vector2();
+  canvas.addEventListener('pointerdown', (event) => pressed.set(event.offsetX, event.offsetY));
   canvas.addEventListener('click', (event) => {
+    // A click ends a turn of the camera, too.
+    if (pressed.distanceTo(new THREE.Vector2(event.offsetX, event.offsetY)) > 4) return;
     const at = new THREE.Vector2(
       (2 * event.offsetX) / canvas.clientWidth - 1,
       1 - (2 * event.offsetY) / canvas.clientHeight,

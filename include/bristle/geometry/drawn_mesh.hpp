@@ -73,9 +73,18 @@ struct ShapeDrawer {
   }
   TriangleMesh<S> operator()(const Box<S>& s) const { return box_mesh<S>(s.half_extents); }
   TriangleMesh<S> operator()(const Capsule<S>& s) const {
-    TriangleMesh<S> mesh = sphere_mesh<S>(s.radius, sphere_frequency);
-    for (Vec3<S>& v : mesh.vertices) v.z() += v.z() < S(0) ? -s.half_length : s.half_length;
-    return mesh;
+    using std::cos;
+    using std::sin;
+    constexpr int rings = 8;
+    std::vector<std::pair<S, S>> profile;
+    for (int i = -rings; i <= rings; ++i) {
+      // From the lower pole to its rim, and from the upper rim to its pole; both rims at i = 0.
+      const S angle = S(std::numbers::pi / 2) * (S(1) - std::abs(S(i)) / S(rings));
+      const S radius = s.radius * sin(angle), height = s.half_length + s.radius * cos(angle);
+      if (i <= 0) profile.push_back({radius, -height});
+      if (i >= 0) profile.push_back({radius, height});
+    }
+    return lathe_mesh<S>(profile);
   }
   TriangleMesh<S> operator()(const Cylinder<S>& s) const { return cylinder_mesh<S>(s, 32); }
   TriangleMesh<S> operator()(const Cone<S>& s) const {

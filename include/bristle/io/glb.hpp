@@ -38,7 +38,9 @@ struct GlbDef {
 /// the one between are the same, that one has no key. The world's z points up, as glTF's y does.
 /// Bodies that move are translucent, so that arrows in what is touched are seen.
 ///
-/// @throws InvalidArgument when there is no frame, or `longest_arrow` is not > 0.
+/// @throws InvalidArgument when there is no frame, times do not ascend, sizes do not fit each
+/// other,
+///         numbers are not finite in float, or `longest_arrow` is not > 0.
 [[nodiscard]] std::string glb(const Recording& recording, const GlbDef& def = {});
 
 /// `glb` to a file, replacing one that exists.
@@ -108,16 +110,16 @@ template <typename Values>
 class GlbWriter {
  public:
   GlbWriter(const Recording& recording, const GlbDef& def) : recording_(recording) {
-    require(!recording.times.empty(), "glb: Recording::times.size()", 0, "must not be 0");
-    require_positive("GlbDef::longest_arrow", def.longest_arrow);
-    for (const double t : recording.times) {
-      times_.push_back({static_cast<float>(t - recording.times.front())});
-    }
+    const float longest_arrow = static_cast<float>(def.longest_arrow);
+    require_positive("GlbDef::longest_arrow", longest_arrow);
+    take_times();
+    check_bodies();
+    check_patches();
     float largest = 0;
     for (const Recording::Patch& patch : recording.patches) {
       for (const Vec3<float>& force : patch.forces) largest = std::max(largest, force.norm());
     }
-    if (largest > 0) metres_per_newton_ = static_cast<float>(def.longest_arrow) / largest;
+    if (largest > 0) metres_per_newton_ = longest_arrow / largest;
     add_materials();
     for (std::size_t i = 0; i < recording.bodies.size(); ++i) add_body(i);
   }
@@ -163,6 +165,45 @@ class GlbWriter {
   }
 
  private:
+  void take_times() {
+    require(!recording_.times.empty(), "glb: Recording::times.size()", 0, "must not be 0");
+    for (const double t : recording_.times) {
+      const float time = static_cast<float>(t - recording_.times.front());
+      require(std::isfinite(time) && (times_.empty() || time > times_.back()[0]),
+              "glb: Recording::times", t, "must ascend, in float and from the first");
+      times_.push_back({time});
+    }
+  }
+  void check_bodies() const {
+    for (const Recording::Body& body : recording_.bodies) {
+      require(body.poses.size() == times_.size() && body.was_there.size() == times_.size(),
+              "glb: Recording::Body::poses.size()", body.poses.size(), "must be that of the times");
+      for (const Transform<float>& pose : body.poses) {
+        require(pose.translation.allFinite() && pose.rotation.coeffs().allFinite(),
+                "glb: Recording::Body::poses", body.name.c_str(), "must be finite in float");
+      }
+      for (const Vec3<float>& v : body.mesh.vertices) {
+        require(v.allFinite(), "glb: Recording::Body::mesh", body.name.c_str(),
+                "must be finite in float");
+      }
+    }
+  }
+  void check_patches() const {
+    for (const Recording::Patch& patch : recording_.patches) {
+      require(patch.body < recording_.bodies.size(), "glb: Recording::Patch::body", patch.body,
+              "must be the number of a body");
+      require(patch.forces.size() == times_.size() * patch.ends.size(),
+              "glb: Recording::Patch::forces.size()", patch.forces.size(),
+              "must be that of the times times that of the ends");
+      for (const std::vector<Vec3<float>>* values : {&patch.ends, &patch.forces}) {
+        for (const Vec3<float>& v : *values) {
+          require(std::isfinite(v.squaredNorm()), "glb: Recording::Patch", patch.name.c_str(),
+                  "must have finite forces and ends in float");
+        }
+      }
+    }
+  }
+
   /// What glTF calls types of components.
   enum class Component { int16 = 5122, uint32 = 5125, float32 = 5126 };
   /// Of one body or arrow: one value of N numbers a frame.

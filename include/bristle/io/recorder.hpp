@@ -93,7 +93,9 @@ class Recorder {
   }
 
   double rate_;
+  /// [s] Of the last step, and of the next frame.
   double time_ = 0;
+  double due_ = 0;
   Recording recording_;
   std::vector<BodyId> bodies_;    // Of the recording's bodies,
   std::vector<PatchId> patches_;  // and of its patches.
@@ -153,11 +155,9 @@ void Recorder<S>::observe(const World<S, Backend>& world) {
   const double dt = static_cast<double>(world.time_step());
   time_ += dt;
   std::vector<double>& times = recording_.times;
-  // The step that ends next to the frame's instant.
-  if (!times.empty()) {
-    const double due = times.front() + static_cast<double>(times.size()) / rate_;
-    if (time_ + dt / 2 < due) return;
-  }
+  // The step that ends next to the frame's instant; instants that long steps missed are left out.
+  if (!times.empty() && time_ + dt / 2 < due_) return;
+  due_ = (times.empty() || due_ + 1 / rate_ < time_ ? time_ : due_) + 1 / rate_;
   times.push_back(time_);
   for (std::size_t k = 0; k < bodies_.size(); ++k) {
     Recording::Body& body = recording_.bodies[k];

@@ -10,6 +10,7 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <string>
@@ -44,6 +45,16 @@ TEST_CASE("drawn_mesh: middles of a sphere's triangles lie 1 % of the radius bel
     const Vec3<double> middle =
         (mesh.vertices[t[0]] + mesh.vertices[t[1]] + mesh.vertices[t[2]]) / 3;
     CHECK(middle.norm() > 0.99 * 2);
+  }
+}
+
+TEST_CASE("drawn_mesh: middles of a capsule's triangles lie 1 % of the radius below it at most") {
+  const TriangleMesh<double> mesh = drawn_mesh<double>(Capsule<double>{2, 3});
+  for (const auto& t : mesh.triangles) {
+    const Vec3<double> middle =
+        (mesh.vertices[t[0]] + mesh.vertices[t[1]] + mesh.vertices[t[2]]) / 3;
+    const double z = std::max(0.0, std::abs(middle.z()) - 3);
+    CHECK(std::hypot(middle.x(), middle.y(), z) > 0.99 * 2);
   }
 }
 
