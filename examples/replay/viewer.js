@@ -22,8 +22,7 @@ function sizeOf(root, moveTo, duration) {
   const box = new THREE.Box3();
   const moving = [];
   root.traverse((node) => {
-    if (node.isMesh && !node.material.transparent) return;
-    if (node.isMesh) moving.push(node);
+    if (node.isMesh && node.material.transparent) moving.push(node);
   });
   for (let i = 0; i <= 20; ++i) {
     moveTo((duration * i) / 20);

@@ -177,6 +177,14 @@ console.log(`picked: the part, ${low} mm high at the start and ${high} mm in the
 assert.ok(Math.abs(high - low - 120) < 1, 'lifted by 120 mm, less the sag');
 await page.setTime(3);
 
+// An arrow says its force: of 20 N on 60 sensors, with the weight.
+const pixel = held.findIndex((_, i) => i % 4 === 0 && held[i] > 150 && held[i + 1] < 120 && held[i + 2] < 100) / 4;
+const canvas = await page.evaluate("({ width: document.getElementById('canvas').width })");
+await page.click((pixel % canvas.width) + 1, Math.floor(pixel / canvas.width) + 1);
+console.log(`picked: ${await page.text('picked')}`);
+const newtons = Number((await page.text('picked')).match(/^(?:first|second) pad \d+: .* mm, (\S+) N$/)?.[1]);
+assert.ok(Math.abs(newtons - 20 / 60) < 0.2, 'an arrow and its force');
+
 // It plays, and stops when told to.
 await page.evaluate("document.getElementById('play').click()");
 await page.until("Number(document.getElementById('time').value) > 3.2");

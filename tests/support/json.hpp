@@ -82,7 +82,12 @@ class Json {
     expect(text, at, '"');
     std::string out;
     while (text.at(at) != '"') {
-      if (text[at] == '\\') ++at;
+      if (static_cast<unsigned char>(text[at]) < 0x20) throw std::runtime_error("JSON: a control");
+      if (text[at] == '\\' && text.at(++at) == 'u') {
+        out += static_cast<char>(std::stoi(text.substr(at + 1, 4), nullptr, 16));
+        at += 5;
+        continue;
+      }
       out += text.at(at++);
     }
     ++at;

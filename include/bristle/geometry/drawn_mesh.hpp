@@ -23,8 +23,7 @@ namespace bristle::inline BRISTLE_ABI {
 /// Triangles to draw a shape with, in its own frame, facing outwards. Corners of round shapes lie
 /// on the surface; triangles lie up to 1 % of a radius below it. A half-space is a square.
 ///
-/// @param plane_size  [m] Side of that square, around the point of the plane next to the origin; >
-/// 0.
+/// @param plane_size  [m] Side of that square, > 0; its middle is next to the origin.
 /// @throws InvalidArgument as `validate`, or when `plane_size` is not > 0.
 template <Scalar S>
 [[nodiscard]] TriangleMesh<S> drawn_mesh(const Shape<S>& shape, S plane_size = S(2));
@@ -79,7 +78,7 @@ struct ShapeDrawer {
     std::vector<std::pair<S, S>> profile;
     for (int i = -rings; i <= rings; ++i) {
       // From the lower pole to its rim, and from the upper rim to its pole; both rims at i = 0.
-      const S angle = S(std::numbers::pi / 2) * (S(1) - std::abs(S(i)) / S(rings));
+      const S angle = S(std::numbers::pi / 2) * S(rings - (i < 0 ? -i : i)) / S(rings);
       const S radius = s.radius * sin(angle), height = s.half_length + s.radius * cos(angle);
       if (i <= 0) profile.push_back({radius, -height});
       if (i >= 0) profile.push_back({radius, height});

@@ -38,8 +38,7 @@ struct GlbDef {
 /// the one between are the same, that one has no key. The world's z points up, as glTF's y does.
 /// Bodies that move are translucent, so that arrows in what is touched are seen.
 ///
-/// @throws InvalidArgument when there is no frame, times do not ascend, sizes do not fit each
-/// other,
+/// @throws InvalidArgument when there is no frame, times do not ascend, sizes do not fit together,
 ///         numbers are not finite in float, or `longest_arrow` is not > 0.
 [[nodiscard]] std::string glb(const Recording& recording, const GlbDef& def = {});
 
@@ -83,8 +82,12 @@ class JsonList {
   std::string json = "\"";
   for (const char c : text) {
     if (c == '"' || c == '\\') json += '\\';
-    // JSON holds no control characters.
-    json += static_cast<unsigned char>(c) < 0x20 ? ' ' : c;
+    if (static_cast<unsigned char>(c) < 0x20) {
+      constexpr char digits[] = "0123456789abcdef";
+      json += joined_text("\\u00", digits[c >> 4], digits[c & 15]);
+    } else {
+      json += c;
+    }
   }
   json += '"';
   return json;

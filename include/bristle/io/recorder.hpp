@@ -80,7 +80,10 @@ class Recorder {
   template <typename Backend>
   void add_patch(const World<S, Backend>& world, PatchId id, std::string name);
 
-  /// To be called after each step: takes a frame when it is time for one.
+  /// To be called after each step of the world that bodies and patches were added from: takes a
+  /// frame when it is time for one.
+  /// @throws InvalidArgument when a patch has other sensors than when it was added, so that it is
+  ///         another world's.
   template <typename Backend>
   void observe(const World<S, Backend>& world);
 
@@ -157,6 +160,12 @@ void Recorder<S>::observe(const World<S, Backend>& world) {
   std::vector<double>& times = recording_.times;
   // The step that ends next to the frame's instant; instants that long steps missed are left out.
   if (!times.empty() && time_ + dt / 2 < due_) return;
+  for (std::size_t k = 0; k < patches_.size(); ++k) {
+    detail::require(!world.contains(patches_[k]) ||
+                        world.reading(patches_[k]).size() == recording_.patches[k].ends.size(),
+                    "Recorder: PatchId", patches_[k].index,
+                    "must be of the world it was added from");
+  }
   due_ = (times.empty() || due_ + 1 / rate_ < time_ ? time_ : due_) + 1 / rate_;
   times.push_back(time_);
   for (std::size_t k = 0; k < bodies_.size(); ++k) {

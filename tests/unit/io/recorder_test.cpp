@@ -60,7 +60,7 @@ struct RecordedScene {
   }
   void record_all() {
     recorder.add_body(ground, ground_def, "ground");
-    recorder.add_body(plate, plate_def, "a \"plate\"");
+    recorder.add_body(plate, plate_def, "a \"plate\"\t");
     recorder.add_body(ball, ball_def, "ball");
     recorder.add_patch(world, patch, "pad");
   }
@@ -186,7 +186,7 @@ TEST_CASE_TEMPLATE("Recorder: frames at its rate, with poses and forces as the w
   // On to the next frame.
   while (recording.times.size() == 30) scene.run(1);
   const Recording::Body& plate = recording.bodies[1];
-  CHECK(plate.name == "a \"plate\"");
+  CHECK(plate.name == "a \"plate\"\t");
   CHECK(plate.moves);
   CHECK_FALSE(recording.bodies[0].moves);
   CHECK(plate.poses.back().translation ==
@@ -277,6 +277,15 @@ TEST_CASE("Recorder: what cannot be recorded is refused by name") {
                        doctest::Contains("already"), InvalidArgument);
   CHECK_THROWS_WITH_AS(scene.recorder.add_patch(scene.world, scene.patch, "pad"),
                        doctest::Contains("already"), InvalidArgument);
+  World<double> other;
+  const BodyId body = other.add_body(scene.plate_def);
+  PatchDef<double> small;
+  small.sensors.add({0, 0, 0}, {0, 0, -0.02});
+  small.parameters = scene.world.patch(scene.patch).def.parameters;
+  REQUIRE(other.add_patch(body, small) == scene.patch);
+  CHECK_THROWS_WITH_AS(scene.recorder.observe(other), doctest::Contains("the world it was added"),
+                       InvalidArgument);
+  CHECK(scene.recorder.recording().times.empty());
   scene.world.remove_patch(scene.patch);
   CHECK_THROWS_AS(scene.recorder.add_patch(scene.world, scene.patch, "pad"), InvalidArgument);
   CHECK_THROWS_WITH_AS((void)glb(scene.recorder.recording()), doctest::Contains("times"),
@@ -320,6 +329,9 @@ TEST_CASE("glb: bodies and arrows are where they were recorded, at every frame")
       const Vec3<double> force = recording.patches[0].forces[4 * i + k].cast<double>();
       const double length = file.at(node, "scale", t)[2];
       CHECK(std::abs(length - 0.05 * force.norm() / double(largest)) < 1e-7);
+      const double newtons =
+          file.json["nodes"][node]["extras"]["newton_per_metre"].number() * length;
+      CHECK(std::abs(newtons - force.norm()) < 1e-5 * double(largest));
       if (force.norm() == 0) continue;
       const Vec3<double> along = quaternion(file.at(node, "rotation", t)) * Vec3<double>::UnitZ();
       // Rotations have steps of 1/32767.
