@@ -3088,8 +3088,7 @@ namespace bristle::inline BRISTLE_ABI {
 /// Triangles to draw a shape with, in its own frame, facing outwards. Corners of round shapes lie
 /// on the surface; triangles lie up to 1 % of a radius below it. A half-space is a square.
 ///
-/// @param plane_size  [m] Side of that square, around the point of the plane next to the origin; >
-/// 0.
+/// @param plane_size  [m] Side of that square, > 0; its middle is next to the origin.
 /// @throws InvalidArgument as `validate`, or when `plane_size` is not > 0.
 template <Scalar S>
 [[nodiscard]] TriangleMesh<S> drawn_mesh(const Shape<S>& shape, S plane_size = S(2));
@@ -3144,7 +3143,7 @@ struct ShapeDrawer {
     std::vector<std::pair<S, S>> profile;
     for (int i = -rings; i <= rings; ++i) {
       // From the lower pole to its rim, and from the upper rim to its pole; both rims at i = 0.
-      const S angle = S(std::numbers::pi / 2) * (S(1) - std::abs(S(i)) / S(rings));
+      const S angle = S(std::numbers::pi / 2) * S(rings - (i < 0 ? -i : i)) / S(rings);
       const S radius = s.radius * sin(angle), height = s.half_length + s.radius * cos(angle);
       if (i <= 0) profile.push_back({radius, -height});
       if (i >= 0) profile.push_back({radius, height});
@@ -14811,7 +14810,10 @@ class Recorder {
   template <typename Backend>
   void add_patch(const World<S, Backend>& world, PatchId id, std::string name);
 
-  /// To be called after each step: takes a frame when it is time for one.
+  /// To be called after each step of the world that bodies and patches were added from: takes a
+  /// frame when it is time for one.
+  /// @throws InvalidArgument when a patch has other sensors than when it was added, so that it is
+  ///         another world's.
   template <typename Backend>
   void observe(const World<S, Backend>& world);
 
@@ -14888,6 +14890,12 @@ void Recorder<S>::observe(const World<S, Backend>& world) {
   std::vector<double>& times = recording_.times;
   // The step that ends next to the frame's instant; instants that long steps missed are left out.
   if (!times.empty() && time_ + dt / 2 < due_) return;
+  for (std::size_t k = 0; k < patches_.size(); ++k) {
+    detail::require(!world.contains(patches_[k]) ||
+                        world.reading(patches_[k]).size() == recording_.patches[k].ends.size(),
+                    "Recorder: PatchId", patches_[k].index,
+                    "must be of the world it was added from");
+  }
   due_ = (times.empty() || due_ + 1 / rate_ < time_ ? time_ : due_) + 1 / rate_;
   times.push_back(time_);
   for (std::size_t k = 0; k < bodies_.size(); ++k) {
@@ -14953,8 +14961,7 @@ struct GlbDef {
 /// the one between are the same, that one has no key. The world's z points up, as glTF's y does.
 /// Bodies that move are translucent, so that arrows in what is touched are seen.
 ///
-/// @throws InvalidArgument when there is no frame, times do not ascend, sizes do not fit each
-/// other,
+/// @throws InvalidArgument when there is no frame, times do not ascend, sizes do not fit together,
 ///         numbers are not finite in float, or `longest_arrow` is not > 0.
 [[nodiscard]] std::string glb(const Recording& recording, const GlbDef& def = {});
 
@@ -14998,8 +15005,12 @@ class JsonList {
   std::string json = "\"";
   for (const char c : text) {
     if (c == '"' || c == '\\') json += '\\';
-    // JSON holds no control characters.
-    json += static_cast<unsigned char>(c) < 0x20 ? ' ' : c;
+    if (static_cast<unsigned char>(c) < 0x20) {
+      constexpr char digits[] = "0123456789abcdef";
+      json += joined_text("\\u00", digits[c >> 4], digits[c & 15]);
+    } else {
+      json += c;
+    }
   }
   json += '"';
   return json;
