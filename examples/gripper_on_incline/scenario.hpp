@@ -41,7 +41,7 @@ struct Outcome {
       {"time", "s"},         {"part height", "mm"}, {"gripper height", "mm"}, {"sag", "um"},
       {"normal force", "N"}, {"shear force", "N"},  {"slipping sensors", ""}, {"drive force", "N"}};
   std::vector<Phase> phases;
-  bristle::Recording recording;
+  bristle::Recording<double> recording;
 
   std::size_t sensors = 0;
   double weight = 0;         // m g

@@ -18,7 +18,8 @@ set(BRISTLE_KERNELS "${kernels}" CACHE STRING
 
 set(sources "${CMAKE_CURRENT_LIST_DIR}")
 # What is compiled once for each scalar, in the baseline.
-set(bristle_sources_of_scalar geometry/analytic_backend.cpp hosts/host_sensors.cpp io/mesh_file.cpp
+set(bristle_sources_of_scalar geometry/analytic_backend.cpp geometry/quickhull.cpp
+                              hosts/host_sensors.cpp io/glb.cpp io/mesh_file.cpp
                               kernels.cpp sensors/placement.cpp world/world.cpp)
 set(baseline_of_scalar ${bristle_sources_of_scalar})
 set(kernels_of_scalar geometry/analytic_backend.cpp kernels.cpp)

@@ -5,7 +5,9 @@
 #pragma once
 
 #if defined(BRISTLE_INSTANTIATE)
+#include <bristle/geometry/quickhull.hpp>
 #include <bristle/hosts/host_stage.hpp>
+#include <bristle/io/glb.hpp>
 #include <bristle/io/mesh_file.hpp>
 #include <bristle/sensors/placement.hpp>
 #include <bristle/world/kernels_impl.hpp>
@@ -38,11 +40,14 @@ BRISTLE_MAKE_WORLD(BRISTLE_INSTANTIATE, FclBackend)
 #endif
 #undef BRISTLE_MAKE_WORLD
 
+BRISTLE_HULL_FUNCTIONS(template, BRISTLE_INSTANTIATE)
 template SensorLayout<BRISTLE_INSTANTIATE> sensor_grid<BRISTLE_INSTANTIATE>(
     const SensorGridDef<BRISTLE_INSTANTIATE>& def);
 template SensorLayout<BRISTLE_INSTANTIATE> sensors_from_mesh<BRISTLE_INSTANTIATE>(
     const TriangleMesh<BRISTLE_INSTANTIATE>& mesh, const PlacementDef<BRISTLE_INSTANTIATE>& def,
     PlacementReport* report);
+template std::string glb<BRISTLE_INSTANTIATE>(const Recording<BRISTLE_INSTANTIATE>& recording,
+                                              const GlbDef& def);
 template TriangleMesh<BRISTLE_INSTANTIATE> load_mesh<BRISTLE_INSTANTIATE>(
     const std::filesystem::path& path);
 

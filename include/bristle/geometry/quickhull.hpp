@@ -3,22 +3,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <bristle/core/error.hpp>
-#include <bristle/geometry/aabb.hpp>
 #include <bristle/geometry/convex_hull.hpp>
-#include <bristle/geometry/grid_hull.hpp>
-#include <bristle/geometry/hull_faces.hpp>
 #include <bristle/geometry/triangle_mesh.hpp>
 #include <bristle/math/types.hpp>
 
 #include <algorithm>
-#include <array>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
 #include <span>
-#include <string>
-#include <vector>
 
 namespace bristle::inline BRISTLE_ABI {
 
@@ -47,8 +37,25 @@ template <Scalar S>
   return std::max(Tolerance<S>::round_off(), S(8.0 / (1 << 30)));
 }
 
+}  // namespace bristle::inline BRISTLE_ABI
+
 // Implementation -----------------------------------------------------------------------------------
-//
+
+#if BRISTLE_HAS_DEFINITIONS
+#include <bristle/core/error.hpp>
+#include <bristle/geometry/aabb.hpp>
+#include <bristle/geometry/grid_hull.hpp>
+#include <bristle/geometry/hull_faces.hpp>
+
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace bristle::inline BRISTLE_ABI {
+
 // Rounding makes quickhull fail where points are nearly coplanar: it then sees one side of a face
 // as visible and contradicts itself at the next. So the points are put on an integer grid of 2^30
 // steps across the set, where every sidedness test is exact and the algorithm of the textbook is
@@ -214,3 +221,18 @@ ConvexHull<S> convex_hull(const TriangleMesh<S>& mesh) {
 }
 
 }  // namespace bristle::inline BRISTLE_ABI
+#endif
+
+/// Declares (`extern template`) or makes (`template`) the hulls in a scalar.
+#define BRISTLE_HULL_FUNCTIONS(declare_or_make, S)                               \
+  declare_or_make ConvexHull<S> convex_hull<S>(std::span<const Vec3<S>> points); \
+  declare_or_make ConvexHull<S> convex_hull<S>(const TriangleMesh<S>& mesh);
+
+#if defined(BRISTLE_COMPILED) && BRISTLE_HAS_DEFINITIONS
+namespace bristle::inline BRISTLE_ABI {
+
+BRISTLE_HULL_FUNCTIONS(extern template, float)
+BRISTLE_HULL_FUNCTIONS(extern template, double)
+
+}  // namespace bristle::inline BRISTLE_ABI
+#endif

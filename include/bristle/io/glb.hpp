@@ -3,24 +3,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <bristle/core/error.hpp>
-#include <bristle/geometry/drawn_mesh.hpp>
 #include <bristle/io/file.hpp>
 #include <bristle/io/recorder.hpp>
 
-#include <algorithm>
-#include <array>
-#include <bit>
-#include <charconv>
-#include <cmath>
-#include <concepts>
-#include <cstddef>
-#include <cstdint>
 #include <filesystem>
-#include <limits>
 #include <string>
-#include <string_view>
-#include <vector>
 
 namespace bristle::inline BRISTLE_ABI {
 
@@ -40,16 +27,39 @@ struct GlbDef {
 ///
 /// @throws InvalidArgument when there is no frame, times do not ascend, sizes do not fit together,
 ///         numbers are not finite in float, or `longest_arrow` is not > 0.
-[[nodiscard]] std::string glb(const Recording& recording, const GlbDef& def = {});
+template <Scalar S>
+[[nodiscard]] std::string glb(const Recording<S>& recording, const GlbDef& def = {});
 
 /// `glb` to a file, replacing one that exists.
 /// @throws IoError when it cannot be written in full.
-inline void write_glb(const std::filesystem::path& path, const Recording& recording,
-                      const GlbDef& def = {}) {
+template <Scalar S>
+void write_glb(const std::filesystem::path& path, const Recording<S>& recording,
+               const GlbDef& def = {}) {
   write_file(path, glb(recording, def));
 }
 
+}  // namespace bristle::inline BRISTLE_ABI
+
 // Implementation -----------------------------------------------------------------------------------
+
+#if BRISTLE_HAS_DEFINITIONS
+#include <bristle/core/error.hpp>
+#include <bristle/geometry/drawn_mesh.hpp>
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <charconv>
+#include <cmath>
+#include <concepts>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <string_view>
+#include <type_traits>
+#include <vector>
+
+namespace bristle::inline BRISTLE_ABI {
 
 namespace detail {
 
@@ -109,18 +119,40 @@ template <typename Values>
   return list.array();
 }
 
+/// The unit quaternion (x, y, z, w) of the shortest turn from the z axis to the direction of v,
+/// about the x axis if that is opposite. Eigen's own for two vectors costs each file that includes
+/// it three seconds, since it compiles a singular value decomposition for the opposite one.
+/// @param v  Not zero.
+template <Scalar S>
+[[nodiscard]] std::array<float, 4> shortest_turn_of_z(const Vec3<S>& v) {
+  const S length = v.norm();
+  const S across2 = v.x() * v.x() + v.y() * v.y();
+  // q ~ (z x v, |v| + v.z), whose last number would cancel where v points down.
+  const S w = v.z() < S(0) ? across2 / (length - v.z()) : length + v.z();
+  const S norm = std::sqrt(across2 + w * w);
+  if (!(norm > S(0))) return {1, 0, 0, 0};
+  return {static_cast<float>(-v.y() / norm), static_cast<float>(v.x() / norm), 0,
+          static_cast<float>(w / norm)};
+}
+
 /// Writes one recording.
+template <Scalar S>
 class GlbWriter {
+  using Body = typename Recording<S>::Body;
+  using Patch = typename Recording<S>::Patch;
+
  public:
-  GlbWriter(const Recording& recording, const GlbDef& def) : recording_(recording) {
+  GlbWriter(const Recording<S>& recording, const GlbDef& def) : recording_(recording) {
     const float longest_arrow = static_cast<float>(def.longest_arrow);
     require_positive("GlbDef::longest_arrow", longest_arrow);
     take_times();
     check_bodies();
     check_patches();
     float largest = 0;
-    for (const Recording::Patch& patch : recording.patches) {
-      for (const Vec3<float>& force : patch.forces) largest = std::max(largest, force.norm());
+    for (const Patch& patch : recording.patches) {
+      for (const Vec3<S>& force : patch.forces) {
+        largest = std::max(largest, static_cast<float>(force.norm()));
+      }
     }
     if (largest > 0) metres_per_newton_ = longest_arrow / largest;
     add_materials();
@@ -168,6 +200,13 @@ class GlbWriter {
   }
 
  private:
+  [[nodiscard]] static std::array<float, 3> in_float(const Vec3<S>& v) {
+    return {static_cast<float>(v.x()), static_cast<float>(v.y()), static_cast<float>(v.z())};
+  }
+  [[nodiscard]] static bool is_finite(const Vec3<S>& v) {
+    return std::ranges::all_of(in_float(v), [](float x) { return std::isfinite(x); });
+  }
+
   void take_times() {
     require(!recording_.times.empty(), "glb: Recording::times.size()", 0, "must not be 0");
     for (const double t : recording_.times) {
@@ -178,30 +217,30 @@ class GlbWriter {
     }
   }
   void check_bodies() const {
-    for (const Recording::Body& body : recording_.bodies) {
+    for (const Body& body : recording_.bodies) {
       require(body.poses.size() == times_.size() && body.was_there.size() == times_.size(),
               "glb: Recording::Body::poses.size()", body.poses.size(), "must be that of the times");
-      for (const Transform<float>& pose : body.poses) {
-        require(pose.translation.allFinite() && pose.rotation.coeffs().allFinite(),
+      for (const Transform<S>& pose : body.poses) {
+        require(is_finite(pose.translation) && pose.rotation.coeffs().allFinite(),
                 "glb: Recording::Body::poses", body.name.c_str(), "must be finite in float");
       }
-      for (const Vec3<float>& v : body.mesh.vertices) {
-        require(v.allFinite(), "glb: Recording::Body::mesh", body.name.c_str(),
+      for (const Vec3<S>& v : body.mesh.vertices) {
+        require(is_finite(v), "glb: Recording::Body::mesh", body.name.c_str(),
                 "must be finite in float");
       }
     }
   }
   void check_patches() const {
-    for (const Recording::Patch& patch : recording_.patches) {
+    for (const Patch& patch : recording_.patches) {
       require(patch.body < recording_.bodies.size(), "glb: Recording::Patch::body", patch.body,
               "must be the number of a body");
       require(patch.forces.size() == times_.size() * patch.ends.size(),
               "glb: Recording::Patch::forces.size()", patch.forces.size(),
               "must be that of the times times that of the ends");
-      for (const std::vector<Vec3<float>>* values : {&patch.ends, &patch.forces}) {
-        for (const Vec3<float>& v : *values) {
-          require(std::isfinite(v.squaredNorm()), "glb: Recording::Patch", patch.name.c_str(),
-                  "must have finite forces and ends in float");
+      for (const std::vector<Vec3<S>>* values : {&patch.ends, &patch.forces}) {
+        for (const Vec3<S>& v : *values) {
+          require(std::isfinite(static_cast<float>(v.squaredNorm())), "glb: Recording::Patch",
+                  patch.name.c_str(), "must have finite forces and ends in float");
         }
       }
     }
@@ -278,9 +317,9 @@ class GlbWriter {
   }
 
   /// Without normals: viewers then shade triangles flat, as they are.
-  std::size_t add_mesh(const TriangleMesh<float>& mesh, std::size_t material) {
+  std::size_t add_mesh(const TriangleMesh<S>& mesh, std::size_t material) {
     Track<float, 3> positions;
-    for (const Vec3<float>& v : mesh.vertices) positions.push_back({v.x(), v.y(), v.z()});
+    for (const Vec3<S>& v : mesh.vertices) positions.push_back(in_float(v));
     Track<std::uint32_t, 1> corners;
     for (const auto& triangle : mesh.triangles) {
       for (const std::uint32_t corner : triangle) corners.push_back({corner});
@@ -333,20 +372,20 @@ class GlbWriter {
   }
 
   void add_body(std::size_t number) {
-    const Recording::Body& body = recording_.bodies[number];
+    const Body& body = recording_.bodies[number];
     Track<float, 3> translations, scales;
     Track<float, 4> rotations;
     for (std::size_t i = 0; i < body.poses.size(); ++i) {
-      const Vec3<float>& x = body.poses[i].translation;
-      const Quat<float> q = body.poses[i].rotation.normalized();
+      const Quat<S> q = body.poses[i].rotation.normalized();
       const float scale = body.was_there[i] ? 1.0f : 0.0f;
-      translations.push_back({x.x(), x.y(), x.z()});
-      rotations.push_back({q.x(), q.y(), q.z(), q.w()});
+      translations.push_back(in_float(body.poses[i].translation));
+      const std::array<float, 3> turn = in_float(q.vec());
+      rotations.push_back({turn[0], turn[1], turn[2], static_cast<float>(q.w())});
       scales.push_back({scale, scale, scale});
     }
     // Arrows are nodes before the node of their body.
     JsonList children;
-    for (const Recording::Patch& patch : recording_.patches) {
+    for (const Patch& patch : recording_.patches) {
       if (patch.body != number) continue;
       for (std::size_t i = 0; i < patch.ends.size(); ++i) add_arrow(patch, i, children);
     }
@@ -365,19 +404,18 @@ class GlbWriter {
     nodes_.push_back(json);
   }
 
-  void add_arrow(const Recording::Patch& patch, std::size_t sensor, JsonList& children) {
+  void add_arrow(const Patch& patch, std::size_t sensor, JsonList& children) {
     Track<float, 3> scales;
     Track<std::int16_t, 4> rotations;
     std::array<std::int16_t, 4> turned{0, 0, 0, 32767};
     bool has_pushed = false;
     for (std::size_t i = sensor; i < patch.forces.size(); i += patch.ends.size()) {
-      const Vec3<float>& force = patch.forces[i];
-      const float scale = metres_per_newton_ * force.norm();
+      const Vec3<S>& force = patch.forces[i];
+      const float scale = metres_per_newton_ * static_cast<float>(force.norm());
       if (scale > 0) {
-        const Quat<float> q = Quat<float>::FromTwoVectors(Vec3<float>::UnitZ(), force);
-        const Eigen::Vector4f steps = 32767 * q.coeffs();
-        for (int k = 0; k < 4; ++k) {
-          turned[static_cast<std::size_t>(k)] = static_cast<std::int16_t>(std::lround(steps[k]));
+        const std::array<float, 4> q = shortest_turn_of_z(force);
+        for (std::size_t k = 0; k < 4; ++k) {
+          turned[k] = static_cast<std::int16_t>(std::lround(32767 * q[k]));
         }
         has_pushed = true;
       }
@@ -386,16 +424,17 @@ class GlbWriter {
     }
     if (!has_pushed) return;
     if (arrow_mesh_ == none) {
-      arrow_mesh_ =
-          add_mesh(lathe_mesh<float>(
-                       {{0.0f, 0.0f}, {0.03f, 0.0f}, {0.03f, 0.75f}, {0.08f, 0.75f}, {0.0f, 1.0f}}),
-                   arrow_material);
+      arrow_mesh_ = add_mesh(lathe_mesh<S>({{S(0), S(0)},
+                                            {S(0.03), S(0)},
+                                            {S(0.03), S(0.75)},
+                                            {S(0.08), S(0.75)},
+                                            {S(0), S(1)}}),
+                             arrow_material);
     }
     const std::size_t node = nodes_.size();
-    const Vec3<float>& end = patch.ends[sensor];
-    std::string json = joined_text(
-        R"({"name":)", json_text(joined_text(patch.name, ' ', json_number(sensor))),
-        R"(,"translation":)", json_numbers(std::array<float, 3>{end.x(), end.y(), end.z()}));
+    std::string json =
+        joined_text(R"({"name":)", json_text(joined_text(patch.name, ' ', json_number(sensor))),
+                    R"(,"translation":)", json_numbers(in_float(patch.ends[sensor])));
     json += add_track(node, "rotation", rotations);
     json += add_track(node, "scale", scales);
     json +=
@@ -419,7 +458,7 @@ class GlbWriter {
   static constexpr std::size_t none = std::numeric_limits<std::size_t>::max();
   static constexpr std::size_t arrow_material = 5;
 
-  const Recording& recording_;
+  const Recording<S>& recording_;
   Track<float, 1> times_;
   float metres_per_newton_ = 0;
   std::string binary_;
@@ -432,8 +471,19 @@ class GlbWriter {
 
 }  // namespace detail
 
-inline std::string glb(const Recording& recording, const GlbDef& def) {
-  return detail::GlbWriter(recording, def).bytes();
+template <Scalar S>
+std::string glb(const Recording<S>& recording, const GlbDef& def) {
+  return detail::GlbWriter<S>(recording, def).bytes();
 }
 
 }  // namespace bristle::inline BRISTLE_ABI
+#endif
+
+#if defined(BRISTLE_COMPILED) && BRISTLE_HAS_DEFINITIONS
+namespace bristle::inline BRISTLE_ABI {
+
+extern template std::string glb<float>(const Recording<float>& recording, const GlbDef& def);
+extern template std::string glb<double>(const Recording<double>& recording, const GlbDef& def);
+
+}  // namespace bristle::inline BRISTLE_ABI
+#endif

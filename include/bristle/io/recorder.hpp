@@ -21,17 +21,18 @@
 
 namespace bristle::inline BRISTLE_ABI {
 
-/// What a replay shows, in float. Frames are instants; all vectors of a body or patch that run over
-/// frames are as long as `times`.
+/// What a replay shows. Frames are instants; all vectors of a body or patch that run over frames
+/// are as long as `times`.
+template <Scalar S>
 struct Recording {
   struct Body {
     std::string name;
     /// Whether the world moves it.
     bool moves = false;
     /// [m] What it looks like, in its frame.
-    TriangleMesh<float> mesh;
+    TriangleMesh<S> mesh;
     /// [m] Frame by frame: its pose in the world, and whether it was there.
-    std::vector<Transform<float>> poses;
+    std::vector<Transform<S>> poses;
     std::vector<bool> was_there;
   };
   struct Patch {
@@ -39,10 +40,10 @@ struct Recording {
     /// [-] Number of the body that carries it.
     std::size_t body = 0;
     /// [m] Ends of the sensors' rays, in the body's frame.
-    std::vector<Vec3<float>> ends;
+    std::vector<Vec3<S>> ends;
     /// [N] Frame by frame, sensor by sensor: the force on what the sensor touches, in the body's
     /// frame.
-    std::vector<Vec3<float>> forces;
+    std::vector<Vec3<S>> forces;
   };
 
   /// [s] Of the frames, since the recorder's first step; ascending.
@@ -87,7 +88,7 @@ class Recorder {
   template <typename Backend>
   void observe(const World<S, Backend>& world);
 
-  [[nodiscard]] const Recording& recording() const noexcept { return recording_; }
+  [[nodiscard]] const Recording<S>& recording() const noexcept { return recording_; }
 
  private:
   [[nodiscard]] std::size_t number_of(BodyId id) const {
@@ -99,7 +100,7 @@ class Recorder {
   /// [s] Of the last step, and of the next frame.
   double time_ = 0;
   double due_ = 0;
-  Recording recording_;
+  Recording<S> recording_;
   std::vector<BodyId> bodies_;    // Of the recording's bodies,
   std::vector<PatchId> patches_;  // and of its patches.
 };
@@ -110,15 +111,13 @@ template <Scalar S>
 void Recorder<S>::add_body(BodyId id, const BodyDef<S>& def, std::string name, S plane_size) {
   detail::require(number_of(id) == bodies_.size(), "Recorder: BodyId", id.index,
                   "must not be recorded already");
-  Recording::Body body;
+  typename Recording<S>::Body body;
   body.name = std::move(name);
   body.moves = def.motion != Motion::fixed;
   const auto add = [&](const Shape<S>& shape, const Transform<S>& X_BS) {
     const TriangleMesh<S> mesh = drawn_mesh<S>(shape, plane_size);
     const auto first = static_cast<std::uint32_t>(body.mesh.vertices.size());
-    for (const Vec3<S>& v : mesh.vertices) {
-      body.mesh.vertices.push_back((X_BS * v).template cast<float>());
-    }
+    for (const Vec3<S>& v : mesh.vertices) body.mesh.vertices.push_back(X_BS * v);
     for (const auto& t : mesh.triangles) {
       body.mesh.triangles.push_back({first + t[0], first + t[1], first + t[2]});
     }
@@ -137,17 +136,16 @@ void Recorder<S>::add_patch(const World<S, Backend>& world, PatchId id, std::str
   const SensorPatch<S>& sensors = world.patch(id);
   detail::require(std::find(patches_.begin(), patches_.end(), id) == patches_.end(),
                   "Recorder: PatchId", id.index, "must not be recorded already");
-  Recording::Patch patch;
+  typename Recording<S>::Patch patch;
   patch.name = std::move(name);
   patch.body = number_of(sensors.body);
   detail::require(patch.body < bodies_.size(), "Recorder: PatchId", id.index,
                   "must be on a body that is recorded");
   const Vec3<S>& center = world.body(sensors.body).center_B;
   for (std::size_t i = 0; i < sensors.length.size(); ++i) {
-    const Vec3<S> end = center + sensors.start[i] + sensors.length[i] * sensors.direction[i];
-    patch.ends.push_back(end.template cast<float>());
+    patch.ends.push_back(center + sensors.start[i] + sensors.length[i] * sensors.direction[i]);
   }
-  patch.forces.resize(recording_.times.size() * patch.ends.size(), Vec3<float>::Zero());
+  patch.forces.resize(recording_.times.size() * patch.ends.size(), Vec3<S>::Zero());
   recording_.patches.push_back(std::move(patch));
   patches_.push_back(id);
 }
@@ -169,21 +167,17 @@ void Recorder<S>::observe(const World<S, Backend>& world) {
   due_ = (times.empty() || due_ + 1 / rate_ < time_ ? time_ : due_) + 1 / rate_;
   times.push_back(time_);
   for (std::size_t k = 0; k < bodies_.size(); ++k) {
-    Recording::Body& body = recording_.bodies[k];
+    typename Recording<S>::Body& body = recording_.bodies[k];
     const bool is_there = world.contains(bodies_[k]);
     body.was_there.push_back(is_there);
     // Where it was last, for what looks at two frames at once.
-    Transform<float> pose = body.poses.empty() ? Transform<float>{} : body.poses.back();
-    if (is_there) {
-      const Transform<S> X_WB = world.pose(bodies_[k]);
-      pose = {X_WB.rotation.template cast<float>(), X_WB.translation.template cast<float>()};
-    }
-    body.poses.push_back(pose);
+    const Transform<S> last = body.poses.empty() ? Transform<S>{} : body.poses.back();
+    body.poses.push_back(is_there ? world.pose(bodies_[k]) : last);
   }
   for (std::size_t k = 0; k < patches_.size(); ++k) {
-    Recording::Patch& patch = recording_.patches[k];
+    typename Recording<S>::Patch& patch = recording_.patches[k];
     if (!world.contains(patches_[k])) {
-      patch.forces.resize(times.size() * patch.ends.size(), Vec3<float>::Zero());
+      patch.forces.resize(times.size() * patch.ends.size(), Vec3<S>::Zero());
       continue;
     }
     const PatchReading<S> felt = world.reading(patches_[k]);
@@ -193,8 +187,8 @@ void Recorder<S>::observe(const World<S, Backend>& world) {
       Vec3<S> t1, t2;
       tangent_basis<S>(n, t1, t2);
       // The reading is what acts on the sensor's own body.
-      const Vec3<S> force = felt.normal_force[i] * n - felt.shear_1[i] * t1 - felt.shear_2[i] * t2;
-      patch.forces.push_back(force.template cast<float>());
+      patch.forces.push_back(felt.normal_force[i] * n - felt.shear_1[i] * t1 -
+                             felt.shear_2[i] * t2);
     }
   }
 }

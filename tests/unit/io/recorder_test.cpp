@@ -11,6 +11,7 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <cstring>
@@ -178,28 +179,28 @@ TEST_CASE_TEMPLATE("Recorder: frames at its rate, with poses and forces as the w
   }
   scene.run(1000);
   CHECK(scene.world.state_hash() == hash);
-  const Recording& recording = scene.recorder.recording();
+  const Recording<S>& recording = scene.recorder.recording();
   REQUIRE(recording.times.size() == 30);
   for (std::size_t i = 0; i < 30; ++i) {
     CHECK(std::abs(recording.times[i] - recording.times[0] - static_cast<double>(i) / 30) < 5.1e-4);
   }
   // On to the next frame.
   while (recording.times.size() == 30) scene.run(1);
-  const Recording::Body& plate = recording.bodies[1];
+  const typename Recording<S>::Body& plate = recording.bodies[1];
   CHECK(plate.name == "a \"plate\"\t");
   CHECK(plate.moves);
   CHECK_FALSE(recording.bodies[0].moves);
-  CHECK(plate.poses.back().translation ==
-        scene.world.pose(scene.plate).translation.template cast<float>());
+  CHECK(plate.poses.back().translation == scene.world.pose(scene.plate).translation);
   // All that the sensors push the ground with is what it pushes the plate back with.
-  const Recording::Patch& pad = recording.patches[0];
+  const typename Recording<S>::Patch& pad = recording.patches[0];
   REQUIRE(pad.forces.size() == 31 * 4);
-  Vec3<float> sum = Vec3<float>::Zero();
+  Vec3<S> sum = Vec3<S>::Zero();
   for (std::size_t i = 0; i < 4; ++i) sum += pad.forces[30 * 4 + i];
-  const Vec3<float> given = scene.world.reading(scene.patch).wrench.force.template cast<float>();
+  const Vec3<S> given = scene.world.reading(scene.patch).wrench.force;
   CHECK(given.norm() > 5);
-  CHECK((plate.poses.back().rotation * sum + given).norm() < 1e-5f * given.norm());
-  CHECK((pad.ends[3] - Vec3<float>(0.08f, 0.08f, -0.02f)).norm() < 1e-7f);
+  CHECK((plate.poses.back().rotation * sum + given).norm() <
+        S(10) * Tolerance<S>::round_off() * given.norm());
+  CHECK((pad.ends[3] - Vec3<S>(S(0.08), S(0.08), S(-0.02))).norm() < S(1e-7));
 }
 
 TEST_CASE(
@@ -214,14 +215,14 @@ TEST_CASE(
   scene.world.remove_body(scene.ball);
   scene.world.remove_patch(scene.patch);
   scene.run(50);
-  const Recording& recording = scene.recorder.recording();
+  const Recording<double>& recording = scene.recorder.recording();
   REQUIRE(recording.times.size() == 15);
   const std::vector<bool> there{false, false, false, false, false, true,  true, true,
                                 true,  true,  false, false, false, false, false};
   CHECK(recording.bodies[1].was_there == there);
   REQUIRE(recording.bodies[1].poses.size() == 15);
   CHECK(recording.bodies[1].poses[14].translation == recording.bodies[1].poses[9].translation);
-  CHECK((recording.bodies[1].poses[9].translation.cast<double>() - last).norm() < 0.01);
+  CHECK((recording.bodies[1].poses[9].translation - last).norm() < 0.01);
   REQUIRE(recording.patches[0].forces.size() == 15 * 4);
   CHECK(recording.patches[0].forces[14 * 4].isZero(0));
   CHECK_FALSE(recording.patches[0].forces[9 * 4].isZero(0));
@@ -243,7 +244,7 @@ TEST_CASE("glb: recordings that do not fit together are refused") {
   scene.record_all();
   scene.run(100);
   const auto field = [&](const auto& change) -> std::string {
-    Recording recording = scene.recorder.recording();
+    Recording<double> recording = scene.recorder.recording();
     change(recording);
     try {
       (void)glb(recording);
@@ -252,17 +253,18 @@ TEST_CASE("glb: recordings that do not fit together are refused") {
     }
     return {};
   };
-  CHECK(field([](Recording&) {}).empty());
-  CHECK(field([](Recording& r) { r.times[3] = r.times[2]; }) == "glb: Recording::times");
-  CHECK(field([](Recording& r) { r.bodies[1].poses.pop_back(); }) ==
+  CHECK(field([](Recording<double>&) {}).empty());
+  CHECK(field([](Recording<double>& r) { r.times[3] = r.times[2]; }) == "glb: Recording::times");
+  CHECK(field([](Recording<double>& r) { r.bodies[1].poses.pop_back(); }) ==
         "glb: Recording::Body::poses.size()");
-  CHECK(field([](Recording& r) {
-          r.bodies[1].poses[2].translation.x() = std::numeric_limits<float>::infinity();
-        }) == "glb: Recording::Body::poses");
-  CHECK(field([](Recording& r) { r.patches[0].body = 3; }) == "glb: Recording::Patch::body");
-  CHECK(field([](Recording& r) { r.patches[0].forces.pop_back(); }) ==
+  CHECK(field([](Recording<double>& r) { r.bodies[1].poses[2].translation.x() = 1e39; }) ==
+        "glb: Recording::Body::poses");
+  CHECK(field([](Recording<double>& r) { r.patches[0].body = 3; }) ==
+        "glb: Recording::Patch::body");
+  CHECK(field([](Recording<double>& r) { r.patches[0].forces.pop_back(); }) ==
         "glb: Recording::Patch::forces.size()");
-  CHECK(field([](Recording& r) { r.patches[0].forces[2].x() = 1e30f; }) == "glb: Recording::Patch");
+  CHECK(field([](Recording<double>& r) { r.patches[0].forces[2].x() = 1e30; }) ==
+        "glb: Recording::Patch");
 }
 
 TEST_CASE("Recorder: what cannot be recorded is refused by name") {
@@ -302,36 +304,42 @@ TEST_CASE("glb: bodies and arrows are where they were recorded, at every frame")
   scene.run(400);
   scene.world.remove_body(scene.ball);
   scene.run(200);
-  const Recording& recording = scene.recorder.recording();
+  Recording<double> recording = scene.recorder.recording();
+  // Arrows point everywhere, straight and nearly down, too.
+  const std::array<Vec3<double>, 6> directions{Vec3<double>(0, 0, -5), {0, 0, 5}, {1e-6, 0, -5},
+                                               {1e-3, -2e-3, -5},      {3, 0, 0}, {-1, -2, -0.01}};
+  for (std::size_t i = 0; i < directions.size(); ++i) {
+    recording.patches[0].forces[4 * (20 + i)] = directions[i];
+  }
   const Glb file(glb(recording, {.longest_arrow = 0.05}));
   // The world's z is glTF's y.
   const std::size_t root = file.json["scenes"][0]["nodes"][0].index();
   CHECK((quaternion(file.at(root, "rotation", 0)) * Vec3<double>(1, 2, 3) - Vec3<double>(1, 3, -2))
             .norm() < 1e-7);
-  float largest = 0;
-  for (const Vec3<float>& force : recording.patches[0].forces) {
+  double largest = 0;
+  for (const Vec3<double>& force : recording.patches[0].forces) {
     largest = std::max(largest, force.norm());
   }
   for (std::size_t i = 0; i < recording.times.size(); ++i) {
     const double t =
         static_cast<double>(static_cast<float>(recording.times[i] - recording.times[0]));
-    for (const Recording::Body& body : recording.bodies) {
+    for (const Recording<double>::Body& body : recording.bodies) {
       const std::size_t node = file.node(body.name);
       const std::vector<double> x = file.at(node, "translation", t);
       const Quat<double> q = quaternion(file.at(node, "rotation", t));
-      const Transform<float>& pose = body.poses[i];
-      CHECK((Vec3<double>(x[0], x[1], x[2]) - pose.translation.cast<double>()).norm() < 1e-6);
-      CHECK(q.angularDistance(pose.rotation.cast<double>()) < 1e-5);
+      const Transform<double>& pose = body.poses[i];
+      CHECK((Vec3<double>(x[0], x[1], x[2]) - pose.translation).norm() < 1e-6);
+      CHECK(q.angularDistance(pose.rotation) < 1e-5);
       CHECK(file.at(node, "scale", t)[1] == (body.was_there[i] ? 1 : 0));
     }
     for (std::size_t k = 0; k < 4; ++k) {
       const std::size_t node = file.node("pad " + std::to_string(k));
-      const Vec3<double> force = recording.patches[0].forces[4 * i + k].cast<double>();
+      const Vec3<double> force = recording.patches[0].forces[4 * i + k];
       const double length = file.at(node, "scale", t)[2];
-      CHECK(std::abs(length - 0.05 * force.norm() / double(largest)) < 1e-7);
+      CHECK(std::abs(length - 0.05 * force.norm() / largest) < 1e-7);
       const double newtons =
           file.json["nodes"][node]["extras"]["newton_per_metre"].number() * length;
-      CHECK(std::abs(newtons - force.norm()) < 1e-5 * double(largest));
+      CHECK(std::abs(newtons - force.norm()) < 1e-5 * largest);
       if (force.norm() == 0) continue;
       const Vec3<double> along = quaternion(file.at(node, "rotation", t)) * Vec3<double>::UnitZ();
       // Rotations have steps of 1/32767.
