@@ -251,10 +251,8 @@ BRISTLE_INLINE void give_model_impulses(const PatchContact<Pack<S>>& c, const Pa
   T normal = select(c.is_pushing, dot(impulse, c.n), T(S(0)));
   const Mask<S> pulls = normal < T(S(0));
   if (any(pulls)) {
-    // The passes ran out before these sensors were seen to part: they must not pull, and what did
-    // not touch before gives nothing then.
+    // The passes ran out before these sensors were seen to part: they must not pull.
     impulse = select(pulls, tangential<T>(impulse, c.n), impulse);
-    impulse = select(pulls & !c.is_touching, zero_vector<T>(), impulse);
     normal = select(pulls, T(S(0)), normal);
   }
   store_pack(tile.impulse, at, impulse);

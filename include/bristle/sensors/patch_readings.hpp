@@ -77,7 +77,10 @@ BRISTLE_INLINE void read_tile(SensorPatch<S>& patch, const PatchPair<S>& pair,
     const T normal = load_pack(tile.normal_impulse, at) * T(per_step);
     const Pack3<S> shear = tangential<T>(force, n);
     const Mask<S> is_touching = load_mask<S>(tile.is_touching, at);
-    const Mask<S> is_felt = is_touching | (is_met & (normal > T(S(0))));
+    // What gave an impulse is felt: in the step of a first touch also where the passes ran out, and
+    // only what acts across the ray is left of it.
+    const Mask<S> is_felt =
+        is_touching | (is_met & ((normal > T(S(0))) | (dot(shear, shear) > T(S(0)))));
     felt |= bits(is_felt) << at;
     const Pack3<S> felt_force = select(is_felt, force, zero_vector<T>());
     sum.all.force += felt_force;

@@ -54,9 +54,10 @@ enum class SlipReset {
 /// Along what the normal force of a sensor points.
 enum class NormalDirection {
   /// Along the ray, as in Eq. 3. Oblique rays then push bodies along: sin(angle) of the force does
-  /// not come from any potential.
+  /// not come from any potential, and bodies that tumble on stiff rays gain energy without bound.
   ray,
-  /// Along the gradient of the depth, which makes the normal force conservative.
+  /// Along the gradient of the depth: the force comes from a potential while a ray stays on one
+  /// surface. The same as `ray` where it meets the surface head-on.
   gradient
 };
 
@@ -87,7 +88,7 @@ struct LawOptions {
   /// [-] What becomes of an overstretched bristle.
   SlipReset reset = SlipReset::release;
   /// [-] Along what the normal force points.
-  NormalDirection normal = NormalDirection::ray;
+  NormalDirection normal = NormalDirection::gradient;
 };
 
 /// @throws InvalidArgument naming the field that is not finite or out of range.
