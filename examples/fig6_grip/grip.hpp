@@ -155,7 +155,8 @@ class Grip {
                          : tuned_for<double>(
                                {.friction = 1, .creep = 1e-3, .load = def.force, .mass = def.mass})
                                .parameters(pad.sensors);
-      pad.options.reset = def.reset;
+      // As in the paper: the closed forms are for forces along the rays.
+      pad.options = {.reset = def.reset, .normal = bristle::NormalDirection::ray};
       pad.integration = def.integration;
       pad.sees = 1;
       parameters_ = pad.parameters;

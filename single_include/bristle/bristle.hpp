@@ -3199,494 +3199,8 @@ TriangleMesh<S> drawn_mesh(const Shape<S>& shape, S plane_size) {
 /// Convex hull of a set of points, with polygons as faces.
 // SPDX-License-Identifier: BSD-3-Clause
 
-// === bristle/geometry/grid_hull.hpp
-
-/// @file
-/// Convex hull of points on an integer grid, in exact arithmetic: the core of `convex_hull`.
-// SPDX-License-Identifier: BSD-3-Clause
-
 #include <algorithm>
-#include <array>
-#include <cstddef>
-#include <cstdint>
 #include <span>
-#include <utility>
-#include <vector>
-
-namespace bristle::inline BRISTLE_ABI::detail {
-
-/// A point on the integer grid that a hull is computed on, coordinates within +-2^29.
-using GridPoint = std::array<std::int64_t, 3>;
-
-[[nodiscard]] inline Vec3<double> to_vector(const GridPoint& p) {
-  return {static_cast<double>(p[0]), static_cast<double>(p[1]), static_cast<double>(p[2])};
-}
-
-/// 1 where d lies above the plane of a, b, c, on the side from which they run counter-clockwise; 0
-/// where it lies on it, -1 below.
-///
-/// Exact for coordinates within +-2^29: differences need 31 bits, their 2x2 determinants 62. The
-/// last product would need 94, so the determinants are split at bit 30.
-[[nodiscard]] inline int side_of_plane(const GridPoint& a, const GridPoint& b, const GridPoint& c,
-                                       const GridPoint& d) {
-  GridPoint u, v, w;
-  for (std::size_t k = 0; k < 3; ++k) {
-    u[k] = b[k] - a[k];
-    v[k] = c[k] - a[k];
-    w[k] = d[k] - a[k];
-  }
-  constexpr std::int64_t low_bits = (std::int64_t(1) << 30) - 1;
-  std::int64_t high = 0;
-  std::int64_t low = 0;
-  for (std::size_t k = 0; k < 3; ++k) {
-    const std::size_t i = (k + 1) % 3;
-    const std::size_t j = (k + 2) % 3;
-    const std::int64_t minor = u[i] * v[j] - u[j] * v[i];
-    high += w[k] * (minor >> 30);
-    low += w[k] * (minor & low_bits);
-  }
-  high += low >> 30;
-  low &= low_bits;
-  if (high != 0) return high < 0 ? -1 : 1;
-  return low != 0 ? 1 : 0;
-}
-
-/// One triangle of the growing hull.
-struct HullTriangle {
-  /// Corners, counter-clockwise from outside.
-  std::array<std::uint32_t, 3> corners{};
-  /// Number of the triangle across the edge from corner k to corner k + 1.
-  std::array<std::uint32_t, 3> neighbors{};
-  /// Points that lie above it and above no triangle tested before it.
-  std::vector<std::uint32_t> outside;
-  bool is_alive = true;
-};
-
-/// Quickhull (Barber, Dobkin and Huhdanpaa 1996) on grid points, down to triangles.
-class TriangleHull {
- public:
-  /// @param simplex  Four points of the set that do not lie on a plane.
-  TriangleHull(std::span<const GridPoint> points, std::array<std::uint32_t, 4> simplex)
-      : points_(points) {
-    make_simplex(simplex);
-    std::vector<std::uint32_t> all(points.size());
-    for (std::uint32_t i = 0; i < all.size(); ++i) all[i] = i;
-    assign(all, 0);
-    // Triangles are only ever appended, so that one pass meets them all.
-    for (std::uint32_t t = 0; t < triangles_.size(); ++t) {
-      if (triangles_[t].is_alive && !triangles_[t].outside.empty()) {
-        add_point(farthest_outside(t), t);
-      }
-    }
-    keep_living();
-  }
-
-  /// Closed surface; coplanar triangles are frequent, degenerate ones impossible.
-  [[nodiscard]] const std::vector<HullTriangle>& triangles() const { return triangles_; }
-
- private:
-  [[nodiscard]] bool is_above(std::uint32_t point, const HullTriangle& t) const {
-    return side_of_plane(points_[t.corners[0]], points_[t.corners[1]], points_[t.corners[2]],
-                         points_[point]) > 0;
-  }
-
-  void make_simplex(std::array<std::uint32_t, 4> s) {
-    if (side_of_plane(points_[s[0]], points_[s[1]], points_[s[2]], points_[s[3]]) > 0) {
-      std::swap(s[1], s[2]);
-    }
-    triangles_.resize(4);
-    triangles_[0].corners = {s[0], s[1], s[2]};
-    triangles_[0].neighbors = {1, 2, 3};
-    for (std::uint32_t k = 0; k < 3; ++k) {
-      triangles_[k + 1].corners = {s[(k + 1) % 3], s[k], s[3]};
-      triangles_[k + 1].neighbors = {0, (k + 2) % 3 + 1, (k + 1) % 3 + 1};
-    }
-  }
-
-  /// Gives each point to the first triangle from `first` on that it lies above; points that lie
-  /// above none are inside and forgotten.
-  void assign(const std::vector<std::uint32_t>& candidates, std::size_t first) {
-    for (const std::uint32_t p : candidates) {
-      for (std::size_t t = first; t < triangles_.size(); ++t) {
-        if (is_above(p, triangles_[t])) {
-          triangles_[t].outside.push_back(p);
-          break;
-        }
-      }
-    }
-  }
-
-  /// Any point above would do; the farthest makes most others inside. So rounding is harmless here.
-  [[nodiscard]] std::uint32_t farthest_outside(std::uint32_t t) const {
-    const HullTriangle& triangle = triangles_[t];
-    const Vec3<double> origin = to_vector(points_[triangle.corners[0]]);
-    const Vec3<double> normal = (to_vector(points_[triangle.corners[1]]) - origin)
-                                    .cross(to_vector(points_[triangle.corners[2]]) - origin);
-    std::uint32_t best = triangle.outside.front();
-    double best_height = -infinity<double>;
-    for (const std::uint32_t p : triangle.outside) {
-      const double height = normal.dot(to_vector(points_[p]) - origin);
-      if (height > best_height) {
-        best_height = height;
-        best = p;
-      }
-    }
-    return best;
-  }
-
-  /// An edge between a triangle that the new point sees and one that it does not.
-  struct HorizonEdge {
-    std::uint32_t from, to, beyond;
-  };
-
-  /// Replaces the triangles that see the point by a fan from the horizon to it.
-  void add_point(std::uint32_t point, std::uint32_t seed) {
-    std::vector<HorizonEdge> horizon;
-    std::vector<std::uint32_t> orphans;
-    std::vector<std::uint32_t> visible{seed};
-    triangles_[seed].is_alive = false;
-    for (std::size_t i = 0; i < visible.size(); ++i) {
-      HullTriangle& t = triangles_[visible[i]];
-      orphans.insert(orphans.end(), t.outside.begin(), t.outside.end());
-      t.outside = {};
-      for (std::size_t k = 0; k < 3; ++k) {
-        const std::uint32_t beyond = t.neighbors[k];
-        if (!triangles_[beyond].is_alive) continue;
-        if (is_above(point, triangles_[beyond])) {
-          triangles_[beyond].is_alive = false;
-          visible.push_back(beyond);
-        }
-      }
-    }
-    for (const std::uint32_t v : visible) {
-      for (std::size_t k = 0; k < 3; ++k) {
-        const std::uint32_t beyond = triangles_[v].neighbors[k];
-        if (triangles_[beyond].is_alive) {
-          horizon.push_back({triangles_[v].corners[k], triangles_[v].corners[(k + 1) % 3], beyond});
-        }
-      }
-    }
-    const auto first = static_cast<std::uint32_t>(triangles_.size());
-    add_fan(point, horizon);
-    assign(orphans, first);
-  }
-
-  /// The horizon is one closed loop, in any order.
-  void add_fan(std::uint32_t point, std::vector<HorizonEdge>& horizon) {
-    const auto by_start = [](const HorizonEdge& a, const HorizonEdge& b) {
-      return a.from < b.from;
-    };
-    std::sort(horizon.begin(), horizon.end(), by_start);
-    const auto first = static_cast<std::uint32_t>(triangles_.size());
-    const auto starting_at = [&](std::uint32_t vertex) {
-      const auto edge =
-          std::lower_bound(horizon.begin(), horizon.end(), HorizonEdge{vertex, 0, 0}, by_start);
-      BRISTLE_ASSERT(edge != horizon.end() && edge->from == vertex);
-      return first + static_cast<std::uint32_t>(edge - horizon.begin());
-    };
-    triangles_.resize(triangles_.size() + horizon.size());
-    for (std::uint32_t i = 0; i < horizon.size(); ++i) {
-      const HorizonEdge& edge = horizon[i];
-      const std::uint32_t next = starting_at(edge.to);
-      triangles_[first + i].corners = {edge.from, edge.to, point};
-      triangles_[first + i].neighbors[0] = edge.beyond;
-      triangles_[first + i].neighbors[1] = next;
-      triangles_[next].neighbors[2] = first + i;
-      HullTriangle& beyond = triangles_[edge.beyond];
-      for (std::size_t k = 0; k < 3; ++k) {
-        if (beyond.corners[k] == edge.to) beyond.neighbors[k] = first + i;
-      }
-    }
-  }
-
-  void keep_living() {
-    std::vector<std::uint32_t> renumber(triangles_.size());
-    std::uint32_t count = 0;
-    for (std::size_t t = 0; t < triangles_.size(); ++t) {
-      if (triangles_[t].is_alive) renumber[t] = count++;
-    }
-    std::erase_if(triangles_, [](const HullTriangle& t) { return !t.is_alive; });
-    for (HullTriangle& t : triangles_) {
-      for (std::uint32_t& n : t.neighbors) n = renumber[n];
-    }
-  }
-
-  std::span<const GridPoint> points_;
-  std::vector<HullTriangle> triangles_;
-};
-
-}  // namespace bristle::inline BRISTLE_ABI::detail
-
-// === bristle/geometry/hull_faces.hpp
-
-/// @file
-/// Joins the coplanar triangles of a convex hull to polygons: the second half of `convex_hull`.
-// SPDX-License-Identifier: BSD-3-Clause
-
-#include <algorithm>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
-#include <map>
-#include <span>
-#include <utility>
-#include <vector>
-
-namespace bristle::inline BRISTLE_ABI::detail {
-
-/// A polygon of a hull.
-struct HullFace {
-  /// Corners, counter-clockwise from outside.
-  std::vector<std::uint32_t> corners;
-  /// Third corners of the triangles across its border. A plane through the face that has them below
-  /// has, since the hull is convex, everything below.
-  std::vector<std::uint32_t> ring;
-  /// Outward unit normal of the largest triangle it was joined from, on the grid. No point of the
-  /// hull lies above that plane.
-  Vec3<double> normal = Vec3<double>::UnitZ();
-};
-
-/// Joins the triangles of a closed convex surface to faces.
-///
-/// A region grows from the largest triangle that has none over all neighbours whose corners lie
-/// near its plane. Slivers, whose own plane means little, go to whom they share their longest edge
-/// with, if they are near its plane. A region with fewer than three corners is no polygon and goes
-/// to its longest neighbour. A vertex is a corner where at least three regions meet; since that
-/// does not depend on the side one looks from, faces on both sides of an edge agree on its ends.
-class FaceJoin {
- public:
-  /// @param tolerance  [grid steps] How far the corners of a face may lie off its plane.
-  FaceJoin(std::span<const GridPoint> points, std::span<const HullTriangle> triangles,
-           double tolerance)
-      : points_(points), triangles_(triangles), tolerance_(tolerance) {
-    measure();
-    grow_regions();
-    // Each call that returns true leaves one region less.
-    while (dissolve_small_regions()) {
-    }
-  }
-
-  [[nodiscard]] std::vector<HullFace> faces() const;
-
- private:
-  static constexpr std::uint32_t none = 0xffffffffu;
-
-  /// One side of a triangle: from corner `edge` to the next.
-  struct Side {
-    std::uint32_t triangle;
-    std::size_t edge;
-
-    friend bool operator==(const Side&, const Side&) = default;
-  };
-
-  [[nodiscard]] std::uint32_t start_of(Side s) const {
-    return triangles_[s.triangle].corners[s.edge];
-  }
-  [[nodiscard]] std::uint32_t across(Side s) const {
-    return triangles_[s.triangle].neighbors[s.edge];
-  }
-  [[nodiscard]] bool is_border(Side s) const { return region_[s.triangle] != region_[across(s)]; }
-  [[nodiscard]] double length_of(Side s) const {
-    const std::uint32_t end = triangles_[s.triangle].corners[(s.edge + 1) % 3];
-    return (to_vector(points_[end]) - to_vector(points_[start_of(s)])).norm();
-  }
-  /// The side of a triangle that starts at a vertex of it.
-  [[nodiscard]] Side side_from(std::uint32_t triangle, std::uint32_t vertex) const {
-    const auto& corners = triangles_[triangle].corners;
-    const auto corner = std::find(corners.begin(), corners.end(), vertex);
-    return {triangle, static_cast<std::size_t>(corner - corners.begin())};
-  }
-  /// The next side, counter-clockwise around the vertex where both start.
-  [[nodiscard]] Side turned(Side s) const {
-    return side_from(across({s.triangle, (s.edge + 2) % 3}), start_of(s));
-  }
-  /// Likewise clockwise.
-  [[nodiscard]] Side turned_back(Side s) const { return side_from(across(s), start_of(s)); }
-
-  void measure();
-  [[nodiscard]] double depth_below(std::uint32_t plane, std::uint32_t t) const;
-  void grow_regions();
-  void grow_region(std::uint32_t seed);
-  bool adopt_slivers(std::vector<std::uint32_t>& orphans);
-  bool dissolve_small_regions();
-  [[nodiscard]] std::vector<Side> sides_by_start() const;
-  [[nodiscard]] std::size_t count_regions_around(Side first) const;
-
-  std::span<const GridPoint> points_;
-  std::span<const HullTriangle> triangles_;
-  double tolerance_;
-  std::vector<Vec3<double>> area_vectors_;
-  std::vector<std::size_t> longest_edge_;
-  std::vector<bool> is_sliver_;
-  /// Number of the triangle that each one's region grew from.
-  std::vector<std::uint32_t> region_;
-};
-
-inline void FaceJoin::measure() {
-  for (std::uint32_t t = 0; t < triangles_.size(); ++t) {
-    const auto& c = triangles_[t].corners;
-    const Vec3<double> a = to_vector(points_[c[0]]);
-    area_vectors_.push_back((to_vector(points_[c[1]]) - a).cross(to_vector(points_[c[2]]) - a));
-    std::size_t longest = 0;
-    for (std::size_t k = 1; k < 3; ++k) {
-      if (length_of({t, k}) > length_of({t, longest})) longest = k;
-    }
-    longest_edge_.push_back(longest);
-    is_sliver_.push_back(area_vectors_[t].norm() <= 2.0 * tolerance_ * length_of({t, longest}));
-  }
-}
-
-/// How far the lowest corner of triangle t lies below the plane of another; no corner lies above.
-inline double FaceJoin::depth_below(std::uint32_t plane, std::uint32_t t) const {
-  const Vec3<double> normal = area_vectors_[plane].normalized();
-  const Vec3<double> origin = to_vector(points_[triangles_[plane].corners[0]]);
-  double depth = 0.0;
-  for (const std::uint32_t v : triangles_[t].corners) {
-    depth = std::max(depth, normal.dot(origin - to_vector(points_[v])));
-  }
-  return depth;
-}
-
-inline void FaceJoin::grow_regions() {
-  region_.assign(triangles_.size(), none);
-  std::vector<std::uint32_t> order(triangles_.size());
-  fill_numbers(order);
-  std::vector<double> area2(order.size());
-  for (const std::uint32_t t : order) area2[t] = area_vectors_[t].squaredNorm();
-  // Not std::stable_sort: that of libstdc++ before 13 uses what C++20 deprecates, and clang says
-  // so.
-  std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
-    return area2[a] != area2[b] ? area2[a] > area2[b] : a < b;
-  });
-  for (const std::uint32_t seed : order) {
-    if (region_[seed] == none && !is_sliver_[seed]) grow_region(seed);
-  }
-  std::erase_if(order, [this](std::uint32_t t) { return region_[t] != none; });
-  while (!order.empty()) {
-    if (adopt_slivers(order)) continue;
-    // No neighbour will have them: thin needles are made of slivers alone.
-    grow_region(order.front());
-    std::erase_if(order, [this](std::uint32_t t) { return region_[t] != none; });
-  }
-}
-
-inline void FaceJoin::grow_region(std::uint32_t seed) {
-  const Vec3<double>& normal = area_vectors_[seed];
-  std::vector<std::uint32_t> members{seed};
-  region_[seed] = seed;
-  for (std::size_t i = 0; i < members.size(); ++i) {
-    for (const std::uint32_t t : triangles_[members[i]].neighbors) {
-      // Thin solids have two faces in one slab, back to back.
-      if (region_[t] != none || normal.dot(area_vectors_[t]) < 0.0 ||
-          depth_below(seed, t) > tolerance_) {
-        continue;
-      }
-      region_[t] = seed;
-      members.push_back(t);
-    }
-  }
-}
-
-/// Takes those out of the list that found a region; false if none did.
-inline bool FaceJoin::adopt_slivers(std::vector<std::uint32_t>& orphans) {
-  return std::erase_if(orphans, [this](std::uint32_t t) {
-           const std::uint32_t heir = region_[across({t, longest_edge_[t]})];
-           // Two tolerances of its own height, one of the heir's border.
-           if (heir != none && depth_below(heir, t) <= 3.0 * tolerance_) region_[t] = heir;
-           return region_[t] != none;
-         }) > 0;
-}
-
-/// One side that starts at each vertex; `triangle` is none where the vertex is not on the hull.
-inline std::vector<FaceJoin::Side> FaceJoin::sides_by_start() const {
-  std::vector<Side> sides(points_.size(), Side{none, 0});
-  for (std::uint32_t t = 0; t < triangles_.size(); ++t) {
-    for (std::size_t k = 0; k < 3; ++k) sides[triangles_[t].corners[k]] = {t, k};
-  }
-  return sides;
-}
-
-inline std::size_t FaceJoin::count_regions_around(Side first) const {
-  std::size_t count = 0;
-  Side side = first;
-  do {
-    if (is_border(side)) ++count;
-    side = turned(side);
-  } while (!(side == first));
-  return count;
-}
-
-inline bool FaceJoin::dissolve_small_regions() {
-  std::vector<std::size_t> corner_count(triangles_.size(), 0);
-  for (const Side first : sides_by_start()) {
-    if (first.triangle == none || count_regions_around(first) < 3) continue;
-    Side side = first;
-    do {
-      if (is_border(side)) ++corner_count[region_[side.triangle]];
-      side = turned(side);
-    } while (!(side == first));
-  }
-  std::map<std::pair<std::uint32_t, std::uint32_t>, double> border_lengths;
-  for (std::uint32_t t = 0; t < triangles_.size(); ++t) {
-    if (corner_count[region_[t]] >= 3) continue;
-    for (std::size_t k = 0; k < 3; ++k) {
-      const Side side{t, k};
-      if (is_border(side)) border_lengths[{region_[t], region_[across(side)]}] += length_of(side);
-    }
-  }
-  if (border_lengths.empty()) return false;
-  // One region at a time: its end changes the corners of its neighbours.
-  const std::uint32_t region = border_lengths.begin()->first.first;
-  std::uint32_t heir = none;
-  double longest = 0.0;
-  for (const auto& [border, length] : border_lengths) {
-    if (border.first == region && length > longest) {
-      longest = length;
-      heir = border.second;
-    }
-  }
-  std::replace(region_.begin(), region_.end(), region, heir);
-  return true;
-}
-
-inline std::vector<HullFace> FaceJoin::faces() const {
-  std::vector<bool> is_corner(points_.size(), false);
-  for (const Side side : sides_by_start()) {
-    if (side.triangle == none) continue;
-    is_corner[start_of(side)] = count_regions_around(side) >= 3;
-  }
-  std::vector<HullFace> faces;
-  std::vector<bool> is_done(triangles_.size(), false);
-  for (std::uint32_t t = 0; t < triangles_.size(); ++t) {
-    for (std::size_t k = 0; k < 3; ++k) {
-      const Side first{t, k};
-      if (is_done[region_[t]] || !is_border(first)) continue;
-      is_done[region_[t]] = true;
-      HullFace face{{}, {}, area_vectors_[region_[t]].normalized()};
-      Side side = first;
-      do {
-        if (is_corner[start_of(side)]) face.corners.push_back(start_of(side));
-        face.ring.push_back(start_of({across(side), (turned_back(side).edge + 1) % 3}));
-        // On to the border side of this region that starts where this one ends.
-        side = {side.triangle, (side.edge + 1) % 3};
-        while (!is_border(side)) side = turned_back(side);
-      } while (!(side == first));
-      faces.push_back(std::move(face));
-    }
-  }
-  return faces;
-}
-
-}  // namespace bristle::inline BRISTLE_ABI::detail
-
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
-#include <span>
-#include <string>
-#include <vector>
 
 namespace bristle::inline BRISTLE_ABI {
 
@@ -3715,173 +3229,23 @@ template <Scalar S>
   return std::max(Tolerance<S>::round_off(), S(8.0 / (1 << 30)));
 }
 
+}  // namespace bristle::inline BRISTLE_ABI
+
 // Implementation -----------------------------------------------------------------------------------
-//
-// Rounding makes quickhull fail where points are nearly coplanar: it then sees one side of a face
-// as visible and contradicts itself at the next. So the points are put on an integer grid of 2^30
-// steps across the set, where every sidedness test is exact and the algorithm of the textbook is
-// right for every input. The grid's noise remains: a plane of many points becomes many triangles
-// that differ in the last bits. A second pass joins what is coplanar within the resolution, and a
-// vertex that is left with fewer than three faces around it disappears, from both sides of its edge
-// alike.
 
-namespace detail {
+/// Declares (`extern template`) or makes (`template`) the hulls in a scalar.
+#define BRISTLE_HULL_FUNCTIONS(declare_or_make, S)                               \
+  declare_or_make ConvexHull<S> convex_hull<S>(std::span<const Vec3<S>> points); \
+  declare_or_make ConvexHull<S> convex_hull<S>(const TriangleMesh<S>& mesh);
 
-/// The points of a hull, each of them once, and where they stand on the grid.
-template <Scalar S>
-struct GriddedPoints {
-  std::vector<Vec3<S>> points;
-  std::vector<GridPoint> grid;
-  /// [m] Distance below which points count as equal.
-  S resolution = S(0);
-  /// [grid steps] The same distance.
-  double tolerance = 0.0;
-};
+#if defined(BRISTLE_COMPILED) && BRISTLE_HAS_DEFINITIONS
+namespace bristle::inline BRISTLE_ABI {
 
-[[noreturn]] inline void raise_no_volume(const std::string& what) {
-  raise(InvalidArgument("convex_hull: points", what, "must span a volume"));
-}
-
-template <Scalar S>
-[[nodiscard]] GriddedPoints<S> put_on_grid(std::span<const Vec3<S>> points) {
-  Aabb<S> box;
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    require_all_finite("convex_hull: points[" + std::to_string(i) + "]", points[i]);
-    box.include(points[i]);
-  }
-  if (points.size() < 4) raise_no_volume(std::to_string(points.size()) + " points");
-  const S extent = (box.upper - box.lower).maxCoeff();
-  if (!(extent > S(0))) raise_no_volume("all equal");
-  require_finite("convex_hull: extent of the points", extent);
-
-  // Far from the origin, the rounding of the coordinates themselves is what blurs the points.
-  const S reach = std::max(box.lower.cwiseAbs().maxCoeff(), box.upper.cwiseAbs().maxCoeff());
-  GriddedPoints<S> result;
-  result.resolution = std::max(hull_resolution<S>() * extent, Tolerance<S>::round_off() * reach);
-  for (const std::uint32_t i : merge_points(points, result.resolution).unique) {
-    result.points.push_back(points[i]);
-  }
-  const double scale = static_cast<double>(1 << 30) / static_cast<double>(extent);
-  result.tolerance = scale * static_cast<double>(result.resolution);
-  for (const Vec3<S>& p : result.points) {
-    GridPoint& g = result.grid.emplace_back();
-    for (int k = 0; k < 3; ++k) {
-      const S from_center = p[k] - box.center()[k];
-      g[static_cast<std::size_t>(k)] = std::llround(scale * static_cast<double>(from_center));
-    }
-  }
-  return result;
-}
-
-/// Four points that are far from lying on a plane.
-[[nodiscard]] inline std::array<std::uint32_t, 4> find_simplex(std::span<const GridPoint> points,
-                                                               double tolerance) {
-  const auto farthest = [&](auto&& distance, const char* what) {
-    std::uint32_t best = 0;
-    double best_distance = tolerance;
-    for (std::uint32_t i = 0; i < points.size(); ++i) {
-      const double d = distance(to_vector(points[i]));
-      if (d > best_distance) {
-        best_distance = d;
-        best = i;
-      }
-    }
-    if (!(best_distance > tolerance)) raise_no_volume(what);
-    return best;
-  };
-  std::array<std::uint32_t, 4> s{};
-  const Vec3<double> any = to_vector(points[0]);
-  s[0] = farthest([&](const Vec3<double>& p) { return (p - any).norm(); }, "all equal");
-  const Vec3<double> a = to_vector(points[s[0]]);
-  s[1] = farthest([&](const Vec3<double>& p) { return (p - a).norm(); }, "all equal");
-  const Vec3<double> along = (to_vector(points[s[1]]) - a).normalized();
-  s[2] =
-      farthest([&](const Vec3<double>& p) { return along.cross(p - a).norm(); }, "all on a line");
-  const Vec3<double> normal = along.cross(to_vector(points[s[2]]) - a).normalized();
-  // Any thinner, and both sides might lie in the slab of one face.
-  tolerance *= 16.0;
-  s[3] = farthest([&](const Vec3<double>& p) { return std::abs(normal.dot(p - a)); },
-                  "all on a plane");
-  return s;
-}
-
-/// Outward unit normal of a face: from the points themselves, to their full precision, or from the
-/// grid where the face is so small or thin that rounding would tilt it out of its corners or into
-/// the hull.
-template <Scalar S>
-[[nodiscard]] Vec3<S> face_normal(const GriddedPoints<S>& gridded, const HullFace& face) {
-  const std::vector<Vec3<S>>& points = gridded.points;
-  const Vec3<S>& origin = points[face.corners[0]];
-  Vec3<S> sum = Vec3<S>::Zero();
-  for (std::size_t i = 2; i < face.corners.size(); ++i) {
-    sum += (points[face.corners[i - 1]] - origin).cross(points[face.corners[i]] - origin);
-  }
-  const Vec3<S> normal = sum.stableNormalized();
-  const auto height = [&](std::uint32_t v) { return normal.dot(points[v] - origin); };
-  S lowest = S(0);
-  S highest = S(0);
-  for (const std::uint32_t v : face.corners) {
-    lowest = std::min(lowest, height(v));
-    highest = std::max(highest, height(v));
-  }
-  const bool is_supporting =
-      std::ranges::all_of(face.ring, [&](std::uint32_t v) { return height(v) <= lowest; });
-  const bool is_flat = highest - lowest <= gridded.resolution;
-  return is_supporting && is_flat ? normal : Vec3<S>(face.normal.cast<S>());
-}
-
-}  // namespace detail
-
-template <Scalar S>
-ConvexHull<S> convex_hull(std::span<const Vec3<S>> points) {
-  const detail::GriddedPoints<S> gridded = detail::put_on_grid(points);
-  const detail::TriangleHull triangles(gridded.grid,
-                                       detail::find_simplex(gridded.grid, gridded.tolerance));
-  std::vector<detail::HullFace> faces =
-      detail::FaceJoin(gridded.grid, triangles.triangles(), gridded.tolerance).faces();
-  for (detail::HullFace& face : faces) {
-    const auto lowest = std::min_element(face.corners.begin(), face.corners.end());
-    std::rotate(face.corners.begin(), lowest, face.corners.end());
-  }
-  std::sort(faces.begin(), faces.end(),
-            [](const auto& a, const auto& b) { return a.corners < b.corners; });
-
-  ConvexHull<S> hull;
-  constexpr std::uint32_t unused = 0xffffffffu;
-  std::vector<std::uint32_t> renumber(gridded.points.size(), unused);
-  for (const detail::HullFace& face : faces) {
-    for (const std::uint32_t v : face.corners) renumber[v] = 0;
-  }
-  for (std::size_t v = 0; v < renumber.size(); ++v) {
-    if (renumber[v] == unused) continue;
-    renumber[v] = static_cast<std::uint32_t>(hull.vertices.size());
-    hull.vertices.push_back(gridded.points[v]);
-  }
-  hull.face_starts.push_back(0);
-  for (const detail::HullFace& face : faces) {
-    for (const std::uint32_t v : face.corners) hull.face_vertices.push_back(renumber[v]);
-    hull.face_starts.push_back(static_cast<std::uint32_t>(hull.face_vertices.size()));
-    hull.face_normals.push_back(detail::face_normal(gridded, face));
-    S offset = -infinity<S>;
-    for (const std::uint32_t v : face.corners) {
-      offset = std::max(offset, hull.face_normals.back().dot(gridded.points[v]));
-    }
-    hull.face_offsets.push_back(offset);
-  }
-  return hull;
-}
-
-template <Scalar S>
-ConvexHull<S> convex_hull(const TriangleMesh<S>& mesh) {
-  detail::require_named_vertices(mesh);
-  std::vector<Vec3<S>> points;
-  for (const auto& t : mesh.triangles) {
-    for (const std::uint32_t v : t) points.push_back(mesh.vertices[v]);
-  }
-  return convex_hull<S>(std::span<const Vec3<S>>(points));
-}
+BRISTLE_HULL_FUNCTIONS(extern template, float)
+BRISTLE_HULL_FUNCTIONS(extern template, double)
 
 }  // namespace bristle::inline BRISTLE_ABI
+#endif
 
 // === bristle/hosts/engine_host.hpp
 
@@ -5354,9 +4718,10 @@ enum class SlipReset {
 /// Along what the normal force of a sensor points.
 enum class NormalDirection {
   /// Along the ray, as in Eq. 3. Oblique rays then push bodies along: sin(angle) of the force does
-  /// not come from any potential.
+  /// not come from any potential, and bodies that tumble on stiff rays gain energy without bound.
   ray,
-  /// Along the gradient of the depth, which makes the normal force conservative.
+  /// Along the gradient of the depth: the force comes from a potential while a ray stays on one
+  /// surface. The same as `ray` where it meets the surface head-on.
   gradient
 };
 
@@ -5387,7 +4752,7 @@ struct LawOptions {
   /// [-] What becomes of an overstretched bristle.
   SlipReset reset = SlipReset::release;
   /// [-] Along what the normal force points.
-  NormalDirection normal = NormalDirection::ray;
+  NormalDirection normal = NormalDirection::gradient;
 };
 
 /// @throws InvalidArgument naming the field that is not finite or out of range.
@@ -7420,12 +6785,19 @@ struct RayBundle {
   Vec3<S> center = Vec3<S>::Zero();
   /// [m] Around the rays from their starts to their ends, in G.
   Aabb<S> box{};
+  /// [1] Around zero and the directions of the rays, in G.
+  Aabb<S> directions{Vec3<S>::Zero(), Vec3<S>::Zero()};
   /// [m] Largest z of a start; the smallest is that of the box where the bundle is narrow.
   S highest_start = S(0);
   /// [1] Largest slope of a ray against the z axis, in x or y.
   S slope = S(0);
 
   [[nodiscard]] bool is_divided() const { return second != 0; }
+  /// [m] What a box around some of its rays becomes where these are longer by `extra`: it grows to
+  /// where they go, and not to all sides.
+  [[nodiscard]] Aabb<S> lengthened(const Aabb<S>& around, S extra) const {
+    return {around.lower + extra * directions.lower, around.upper + extra * directions.upper};
+  }
 };
 
 /// The rays of a batch in bundles. A value; empty for rays of which one has no finite length.
@@ -7644,6 +7016,7 @@ void RayBundles<S>::fit(const RayBatch<S>& rays, Places places, RayBundle<S>& bu
     const Vec3<S> direction = bundle.axes * rays[i].direction;
     bundle.box.include(start);
     bundle.box.include(Vec3<S>(start + rays.length[i] * direction));
+    bundle.directions.include(direction);
     bundle.highest_start = std::max(bundle.highest_start, start.z());
     bundle.is_narrow = bundle.is_narrow && direction.z() > S(0.5);
     const S across = direction.template head<2>().cwiseAbs().maxCoeff();
@@ -14751,17 +14124,18 @@ inline void write_file(const std::filesystem::path& path, std::string_view bytes
 
 namespace bristle::inline BRISTLE_ABI {
 
-/// What a replay shows, in float. Frames are instants; all vectors of a body or patch that run over
-/// frames are as long as `times`.
+/// What a replay shows. Frames are instants; all vectors of a body or patch that run over frames
+/// are as long as `times`.
+template <Scalar S>
 struct Recording {
   struct Body {
     std::string name;
     /// Whether the world moves it.
     bool moves = false;
     /// [m] What it looks like, in its frame.
-    TriangleMesh<float> mesh;
+    TriangleMesh<S> mesh;
     /// [m] Frame by frame: its pose in the world, and whether it was there.
-    std::vector<Transform<float>> poses;
+    std::vector<Transform<S>> poses;
     std::vector<bool> was_there;
   };
   struct Patch {
@@ -14769,10 +14143,10 @@ struct Recording {
     /// [-] Number of the body that carries it.
     std::size_t body = 0;
     /// [m] Ends of the sensors' rays, in the body's frame.
-    std::vector<Vec3<float>> ends;
+    std::vector<Vec3<S>> ends;
     /// [N] Frame by frame, sensor by sensor: the force on what the sensor touches, in the body's
     /// frame.
-    std::vector<Vec3<float>> forces;
+    std::vector<Vec3<S>> forces;
   };
 
   /// [s] Of the frames, since the recorder's first step; ascending.
@@ -14817,7 +14191,7 @@ class Recorder {
   template <typename Backend>
   void observe(const World<S, Backend>& world);
 
-  [[nodiscard]] const Recording& recording() const noexcept { return recording_; }
+  [[nodiscard]] const Recording<S>& recording() const noexcept { return recording_; }
 
  private:
   [[nodiscard]] std::size_t number_of(BodyId id) const {
@@ -14829,7 +14203,7 @@ class Recorder {
   /// [s] Of the last step, and of the next frame.
   double time_ = 0;
   double due_ = 0;
-  Recording recording_;
+  Recording<S> recording_;
   std::vector<BodyId> bodies_;    // Of the recording's bodies,
   std::vector<PatchId> patches_;  // and of its patches.
 };
@@ -14840,15 +14214,13 @@ template <Scalar S>
 void Recorder<S>::add_body(BodyId id, const BodyDef<S>& def, std::string name, S plane_size) {
   detail::require(number_of(id) == bodies_.size(), "Recorder: BodyId", id.index,
                   "must not be recorded already");
-  Recording::Body body;
+  typename Recording<S>::Body body;
   body.name = std::move(name);
   body.moves = def.motion != Motion::fixed;
   const auto add = [&](const Shape<S>& shape, const Transform<S>& X_BS) {
     const TriangleMesh<S> mesh = drawn_mesh<S>(shape, plane_size);
     const auto first = static_cast<std::uint32_t>(body.mesh.vertices.size());
-    for (const Vec3<S>& v : mesh.vertices) {
-      body.mesh.vertices.push_back((X_BS * v).template cast<float>());
-    }
+    for (const Vec3<S>& v : mesh.vertices) body.mesh.vertices.push_back(X_BS * v);
     for (const auto& t : mesh.triangles) {
       body.mesh.triangles.push_back({first + t[0], first + t[1], first + t[2]});
     }
@@ -14867,17 +14239,16 @@ void Recorder<S>::add_patch(const World<S, Backend>& world, PatchId id, std::str
   const SensorPatch<S>& sensors = world.patch(id);
   detail::require(std::find(patches_.begin(), patches_.end(), id) == patches_.end(),
                   "Recorder: PatchId", id.index, "must not be recorded already");
-  Recording::Patch patch;
+  typename Recording<S>::Patch patch;
   patch.name = std::move(name);
   patch.body = number_of(sensors.body);
   detail::require(patch.body < bodies_.size(), "Recorder: PatchId", id.index,
                   "must be on a body that is recorded");
   const Vec3<S>& center = world.body(sensors.body).center_B;
   for (std::size_t i = 0; i < sensors.length.size(); ++i) {
-    const Vec3<S> end = center + sensors.start[i] + sensors.length[i] * sensors.direction[i];
-    patch.ends.push_back(end.template cast<float>());
+    patch.ends.push_back(center + sensors.start[i] + sensors.length[i] * sensors.direction[i]);
   }
-  patch.forces.resize(recording_.times.size() * patch.ends.size(), Vec3<float>::Zero());
+  patch.forces.resize(recording_.times.size() * patch.ends.size(), Vec3<S>::Zero());
   recording_.patches.push_back(std::move(patch));
   patches_.push_back(id);
 }
@@ -14899,21 +14270,17 @@ void Recorder<S>::observe(const World<S, Backend>& world) {
   due_ = (times.empty() || due_ + 1 / rate_ < time_ ? time_ : due_) + 1 / rate_;
   times.push_back(time_);
   for (std::size_t k = 0; k < bodies_.size(); ++k) {
-    Recording::Body& body = recording_.bodies[k];
+    typename Recording<S>::Body& body = recording_.bodies[k];
     const bool is_there = world.contains(bodies_[k]);
     body.was_there.push_back(is_there);
     // Where it was last, for what looks at two frames at once.
-    Transform<float> pose = body.poses.empty() ? Transform<float>{} : body.poses.back();
-    if (is_there) {
-      const Transform<S> X_WB = world.pose(bodies_[k]);
-      pose = {X_WB.rotation.template cast<float>(), X_WB.translation.template cast<float>()};
-    }
-    body.poses.push_back(pose);
+    const Transform<S> last = body.poses.empty() ? Transform<S>{} : body.poses.back();
+    body.poses.push_back(is_there ? world.pose(bodies_[k]) : last);
   }
   for (std::size_t k = 0; k < patches_.size(); ++k) {
-    Recording::Patch& patch = recording_.patches[k];
+    typename Recording<S>::Patch& patch = recording_.patches[k];
     if (!world.contains(patches_[k])) {
-      patch.forces.resize(times.size() * patch.ends.size(), Vec3<float>::Zero());
+      patch.forces.resize(times.size() * patch.ends.size(), Vec3<S>::Zero());
       continue;
     }
     const PatchReading<S> felt = world.reading(patches_[k]);
@@ -14923,27 +14290,16 @@ void Recorder<S>::observe(const World<S, Backend>& world) {
       Vec3<S> t1, t2;
       tangent_basis<S>(n, t1, t2);
       // The reading is what acts on the sensor's own body.
-      const Vec3<S> force = felt.normal_force[i] * n - felt.shear_1[i] * t1 - felt.shear_2[i] * t2;
-      patch.forces.push_back(force.template cast<float>());
+      patch.forces.push_back(felt.normal_force[i] * n - felt.shear_1[i] * t1 -
+                             felt.shear_2[i] * t2);
     }
   }
 }
 
 }  // namespace bristle::inline BRISTLE_ABI
 
-#include <algorithm>
-#include <array>
-#include <bit>
-#include <charconv>
-#include <cmath>
-#include <concepts>
-#include <cstddef>
-#include <cstdint>
 #include <filesystem>
-#include <limits>
 #include <string>
-#include <string_view>
-#include <vector>
 
 namespace bristle::inline BRISTLE_ABI {
 
@@ -14963,403 +14319,29 @@ struct GlbDef {
 ///
 /// @throws InvalidArgument when there is no frame, times do not ascend, sizes do not fit together,
 ///         numbers are not finite in float, or `longest_arrow` is not > 0.
-[[nodiscard]] std::string glb(const Recording& recording, const GlbDef& def = {});
+template <Scalar S>
+[[nodiscard]] std::string glb(const Recording<S>& recording, const GlbDef& def = {});
 
 /// `glb` to a file, replacing one that exists.
 /// @throws IoError when it cannot be written in full.
-inline void write_glb(const std::filesystem::path& path, const Recording& recording,
-                      const GlbDef& def = {}) {
+template <Scalar S>
+void write_glb(const std::filesystem::path& path, const Recording<S>& recording,
+               const GlbDef& def = {}) {
   write_file(path, glb(recording, def));
 }
 
+}  // namespace bristle::inline BRISTLE_ABI
+
 // Implementation -----------------------------------------------------------------------------------
 
-namespace detail {
+#if defined(BRISTLE_COMPILED) && BRISTLE_HAS_DEFINITIONS
+namespace bristle::inline BRISTLE_ABI {
 
-/// All of the parts, one after another.
-template <typename... Parts>
-[[nodiscard]] std::string joined_text(const Parts&... parts) {
-  std::string out;
-  ((out += parts), ...);
-  return out;
-}
-
-/// A comma-separated list of JSON values.
-class JsonList {
- public:
-  /// Appends a value and returns its number.
-  std::size_t add(std::string_view value) {
-    if (count_ > 0) text_ += ',';
-    text_ += value;
-    return count_++;
-  }
-  [[nodiscard]] bool empty() const { return count_ == 0; }
-  [[nodiscard]] std::string array() const { return joined_text('[', text_, ']'); }
-
- private:
-  std::string text_;
-  std::size_t count_ = 0;
-};
-
-[[nodiscard]] inline std::string json_text(std::string_view text) {
-  std::string json = "\"";
-  for (const char c : text) {
-    if (c == '"' || c == '\\') json += '\\';
-    if (static_cast<unsigned char>(c) < 0x20) {
-      constexpr char digits[] = "0123456789abcdef";
-      json += joined_text("\\u00", digits[c >> 4], digits[c & 15]);
-    } else {
-      json += c;
-    }
-  }
-  json += '"';
-  return json;
-}
-
-template <std::integral T>
-[[nodiscard]] std::string json_number(T x) {
-  return std::to_string(x);
-}
-[[nodiscard]] inline std::string json_number(float x) {
-  char digits[32];
-  return {digits, std::to_chars(digits, digits + sizeof digits, x).ptr};
-}
-
-template <typename Values>
-[[nodiscard]] std::string json_numbers(const Values& values) {
-  JsonList list;
-  for (const auto x : values) (void)list.add(json_number(x));
-  return list.array();
-}
-
-/// Writes one recording.
-class GlbWriter {
- public:
-  GlbWriter(const Recording& recording, const GlbDef& def) : recording_(recording) {
-    const float longest_arrow = static_cast<float>(def.longest_arrow);
-    require_positive("GlbDef::longest_arrow", longest_arrow);
-    take_times();
-    check_bodies();
-    check_patches();
-    float largest = 0;
-    for (const Recording::Patch& patch : recording.patches) {
-      for (const Vec3<float>& force : patch.forces) largest = std::max(largest, force.norm());
-    }
-    if (largest > 0) metres_per_newton_ = longest_arrow / largest;
-    add_materials();
-    for (std::size_t i = 0; i < recording.bodies.size(); ++i) add_body(i);
-  }
-
-  [[nodiscard]] std::string bytes() const {
-    // glTF's y is up.
-    std::string json = joined_text(
-        R"({"asset":{"version":"2.0","generator":"bristle"},"scene":0,"scenes":[{"nodes":[)",
-        json_number(nodes_.size()), R"(]}],"nodes":)", with_root(), R"(,"materials":)",
-        materials_.array());
-    const auto add = [&json](const char* key, const JsonList& list) {
-      // The specification allows no empty lists.
-      if (!list.empty()) json += joined_text(",\"", key, "\":", list.array());
-    };
-    add("meshes", meshes_);
-    add("accessors", accessors_);
-    add("bufferViews", views_);
-    if (!channels_.empty()) {
-      json += joined_text(R"(,"animations":[{"name":"motion","samplers":)", samplers_.array(),
-                          R"(,"channels":)", channels_.array(), "}]");
-    }
-    if (!binary_.empty()) {
-      json += joined_text(R"(,"buffers":[{"byteLength":)", json_number(binary_.size()), "}]");
-    }
-    json += '}';
-    json.resize((json.size() + 3) / 4 * 4, ' ');
-
-    std::string out = "glTF";
-    const std::size_t chunks = 8 + json.size() + (binary_.empty() ? 0 : 8 + binary_.size());
-    require(12 + chunks <= std::numeric_limits<std::uint32_t>::max(), "glb: bytes", 12 + chunks,
-            "must be fewer than 2^32: record fewer frames");
-    append(out, std::uint32_t(2));
-    append(out, static_cast<std::uint32_t>(12 + chunks));
-    append(out, static_cast<std::uint32_t>(json.size()));
-    out += "JSON";
-    out += json;
-    if (!binary_.empty()) {
-      append(out, static_cast<std::uint32_t>(binary_.size()));
-      out += std::string_view("BIN\0", 4);
-      out += binary_;
-    }
-    return out;
-  }
-
- private:
-  void take_times() {
-    require(!recording_.times.empty(), "glb: Recording::times.size()", 0, "must not be 0");
-    for (const double t : recording_.times) {
-      const float time = static_cast<float>(t - recording_.times.front());
-      require(std::isfinite(time) && (times_.empty() || time > times_.back()[0]),
-              "glb: Recording::times", t, "must ascend, in float and from the first");
-      times_.push_back({time});
-    }
-  }
-  void check_bodies() const {
-    for (const Recording::Body& body : recording_.bodies) {
-      require(body.poses.size() == times_.size() && body.was_there.size() == times_.size(),
-              "glb: Recording::Body::poses.size()", body.poses.size(), "must be that of the times");
-      for (const Transform<float>& pose : body.poses) {
-        require(pose.translation.allFinite() && pose.rotation.coeffs().allFinite(),
-                "glb: Recording::Body::poses", body.name.c_str(), "must be finite in float");
-      }
-      for (const Vec3<float>& v : body.mesh.vertices) {
-        require(v.allFinite(), "glb: Recording::Body::mesh", body.name.c_str(),
-                "must be finite in float");
-      }
-    }
-  }
-  void check_patches() const {
-    for (const Recording::Patch& patch : recording_.patches) {
-      require(patch.body < recording_.bodies.size(), "glb: Recording::Patch::body", patch.body,
-              "must be the number of a body");
-      require(patch.forces.size() == times_.size() * patch.ends.size(),
-              "glb: Recording::Patch::forces.size()", patch.forces.size(),
-              "must be that of the times times that of the ends");
-      for (const std::vector<Vec3<float>>* values : {&patch.ends, &patch.forces}) {
-        for (const Vec3<float>& v : *values) {
-          require(std::isfinite(v.squaredNorm()), "glb: Recording::Patch", patch.name.c_str(),
-                  "must have finite forces and ends in float");
-        }
-      }
-    }
-  }
-
-  /// What glTF calls types of components.
-  enum class Component { int16 = 5122, uint32 = 5125, float32 = 5126 };
-  /// Of one body or arrow: one value of N numbers a frame.
-  template <typename T, std::size_t N>
-  using Track = std::vector<std::array<T, N>>;
-
-  /// Appends a number with its lowest byte first.
-  template <typename T>
-  static void append(std::string& out, T x) {
-    std::uint64_t bits = 0;
-    if constexpr (std::is_same_v<T, float>) {
-      bits = std::bit_cast<std::uint32_t>(x);
-    } else {
-      bits = static_cast<std::uint64_t>(x);
-    }
-    for (std::size_t i = 0; i < sizeof(T); ++i) out += static_cast<char>(bits >> 8 * i & 0xff);
-  }
-
-  /// Appends values to the buffer, and returns the number of their accessor.
-  /// @param target  [-] What a mesh uses them for, 0 for an animation's.
-  template <typename T, std::size_t N>
-  std::size_t add_accessor(const Track<T, N>& values, bool has_bounds, int target = 0) {
-    constexpr const char* types[] = {"", "SCALAR", "VEC2", "VEC3", "VEC4"};
-    constexpr Component component = std::is_same_v<T, float>          ? Component::float32
-                                    : std::is_same_v<T, std::int16_t> ? Component::int16
-                                                                      : Component::uint32;
-    const std::size_t start = binary_.size();
-    std::array<T, N> low, high;
-    low.fill(std::numeric_limits<T>::max());
-    high.fill(std::numeric_limits<T>::lowest());
-    for (const std::array<T, N>& value : values) {
-      for (std::size_t k = 0; k < N; ++k) {
-        append(binary_, value[k]);
-        low[k] = std::min(low[k], value[k]);
-        high[k] = std::max(high[k], value[k]);
-      }
-    }
-    // Offsets must be multiples of 4, and so all values are.
-    static_assert(sizeof(T) * N % 4 == 0);
-    const std::string use =
-        target == 0 ? std::string() : joined_text(R"(,"target":)", json_number(target));
-    const std::size_t view =
-        views_.add(joined_text(R"({"buffer":0,"byteOffset":)", json_number(start),
-                               R"(,"byteLength":)", json_number(binary_.size() - start), use, '}'));
-    std::string accessor =
-        joined_text(R"({"bufferView":)", json_number(view), R"(,"componentType":)",
-                    json_number(static_cast<int>(component)), R"(,"count":)",
-                    json_number(values.size()), R"(,"type":")", types[N], '"');
-    if (component == Component::int16) accessor += R"(,"normalized":true)";
-    if (has_bounds) {
-      accessor += joined_text(R"(,"min":)", json_numbers(low), R"(,"max":)", json_numbers(high));
-    }
-    accessor += '}';
-    return accessors_.add(accessor);
-  }
-
-  void add_materials() {
-    // Fixed bodies, then colours for those that move, then arrows.
-    constexpr const char* colours[] = {"0.55,0.55,0.57,1",   "0.15,0.45,0.75,0.45",
-                                       "0.9,0.55,0.1,0.45",  "0.25,0.6,0.3,0.45",
-                                       "0.6,0.35,0.65,0.45", "0.8,0.1,0.1,1"};
-    for (std::size_t i = 0; i < std::size(colours); ++i) {
-      const bool is_translucent = i >= 1 && i < arrow_material;
-      (void)materials_.add(
-          joined_text(R"({"doubleSided":true,"pbrMetallicRoughness":{"metallicFactor":0,)",
-                      R"("roughnessFactor":0.8,"baseColorFactor":[)", colours[i], "]}",
-                      is_translucent ? R"(,"alphaMode":"BLEND"})" : "}"));
-    }
-  }
-
-  /// Without normals: viewers then shade triangles flat, as they are.
-  std::size_t add_mesh(const TriangleMesh<float>& mesh, std::size_t material) {
-    Track<float, 3> positions;
-    for (const Vec3<float>& v : mesh.vertices) positions.push_back({v.x(), v.y(), v.z()});
-    Track<std::uint32_t, 1> corners;
-    for (const auto& triangle : mesh.triangles) {
-      for (const std::uint32_t corner : triangle) corners.push_back({corner});
-    }
-    constexpr int array_buffer = 34962, element_array_buffer = 34963;
-    const std::size_t position = add_accessor(positions, true, array_buffer);
-    const std::size_t index = add_accessor(corners, false, element_array_buffer);
-    return meshes_.add(joined_text(R"({"primitives":[{"attributes":{"POSITION":)",
-                                   json_number(position), R"(},"indices":)", json_number(index),
-                                   R"(,"material":)", json_number(material), "}]}"));
-  }
-
-  /// Gives a property of a node its track: as what it is, where it never changes, or as keys.
-  /// @return The property for the node, with a comma before it.
-  template <typename T, std::size_t N>
-  std::string add_track(std::size_t node, const char* property, const Track<T, N>& track,
-                        bool is_stepped = false) {
-    Track<float, 1> times;
-    Track<T, N> keys;
-    for (std::size_t i = 0; i < track.size(); ++i) {
-      const bool is_inner = i > 0 && i + 1 < track.size();
-      if (is_inner && track[i] == track[i - 1] && track[i] == track[i + 1]) continue;
-      times.push_back(times_[i]);
-      keys.push_back(track[i]);
-    }
-    const bool is_still =
-        std::all_of(keys.begin(), keys.end(), [&](const auto& key) { return key == keys.front(); });
-    if (!is_still) {
-      const std::size_t input = add_times(times);
-      const std::size_t output = add_accessor(keys, false);
-      const std::size_t sampler = samplers_.add(
-          joined_text(R"({"input":)", json_number(input), R"(,"output":)", json_number(output),
-                      R"(,"interpolation":")", is_stepped ? "STEP" : "LINEAR", R"("})"));
-      (void)channels_.add(joined_text(R"({"sampler":)", json_number(sampler),
-                                      R"(,"target":{"node":)", json_number(node), R"(,"path":")",
-                                      property, R"("}})"));
-    }
-    std::array<float, N> first;
-    for (std::size_t k = 0; k < N; ++k) {
-      first[k] = static_cast<float>(track.front()[k]);
-      if (std::is_same_v<T, std::int16_t>) first[k] /= 32767;
-    }
-    return joined_text(",\"", property, "\":", json_numbers(first));
-  }
-  /// Most tracks have a key in every frame, and share their times.
-  std::size_t add_times(const Track<float, 1>& times) {
-    if (times.size() < times_.size()) return add_accessor(times, true);
-    if (all_times_ == none) all_times_ = add_accessor(times_, true);
-    return all_times_;
-  }
-
-  void add_body(std::size_t number) {
-    const Recording::Body& body = recording_.bodies[number];
-    Track<float, 3> translations, scales;
-    Track<float, 4> rotations;
-    for (std::size_t i = 0; i < body.poses.size(); ++i) {
-      const Vec3<float>& x = body.poses[i].translation;
-      const Quat<float> q = body.poses[i].rotation.normalized();
-      const float scale = body.was_there[i] ? 1.0f : 0.0f;
-      translations.push_back({x.x(), x.y(), x.z()});
-      rotations.push_back({q.x(), q.y(), q.z(), q.w()});
-      scales.push_back({scale, scale, scale});
-    }
-    // Arrows are nodes before the node of their body.
-    JsonList children;
-    for (const Recording::Patch& patch : recording_.patches) {
-      if (patch.body != number) continue;
-      for (std::size_t i = 0; i < patch.ends.size(); ++i) add_arrow(patch, i, children);
-    }
-    const std::size_t node = nodes_.size();
-    std::string json = joined_text(R"({"name":)", json_text(body.name));
-    json += add_track(node, "translation", translations);
-    json += add_track(node, "rotation", rotations);
-    json += add_track(node, "scale", scales, true);
-    if (!body.mesh.triangles.empty()) {
-      const std::size_t material = body.moves ? 1 + number % (arrow_material - 1) : 0;
-      json += joined_text(R"(,"mesh":)", json_number(add_mesh(body.mesh, material)));
-    }
-    if (!children.empty()) json += joined_text(R"(,"children":)", children.array());
-    json += '}';
-    roots_.push_back(node);
-    nodes_.push_back(json);
-  }
-
-  void add_arrow(const Recording::Patch& patch, std::size_t sensor, JsonList& children) {
-    Track<float, 3> scales;
-    Track<std::int16_t, 4> rotations;
-    std::array<std::int16_t, 4> turned{0, 0, 0, 32767};
-    bool has_pushed = false;
-    for (std::size_t i = sensor; i < patch.forces.size(); i += patch.ends.size()) {
-      const Vec3<float>& force = patch.forces[i];
-      const float scale = metres_per_newton_ * force.norm();
-      if (scale > 0) {
-        const Quat<float> q = Quat<float>::FromTwoVectors(Vec3<float>::UnitZ(), force);
-        const Eigen::Vector4f steps = 32767 * q.coeffs();
-        for (int k = 0; k < 4; ++k) {
-          turned[static_cast<std::size_t>(k)] = static_cast<std::int16_t>(std::lround(steps[k]));
-        }
-        has_pushed = true;
-      }
-      scales.push_back({scale, scale, scale});
-      rotations.push_back(turned);
-    }
-    if (!has_pushed) return;
-    if (arrow_mesh_ == none) {
-      arrow_mesh_ =
-          add_mesh(lathe_mesh<float>(
-                       {{0.0f, 0.0f}, {0.03f, 0.0f}, {0.03f, 0.75f}, {0.08f, 0.75f}, {0.0f, 1.0f}}),
-                   arrow_material);
-    }
-    const std::size_t node = nodes_.size();
-    const Vec3<float>& end = patch.ends[sensor];
-    std::string json = joined_text(
-        R"({"name":)", json_text(joined_text(patch.name, ' ', json_number(sensor))),
-        R"(,"translation":)", json_numbers(std::array<float, 3>{end.x(), end.y(), end.z()}));
-    json += add_track(node, "rotation", rotations);
-    json += add_track(node, "scale", scales);
-    json +=
-        joined_text(R"(,"mesh":)", json_number(arrow_mesh_), R"(,"extras":{"newton_per_metre":)",
-                    json_number(1 / metres_per_newton_), "}}");
-    nodes_.push_back(json);
-    (void)children.add(json_number(node));
-  }
-
-  /// All nodes, and last the one that turns z up into y up.
-  [[nodiscard]] std::string with_root() const {
-    JsonList list;
-    for (const std::string& node : nodes_) (void)list.add(node);
-    std::string root = R"({"name":"world","rotation":[-0.70710678,0,0,0.70710678])";
-    if (!roots_.empty()) root += joined_text(R"(,"children":)", json_numbers(roots_));
-    root += '}';
-    (void)list.add(root);
-    return list.array();
-  }
-
-  static constexpr std::size_t none = std::numeric_limits<std::size_t>::max();
-  static constexpr std::size_t arrow_material = 5;
-
-  const Recording& recording_;
-  Track<float, 1> times_;
-  float metres_per_newton_ = 0;
-  std::string binary_;
-  JsonList materials_, meshes_, accessors_, views_, samplers_, channels_;
-  std::vector<std::string> nodes_;
-  std::vector<std::size_t> roots_;
-  std::size_t all_times_ = none;
-  std::size_t arrow_mesh_ = none;
-};
-
-}  // namespace detail
-
-inline std::string glb(const Recording& recording, const GlbDef& def) {
-  return detail::GlbWriter(recording, def).bytes();
-}
+extern template std::string glb<float>(const Recording<float>& recording, const GlbDef& def);
+extern template std::string glb<double>(const Recording<double>& recording, const GlbDef& def);
 
 }  // namespace bristle::inline BRISTLE_ABI
+#endif
 
 // === bristle/io/mesh_file.hpp
 
@@ -18470,6 +17452,662 @@ class ThreadPool {
 #endif
 
 #if BRISTLE_HAS_DEFINITIONS
+
+// === bristle/geometry/quickhull.hpp: definitions
+// === bristle/geometry/grid_hull.hpp
+
+/// @file
+/// Convex hull of points on an integer grid, in exact arithmetic: the core of `convex_hull`.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <utility>
+#include <vector>
+
+namespace bristle::inline BRISTLE_ABI::detail {
+
+/// A point on the integer grid that a hull is computed on, coordinates within +-2^29.
+using GridPoint = std::array<std::int64_t, 3>;
+
+[[nodiscard]] inline Vec3<double> to_vector(const GridPoint& p) {
+  return {static_cast<double>(p[0]), static_cast<double>(p[1]), static_cast<double>(p[2])};
+}
+
+/// 1 where d lies above the plane of a, b, c, on the side from which they run counter-clockwise; 0
+/// where it lies on it, -1 below.
+///
+/// Exact for coordinates within +-2^29: differences need 31 bits, their 2x2 determinants 62. The
+/// last product would need 94, so the determinants are split at bit 30.
+[[nodiscard]] inline int side_of_plane(const GridPoint& a, const GridPoint& b, const GridPoint& c,
+                                       const GridPoint& d) {
+  GridPoint u, v, w;
+  for (std::size_t k = 0; k < 3; ++k) {
+    u[k] = b[k] - a[k];
+    v[k] = c[k] - a[k];
+    w[k] = d[k] - a[k];
+  }
+  constexpr std::int64_t low_bits = (std::int64_t(1) << 30) - 1;
+  std::int64_t high = 0;
+  std::int64_t low = 0;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const std::size_t i = (k + 1) % 3;
+    const std::size_t j = (k + 2) % 3;
+    const std::int64_t minor = u[i] * v[j] - u[j] * v[i];
+    high += w[k] * (minor >> 30);
+    low += w[k] * (minor & low_bits);
+  }
+  high += low >> 30;
+  low &= low_bits;
+  if (high != 0) return high < 0 ? -1 : 1;
+  return low != 0 ? 1 : 0;
+}
+
+/// One triangle of the growing hull.
+struct HullTriangle {
+  /// Corners, counter-clockwise from outside.
+  std::array<std::uint32_t, 3> corners{};
+  /// Number of the triangle across the edge from corner k to corner k + 1.
+  std::array<std::uint32_t, 3> neighbors{};
+  /// Points that lie above it and above no triangle tested before it.
+  std::vector<std::uint32_t> outside;
+  bool is_alive = true;
+};
+
+/// Quickhull (Barber, Dobkin and Huhdanpaa 1996) on grid points, down to triangles.
+class TriangleHull {
+ public:
+  /// @param simplex  Four points of the set that do not lie on a plane.
+  TriangleHull(std::span<const GridPoint> points, std::array<std::uint32_t, 4> simplex)
+      : points_(points) {
+    make_simplex(simplex);
+    std::vector<std::uint32_t> all(points.size());
+    for (std::uint32_t i = 0; i < all.size(); ++i) all[i] = i;
+    assign(all, 0);
+    // Triangles are only ever appended, so that one pass meets them all.
+    for (std::uint32_t t = 0; t < triangles_.size(); ++t) {
+      if (triangles_[t].is_alive && !triangles_[t].outside.empty()) {
+        add_point(farthest_outside(t), t);
+      }
+    }
+    keep_living();
+  }
+
+  /// Closed surface; coplanar triangles are frequent, degenerate ones impossible.
+  [[nodiscard]] const std::vector<HullTriangle>& triangles() const { return triangles_; }
+
+ private:
+  [[nodiscard]] bool is_above(std::uint32_t point, const HullTriangle& t) const {
+    return side_of_plane(points_[t.corners[0]], points_[t.corners[1]], points_[t.corners[2]],
+                         points_[point]) > 0;
+  }
+
+  void make_simplex(std::array<std::uint32_t, 4> s) {
+    if (side_of_plane(points_[s[0]], points_[s[1]], points_[s[2]], points_[s[3]]) > 0) {
+      std::swap(s[1], s[2]);
+    }
+    triangles_.resize(4);
+    triangles_[0].corners = {s[0], s[1], s[2]};
+    triangles_[0].neighbors = {1, 2, 3};
+    for (std::uint32_t k = 0; k < 3; ++k) {
+      triangles_[k + 1].corners = {s[(k + 1) % 3], s[k], s[3]};
+      triangles_[k + 1].neighbors = {0, (k + 2) % 3 + 1, (k + 1) % 3 + 1};
+    }
+  }
+
+  /// Gives each point to the first triangle from `first` on that it lies above; points that lie
+  /// above none are inside and forgotten.
+  void assign(const std::vector<std::uint32_t>& candidates, std::size_t first) {
+    for (const std::uint32_t p : candidates) {
+      for (std::size_t t = first; t < triangles_.size(); ++t) {
+        if (is_above(p, triangles_[t])) {
+          triangles_[t].outside.push_back(p);
+          break;
+        }
+      }
+    }
+  }
+
+  /// Any point above would do; the farthest makes most others inside. So rounding is harmless here.
+  [[nodiscard]] std::uint32_t farthest_outside(std::uint32_t t) const {
+    const HullTriangle& triangle = triangles_[t];
+    const Vec3<double> origin = to_vector(points_[triangle.corners[0]]);
+    const Vec3<double> normal = (to_vector(points_[triangle.corners[1]]) - origin)
+                                    .cross(to_vector(points_[triangle.corners[2]]) - origin);
+    std::uint32_t best = triangle.outside.front();
+    double best_height = -infinity<double>;
+    for (const std::uint32_t p : triangle.outside) {
+      const double height = normal.dot(to_vector(points_[p]) - origin);
+      if (height > best_height) {
+        best_height = height;
+        best = p;
+      }
+    }
+    return best;
+  }
+
+  /// An edge between a triangle that the new point sees and one that it does not.
+  struct HorizonEdge {
+    std::uint32_t from, to, beyond;
+  };
+
+  /// Replaces the triangles that see the point by a fan from the horizon to it.
+  void add_point(std::uint32_t point, std::uint32_t seed) {
+    std::vector<HorizonEdge> horizon;
+    std::vector<std::uint32_t> orphans;
+    std::vector<std::uint32_t> visible{seed};
+    triangles_[seed].is_alive = false;
+    for (std::size_t i = 0; i < visible.size(); ++i) {
+      HullTriangle& t = triangles_[visible[i]];
+      orphans.insert(orphans.end(), t.outside.begin(), t.outside.end());
+      t.outside = {};
+      for (std::size_t k = 0; k < 3; ++k) {
+        const std::uint32_t beyond = t.neighbors[k];
+        if (!triangles_[beyond].is_alive) continue;
+        if (is_above(point, triangles_[beyond])) {
+          triangles_[beyond].is_alive = false;
+          visible.push_back(beyond);
+        }
+      }
+    }
+    for (const std::uint32_t v : visible) {
+      for (std::size_t k = 0; k < 3; ++k) {
+        const std::uint32_t beyond = triangles_[v].neighbors[k];
+        if (triangles_[beyond].is_alive) {
+          horizon.push_back({triangles_[v].corners[k], triangles_[v].corners[(k + 1) % 3], beyond});
+        }
+      }
+    }
+    const auto first = static_cast<std::uint32_t>(triangles_.size());
+    add_fan(point, horizon);
+    assign(orphans, first);
+  }
+
+  /// The horizon is one closed loop, in any order.
+  void add_fan(std::uint32_t point, std::vector<HorizonEdge>& horizon) {
+    const auto by_start = [](const HorizonEdge& a, const HorizonEdge& b) {
+      return a.from < b.from;
+    };
+    std::sort(horizon.begin(), horizon.end(), by_start);
+    const auto first = static_cast<std::uint32_t>(triangles_.size());
+    const auto starting_at = [&](std::uint32_t vertex) {
+      const auto edge =
+          std::lower_bound(horizon.begin(), horizon.end(), HorizonEdge{vertex, 0, 0}, by_start);
+      BRISTLE_ASSERT(edge != horizon.end() && edge->from == vertex);
+      return first + static_cast<std::uint32_t>(edge - horizon.begin());
+    };
+    triangles_.resize(triangles_.size() + horizon.size());
+    for (std::uint32_t i = 0; i < horizon.size(); ++i) {
+      const HorizonEdge& edge = horizon[i];
+      const std::uint32_t next = starting_at(edge.to);
+      triangles_[first + i].corners = {edge.from, edge.to, point};
+      triangles_[first + i].neighbors[0] = edge.beyond;
+      triangles_[first + i].neighbors[1] = next;
+      triangles_[next].neighbors[2] = first + i;
+      HullTriangle& beyond = triangles_[edge.beyond];
+      for (std::size_t k = 0; k < 3; ++k) {
+        if (beyond.corners[k] == edge.to) beyond.neighbors[k] = first + i;
+      }
+    }
+  }
+
+  void keep_living() {
+    std::vector<std::uint32_t> renumber(triangles_.size());
+    std::uint32_t count = 0;
+    for (std::size_t t = 0; t < triangles_.size(); ++t) {
+      if (triangles_[t].is_alive) renumber[t] = count++;
+    }
+    std::erase_if(triangles_, [](const HullTriangle& t) { return !t.is_alive; });
+    for (HullTriangle& t : triangles_) {
+      for (std::uint32_t& n : t.neighbors) n = renumber[n];
+    }
+  }
+
+  std::span<const GridPoint> points_;
+  std::vector<HullTriangle> triangles_;
+};
+
+}  // namespace bristle::inline BRISTLE_ABI::detail
+
+// === bristle/geometry/hull_faces.hpp
+
+/// @file
+/// Joins the coplanar triangles of a convex hull to polygons: the second half of `convex_hull`.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <span>
+#include <utility>
+#include <vector>
+
+namespace bristle::inline BRISTLE_ABI::detail {
+
+/// A polygon of a hull.
+struct HullFace {
+  /// Corners, counter-clockwise from outside.
+  std::vector<std::uint32_t> corners;
+  /// Third corners of the triangles across its border. A plane through the face that has them below
+  /// has, since the hull is convex, everything below.
+  std::vector<std::uint32_t> ring;
+  /// Outward unit normal of the largest triangle it was joined from, on the grid. No point of the
+  /// hull lies above that plane.
+  Vec3<double> normal = Vec3<double>::UnitZ();
+};
+
+/// Joins the triangles of a closed convex surface to faces.
+///
+/// A region grows from the largest triangle that has none over all neighbours whose corners lie
+/// near its plane. Slivers, whose own plane means little, go to whom they share their longest edge
+/// with, if they are near its plane. A region with fewer than three corners is no polygon and goes
+/// to its longest neighbour. A vertex is a corner where at least three regions meet; since that
+/// does not depend on the side one looks from, faces on both sides of an edge agree on its ends.
+class FaceJoin {
+ public:
+  /// @param tolerance  [grid steps] How far the corners of a face may lie off its plane.
+  FaceJoin(std::span<const GridPoint> points, std::span<const HullTriangle> triangles,
+           double tolerance)
+      : points_(points), triangles_(triangles), tolerance_(tolerance) {
+    measure();
+    grow_regions();
+    // Each call that returns true leaves one region less.
+    while (dissolve_small_regions()) {
+    }
+  }
+
+  [[nodiscard]] std::vector<HullFace> faces() const;
+
+ private:
+  static constexpr std::uint32_t none = 0xffffffffu;
+
+  /// One side of a triangle: from corner `edge` to the next.
+  struct Side {
+    std::uint32_t triangle;
+    std::size_t edge;
+
+    friend bool operator==(const Side&, const Side&) = default;
+  };
+
+  [[nodiscard]] std::uint32_t start_of(Side s) const {
+    return triangles_[s.triangle].corners[s.edge];
+  }
+  [[nodiscard]] std::uint32_t across(Side s) const {
+    return triangles_[s.triangle].neighbors[s.edge];
+  }
+  [[nodiscard]] bool is_border(Side s) const { return region_[s.triangle] != region_[across(s)]; }
+  [[nodiscard]] double length_of(Side s) const {
+    const std::uint32_t end = triangles_[s.triangle].corners[(s.edge + 1) % 3];
+    return (to_vector(points_[end]) - to_vector(points_[start_of(s)])).norm();
+  }
+  /// The side of a triangle that starts at a vertex of it.
+  [[nodiscard]] Side side_from(std::uint32_t triangle, std::uint32_t vertex) const {
+    const auto& corners = triangles_[triangle].corners;
+    const auto corner = std::find(corners.begin(), corners.end(), vertex);
+    return {triangle, static_cast<std::size_t>(corner - corners.begin())};
+  }
+  /// The next side, counter-clockwise around the vertex where both start.
+  [[nodiscard]] Side turned(Side s) const {
+    return side_from(across({s.triangle, (s.edge + 2) % 3}), start_of(s));
+  }
+  /// Likewise clockwise.
+  [[nodiscard]] Side turned_back(Side s) const { return side_from(across(s), start_of(s)); }
+
+  void measure();
+  [[nodiscard]] double depth_below(std::uint32_t plane, std::uint32_t t) const;
+  void grow_regions();
+  void grow_region(std::uint32_t seed);
+  bool adopt_slivers(std::vector<std::uint32_t>& orphans);
+  bool dissolve_small_regions();
+  [[nodiscard]] std::vector<Side> sides_by_start() const;
+  [[nodiscard]] std::size_t count_regions_around(Side first) const;
+
+  std::span<const GridPoint> points_;
+  std::span<const HullTriangle> triangles_;
+  double tolerance_;
+  std::vector<Vec3<double>> area_vectors_;
+  std::vector<std::size_t> longest_edge_;
+  std::vector<bool> is_sliver_;
+  /// Number of the triangle that each one's region grew from.
+  std::vector<std::uint32_t> region_;
+};
+
+inline void FaceJoin::measure() {
+  for (std::uint32_t t = 0; t < triangles_.size(); ++t) {
+    const auto& c = triangles_[t].corners;
+    const Vec3<double> a = to_vector(points_[c[0]]);
+    area_vectors_.push_back((to_vector(points_[c[1]]) - a).cross(to_vector(points_[c[2]]) - a));
+    std::size_t longest = 0;
+    for (std::size_t k = 1; k < 3; ++k) {
+      if (length_of({t, k}) > length_of({t, longest})) longest = k;
+    }
+    longest_edge_.push_back(longest);
+    is_sliver_.push_back(area_vectors_[t].norm() <= 2.0 * tolerance_ * length_of({t, longest}));
+  }
+}
+
+/// How far the lowest corner of triangle t lies below the plane of another; no corner lies above.
+inline double FaceJoin::depth_below(std::uint32_t plane, std::uint32_t t) const {
+  const Vec3<double> normal = area_vectors_[plane].normalized();
+  const Vec3<double> origin = to_vector(points_[triangles_[plane].corners[0]]);
+  double depth = 0.0;
+  for (const std::uint32_t v : triangles_[t].corners) {
+    depth = std::max(depth, normal.dot(origin - to_vector(points_[v])));
+  }
+  return depth;
+}
+
+inline void FaceJoin::grow_regions() {
+  region_.assign(triangles_.size(), none);
+  std::vector<std::uint32_t> order(triangles_.size());
+  fill_numbers(order);
+  std::vector<double> area2(order.size());
+  for (const std::uint32_t t : order) area2[t] = area_vectors_[t].squaredNorm();
+  // Not std::stable_sort: that of libstdc++ before 13 uses what C++20 deprecates, and clang says
+  // so.
+  std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
+    return area2[a] != area2[b] ? area2[a] > area2[b] : a < b;
+  });
+  for (const std::uint32_t seed : order) {
+    if (region_[seed] == none && !is_sliver_[seed]) grow_region(seed);
+  }
+  std::erase_if(order, [this](std::uint32_t t) { return region_[t] != none; });
+  while (!order.empty()) {
+    if (adopt_slivers(order)) continue;
+    // No neighbour will have them: thin needles are made of slivers alone.
+    grow_region(order.front());
+    std::erase_if(order, [this](std::uint32_t t) { return region_[t] != none; });
+  }
+}
+
+inline void FaceJoin::grow_region(std::uint32_t seed) {
+  const Vec3<double>& normal = area_vectors_[seed];
+  std::vector<std::uint32_t> members{seed};
+  region_[seed] = seed;
+  for (std::size_t i = 0; i < members.size(); ++i) {
+    for (const std::uint32_t t : triangles_[members[i]].neighbors) {
+      // Thin solids have two faces in one slab, back to back.
+      if (region_[t] != none || normal.dot(area_vectors_[t]) < 0.0 ||
+          depth_below(seed, t) > tolerance_) {
+        continue;
+      }
+      region_[t] = seed;
+      members.push_back(t);
+    }
+  }
+}
+
+/// Takes those out of the list that found a region; false if none did.
+inline bool FaceJoin::adopt_slivers(std::vector<std::uint32_t>& orphans) {
+  return std::erase_if(orphans, [this](std::uint32_t t) {
+           const std::uint32_t heir = region_[across({t, longest_edge_[t]})];
+           // Two tolerances of its own height, one of the heir's border.
+           if (heir != none && depth_below(heir, t) <= 3.0 * tolerance_) region_[t] = heir;
+           return region_[t] != none;
+         }) > 0;
+}
+
+/// One side that starts at each vertex; `triangle` is none where the vertex is not on the hull.
+inline std::vector<FaceJoin::Side> FaceJoin::sides_by_start() const {
+  std::vector<Side> sides(points_.size(), Side{none, 0});
+  for (std::uint32_t t = 0; t < triangles_.size(); ++t) {
+    for (std::size_t k = 0; k < 3; ++k) sides[triangles_[t].corners[k]] = {t, k};
+  }
+  return sides;
+}
+
+inline std::size_t FaceJoin::count_regions_around(Side first) const {
+  std::size_t count = 0;
+  Side side = first;
+  do {
+    if (is_border(side)) ++count;
+    side = turned(side);
+  } while (!(side == first));
+  return count;
+}
+
+inline bool FaceJoin::dissolve_small_regions() {
+  std::vector<std::size_t> corner_count(triangles_.size(), 0);
+  for (const Side first : sides_by_start()) {
+    if (first.triangle == none || count_regions_around(first) < 3) continue;
+    Side side = first;
+    do {
+      if (is_border(side)) ++corner_count[region_[side.triangle]];
+      side = turned(side);
+    } while (!(side == first));
+  }
+  std::map<std::pair<std::uint32_t, std::uint32_t>, double> border_lengths;
+  for (std::uint32_t t = 0; t < triangles_.size(); ++t) {
+    if (corner_count[region_[t]] >= 3) continue;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Side side{t, k};
+      if (is_border(side)) border_lengths[{region_[t], region_[across(side)]}] += length_of(side);
+    }
+  }
+  if (border_lengths.empty()) return false;
+  // One region at a time: its end changes the corners of its neighbours.
+  const std::uint32_t region = border_lengths.begin()->first.first;
+  std::uint32_t heir = none;
+  double longest = 0.0;
+  for (const auto& [border, length] : border_lengths) {
+    if (border.first == region && length > longest) {
+      longest = length;
+      heir = border.second;
+    }
+  }
+  std::replace(region_.begin(), region_.end(), region, heir);
+  return true;
+}
+
+inline std::vector<HullFace> FaceJoin::faces() const {
+  std::vector<bool> is_corner(points_.size(), false);
+  for (const Side side : sides_by_start()) {
+    if (side.triangle == none) continue;
+    is_corner[start_of(side)] = count_regions_around(side) >= 3;
+  }
+  std::vector<HullFace> faces;
+  std::vector<bool> is_done(triangles_.size(), false);
+  for (std::uint32_t t = 0; t < triangles_.size(); ++t) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Side first{t, k};
+      if (is_done[region_[t]] || !is_border(first)) continue;
+      is_done[region_[t]] = true;
+      HullFace face{{}, {}, area_vectors_[region_[t]].normalized()};
+      Side side = first;
+      do {
+        if (is_corner[start_of(side)]) face.corners.push_back(start_of(side));
+        face.ring.push_back(start_of({across(side), (turned_back(side).edge + 1) % 3}));
+        // On to the border side of this region that starts where this one ends.
+        side = {side.triangle, (side.edge + 1) % 3};
+        while (!is_border(side)) side = turned_back(side);
+      } while (!(side == first));
+      faces.push_back(std::move(face));
+    }
+  }
+  return faces;
+}
+
+}  // namespace bristle::inline BRISTLE_ABI::detail
+
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace bristle::inline BRISTLE_ABI {
+
+// Rounding makes quickhull fail where points are nearly coplanar: it then sees one side of a face
+// as visible and contradicts itself at the next. So the points are put on an integer grid of 2^30
+// steps across the set, where every sidedness test is exact and the algorithm of the textbook is
+// right for every input. The grid's noise remains: a plane of many points becomes many triangles
+// that differ in the last bits. A second pass joins what is coplanar within the resolution, and a
+// vertex that is left with fewer than three faces around it disappears, from both sides of its edge
+// alike.
+
+namespace detail {
+
+/// The points of a hull, each of them once, and where they stand on the grid.
+template <Scalar S>
+struct GriddedPoints {
+  std::vector<Vec3<S>> points;
+  std::vector<GridPoint> grid;
+  /// [m] Distance below which points count as equal.
+  S resolution = S(0);
+  /// [grid steps] The same distance.
+  double tolerance = 0.0;
+};
+
+[[noreturn]] inline void raise_no_volume(const std::string& what) {
+  raise(InvalidArgument("convex_hull: points", what, "must span a volume"));
+}
+
+template <Scalar S>
+[[nodiscard]] GriddedPoints<S> put_on_grid(std::span<const Vec3<S>> points) {
+  Aabb<S> box;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    require_all_finite("convex_hull: points[" + std::to_string(i) + "]", points[i]);
+    box.include(points[i]);
+  }
+  if (points.size() < 4) raise_no_volume(std::to_string(points.size()) + " points");
+  const S extent = (box.upper - box.lower).maxCoeff();
+  if (!(extent > S(0))) raise_no_volume("all equal");
+  require_finite("convex_hull: extent of the points", extent);
+
+  // Far from the origin, the rounding of the coordinates themselves is what blurs the points.
+  const S reach = std::max(box.lower.cwiseAbs().maxCoeff(), box.upper.cwiseAbs().maxCoeff());
+  GriddedPoints<S> result;
+  result.resolution = std::max(hull_resolution<S>() * extent, Tolerance<S>::round_off() * reach);
+  for (const std::uint32_t i : merge_points(points, result.resolution).unique) {
+    result.points.push_back(points[i]);
+  }
+  const double scale = static_cast<double>(1 << 30) / static_cast<double>(extent);
+  result.tolerance = scale * static_cast<double>(result.resolution);
+  for (const Vec3<S>& p : result.points) {
+    GridPoint& g = result.grid.emplace_back();
+    for (int k = 0; k < 3; ++k) {
+      const S from_center = p[k] - box.center()[k];
+      g[static_cast<std::size_t>(k)] = std::llround(scale * static_cast<double>(from_center));
+    }
+  }
+  return result;
+}
+
+/// Four points that are far from lying on a plane.
+[[nodiscard]] inline std::array<std::uint32_t, 4> find_simplex(std::span<const GridPoint> points,
+                                                               double tolerance) {
+  const auto farthest = [&](auto&& distance, const char* what) {
+    std::uint32_t best = 0;
+    double best_distance = tolerance;
+    for (std::uint32_t i = 0; i < points.size(); ++i) {
+      const double d = distance(to_vector(points[i]));
+      if (d > best_distance) {
+        best_distance = d;
+        best = i;
+      }
+    }
+    if (!(best_distance > tolerance)) raise_no_volume(what);
+    return best;
+  };
+  std::array<std::uint32_t, 4> s{};
+  const Vec3<double> any = to_vector(points[0]);
+  s[0] = farthest([&](const Vec3<double>& p) { return (p - any).norm(); }, "all equal");
+  const Vec3<double> a = to_vector(points[s[0]]);
+  s[1] = farthest([&](const Vec3<double>& p) { return (p - a).norm(); }, "all equal");
+  const Vec3<double> along = (to_vector(points[s[1]]) - a).normalized();
+  s[2] =
+      farthest([&](const Vec3<double>& p) { return along.cross(p - a).norm(); }, "all on a line");
+  const Vec3<double> normal = along.cross(to_vector(points[s[2]]) - a).normalized();
+  // Any thinner, and both sides might lie in the slab of one face.
+  tolerance *= 16.0;
+  s[3] = farthest([&](const Vec3<double>& p) { return std::abs(normal.dot(p - a)); },
+                  "all on a plane");
+  return s;
+}
+
+/// Outward unit normal of a face: from the points themselves, to their full precision, or from the
+/// grid where the face is so small or thin that rounding would tilt it out of its corners or into
+/// the hull.
+template <Scalar S>
+[[nodiscard]] Vec3<S> face_normal(const GriddedPoints<S>& gridded, const HullFace& face) {
+  const std::vector<Vec3<S>>& points = gridded.points;
+  const Vec3<S>& origin = points[face.corners[0]];
+  Vec3<S> sum = Vec3<S>::Zero();
+  for (std::size_t i = 2; i < face.corners.size(); ++i) {
+    sum += (points[face.corners[i - 1]] - origin).cross(points[face.corners[i]] - origin);
+  }
+  const Vec3<S> normal = sum.stableNormalized();
+  const auto height = [&](std::uint32_t v) { return normal.dot(points[v] - origin); };
+  S lowest = S(0);
+  S highest = S(0);
+  for (const std::uint32_t v : face.corners) {
+    lowest = std::min(lowest, height(v));
+    highest = std::max(highest, height(v));
+  }
+  const bool is_supporting =
+      std::ranges::all_of(face.ring, [&](std::uint32_t v) { return height(v) <= lowest; });
+  const bool is_flat = highest - lowest <= gridded.resolution;
+  return is_supporting && is_flat ? normal : Vec3<S>(face.normal.cast<S>());
+}
+
+}  // namespace detail
+
+template <Scalar S>
+ConvexHull<S> convex_hull(std::span<const Vec3<S>> points) {
+  const detail::GriddedPoints<S> gridded = detail::put_on_grid(points);
+  const detail::TriangleHull triangles(gridded.grid,
+                                       detail::find_simplex(gridded.grid, gridded.tolerance));
+  std::vector<detail::HullFace> faces =
+      detail::FaceJoin(gridded.grid, triangles.triangles(), gridded.tolerance).faces();
+  for (detail::HullFace& face : faces) {
+    const auto lowest = std::min_element(face.corners.begin(), face.corners.end());
+    std::rotate(face.corners.begin(), lowest, face.corners.end());
+  }
+  std::sort(faces.begin(), faces.end(),
+            [](const auto& a, const auto& b) { return a.corners < b.corners; });
+
+  ConvexHull<S> hull;
+  constexpr std::uint32_t unused = 0xffffffffu;
+  std::vector<std::uint32_t> renumber(gridded.points.size(), unused);
+  for (const detail::HullFace& face : faces) {
+    for (const std::uint32_t v : face.corners) renumber[v] = 0;
+  }
+  for (std::size_t v = 0; v < renumber.size(); ++v) {
+    if (renumber[v] == unused) continue;
+    renumber[v] = static_cast<std::uint32_t>(hull.vertices.size());
+    hull.vertices.push_back(gridded.points[v]);
+  }
+  hull.face_starts.push_back(0);
+  for (const detail::HullFace& face : faces) {
+    for (const std::uint32_t v : face.corners) hull.face_vertices.push_back(renumber[v]);
+    hull.face_starts.push_back(static_cast<std::uint32_t>(hull.face_vertices.size()));
+    hull.face_normals.push_back(detail::face_normal(gridded, face));
+    S offset = -infinity<S>;
+    for (const std::uint32_t v : face.corners) {
+      offset = std::max(offset, hull.face_normals.back().dot(gridded.points[v]));
+    }
+    hull.face_offsets.push_back(offset);
+  }
+  return hull;
+}
+
+template <Scalar S>
+ConvexHull<S> convex_hull(const TriangleMesh<S>& mesh) {
+  detail::require_named_vertices(mesh);
+  std::vector<Vec3<S>> points;
+  for (const auto& t : mesh.triangles) {
+    for (const std::uint32_t v : t) points.push_back(mesh.vertices[v]);
+  }
+  return convex_hull<S>(std::span<const Vec3<S>>(points));
+}
+
+}  // namespace bristle::inline BRISTLE_ABI
 
 // === bristle/geometry/analytic_backend.hpp: definitions
 // === bristle/geometry/analytic_contacts.hpp
@@ -21842,6 +21480,11 @@ class BundleMeshQuery {
       visit(rays[lane], lane);
     }
   }
+  /// [-] How many triangles there are in a box of rays, if the surface lies across it.
+  [[nodiscard]] S triangles_across(const Aabb<S>& box) const {
+    const Vec3<S> extent = box.upper - box.lower;
+    return extent.x() * extent.y() / mesh_.tree().mean_area();
+  }
   /// Whether none of a bundle's rays is asked.
   [[nodiscard]] bool is_left_out(const Bundle& bundle) const {
     return bundle.first >= rays_.slice.end || bundle.first + bundle.count <= rays_.slice.first;
@@ -21853,6 +21496,11 @@ class BundleMeshQuery {
             std::min(bundle.first + bundle.count, rays_.slice.end)};
   }
   [[nodiscard]] BoxInTree<S> box_of(const Bundle& bundle, const BoxInTree<S>* framed) const;
+  /// [m] Around the rays of the block that a place of a bundle lies in, in the bundle's frame.
+  [[nodiscard]] Aabb<S> block_box(const Bundle& bundle, std::size_t place) const {
+    return bundle.lengthened(rays_.bundles->block_box(place), rays_.extra_length)
+        .inflated(margin(bundle));
+  }
   [[nodiscard]] bool is_any_triangle_in(const BoxInTree<S>& box, const LeafList<S>& list) const;
   [[nodiscard]] bool gather(const BoxInTree<S>& box, const LeafList<S>& list);
   [[nodiscard]] Ray<S> ray_in_mesh(std::size_t i) const {
@@ -21896,8 +21544,7 @@ class BundleMeshQuery {
 
 template <Scalar S>
 BoxInTree<S> BundleMeshQuery<S>::box_of(const Bundle& bundle, const BoxInTree<S>* framed) const {
-  // Directions have length 1: longer rays leave the box by no more than what they gained.
-  const Aabb<S> box = bundle.box.inflated(margin(bundle) + rays_.extra_length);
+  const Aabb<S> box = bundle.lengthened(bundle.box, rays_.extra_length).inflated(margin(bundle));
   if (framed != nullptr) return {framed->R_GC(), framed->p_GC(), box};
   return {bundle.axes * R_RC_, bundle.axes * (p_RC_ - bundle.center), box};
 }
@@ -21913,9 +21560,8 @@ void BundleMeshQuery<S>::visit(std::size_t id, Known known) {
   const LeafList<S>*& list = known.list;
   Side& side = known.side;
   if (!box.box_C().overlaps(mesh_.root_box())) return;
-  // [1] How many triangles there are for a ray, if the surface lies across the box.
-  const Vec3<S> extent = bundle.box.upper - bundle.box.lower;
-  const S density = extent.x() * extent.y() / (mesh_.tree().mean_area() * S(bundle.count));
+  // [1] How many triangles there are for a ray.
+  const S density = triangles_across(bundle.box) / S(bundle.count);
   const bool is_sparse = density > sparse_from;
   if (list == nullptr) {
     const bool fits = density * S(bundle.count) < S(LeafList<S>::capacity * 8);
@@ -21969,10 +21615,8 @@ auto BundleMeshQuery<S>::common_side(const Bundle& bundle, const BoxInTree<S>& b
   Aabb<S> starts = bundle.box.inflated(margin(bundle));
   starts.upper.z() = bundle.highest_start + margin(bundle);
   const BoxInTree<S> start_box(box.R_GC(), box.p_GC(), starts);
-  if (list == nullptr) {
-    if (!start_leaves_.search(mesh_.tree(), start_box)) return Side::unknown;
-    list = &start_leaves_;
-  }
+  if (list == nullptr && !start_leaves_.search(mesh_.tree(), start_box)) return Side::unknown;
+  if (list == nullptr) list = &start_leaves_;
   if (is_any_triangle_in(start_box, *list)) return Side::unknown;
   return side_of(rays_.bundles->ray_at(bundle.first));
 }
@@ -21998,12 +21642,9 @@ template <Scalar S>
 bool BundleMeshQuery<S>::cast_together(const Bundle& bundle, const BoxInTree<S>& box,
                                        const LeafList<S>& list, Side side) {
   if (!bundle.has_one_frame || list.size() > most_leaves || !gather(box, list)) return false;
-  if (triangles_.size() == 0) {
-    decide_empty(bundle, side);
-  } else {
-    const RaySlice asked = asked_of(bundle);
-    cast_blocks(bundle, asked.first, asked.end, side);
-  }
+  const RaySlice asked = asked_of(bundle);
+  if (triangles_.size() == 0) decide_empty(bundle, side);
+  if (triangles_.size() > 0) cast_blocks(bundle, asked.first, asked.end, side);
   return true;
 }
 
@@ -22013,11 +21654,13 @@ void BundleMeshQuery<S>::cast_undivided(const Bundle& bundle, const BoxInTree<S>
                                         const LeafList<S>* list, Side side) {
   const std::size_t end = bundle.first + bundle.count;
   if (list == nullptr || !bundle.is_narrow) return cast_one_by_one(bundle.first, end, side);
-  const S around = margin(bundle) + rays_.extra_length;
   for (std::size_t place = bundle.first; place < end; place += Bundles::block_size) {
-    const Aabb<S> block = rays_.bundles->block_box(place).inflated(around);
+    const Aabb<S> block = block_box(bundle, place);
     const std::size_t block_end = std::min(end, place + Bundles::block_size);
-    if (gather({box.R_GC(), box.p_GC(), block}, *list)) {
+    // Rays that are lengthened by much fan out and leave the solid again: with twice two layers of
+    // triangles in sight, each of them alone costs less than to gather what then is too much.
+    const bool is_few = S(4) * triangles_across(block) < S(BundleTriangles<S>::capacity);
+    if (is_few && gather({box.R_GC(), box.p_GC(), block}, *list)) {
       cast_blocks(bundle, place, block_end, side);
     } else {
       cast_one_by_one(place, block_end, side);
@@ -22033,7 +21676,6 @@ void BundleMeshQuery<S>::cast_blocks(const Bundle& bundle, std::size_t first, st
   const typename Bundles::Lines& lines = rays_.bundles->lines();
   const S lowest_start = bundle.box.lower.z() - margin(bundle);
   const S highest_start = bundle.highest_start + margin(bundle);
-  const S around = margin(bundle) + rays_.extra_length;
   const auto is_clear_of_starts = [&](std::size_t i) {
     return triangles_.lowest(i) > highest_start || triangles_.highest(i) < lowest_start;
   };
@@ -22045,8 +21687,7 @@ void BundleMeshQuery<S>::cast_blocks(const Bundle& bundle, std::size_t first, st
   std::size_t blocks = 0;
   for (std::size_t place = first; place < end; place += Bundles::block_size) {
     Candidates near;
-    const std::size_t count =
-        triangles_.within(rays_.bundles->block_box(place).inflated(around), near);
+    const std::size_t count = triangles_.within(block_box(bundle, place), near);
     const std::size_t block_end = std::min(end, place + Bundles::block_size);
     BlockFindings block;
     for (std::size_t k = place; k < block_end; k += lanes<S>) {
@@ -26683,7 +26324,10 @@ BRISTLE_INLINE void read_tile(SensorPatch<S>& patch, const PatchPair<S>& pair,
     const T normal = load_pack(tile.normal_impulse, at) * T(per_step);
     const Pack3<S> shear = tangential<T>(force, n);
     const Mask<S> is_touching = load_mask<S>(tile.is_touching, at);
-    const Mask<S> is_felt = is_touching | (is_met & (normal > T(S(0))));
+    // What gave an impulse is felt: in the step of a first touch also where the passes ran out, and
+    // only what acts across the ray is left of it.
+    const Mask<S> is_felt =
+        is_touching | (is_met & ((normal > T(S(0))) | (dot(shear, shear) > T(S(0)))));
     felt |= bits(is_felt) << at;
     const Pack3<S> felt_force = select(is_felt, force, zero_vector<T>());
     sum.all.force += felt_force;
@@ -36950,6 +36594,440 @@ void HostSensors<S, Backend>::take_hits(SensorPatch<S>& patch) {
 
 }  // namespace bristle::inline BRISTLE_ABI
 
+// === bristle/io/glb.hpp: definitions
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <charconv>
+#include <cmath>
+#include <concepts>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <string_view>
+#include <type_traits>
+#include <vector>
+
+namespace bristle::inline BRISTLE_ABI {
+
+namespace detail {
+
+/// All of the parts, one after another.
+template <typename... Parts>
+[[nodiscard]] std::string joined_text(const Parts&... parts) {
+  std::string out;
+  ((out += parts), ...);
+  return out;
+}
+
+/// A comma-separated list of JSON values.
+class JsonList {
+ public:
+  /// Appends a value and returns its number.
+  std::size_t add(std::string_view value) {
+    if (count_ > 0) text_ += ',';
+    text_ += value;
+    return count_++;
+  }
+  [[nodiscard]] bool empty() const { return count_ == 0; }
+  [[nodiscard]] std::string array() const { return joined_text('[', text_, ']'); }
+
+ private:
+  std::string text_;
+  std::size_t count_ = 0;
+};
+
+[[nodiscard]] inline std::string json_text(std::string_view text) {
+  std::string json = "\"";
+  for (const char c : text) {
+    if (c == '"' || c == '\\') json += '\\';
+    if (static_cast<unsigned char>(c) < 0x20) {
+      constexpr char digits[] = "0123456789abcdef";
+      json += joined_text("\\u00", digits[c >> 4], digits[c & 15]);
+    } else {
+      json += c;
+    }
+  }
+  json += '"';
+  return json;
+}
+
+template <std::integral T>
+[[nodiscard]] std::string json_number(T x) {
+  return std::to_string(x);
+}
+[[nodiscard]] inline std::string json_number(float x) {
+  char digits[32];
+  return {digits, std::to_chars(digits, digits + sizeof digits, x).ptr};
+}
+
+template <typename Values>
+[[nodiscard]] std::string json_numbers(const Values& values) {
+  JsonList list;
+  for (const auto x : values) (void)list.add(json_number(x));
+  return list.array();
+}
+
+/// The unit quaternion (x, y, z, w) of the shortest turn from the z axis to the direction of v,
+/// about the x axis if that is opposite. Eigen's own for two vectors costs each file that includes
+/// it three seconds, since it compiles a singular value decomposition for the opposite one.
+/// @param v  Not zero.
+template <Scalar S>
+[[nodiscard]] std::array<float, 4> shortest_turn_of_z(const Vec3<S>& v) {
+  const S length = v.norm();
+  const S across2 = v.x() * v.x() + v.y() * v.y();
+  // q ~ (z x v, |v| + v.z), whose last number would cancel where v points down.
+  const S w = v.z() < S(0) ? across2 / (length - v.z()) : length + v.z();
+  const S norm = std::sqrt(across2 + w * w);
+  if (!(norm > S(0))) return {1, 0, 0, 0};
+  return {static_cast<float>(-v.y() / norm), static_cast<float>(v.x() / norm), 0,
+          static_cast<float>(w / norm)};
+}
+
+/// Writes one recording.
+template <Scalar S>
+class GlbWriter {
+  using Body = typename Recording<S>::Body;
+  using Patch = typename Recording<S>::Patch;
+
+ public:
+  GlbWriter(const Recording<S>& recording, const GlbDef& def) : recording_(recording) {
+    const float longest_arrow = static_cast<float>(def.longest_arrow);
+    require_positive("GlbDef::longest_arrow", longest_arrow);
+    take_times();
+    check_bodies();
+    check_patches();
+    float largest = 0;
+    for (const Patch& patch : recording.patches) {
+      for (const Vec3<S>& force : patch.forces) {
+        largest = std::max(largest, static_cast<float>(force.norm()));
+      }
+    }
+    if (largest > 0) metres_per_newton_ = longest_arrow / largest;
+    add_materials();
+    for (std::size_t i = 0; i < recording.bodies.size(); ++i) add_body(i);
+  }
+
+  [[nodiscard]] std::string bytes() const {
+    // glTF's y is up.
+    std::string json = joined_text(
+        R"({"asset":{"version":"2.0","generator":"bristle"},"scene":0,"scenes":[{"nodes":[)",
+        json_number(nodes_.size()), R"(]}],"nodes":)", with_root(), R"(,"materials":)",
+        materials_.array());
+    const auto add = [&json](const char* key, const JsonList& list) {
+      // The specification allows no empty lists.
+      if (!list.empty()) json += joined_text(",\"", key, "\":", list.array());
+    };
+    add("meshes", meshes_);
+    add("accessors", accessors_);
+    add("bufferViews", views_);
+    if (!channels_.empty()) {
+      json += joined_text(R"(,"animations":[{"name":"motion","samplers":)", samplers_.array(),
+                          R"(,"channels":)", channels_.array(), "}]");
+    }
+    if (!binary_.empty()) {
+      json += joined_text(R"(,"buffers":[{"byteLength":)", json_number(binary_.size()), "}]");
+    }
+    json += '}';
+    json.resize((json.size() + 3) / 4 * 4, ' ');
+
+    std::string out = "glTF";
+    const std::size_t chunks = 8 + json.size() + (binary_.empty() ? 0 : 8 + binary_.size());
+    require(12 + chunks <= std::numeric_limits<std::uint32_t>::max(), "glb: bytes", 12 + chunks,
+            "must be fewer than 2^32: record fewer frames");
+    append(out, std::uint32_t(2));
+    append(out, static_cast<std::uint32_t>(12 + chunks));
+    append(out, static_cast<std::uint32_t>(json.size()));
+    out += "JSON";
+    out += json;
+    if (!binary_.empty()) {
+      append(out, static_cast<std::uint32_t>(binary_.size()));
+      out += std::string_view("BIN\0", 4);
+      out += binary_;
+    }
+    return out;
+  }
+
+ private:
+  [[nodiscard]] static std::array<float, 3> in_float(const Vec3<S>& v) {
+    return {static_cast<float>(v.x()), static_cast<float>(v.y()), static_cast<float>(v.z())};
+  }
+  [[nodiscard]] static bool is_finite(const Vec3<S>& v) {
+    return std::ranges::all_of(in_float(v), [](float x) { return std::isfinite(x); });
+  }
+
+  void take_times() {
+    require(!recording_.times.empty(), "glb: Recording::times.size()", 0, "must not be 0");
+    for (const double t : recording_.times) {
+      const float time = static_cast<float>(t - recording_.times.front());
+      require(std::isfinite(time) && (times_.empty() || time > times_.back()[0]),
+              "glb: Recording::times", t, "must ascend, in float and from the first");
+      times_.push_back({time});
+    }
+  }
+  void check_bodies() const {
+    for (const Body& body : recording_.bodies) {
+      require(body.poses.size() == times_.size() && body.was_there.size() == times_.size(),
+              "glb: Recording::Body::poses.size()", body.poses.size(), "must be that of the times");
+      for (const Transform<S>& pose : body.poses) {
+        require(is_finite(pose.translation) && pose.rotation.coeffs().allFinite(),
+                "glb: Recording::Body::poses", body.name.c_str(), "must be finite in float");
+      }
+      for (const Vec3<S>& v : body.mesh.vertices) {
+        require(is_finite(v), "glb: Recording::Body::mesh", body.name.c_str(),
+                "must be finite in float");
+      }
+    }
+  }
+  void check_patches() const {
+    for (const Patch& patch : recording_.patches) {
+      require(patch.body < recording_.bodies.size(), "glb: Recording::Patch::body", patch.body,
+              "must be the number of a body");
+      require(patch.forces.size() == times_.size() * patch.ends.size(),
+              "glb: Recording::Patch::forces.size()", patch.forces.size(),
+              "must be that of the times times that of the ends");
+      for (const std::vector<Vec3<S>>* values : {&patch.ends, &patch.forces}) {
+        for (const Vec3<S>& v : *values) {
+          require(std::isfinite(static_cast<float>(v.squaredNorm())), "glb: Recording::Patch",
+                  patch.name.c_str(), "must have finite forces and ends in float");
+        }
+      }
+    }
+  }
+
+  /// What glTF calls types of components.
+  enum class Component { int16 = 5122, uint32 = 5125, float32 = 5126 };
+  /// Of one body or arrow: one value of N numbers a frame.
+  template <typename T, std::size_t N>
+  using Track = std::vector<std::array<T, N>>;
+
+  /// Appends a number with its lowest byte first.
+  template <typename T>
+  static void append(std::string& out, T x) {
+    std::uint64_t bits = 0;
+    if constexpr (std::is_same_v<T, float>) {
+      bits = std::bit_cast<std::uint32_t>(x);
+    } else {
+      bits = static_cast<std::uint64_t>(x);
+    }
+    for (std::size_t i = 0; i < sizeof(T); ++i) out += static_cast<char>(bits >> 8 * i & 0xff);
+  }
+
+  /// Appends values to the buffer, and returns the number of their accessor.
+  /// @param target  [-] What a mesh uses them for, 0 for an animation's.
+  template <typename T, std::size_t N>
+  std::size_t add_accessor(const Track<T, N>& values, bool has_bounds, int target = 0) {
+    constexpr const char* types[] = {"", "SCALAR", "VEC2", "VEC3", "VEC4"};
+    constexpr Component component = std::is_same_v<T, float>          ? Component::float32
+                                    : std::is_same_v<T, std::int16_t> ? Component::int16
+                                                                      : Component::uint32;
+    const std::size_t start = binary_.size();
+    std::array<T, N> low, high;
+    low.fill(std::numeric_limits<T>::max());
+    high.fill(std::numeric_limits<T>::lowest());
+    for (const std::array<T, N>& value : values) {
+      for (std::size_t k = 0; k < N; ++k) {
+        append(binary_, value[k]);
+        low[k] = std::min(low[k], value[k]);
+        high[k] = std::max(high[k], value[k]);
+      }
+    }
+    // Offsets must be multiples of 4, and so all values are.
+    static_assert(sizeof(T) * N % 4 == 0);
+    const std::string use =
+        target == 0 ? std::string() : joined_text(R"(,"target":)", json_number(target));
+    const std::size_t view =
+        views_.add(joined_text(R"({"buffer":0,"byteOffset":)", json_number(start),
+                               R"(,"byteLength":)", json_number(binary_.size() - start), use, '}'));
+    std::string accessor =
+        joined_text(R"({"bufferView":)", json_number(view), R"(,"componentType":)",
+                    json_number(static_cast<int>(component)), R"(,"count":)",
+                    json_number(values.size()), R"(,"type":")", types[N], '"');
+    if (component == Component::int16) accessor += R"(,"normalized":true)";
+    if (has_bounds) {
+      accessor += joined_text(R"(,"min":)", json_numbers(low), R"(,"max":)", json_numbers(high));
+    }
+    accessor += '}';
+    return accessors_.add(accessor);
+  }
+
+  void add_materials() {
+    // Fixed bodies, then colours for those that move, then arrows.
+    constexpr const char* colours[] = {"0.55,0.55,0.57,1",   "0.15,0.45,0.75,0.45",
+                                       "0.9,0.55,0.1,0.45",  "0.25,0.6,0.3,0.45",
+                                       "0.6,0.35,0.65,0.45", "0.8,0.1,0.1,1"};
+    for (std::size_t i = 0; i < std::size(colours); ++i) {
+      const bool is_translucent = i >= 1 && i < arrow_material;
+      (void)materials_.add(
+          joined_text(R"({"doubleSided":true,"pbrMetallicRoughness":{"metallicFactor":0,)",
+                      R"("roughnessFactor":0.8,"baseColorFactor":[)", colours[i], "]}",
+                      is_translucent ? R"(,"alphaMode":"BLEND"})" : "}"));
+    }
+  }
+
+  /// Without normals: viewers then shade triangles flat, as they are.
+  std::size_t add_mesh(const TriangleMesh<S>& mesh, std::size_t material) {
+    Track<float, 3> positions;
+    for (const Vec3<S>& v : mesh.vertices) positions.push_back(in_float(v));
+    Track<std::uint32_t, 1> corners;
+    for (const auto& triangle : mesh.triangles) {
+      for (const std::uint32_t corner : triangle) corners.push_back({corner});
+    }
+    constexpr int array_buffer = 34962, element_array_buffer = 34963;
+    const std::size_t position = add_accessor(positions, true, array_buffer);
+    const std::size_t index = add_accessor(corners, false, element_array_buffer);
+    return meshes_.add(joined_text(R"({"primitives":[{"attributes":{"POSITION":)",
+                                   json_number(position), R"(},"indices":)", json_number(index),
+                                   R"(,"material":)", json_number(material), "}]}"));
+  }
+
+  /// Gives a property of a node its track: as what it is, where it never changes, or as keys.
+  /// @return The property for the node, with a comma before it.
+  template <typename T, std::size_t N>
+  std::string add_track(std::size_t node, const char* property, const Track<T, N>& track,
+                        bool is_stepped = false) {
+    Track<float, 1> times;
+    Track<T, N> keys;
+    for (std::size_t i = 0; i < track.size(); ++i) {
+      const bool is_inner = i > 0 && i + 1 < track.size();
+      if (is_inner && track[i] == track[i - 1] && track[i] == track[i + 1]) continue;
+      times.push_back(times_[i]);
+      keys.push_back(track[i]);
+    }
+    const bool is_still =
+        std::all_of(keys.begin(), keys.end(), [&](const auto& key) { return key == keys.front(); });
+    if (!is_still) {
+      const std::size_t input = add_times(times);
+      const std::size_t output = add_accessor(keys, false);
+      const std::size_t sampler = samplers_.add(
+          joined_text(R"({"input":)", json_number(input), R"(,"output":)", json_number(output),
+                      R"(,"interpolation":")", is_stepped ? "STEP" : "LINEAR", R"("})"));
+      (void)channels_.add(joined_text(R"({"sampler":)", json_number(sampler),
+                                      R"(,"target":{"node":)", json_number(node), R"(,"path":")",
+                                      property, R"("}})"));
+    }
+    std::array<float, N> first;
+    for (std::size_t k = 0; k < N; ++k) {
+      first[k] = static_cast<float>(track.front()[k]);
+      if (std::is_same_v<T, std::int16_t>) first[k] /= 32767;
+    }
+    return joined_text(",\"", property, "\":", json_numbers(first));
+  }
+  /// Most tracks have a key in every frame, and share their times.
+  std::size_t add_times(const Track<float, 1>& times) {
+    if (times.size() < times_.size()) return add_accessor(times, true);
+    if (all_times_ == none) all_times_ = add_accessor(times_, true);
+    return all_times_;
+  }
+
+  void add_body(std::size_t number) {
+    const Body& body = recording_.bodies[number];
+    Track<float, 3> translations, scales;
+    Track<float, 4> rotations;
+    for (std::size_t i = 0; i < body.poses.size(); ++i) {
+      const Quat<S> q = body.poses[i].rotation.normalized();
+      const float scale = body.was_there[i] ? 1.0f : 0.0f;
+      translations.push_back(in_float(body.poses[i].translation));
+      const std::array<float, 3> turn = in_float(q.vec());
+      rotations.push_back({turn[0], turn[1], turn[2], static_cast<float>(q.w())});
+      scales.push_back({scale, scale, scale});
+    }
+    // Arrows are nodes before the node of their body.
+    JsonList children;
+    for (const Patch& patch : recording_.patches) {
+      if (patch.body != number) continue;
+      for (std::size_t i = 0; i < patch.ends.size(); ++i) add_arrow(patch, i, children);
+    }
+    const std::size_t node = nodes_.size();
+    std::string json = joined_text(R"({"name":)", json_text(body.name));
+    json += add_track(node, "translation", translations);
+    json += add_track(node, "rotation", rotations);
+    json += add_track(node, "scale", scales, true);
+    if (!body.mesh.triangles.empty()) {
+      const std::size_t material = body.moves ? 1 + number % (arrow_material - 1) : 0;
+      json += joined_text(R"(,"mesh":)", json_number(add_mesh(body.mesh, material)));
+    }
+    if (!children.empty()) json += joined_text(R"(,"children":)", children.array());
+    json += '}';
+    roots_.push_back(node);
+    nodes_.push_back(json);
+  }
+
+  void add_arrow(const Patch& patch, std::size_t sensor, JsonList& children) {
+    Track<float, 3> scales;
+    Track<std::int16_t, 4> rotations;
+    std::array<std::int16_t, 4> turned{0, 0, 0, 32767};
+    bool has_pushed = false;
+    for (std::size_t i = sensor; i < patch.forces.size(); i += patch.ends.size()) {
+      const Vec3<S>& force = patch.forces[i];
+      const float scale = metres_per_newton_ * static_cast<float>(force.norm());
+      if (scale > 0) {
+        const std::array<float, 4> q = shortest_turn_of_z(force);
+        for (std::size_t k = 0; k < 4; ++k) {
+          turned[k] = static_cast<std::int16_t>(std::lround(32767 * q[k]));
+        }
+        has_pushed = true;
+      }
+      scales.push_back({scale, scale, scale});
+      rotations.push_back(turned);
+    }
+    if (!has_pushed) return;
+    if (arrow_mesh_ == none) {
+      arrow_mesh_ = add_mesh(lathe_mesh<S>({{S(0), S(0)},
+                                            {S(0.03), S(0)},
+                                            {S(0.03), S(0.75)},
+                                            {S(0.08), S(0.75)},
+                                            {S(0), S(1)}}),
+                             arrow_material);
+    }
+    const std::size_t node = nodes_.size();
+    std::string json =
+        joined_text(R"({"name":)", json_text(joined_text(patch.name, ' ', json_number(sensor))),
+                    R"(,"translation":)", json_numbers(in_float(patch.ends[sensor])));
+    json += add_track(node, "rotation", rotations);
+    json += add_track(node, "scale", scales);
+    json +=
+        joined_text(R"(,"mesh":)", json_number(arrow_mesh_), R"(,"extras":{"newton_per_metre":)",
+                    json_number(1 / metres_per_newton_), "}}");
+    nodes_.push_back(json);
+    (void)children.add(json_number(node));
+  }
+
+  /// All nodes, and last the one that turns z up into y up.
+  [[nodiscard]] std::string with_root() const {
+    JsonList list;
+    for (const std::string& node : nodes_) (void)list.add(node);
+    std::string root = R"({"name":"world","rotation":[-0.70710678,0,0,0.70710678])";
+    if (!roots_.empty()) root += joined_text(R"(,"children":)", json_numbers(roots_));
+    root += '}';
+    (void)list.add(root);
+    return list.array();
+  }
+
+  static constexpr std::size_t none = std::numeric_limits<std::size_t>::max();
+  static constexpr std::size_t arrow_material = 5;
+
+  const Recording<S>& recording_;
+  Track<float, 1> times_;
+  float metres_per_newton_ = 0;
+  std::string binary_;
+  JsonList materials_, meshes_, accessors_, views_, samplers_, channels_;
+  std::vector<std::string> nodes_;
+  std::vector<std::size_t> roots_;
+  std::size_t all_times_ = none;
+  std::size_t arrow_mesh_ = none;
+};
+
+}  // namespace detail
+
+template <Scalar S>
+std::string glb(const Recording<S>& recording, const GlbDef& def) {
+  return detail::GlbWriter<S>(recording, def).bytes();
+}
+
+}  // namespace bristle::inline BRISTLE_ABI
+
 // === bristle/io/mesh_file.hpp: definitions
 
 #include <string>
@@ -37554,11 +37632,14 @@ BRISTLE_MAKE_WORLD(BRISTLE_INSTANTIATE, FclBackend)
 #endif
 #undef BRISTLE_MAKE_WORLD
 
+BRISTLE_HULL_FUNCTIONS(template, BRISTLE_INSTANTIATE)
 template SensorLayout<BRISTLE_INSTANTIATE> sensor_grid<BRISTLE_INSTANTIATE>(
     const SensorGridDef<BRISTLE_INSTANTIATE>& def);
 template SensorLayout<BRISTLE_INSTANTIATE> sensors_from_mesh<BRISTLE_INSTANTIATE>(
     const TriangleMesh<BRISTLE_INSTANTIATE>& mesh, const PlacementDef<BRISTLE_INSTANTIATE>& def,
     PlacementReport* report);
+template std::string glb<BRISTLE_INSTANTIATE>(const Recording<BRISTLE_INSTANTIATE>& recording,
+                                              const GlbDef& def);
 template TriangleMesh<BRISTLE_INSTANTIATE> load_mesh<BRISTLE_INSTANTIATE>(
     const std::filesystem::path& path);
 

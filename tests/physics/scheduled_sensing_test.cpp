@@ -42,6 +42,8 @@ struct ScheduledGrip {
         }
       }
       pad.parameters = {1.2, 0.02, 1000, 0.5, 1e-3};
+      // Between castings planes are kept: of a ball's they lean by d / R, and so would its gradient.
+      pad.options.normal = NormalDirection::ray;
       pad.cast_every = cast_every;
       pads[k] = world.add_patch(finger, pad);
     }
@@ -101,6 +103,8 @@ PatchDef<double> skin() {
                                      .count_u = 100,
                                      .count_v = 100});
   def.parameters = {0.1, 0.001, 1000, 0.1, 1e-3};
+  // Shear is friction then, and nothing of a ball's round side.
+  def.options.normal = NormalDirection::ray;
   return def;
 }
 

@@ -34,8 +34,8 @@ struct PlateDef {
   S explicit_below = PatchDef<S>{}.explicit_below;
   /// [-] Constants of the sensors.
   SensorParameters<S> parameters{S(1), S(0.05), S(5000), S(0.1), S(1e-3)};
-  /// [-] Readings of the law.
-  LawOptions options{};
+  /// [-] Readings of the law: the paper's, which the reference values are for.
+  LawOptions options{.normal = NormalDirection::ray};
   /// [kg] Mass.
   S mass = S(0.5);
   /// [m] Half the height of the plate; its sides are 0.2 m.

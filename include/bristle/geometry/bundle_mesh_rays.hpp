@@ -136,6 +136,11 @@ class BundleMeshQuery {
       visit(rays[lane], lane);
     }
   }
+  /// [-] How many triangles there are in a box of rays, if the surface lies across it.
+  [[nodiscard]] S triangles_across(const Aabb<S>& box) const {
+    const Vec3<S> extent = box.upper - box.lower;
+    return extent.x() * extent.y() / mesh_.tree().mean_area();
+  }
   /// Whether none of a bundle's rays is asked.
   [[nodiscard]] bool is_left_out(const Bundle& bundle) const {
     return bundle.first >= rays_.slice.end || bundle.first + bundle.count <= rays_.slice.first;
@@ -147,6 +152,11 @@ class BundleMeshQuery {
             std::min(bundle.first + bundle.count, rays_.slice.end)};
   }
   [[nodiscard]] BoxInTree<S> box_of(const Bundle& bundle, const BoxInTree<S>* framed) const;
+  /// [m] Around the rays of the block that a place of a bundle lies in, in the bundle's frame.
+  [[nodiscard]] Aabb<S> block_box(const Bundle& bundle, std::size_t place) const {
+    return bundle.lengthened(rays_.bundles->block_box(place), rays_.extra_length)
+        .inflated(margin(bundle));
+  }
   [[nodiscard]] bool is_any_triangle_in(const BoxInTree<S>& box, const LeafList<S>& list) const;
   [[nodiscard]] bool gather(const BoxInTree<S>& box, const LeafList<S>& list);
   [[nodiscard]] Ray<S> ray_in_mesh(std::size_t i) const {
@@ -190,8 +200,7 @@ class BundleMeshQuery {
 
 template <Scalar S>
 BoxInTree<S> BundleMeshQuery<S>::box_of(const Bundle& bundle, const BoxInTree<S>* framed) const {
-  // Directions have length 1: longer rays leave the box by no more than what they gained.
-  const Aabb<S> box = bundle.box.inflated(margin(bundle) + rays_.extra_length);
+  const Aabb<S> box = bundle.lengthened(bundle.box, rays_.extra_length).inflated(margin(bundle));
   if (framed != nullptr) return {framed->R_GC(), framed->p_GC(), box};
   return {bundle.axes * R_RC_, bundle.axes * (p_RC_ - bundle.center), box};
 }
@@ -207,9 +216,8 @@ void BundleMeshQuery<S>::visit(std::size_t id, Known known) {
   const LeafList<S>*& list = known.list;
   Side& side = known.side;
   if (!box.box_C().overlaps(mesh_.root_box())) return;
-  // [1] How many triangles there are for a ray, if the surface lies across the box.
-  const Vec3<S> extent = bundle.box.upper - bundle.box.lower;
-  const S density = extent.x() * extent.y() / (mesh_.tree().mean_area() * S(bundle.count));
+  // [1] How many triangles there are for a ray.
+  const S density = triangles_across(bundle.box) / S(bundle.count);
   const bool is_sparse = density > sparse_from;
   if (list == nullptr) {
     const bool fits = density * S(bundle.count) < S(LeafList<S>::capacity * 8);
@@ -263,10 +271,8 @@ auto BundleMeshQuery<S>::common_side(const Bundle& bundle, const BoxInTree<S>& b
   Aabb<S> starts = bundle.box.inflated(margin(bundle));
   starts.upper.z() = bundle.highest_start + margin(bundle);
   const BoxInTree<S> start_box(box.R_GC(), box.p_GC(), starts);
-  if (list == nullptr) {
-    if (!start_leaves_.search(mesh_.tree(), start_box)) return Side::unknown;
-    list = &start_leaves_;
-  }
+  if (list == nullptr && !start_leaves_.search(mesh_.tree(), start_box)) return Side::unknown;
+  if (list == nullptr) list = &start_leaves_;
   if (is_any_triangle_in(start_box, *list)) return Side::unknown;
   return side_of(rays_.bundles->ray_at(bundle.first));
 }
@@ -292,12 +298,9 @@ template <Scalar S>
 bool BundleMeshQuery<S>::cast_together(const Bundle& bundle, const BoxInTree<S>& box,
                                        const LeafList<S>& list, Side side) {
   if (!bundle.has_one_frame || list.size() > most_leaves || !gather(box, list)) return false;
-  if (triangles_.size() == 0) {
-    decide_empty(bundle, side);
-  } else {
-    const RaySlice asked = asked_of(bundle);
-    cast_blocks(bundle, asked.first, asked.end, side);
-  }
+  const RaySlice asked = asked_of(bundle);
+  if (triangles_.size() == 0) decide_empty(bundle, side);
+  if (triangles_.size() > 0) cast_blocks(bundle, asked.first, asked.end, side);
   return true;
 }
 
@@ -307,11 +310,13 @@ void BundleMeshQuery<S>::cast_undivided(const Bundle& bundle, const BoxInTree<S>
                                         const LeafList<S>* list, Side side) {
   const std::size_t end = bundle.first + bundle.count;
   if (list == nullptr || !bundle.is_narrow) return cast_one_by_one(bundle.first, end, side);
-  const S around = margin(bundle) + rays_.extra_length;
   for (std::size_t place = bundle.first; place < end; place += Bundles::block_size) {
-    const Aabb<S> block = rays_.bundles->block_box(place).inflated(around);
+    const Aabb<S> block = block_box(bundle, place);
     const std::size_t block_end = std::min(end, place + Bundles::block_size);
-    if (gather({box.R_GC(), box.p_GC(), block}, *list)) {
+    // Rays that are lengthened by much fan out and leave the solid again: with twice two layers of
+    // triangles in sight, each of them alone costs less than to gather what then is too much.
+    const bool is_few = S(4) * triangles_across(block) < S(BundleTriangles<S>::capacity);
+    if (is_few && gather({box.R_GC(), box.p_GC(), block}, *list)) {
       cast_blocks(bundle, place, block_end, side);
     } else {
       cast_one_by_one(place, block_end, side);
@@ -327,7 +332,6 @@ void BundleMeshQuery<S>::cast_blocks(const Bundle& bundle, std::size_t first, st
   const typename Bundles::Lines& lines = rays_.bundles->lines();
   const S lowest_start = bundle.box.lower.z() - margin(bundle);
   const S highest_start = bundle.highest_start + margin(bundle);
-  const S around = margin(bundle) + rays_.extra_length;
   const auto is_clear_of_starts = [&](std::size_t i) {
     return triangles_.lowest(i) > highest_start || triangles_.highest(i) < lowest_start;
   };
@@ -339,8 +343,7 @@ void BundleMeshQuery<S>::cast_blocks(const Bundle& bundle, std::size_t first, st
   std::size_t blocks = 0;
   for (std::size_t place = first; place < end; place += Bundles::block_size) {
     Candidates near;
-    const std::size_t count =
-        triangles_.within(rays_.bundles->block_box(place).inflated(around), near);
+    const std::size_t count = triangles_.within(block_box(bundle, place), near);
     const std::size_t block_end = std::min(end, place + Bundles::block_size);
     BlockFindings block;
     for (std::size_t k = place; k < block_end; k += lanes<S>) {

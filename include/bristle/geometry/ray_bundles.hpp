@@ -44,12 +44,19 @@ struct RayBundle {
   Vec3<S> center = Vec3<S>::Zero();
   /// [m] Around the rays from their starts to their ends, in G.
   Aabb<S> box{};
+  /// [1] Around zero and the directions of the rays, in G.
+  Aabb<S> directions{Vec3<S>::Zero(), Vec3<S>::Zero()};
   /// [m] Largest z of a start; the smallest is that of the box where the bundle is narrow.
   S highest_start = S(0);
   /// [1] Largest slope of a ray against the z axis, in x or y.
   S slope = S(0);
 
   [[nodiscard]] bool is_divided() const { return second != 0; }
+  /// [m] What a box around some of its rays becomes where these are longer by `extra`: it grows to
+  /// where they go, and not to all sides.
+  [[nodiscard]] Aabb<S> lengthened(const Aabb<S>& around, S extra) const {
+    return {around.lower + extra * directions.lower, around.upper + extra * directions.upper};
+  }
 };
 
 /// The rays of a batch in bundles. A value; empty for rays of which one has no finite length.
@@ -268,6 +275,7 @@ void RayBundles<S>::fit(const RayBatch<S>& rays, Places places, RayBundle<S>& bu
     const Vec3<S> direction = bundle.axes * rays[i].direction;
     bundle.box.include(start);
     bundle.box.include(Vec3<S>(start + rays.length[i] * direction));
+    bundle.directions.include(direction);
     bundle.highest_start = std::max(bundle.highest_start, start.z());
     bundle.is_narrow = bundle.is_narrow && direction.z() > S(0.5);
     const S across = direction.template head<2>().cwiseAbs().maxCoeff();

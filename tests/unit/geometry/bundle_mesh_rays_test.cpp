@@ -50,6 +50,39 @@ TEST_CASE_TEMPLATE("cast_rays_at_mesh: bundles answer as each ray alone does in 
   }
 }
 
+TEST_CASE_TEMPLATE("cast_rays_at_mesh: lengthened rays meet what rays of that length do", S, float,
+                   double) {
+  test::Random random(12);
+  std::uint64_t seed = 1;
+  for (const TriangleMesh<double>& shape : {test::angle_mesh(), test::bumpy_mesh(30)}) {
+    const TriangleMesh<S> scaled = test::scaled_mesh<S>(shape, 1);
+    const test::ReferenceMesh<S> reference(scaled);
+    const RayMesh<S> mesh = ray_mesh(scaled);
+    for (const PatchKind kind :
+         {PatchKind::pad, PatchKind::convex, PatchKind::scattered, PatchKind::column}) {
+      // Up to many times as long as they were.
+      for (const S share : {S(0.3), S(0.99)}) {
+        auto longer = test::make_rays<S>(kind, 300, 1, random);
+        auto shorter = longer;
+        const S extra = share * *std::min_element(longer.length.begin(), longer.length.end());
+        for (std::size_t i = 0; i < longer.length.size(); ++i) {
+          shorter.length[i] = longer.length[i] - extra;
+          longer.length[i] = shorter.length[i] + extra;
+        }
+        const RayBundles<S> bundles(shorter.batch(nullptr));
+        CAPTURE(shape.triangles.size());
+        CAPTURE(int(kind));
+        CAPTURE(share);
+        CHECK(test::wrong_answers(reference, longer, 1, test::rounds(30), ++seed,
+                                  [&](const Transform<S>& X, const RayBatch<S>&, RayHits<S>& hits) {
+                                    cast_rays_at_mesh(mesh, X, shorter.batch(&bundles, extra), 7,
+                                                      hits);
+                                  }) == 0);
+      }
+    }
+  }
+}
+
 TEST_CASE_TEMPLATE("cast_rays_at_mesh: no ray slips through edges and corners that rays aim at", S,
                    float, double) {
   // From inside a ball every ray has to come out, whatever it aims at; from outside, towards the

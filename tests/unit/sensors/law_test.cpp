@@ -188,6 +188,7 @@ TEST_CASE_TEMPLATE("sensor_force: along the ray, or along the gradient", S, floa
   c.n = Vec3<S>(S(0.6), 0, S(-0.8));
   c.g = depth_gradient<S>(c.n, Vec3<S>(0, 0, 1));
   LawOptions options;
+  options.normal = NormalDirection::ray;
   CHECK(sensor_force(p, options, c, Vec3<S>(Vec3<S>::Zero()), S(1e-3))
             .total()
             .isApprox(c.n, law_round_off<S>));
