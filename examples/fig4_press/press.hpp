@@ -101,8 +101,6 @@ inline Press press_on_box(const Steps& steps) {
                       .static_friction = 1000,
                       .sliding_friction = 1,
                       .breakaway_distance = 1e-3};
-  // As in the paper, and as the balance below has it.
-  patch.options.normal = NormalDirection::ray;
   patch.integration = steps.integration;
   press.patch = press.world.add_patch(press.carrier, patch);
 
@@ -159,6 +157,8 @@ inline Press press_skin(const Steps& steps) {
       .normal_damping = 0.01,
       // Bristles would carry some of the weight, and statics could not say how much.
       .static_friction = 0};
+  // As in the paper, and as the balance below has it.
+  patch.options.normal = NormalDirection::ray;
   patch.integration = steps.integration;
   press.patch = press.world.add_patch(press.carrier, patch);
 

@@ -41,6 +41,7 @@
 #include <bristle/sensors/tuning.hpp>
 #include <bristle/sensors/wrapping.hpp>
 #include <bristle/world/world.hpp>
+#include <bristle/world/world_batch.hpp>
 
 #if defined(BRISTLE_WITH_FCL)
 #include <bristle/geometry/fcl_backend.hpp>

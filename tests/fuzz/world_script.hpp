@@ -94,6 +94,20 @@ class WorldScript {
     });
   }
 
+  void change_body() {
+    const BodyId id = body();
+    switch (in_.choice(3)) {
+      case 0:
+        (void)call("wake", [&] { world_->wake(id); });
+        return;
+      case 1:
+        (void)call("set_mass", [&] { world_->set_mass(id, in_.positive(S(1))); });
+        return;
+      default:
+        (void)call("set_material", [&] { world_->set_material(id, in_.material()); });
+    }
+  }
+
   void next_call() {
     switch (in_.choice(30)) {
       case 0:
@@ -178,8 +192,7 @@ class WorldScript {
         });
         return;
       case 21:
-        (void)call("wake", [&] { world_->wake(body()); });
-        return;
+        return change_body();
       case 22:
         (void)call("set_time_step", [&] { world_->set_time_step(in_.positive(S(0.02))); });
         return;

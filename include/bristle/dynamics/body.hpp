@@ -249,18 +249,17 @@ void require_possible_inertia(const Mat3<S>& inertia) {
           "must satisfy the triangle inequality of principal moments");
 }
 
-/// Raises InvalidArgument unless the mass of a body and its inertia, which may follow from other
-/// fields, have inverses.
+/// Raises InvalidArgument, by the fields they follow from, unless the mass of a body and its
+/// inertia have inverses.
 template <Scalar S>
-void require_invertible(const Body<S>& body, const BodyDef<S>& def) {
-  require_positive(def.mass ? "BodyDef::mass" : "BodyDef::density: mass of the shapes", body.mass);
+void require_invertible(const Body<S>& body, const char* of_mass, const char* of_inertia) {
+  require_positive(of_mass, body.mass);
   const Vec3<S> moments = body.inertia_B.diagonal();
   const Vec3<S> inverses = body.inverse_inertia_B.diagonal();
   for (Eigen::Index i = 0; i < 3; ++i) {
     const bool is_good =
         is_normal(moments[i]) && is_normal(inverses[i]) && moments[i] > S(0) && inverses[i] > S(0);
-    require(is_good, def.inertia ? "BodyDef::inertia" : "BodyDef::shape: moment of inertia",
-            moments[i], "must be > 0, and finite with a finite inverse");
+    require(is_good, of_inertia, moments[i], "must be > 0, and finite with a finite inverse");
   }
 }
 
@@ -331,7 +330,9 @@ Body<S> make_body(const BodyDef<S>& def, const MassProperties<S>& of_shape) {
     }
     body.inverse_mass = S(1) / body.mass;
     body.inverse_inertia_B = inverse_inertia<S>(body.inertia_B);
-    detail::require_invertible(body, def);
+    detail::require_invertible(
+        body, def.mass ? "BodyDef::mass" : "BodyDef::density: mass of the shapes",
+        def.inertia ? "BodyDef::inertia" : "BodyDef::shape: moment of inertia");
   }
   if (def.motion != Motion::fixed) body.twist = {def.velocity, def.angular_velocity};
   body.set_pose({def.orientation.normalized(), def.position});

@@ -22,6 +22,8 @@ namespace bristle::inline BRISTLE_ABI {
 
 template <Scalar S, typename Backend>
 class HostSensors;
+template <Scalar S, typename Backend>
+class WorldBatch;
 
 /// A minimal rigid-body world whose hands can hold things.
 ///
@@ -86,6 +88,15 @@ class World {
   void apply_force(BodyId id, const Vec3<S>& force, const Vec3<S>& point);
   /// [-] Changes who may touch and sense a body.
   void set_filter(BodyId id, const CollisionFilter& filter);
+  /// [kg] Gives a dynamic body another mass; its inertia changes in proportion, as that of the same
+  /// solid of another density. No part of snapshots, nor are surfaces.
+  /// @throws InvalidArgument when the body is not dynamic, the mass is not > 0, or it or the
+  /// inertia
+  ///         has no finite inverse.
+  void set_mass(BodyId id, S mass);
+  /// [1] Gives all shapes of a body another surface.
+  /// @throws InvalidArgument naming the field of the material.
+  void set_material(BodyId id, const Material<S>& material);
 
   /// Whether a body sleeps (`WorldDef::sleep`; off unless set). All calls above that change a body
   /// wake its island, and so does what comes to reach it.
@@ -98,6 +109,8 @@ class World {
 
   JointId add_joint(const JointDef<S>& def);
   void remove_joint(JointId id);
+  /// Whether there is such a joint.
+  [[nodiscard]] bool contains(JointId id) const noexcept { return state_.joints.contains(id); }
   /// Changes what drives a joint.
   void set_drive(JointId id, const JointDrive<S>& drive);
   /// Position, velocity and forces of a joint in the last step.
@@ -213,6 +226,8 @@ class World {
  private:
   /// Senses with a world that mirrors somebody else's engine.
   friend class HostSensors<S, Backend>;
+  /// Steps worlds in scratch memory that they share, and resets them in place.
+  friend class WorldBatch<S, Backend>;
 
   using State = WorldState<S, Backend>;
   using Prepared = typename Backend::template Collidable<S>;

@@ -278,6 +278,31 @@ void World<S, Backend>::set_filter(BodyId id, const CollisionFilter& filter) {
 
 template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S>
+void World<S, Backend>::set_mass(BodyId id, S mass) {
+  const Body<S>& old = body(id);
+  detail::require(old.is_dynamic(), "set_mass: BodyId", id.index, "must name a dynamic body");
+  detail::require_positive("set_mass: mass", mass);
+  Body<S> changed = old;
+  changed.mass = mass;
+  changed.inverse_mass = S(1) / mass;
+  changed.inertia_B = (mass * old.inverse_mass) * old.inertia_B;
+  changed.inverse_inertia_B = inverse_inertia<S>(changed.inertia_B);
+  detail::require_invertible(changed, "set_mass: mass", "set_mass: moment of inertia");
+  state_.bodies.at(id.index) = changed;
+  detail::disturb(state_, id);
+}
+
+template <Scalar S, typename Backend>
+requires ShapeBackend<Backend, S>
+void World<S, Backend>::set_material(BodyId id, const Material<S>& material) {
+  (void)body(id);
+  validate(material);
+  for_each_shape_of(id, [&](std::uint32_t tag) { state_.colliders.at(tag).material = material; });
+  detail::disturb(state_, id);
+}
+
+template <Scalar S, typename Backend>
+requires ShapeBackend<Backend, S>
 void World<S, Backend>::wake(BodyId id) {
   (void)body(id);
   detail::disturb(state_, id);

@@ -1,0 +1,268 @@
+/// @file
+/// Many worlds of one scene that step together, as a learner trains on.
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <bristle/core/error.hpp>
+#include <bristle/core/kernel_scratch.hpp>
+#include <bristle/core/parallel.hpp>
+#include <bristle/sensors/tactile_image.hpp>
+#include <bristle/world/world.hpp>
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <exception>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace bristle::inline BRISTLE_ABI {
+
+/// Copies of one world, which share its shapes and nothing else.
+///
+///     WorldBatch<float> batch(scene, 1024, pool.hook());
+///     batch.for_each([](std::size_t i, World<float>& world) { world.set_mass(part, mass_of(i));
+///     }); for (...) {
+///       batch.step(8);                          // eight steps of each world
+///       batch.gather_taxels(pads, images);      // [world][patch][channel][sensor]
+///       batch.reset(batch.failed());
+///     }
+///
+/// Each world does what it would alone, to the last bit, whatever the number of threads and of
+/// worlds: what is drawn by chance is to be seeded by the number of the world. Handles of the
+/// original name the same things in all worlds.
+///
+/// A mask has one byte a world, not zero for those that are meant; an empty one means all.
+template <Scalar S, typename Backend = AnalyticBackend>
+class WorldBatch {
+ public:
+  using Mask = std::span<const std::uint8_t>;
+
+  /// @param origin  What all worlds start as and are reset to. It is copied.
+  /// @param count   [-] Number of worlds, > 0.
+  /// @param parallel_for  Steps worlds at the same time. Worlds themselves use one thread each.
+  /// @throws InvalidArgument when `count` is 0.
+  WorldBatch(const World<S, Backend>& origin, std::size_t count,
+             ParallelFor parallel_for = serial_for);
+
+  /// [-] Number of worlds.
+  [[nodiscard]] std::size_t size() const noexcept { return worlds_.size(); }
+  /// @throws InvalidArgument when there is no world of this number.
+  [[nodiscard]] World<S, Backend>& world(std::size_t number) {
+    require_number(number);
+    return worlds_[number];
+  }
+  [[nodiscard]] const World<S, Backend>& world(std::size_t number) const {
+    require_number(number);
+    return worlds_[number];
+  }
+
+  /// Calls visit(number, world) for the worlds of a mask, at the same time for several.
+  /// @throws InvalidArgument when the mask is of another size; and what `visit` throws first, by
+  ///         the number of the world. The other worlds are visited all the same.
+  template <typename Visit>
+  void for_each(Visit&& visit, Mask mask = {});
+
+  /// Advances all worlds by some steps each. Several cost less than as many calls: a world stays in
+  /// the cache meanwhile.
+  void step(std::size_t steps = 1);
+
+  /// [-] One byte a world, 1 where a step since the last reset could not be computed, so that
+  /// bodies were left standing (`StepReport::discarded_islands`, `frozen_bodies`). All go on.
+  [[nodiscard]] Mask failed() const noexcept { return failed_; }
+
+  /// Puts the worlds of a mask back to what they started as, masses and surfaces included.
+  /// @throws InvalidArgument when the mask is of another size.
+  void reset(Mask mask = {});
+
+  /// Writes bodies to out[world][body][13]: position of the body frame [m], its quaternion x, y, z,
+  /// w, velocity of the centre of mass [m/s], angular velocity [rad/s]; world axes.
+  /// @throws InvalidArgument when `out` has another size or a body is gone from a world; nothing is
+  ///         written then. The same holds for the functions below.
+  void gather_bodies(std::span<const BodyId> bodies, std::span<S> out) const;
+  /// Writes joints to out[world][joint][2]: position and velocity, as in `JointReading`.
+  void gather_joints(std::span<const JointId> joints, std::span<S> out) const;
+  /// Writes readings to out[world][patch][channel][sensor], with the channels of `TactileChannel`
+  /// in its order and units. Sensors of a `sensor_grid` are rows of an image one after the other.
+  /// All patches must have equally many sensors.
+  void gather_taxels(std::span<const PatchId> patches, std::span<S> out) const;
+  /// Writes to out[world][patch] how many sensors touch something.
+  void gather_touching(std::span<const PatchId> patches, std::span<std::uint32_t> out) const;
+
+ private:
+  /// [-] Worlds that one task goes through. Their steps share scratch memory.
+  static constexpr std::size_t per_task = 16;
+
+  void require_number(std::size_t number) const {
+    detail::require(number < size(), "WorldBatch: number of a world", number,
+                    "must be below the number of worlds");
+  }
+  void require_mask(Mask mask) const {
+    detail::require(mask.empty() || mask.size() == size(), "WorldBatch: mask.size()", mask.size(),
+                    "must be 0 or the number of worlds");
+  }
+  static void require_size(std::size_t has, std::size_t wants) {
+    detail::require(has == wants, "WorldBatch: out.size()", has,
+                    "must be " + std::to_string(wants));
+  }
+  /// Runs task(number of the task, first world, end), for all worlds.
+  template <typename Task>
+  void in_tasks(const Task& task) const {
+    parallel_for_(tasks(), [&](std::size_t k) {
+      task(k, k * per_task, std::min(size(), (k + 1) * per_task));
+    });
+  }
+  [[nodiscard]] std::size_t tasks() const { return (size() + per_task - 1) / per_task; }
+  /// Writes `width` numbers a world and handle: write(world, id, first number).
+  template <typename Id, typename T, typename Write>
+  void gather(std::span<const Id> ids, std::size_t width, std::span<T> out,
+              const Write& write) const;
+
+  World<S, Backend> origin_;
+  std::vector<World<S, Backend>> worlds_;
+  std::vector<std::uint8_t> failed_;
+  std::vector<detail::KernelScratch<WorldKernels<S, Backend>>> steppers_;
+  ParallelFor parallel_for_;
+};
+
+// Implementation -----------------------------------------------------------------------------------
+
+template <Scalar S, typename Backend>
+WorldBatch<S, Backend>::WorldBatch(const World<S, Backend>& origin, std::size_t count,
+                                   ParallelFor parallel_for)
+    : origin_(origin), failed_(count, std::uint8_t(0)), parallel_for_(std::move(parallel_for)) {
+  detail::require(count > 0, "WorldBatch: count", count, "must be > 0");
+  // The hook's threads are busy with worlds.
+  origin_.state_.def.parallel_for = serial_for;
+  worlds_.assign(count, origin_);
+  steppers_.assign(tasks(), origin_.stepper_);
+}
+
+template <Scalar S, typename Backend>
+template <typename Visit>
+void WorldBatch<S, Backend>::for_each(Visit&& visit, Mask mask) {
+  require_mask(mask);
+  const auto visit_some = [&](std::size_t first, std::size_t end) {
+    for (std::size_t i = first; i < end; ++i) {
+      if (mask.empty() || mask[i] != 0) visit(i, worlds_[i]);
+    }
+  };
+#if defined(__cpp_exceptions)
+  // Nothing may leave a task; each keeps what it met.
+  std::vector<std::exception_ptr> errors(tasks());
+  in_tasks([&](std::size_t task, std::size_t first, std::size_t end) {
+    for (std::size_t i = first; i < end; ++i) {
+      try {
+        visit_some(i, i + 1);
+      } catch (...) {
+        if (!errors[task]) errors[task] = std::current_exception();
+      }
+    }
+  });
+  for (const std::exception_ptr& error : errors) {
+    if (error) std::rethrow_exception(error);
+  }
+#else
+  in_tasks([&](std::size_t, std::size_t first, std::size_t end) { visit_some(first, end); });
+#endif
+}
+
+template <Scalar S, typename Backend>
+void WorldBatch<S, Backend>::step(std::size_t steps) {
+  in_tasks([&](std::size_t task, std::size_t first, std::size_t end) {
+    const auto& stepper = steppers_[task];
+    for (std::size_t i = first; i < end; ++i) {
+      World<S, Backend>& world = worlds_[i];
+      for (std::size_t k = 0; k < steps; ++k) {
+        stepper.kernels().step(stepper.get(), world.state_);
+        const StepReport<S>& report = world.report();
+        if (report.discarded_islands + report.frozen_bodies > 0) failed_[i] = 1;
+      }
+    }
+  });
+}
+
+template <Scalar S, typename Backend>
+void WorldBatch<S, Backend>::reset(Mask mask) {
+  require_mask(mask);
+  in_tasks([&](std::size_t, std::size_t first, std::size_t end) {
+    for (std::size_t i = first; i < end; ++i) {
+      if (!mask.empty() && mask[i] == 0) continue;
+      worlds_[i].state_ = origin_.state_;
+      failed_[i] = 0;
+    }
+  });
+}
+
+template <Scalar S, typename Backend>
+template <typename Id, typename T, typename Write>
+void WorldBatch<S, Backend>::gather(std::span<const Id> ids, std::size_t width, std::span<T> out,
+                                    const Write& write) const {
+  require_size(out.size(), size() * ids.size() * width);
+  for (const World<S, Backend>& world : worlds_) {
+    for (const Id id : ids) {
+      detail::require(world.contains(id), "WorldBatch: handle of a world", id.index,
+                      "must name what all worlds have");
+    }
+  }
+  in_tasks([&](std::size_t, std::size_t first, std::size_t end) {
+    for (std::size_t i = first; i < end; ++i) {
+      for (std::size_t k = 0; k < ids.size(); ++k) {
+        write(worlds_[i], ids[k], out.data() + (i * ids.size() + k) * width);
+      }
+    }
+  });
+}
+
+template <Scalar S, typename Backend>
+void WorldBatch<S, Backend>::gather_bodies(std::span<const BodyId> bodies, std::span<S> out) const {
+  gather<BodyId>(bodies, 13, out, [](const World<S, Backend>& world, BodyId id, S* to) {
+    const Transform<S> X = world.pose(id);
+    const Twist<S>& twist = world.body(id).twist;
+    to = std::copy_n(X.translation.data(), 3, to);
+    to = std::copy_n(X.rotation.coeffs().data(), 4, to);
+    to = std::copy_n(twist.linear.data(), 3, to);
+    std::copy_n(twist.angular.data(), 3, to);
+  });
+}
+
+template <Scalar S, typename Backend>
+void WorldBatch<S, Backend>::gather_joints(std::span<const JointId> joints,
+                                           std::span<S> out) const {
+  gather<JointId>(joints, 2, out, [](const World<S, Backend>& world, JointId id, S* to) {
+    const JointReading<S> reading = world.reading(id);
+    to[0] = reading.position;
+    to[1] = reading.velocity;
+  });
+}
+
+template <Scalar S, typename Backend>
+void WorldBatch<S, Backend>::gather_taxels(std::span<const PatchId> patches,
+                                           std::span<S> out) const {
+  const std::size_t sensors = patches.empty() ? 0 : origin_.patch(patches.front()).size();
+  for (const PatchId id : patches) {
+    detail::require(origin_.patch(id).size() == sensors, "WorldBatch: sensors of a patch",
+                    origin_.patch(id).size(), "must be as many as in the other patches");
+  }
+  gather<PatchId>(patches, tactile_channel_count * sensors, out,
+                  [](const World<S, Backend>& world, PatchId id, S* to) {
+                    const PatchReading<S> reading = world.reading(id);
+                    for (const std::span<const S> channel :
+                         {reading.depth, reading.normal_force, reading.shear_1, reading.shear_2}) {
+                      to = std::copy(channel.begin(), channel.end(), to);
+                    }
+                  });
+}
+
+template <Scalar S, typename Backend>
+void WorldBatch<S, Backend>::gather_touching(std::span<const PatchId> patches,
+                                             std::span<std::uint32_t> out) const {
+  gather<PatchId>(patches, 1, out,
+                  [](const World<S, Backend>& world, PatchId id, std::uint32_t* to) {
+                    *to = static_cast<std::uint32_t>(world.reading(id).touching());
+                  });
+}
+
+}  // namespace bristle::inline BRISTLE_ABI
