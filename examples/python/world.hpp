@@ -1,0 +1,241 @@
+/// @file
+/// Worlds and readings in Python.
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "arrays.hpp"
+
+#include <bristle/bristle.hpp>
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <pybind11/eigen.h>
+#include <pybind11/numpy.h>
+#include <pybind11/pybind11.h>
+#include <pybind11/stl.h>
+#include <span>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+namespace bristle_python {
+
+namespace py = pybind11;
+using namespace py::literals;
+using namespace bristle;
+
+/// Readings of a patch, copied: they stay as they are when the world goes on.
+template <typename S>
+struct Reading {
+  Array<S> depth, normal_force, shear_1, shear_2, point, force, torque;
+  Array<bool> touches;
+  S total_normal, total_shear;
+  std::size_t touching, slipping;
+
+  explicit Reading(const PatchReading<S>& r)
+      : depth(copied(r.depth)),
+        normal_force(copied(r.normal_force)),
+        shear_1(copied(r.shear_1)),
+        shear_2(copied(r.shear_2)),
+        point({r.size(), std::size_t(3)}),
+        force(3, r.wrench.force.data()),
+        torque(3, r.wrench.torque.data()),
+        touches(static_cast<py::ssize_t>(r.size())),
+        total_normal(r.total_normal()),
+        total_shear(r.total_shear()),
+        touching(r.touching()),
+        slipping(r.slipping()) {
+    for (std::size_t i = 0; i < r.size(); ++i) {
+      const auto k = static_cast<py::ssize_t>(i);
+      point.mutable_at(k, 0) = r.point_x[i];
+      point.mutable_at(k, 1) = r.point_y[i];
+      point.mutable_at(k, 2) = r.point_z[i];
+      touches.mutable_at(k) = r.state[i] != SensorState::free;
+    }
+  }
+};
+
+template <typename S>
+void bind_world(py::module_& m) {
+  using World = bristle::World<S>;
+  using Vec4 = Eigen::Matrix<S, 4, 1>;
+  py::class_<Reading<S>>(m, "Reading", "What a patch felt in a step: copies, an entry a sensor.")
+      .def_readonly("depth", &Reading<S>::depth, "[1]")
+      .def_readonly("normal_force", &Reading<S>::normal_force, "[N]")
+      .def_readonly("shear_1", &Reading<S>::shear_1, "[N] along t1")
+      .def_readonly("shear_2", &Reading<S>::shear_2, "[N] along t2")
+      .def_readonly("point", &Reading<S>::point, "[m] in the world, where something is touched")
+      .def_readonly("touches", &Reading<S>::touches)
+      .def_readonly("force", &Reading<S>::force, "[N] on the patch's body, world axes")
+      .def_readonly("torque", &Reading<S>::torque, "[N m] about its centre of mass")
+      .def_readonly("total_normal", &Reading<S>::total_normal, "[N]")
+      .def_readonly("total_shear", &Reading<S>::total_shear, "[N]")
+      .def_readonly("touching", &Reading<S>::touching)
+      .def_readonly("slipping", &Reading<S>::slipping);
+
+  py::class_<World>(m, "World", "A rigid-body world whose hands can hold things.")
+      .def(
+          py::init([](const Vec3<S>& gravity, S time_step) {
+            return std::make_unique<World>(WorldDef<S>{.gravity = gravity, .time_step = time_step});
+          }),
+          py::kw_only(), "gravity"_a = Vec3<S>(0, 0, S(-9.81)), "time_step"_a = S(1) / S(240))
+      .def("__copy__", [](const World& world) { return std::make_unique<World>(world); })
+      .def("copy", [](const World& world) { return std::make_unique<World>(world); })
+      .def(
+          "add_body",
+          [](World& world, Motion motion, std::optional<Shape<S>> shape, std::optional<S> mass,
+             const Vec3<S>& position, const Vec4& orientation, const Vec3<S>& velocity,
+             const Vec3<S>& angular_velocity, S friction, S restitution) {
+            BodyDef<S> def;
+            def.motion = motion;
+            if (shape) def.shape = *std::move(shape);
+            def.mass = mass;
+            def.material.friction = friction;
+            def.material.restitution = restitution;
+            def.position = position;
+            def.orientation = rotation_of<S>(orientation);
+            def.velocity = velocity;
+            def.angular_velocity = angular_velocity;
+            return world.add_body(def);
+          },
+          py::kw_only(), "motion"_a = Motion::dynamic, "shape"_a = py::none(),
+          "mass"_a = py::none(), "position"_a = Vec3<S>(0, 0, 0),
+          "orientation"_a = Vec4(0, 0, 0, 1), "velocity"_a = Vec3<S>(0, 0, 0),
+          "angular_velocity"_a = Vec3<S>(0, 0, 0), "friction"_a = Material<S>{}.friction,
+          "restitution"_a = Material<S>{}.restitution,
+          "Adds a body [kg, m, m/s, rad/s]; orientation is x, y, z, w.")
+      .def("remove_body", &World::remove_body, "body"_a)
+      .def(
+          "add_joint",
+          [](World& world, JointKind kind, BodyId a, BodyId b, const Vec3<S>& anchor_a,
+             const Vec4& rotation_a, const Vec3<S>& anchor_b, const Vec4& rotation_b, S lower,
+             S upper, DriveMode mode, S target, S max_force, S stiffness, S damping) {
+            JointDef<S> def;
+            def.kind = kind;
+            def.body_a = a;
+            def.body_b = b;
+            def.X_AJ = {rotation_of<S>(rotation_a), anchor_a};
+            def.X_BJ = {rotation_of<S>(rotation_b), anchor_b};
+            def.lower_limit = lower;
+            def.upper_limit = upper;
+            def.drive = {.mode = mode,
+                         .target = target,
+                         .max_force = max_force,
+                         .stiffness = stiffness,
+                         .damping = damping};
+            return world.add_joint(def);
+          },
+          "kind"_a, "body_a"_a, "body_b"_a, py::kw_only(), "anchor_a"_a = Vec3<S>(0, 0, 0),
+          "rotation_a"_a = Vec4(0, 0, 0, 1), "anchor_b"_a = Vec3<S>(0, 0, 0),
+          "rotation_b"_a = Vec4(0, 0, 0, 1), "lower"_a = -infinity<S>, "upper"_a = infinity<S>,
+          "mode"_a = DriveMode::none, "target"_a = S(0), "max_force"_a = S(0), "stiffness"_a = S(0),
+          "damping"_a = S(0), "Adds a joint about or along the x axis of its frame in both bodies.")
+      .def(
+          "set_drive",
+          [](World& world, JointId id, DriveMode mode, S target, S max_force, S stiffness,
+             S damping) {
+            world.set_drive(id, {.mode = mode,
+                                 .target = target,
+                                 .max_force = max_force,
+                                 .stiffness = stiffness,
+                                 .damping = damping});
+          },
+          "joint"_a, py::kw_only(), "mode"_a, "target"_a = S(0), "max_force"_a = S(0),
+          "stiffness"_a = S(0), "damping"_a = S(0))
+      .def(
+          "joint_state",
+          [](const World& world, JointId id) {
+            const JointReading<S> r = world.reading(id);
+            return std::pair(r.position, r.velocity);
+          },
+          "joint"_a, "Position and velocity of its free axis.")
+      .def(
+          "add_patch",
+          [](World& world, BodyId body, const SensorLayout<S>& sensors,
+             const SensorParameters<S>& parameters, Integration integration, SlipReset reset,
+             NormalDirection normal, std::uint32_t cast_every) {
+            PatchDef<S> def;
+            def.sensors = sensors;
+            def.parameters = parameters;
+            def.integration = integration;
+            def.options = {.reset = reset, .normal = normal};
+            def.cast_every = cast_every;
+            return world.add_patch(body, std::move(def));
+          },
+          "body"_a, "sensors"_a, "parameters"_a, py::kw_only(),
+          "integration"_a = Integration::automatic, "reset"_a = SlipReset::release,
+          "normal"_a = LawOptions{}.normal, "cast_every"_a = 1u, "Adds sensors to a body.")
+      .def("set_parameters", &World::set_parameters, "patch"_a, "parameters"_a)
+      .def("set_mass", &World::set_mass, "body"_a, "mass"_a, "[kg]; inertia in proportion.")
+      .def(
+          "set_friction",
+          [](World& world, BodyId body, S friction, S restitution) {
+            world.set_material(body, {.friction = friction, .restitution = restitution});
+          },
+          "body"_a, "friction"_a, "restitution"_a = S(0))
+      .def("set_gravity", &World::set_gravity, "gravity"_a, "[m/s^2]")
+      .def("set_time_step", &World::set_time_step, "time_step"_a, "[s]")
+      .def(
+          "set_pose",
+          [](World& world, BodyId id, const Vec3<S>& position, const Vec4& orientation) {
+            world.set_pose(id, {rotation_of<S>(orientation), position});
+          },
+          "body"_a, "position"_a, "orientation"_a = Vec4(0, 0, 0, 1))
+      .def(
+          "set_velocity",
+          [](World& world, BodyId id, const Vec3<S>& linear, const Vec3<S>& angular) {
+            world.set_velocity(id, {linear, angular});
+          },
+          "body"_a, "linear"_a, "angular"_a = Vec3<S>(0, 0, 0), "[m/s, rad/s]")
+      .def(
+          "move_to",
+          [](World& world, BodyId id, const Vec3<S>& position, const Vec4& orientation) {
+            world.move_to(id, {rotation_of<S>(orientation), position});
+          },
+          "body"_a, "position"_a, "orientation"_a = Vec4(0, 0, 0, 1),
+          "Where a kinematic body is to be after the next step.")
+      .def("apply_force", &World::apply_force, "body"_a, "force"_a, "point"_a, "[N], [m]")
+      .def(
+          "position",
+          [](const World& world, BodyId id) { return Vec3<S>(world.pose(id).translation); },
+          "body"_a, "[m] of the body frame")
+      .def(
+          "orientation",
+          [](const World& world, BodyId id) { return Vec4(world.pose(id).rotation.coeffs()); },
+          "body"_a, "x, y, z, w")
+      .def(
+          "velocity",
+          [](const World& world, BodyId id) {
+            const Twist<S>& twist = world.body(id).twist;
+            return std::pair(Vec3<S>(twist.linear), Vec3<S>(twist.angular));
+          },
+          "body"_a, "[m/s, rad/s] of the centre of mass, and angular")
+      .def(
+          "reading", [](const World& world, PatchId id) { return Reading<S>(world.reading(id)); },
+          "patch"_a, "What a patch felt in the last step.")
+      .def(
+          "step",
+          [](World& world, std::size_t steps) {
+            for (std::size_t i = 0; i < steps; ++i) world.step();
+          },
+          "steps"_a = 1, py::call_guard<py::gil_scoped_release>())
+      .def("snapshot",
+           [](const World& world) {
+             const std::vector<std::byte> bytes = world.snapshot();
+             return py::bytes(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+           })
+      .def(
+          "restore",
+          [](World& world, const py::bytes& bytes) {
+            const std::string_view view = bytes;
+            world.restore(std::as_bytes(std::span(view.data(), view.size())));
+          },
+          "bytes"_a)
+      .def("state_hash", &World::state_hash)
+      .def_property_readonly("time_step", &World::time_step, "[s]");
+}
+
+}  // namespace bristle_python
