@@ -9,7 +9,7 @@
 #include "scenario.hpp"
 
 #include <bristle/core/error.hpp>
-#include <bristle/io/glb.hpp>
+#include <bristle/io/file.hpp>
 #include <bristle/io/svg_plot.hpp>
 
 #include <cmath>
@@ -204,7 +204,7 @@ void write_files(const Settings& settings, const Outcome& outcome) {
   plot.write_svg(svg);
   std::printf("wrote %s and %s\n", csv.string().c_str(), svg.string().c_str());
   if (settings.replay.empty()) return;
-  bristle::write_glb(settings.replay, outcome.recording);
+  bristle::write_file(settings.replay, outcome.replay);
   std::printf("wrote %s\n", settings.replay.string().c_str());
 }
 

@@ -78,7 +78,7 @@ class Gripper {
     set_down();
     outcome_.simulated_time = time_;
     outcome_.cpu_time = double(std::clock() - begin) / CLOCKS_PER_SEC;
-    if (!settings_.replay.empty()) outcome_.recording = recorder_.recording();
+    if (!settings_.replay.empty()) outcome_.replay = glb(recorder_.recording());
     return std::move(outcome_);
   }
 

@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <bristle/io/recorder.hpp>
 #include <bristle/io/trace.hpp>
 #include <bristle/sensors/sensor_parameters.hpp>
 
@@ -41,7 +40,7 @@ struct Outcome {
       {"time", "s"},         {"part height", "mm"}, {"gripper height", "mm"}, {"sag", "um"},
       {"normal force", "N"}, {"shear force", "N"},  {"slipping sensors", ""}, {"drive force", "N"}};
   std::vector<Phase> phases;
-  bristle::Recording<double> recording;
+  std::string replay;  // binary glTF, if asked for
 
   std::size_t sensors = 0;
   double weight = 0;         // m g

@@ -37,9 +37,10 @@ template <Scalar S>
 struct PatchReading {
   /// [1] Depth e_N at the start of the step, in [0, 1]; 0 where nothing is touched.
   std::span<const S> depth;
-  /// [N] Normal force, >= 0, pushing the sensor back along its ray.
+  /// [N] Force along the ray, >= 0, that pushes the sensor back.
   std::span<const S> normal_force;
-  /// [N] Shear along t1 and t2.
+  /// [N] Force across the ray, along t1 and t2: friction, and what an oblique surface pushes aside
+  /// (`NormalDirection::gradient`).
   std::span<const S> shear_1;
   std::span<const S> shear_2;
   /// [m] Point of touch in the world, valid where something is touched.
