@@ -8,6 +8,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <bristle/bristle.hpp>
 
+#include <cmath>
 #include <cstdio>
 
 using namespace bristle;
@@ -57,8 +58,8 @@ int main() {
   std::printf("push.csv: %zu rows; push.svg: %zu panels\n", trace.size(), plot.panels.size());
   std::puts("time [s]  displacement [mm]  shear [N]");
   for (std::size_t row = 99; row < trace.size(); row += 200) {
-    std::printf("%8.1f  %17.2f  %9.2f\n", time[row], 1e3 * trace.column("displacement")[row],
-                trace.column("shear")[row]);
+    std::printf("%8.1f  %17.2f  %9.2f\n", time[row],
+                1e3 * std::abs(trace.column("displacement")[row]), trace.column("shear")[row]);
   }
   std::printf("predicted while pushed: %.2f mm\n", 1e3 * stretch);
 }

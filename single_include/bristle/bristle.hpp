@@ -13350,12 +13350,11 @@ class World {
   /// [-] Changes who may touch and sense a body.
   void set_filter(BodyId id, const CollisionFilter& filter);
   /// [kg] Gives a dynamic body another mass; its inertia changes in proportion, as that of the same
-  /// solid of another density. No part of snapshots, nor are surfaces.
-  /// @throws InvalidArgument when the body is not dynamic, the mass is not > 0, or it or the
-  /// inertia
-  ///         has no finite inverse.
+  /// solid of another density, and is rounded each time.
+  /// @throws InvalidArgument when the body is not dynamic, the mass is not > 0, or the mass or the
+  ///         inertia has no finite inverse.
   void set_mass(BodyId id, S mass);
-  /// [1] Gives all shapes of a body another surface.
+  /// [1] Gives all shapes of a body the same other surface.
   /// @throws InvalidArgument naming the field of the material.
   void set_material(BodyId id, const Material<S>& material);
 
@@ -13439,8 +13438,9 @@ class World {
   // ------------------------------------------------------------------------------------------
 
   /// All that changes from step to step or by the calls above, as bytes: poses, velocities, contact
-  /// and joint impulses, bristles, readings, drives, filters, constants of sensors, step length and
-  /// gravity. Not shapes, masses and other definitions. For this version and machine.
+  /// and joint impulses, bristles, readings, drives, filters, masses, surfaces, constants of
+  /// sensors, step length and gravity. Not shapes and other definitions. For this version and
+  /// machine.
   [[nodiscard]] std::vector<std::byte> snapshot() const;
   /// Puts the world into the state of a snapshot; it then steps on with the same bits. It must have
   /// the same bodies, shapes, joints and patches, under the same handles: be the world the snapshot
@@ -17162,13 +17162,8 @@ namespace bristle::inline BRISTLE_ABI {
 
 /// Copies of one world, which share its shapes and nothing else.
 ///
-///     WorldBatch<float> batch(scene, 1024, pool.hook());
-///     batch.for_each([](std::size_t i, World<float>& world) { world.set_mass(part, mass_of(i));
-///     }); for (...) {
-///       batch.step(8);                          // eight steps of each world
-///       batch.gather_taxels(pads, images);      // [world][patch][channel][sensor]
-///       batch.reset(batch.failed());
-///     }
+/// `WorldBatch<float> batch(scene, 1024, pool.hook())`, then, again and again, `batch.step(8)`,
+/// `batch.gather_taxels(pads, images)` and `batch.reset(batch.failed())`: examples/18_batch.cpp.
 ///
 /// Each world does what it would alone, to the last bit, whatever the number of threads and of
 /// worlds: what is drawn by chance is to be seeded by the number of the world. Handles of the
@@ -17182,8 +17177,9 @@ class WorldBatch {
 
   /// @param origin  What all worlds start as and are reset to. It is copied.
   /// @param count   [-] Number of worlds, > 0.
-  /// @param parallel_for  Steps worlds at the same time. Worlds themselves use one thread each.
-  /// @throws InvalidArgument when `count` is 0.
+  /// @param parallel_for  Steps worlds at the same time. Worlds use one thread each, whatever hook
+  ///                      the original has; a world that is assigned to brings its own.
+  /// @throws InvalidArgument when `count` is 0 or the hook is empty.
   WorldBatch(const World<S, Backend>& origin, std::size_t count,
              ParallelFor parallel_for = serial_for);
 
@@ -17209,8 +17205,9 @@ class WorldBatch {
   /// the cache meanwhile.
   void step(std::size_t steps = 1);
 
-  /// [-] One byte a world, 1 where a step since the last reset could not be computed, so that
-  /// bodies were left standing (`StepReport::discarded_islands`, `frozen_bodies`). All go on.
+  /// [-] One byte a world, 1 where a step of this batch since the last reset could not be computed,
+  /// so that bodies were left standing (`StepReport::discarded_islands`, `frozen_bodies`). All go
+  /// on. Steps that are made by `world(i).step()` are not looked at.
   [[nodiscard]] Mask failed() const noexcept { return failed_; }
 
   /// Puts the worlds of a mask back to what they started as, masses and surfaces included.
@@ -17226,14 +17223,16 @@ class WorldBatch {
   void gather_joints(std::span<const JointId> joints, std::span<S> out) const;
   /// Writes readings to out[world][patch][channel][sensor], with the channels of `TactileChannel`
   /// in its order and units. Sensors of a `sensor_grid` are rows of an image one after the other.
-  /// All patches must have equally many sensors.
+  /// All patches of all worlds must have equally many sensors.
   void gather_taxels(std::span<const PatchId> patches, std::span<S> out) const;
   /// Writes to out[world][patch] how many sensors touch something.
   void gather_touching(std::span<const PatchId> patches, std::span<std::uint32_t> out) const;
 
  private:
-  /// [-] Worlds that one task goes through. Their steps share scratch memory.
-  static constexpr std::size_t per_task = 16;
+  /// [-] Worlds that one task goes through at most. Their steps share scratch memory.
+  static constexpr std::size_t most_per_task = 16;
+  /// [-] Of fewer tasks than this, one thread would wait for another.
+  static constexpr std::size_t fewest_tasks = 64;
 
   void require_number(std::size_t number) const {
     detail::require(number < size(), "WorldBatch: number of a world", number,
@@ -17250,11 +17249,13 @@ class WorldBatch {
   /// Runs task(number of the task, first world, end), for all worlds.
   template <typename Task>
   void in_tasks(const Task& task) const {
-    parallel_for_(tasks(), [&](std::size_t k) {
-      task(k, k * per_task, std::min(size(), (k + 1) * per_task));
+    parallel_for_(steppers_.size(), [&](std::size_t k) {
+      task(k, k * per_task_, std::min(size(), (k + 1) * per_task_));
     });
   }
-  [[nodiscard]] std::size_t tasks() const { return (size() + per_task - 1) / per_task; }
+  /// Raises InvalidArgument unless all worlds have all of these.
+  template <typename Id>
+  void require_handles(std::span<const Id> ids) const;
   /// Writes `width` numbers a world and handle: write(world, id, first number).
   template <typename Id, typename T, typename Write>
   void gather(std::span<const Id> ids, std::size_t width, std::span<T> out,
@@ -17263,6 +17264,7 @@ class WorldBatch {
   World<S, Backend> origin_;
   std::vector<World<S, Backend>> worlds_;
   std::vector<std::uint8_t> failed_;
+  std::size_t per_task_;
   std::vector<detail::KernelScratch<WorldKernels<S, Backend>>> steppers_;
   ParallelFor parallel_for_;
 };
@@ -17272,12 +17274,16 @@ class WorldBatch {
 template <Scalar S, typename Backend>
 WorldBatch<S, Backend>::WorldBatch(const World<S, Backend>& origin, std::size_t count,
                                    ParallelFor parallel_for)
-    : origin_(origin), failed_(count, std::uint8_t(0)), parallel_for_(std::move(parallel_for)) {
+    : origin_(origin),
+      per_task_(std::clamp<std::size_t>(count / fewest_tasks, 1, most_per_task)),
+      parallel_for_(std::move(parallel_for)) {
   detail::require(count > 0, "WorldBatch: count", count, "must be > 0");
+  detail::require(bool(parallel_for_), "WorldBatch: parallel_for", "empty", "must be callable");
   // The hook's threads are busy with worlds.
   origin_.state_.def.parallel_for = serial_for;
   worlds_.assign(count, origin_);
-  steppers_.assign(tasks(), origin_.stepper_);
+  failed_.assign(count, std::uint8_t(0));
+  steppers_.assign((count + per_task_ - 1) / per_task_, origin_.stepper_);
 }
 
 template <Scalar S, typename Backend>
@@ -17291,7 +17297,7 @@ void WorldBatch<S, Backend>::for_each(Visit&& visit, Mask mask) {
   };
 #if defined(__cpp_exceptions)
   // Nothing may leave a task; each keeps what it met.
-  std::vector<std::exception_ptr> errors(tasks());
+  std::vector<std::exception_ptr> errors(steppers_.size());
   in_tasks([&](std::size_t task, std::size_t first, std::size_t end) {
     for (std::size_t i = first; i < end; ++i) {
       try {
@@ -17326,27 +17332,31 @@ void WorldBatch<S, Backend>::step(std::size_t steps) {
 
 template <Scalar S, typename Backend>
 void WorldBatch<S, Backend>::reset(Mask mask) {
-  require_mask(mask);
-  in_tasks([&](std::size_t, std::size_t first, std::size_t end) {
-    for (std::size_t i = first; i < end; ++i) {
-      if (!mask.empty() && mask[i] == 0) continue;
-      worlds_[i].state_ = origin_.state_;
-      failed_[i] = 0;
-    }
-  });
+  for_each(
+      [this](std::size_t i, World<S, Backend>& world) {
+        world.state_ = origin_.state_;
+        failed_[i] = 0;
+      },
+      mask);
 }
 
 template <Scalar S, typename Backend>
-template <typename Id, typename T, typename Write>
-void WorldBatch<S, Backend>::gather(std::span<const Id> ids, std::size_t width, std::span<T> out,
-                                    const Write& write) const {
-  require_size(out.size(), size() * ids.size() * width);
+template <typename Id>
+void WorldBatch<S, Backend>::require_handles(std::span<const Id> ids) const {
   for (const World<S, Backend>& world : worlds_) {
     for (const Id id : ids) {
       detail::require(world.contains(id), "WorldBatch: handle of a world", id.index,
                       "must name what all worlds have");
     }
   }
+}
+
+template <Scalar S, typename Backend>
+template <typename Id, typename T, typename Write>
+void WorldBatch<S, Backend>::gather(std::span<const Id> ids, std::size_t width, std::span<T> out,
+                                    const Write& write) const {
+  require_handles(ids);
+  require_size(out.size(), size() * ids.size() * width);
   in_tasks([&](std::size_t, std::size_t first, std::size_t end) {
     for (std::size_t i = first; i < end; ++i) {
       for (std::size_t k = 0; k < ids.size(); ++k) {
@@ -17381,10 +17391,13 @@ void WorldBatch<S, Backend>::gather_joints(std::span<const JointId> joints,
 template <Scalar S, typename Backend>
 void WorldBatch<S, Backend>::gather_taxels(std::span<const PatchId> patches,
                                            std::span<S> out) const {
-  const std::size_t sensors = patches.empty() ? 0 : origin_.patch(patches.front()).size();
-  for (const PatchId id : patches) {
-    detail::require(origin_.patch(id).size() == sensors, "WorldBatch: sensors of a patch",
-                    origin_.patch(id).size(), "must be as many as in the other patches");
+  require_handles(patches);
+  const std::size_t sensors = patches.empty() ? 0 : worlds_[0].patch(patches.front()).size();
+  for (const World<S, Backend>& world : worlds_) {
+    for (const PatchId id : patches) {
+      detail::require(world.patch(id).size() == sensors, "WorldBatch: sensors of a patch",
+                      world.patch(id).size(), "must be as many as those of the first one");
+    }
   }
   gather<PatchId>(patches, tactile_channel_count * sensors, out,
                   [](const World<S, Backend>& world, PatchId id, S* to) {
@@ -21924,8 +21937,8 @@ bool BundleMeshQuery<S>::cast_together(const Bundle& bundle, const BoxInTree<S>&
                                        const LeafList<S>& list, Side side) {
   if (!bundle.has_one_frame || list.size() > most_leaves || !gather(box, list)) return false;
   const RaySlice asked = asked_of(bundle);
-  if (triangles_.size() == 0) decide_empty(bundle, side);
-  if (triangles_.size() > 0) cast_blocks(bundle, asked.first, asked.end, side);
+  triangles_.size() > 0 ? cast_blocks(bundle, asked.first, asked.end, side)
+                        : decide_empty(bundle, side);
   return true;
 }
 
@@ -34170,8 +34183,7 @@ class SolveStage {
 
   /// Takes contacts and joints to the instants at which their impulses act. The rows of joints that
   /// follow the motion of their mechanism are there already.
-  static void time_constraints(State& state, const Island& island,
-                               const SolveContext<S>& context) {
+  static void time_constraints(State& state, const Island& island, const SolveContext<S>& context) {
     using std::max;
     const bool is_large = IslandSolver<S>::is_large(context);
     // An arm r of a body that turns leaves h w^2 r / 2 at most. What that does not count for pays
@@ -35038,6 +35050,7 @@ void World<S, Backend>::set_mass(BodyId id, S mass) {
   const Body<S>& old = body(id);
   detail::require(old.is_dynamic(), "set_mass: BodyId", id.index, "must name a dynamic body");
   detail::require_positive("set_mass: mass", mass);
+  if (mass == old.mass) return;
   Body<S> changed = old;
   changed.mass = mass;
   changed.inverse_mass = S(1) / mass;
@@ -35085,9 +35098,9 @@ void World<S, Backend>::wake(BodyId id) {
 namespace bristle::inline BRISTLE_ABI::detail {
 
 /// Checks that the tip of each ray lies outside of the shapes that its body has. Where a ray starts
-/// does not matter: deep in the body, on its surface, or behind a thin plate that it passes through.
-/// What ends outside has left the body there, and feels what comes from there. Each tip is cast at
-/// each shape once.
+/// does not matter: deep in the body, on its surface, or behind a thin plate that it passes
+/// through. What ends outside has left the body there, and feels what comes from there. Each tip is
+/// cast at each shape once.
 ///
 /// @param shapes  Tags of the shapes of the body.
 /// @throws InvalidArgument that names the first sensor for which that is not so.
@@ -35237,8 +35250,8 @@ class BitHash {
 /// What the state of a world is: the one list that snapshots, their restoration and the hash
 /// follow.
 ///
-/// State is what a step reads and a step or a caller changes. Shapes, masses, layouts and settings
-/// are not: they come from the calls that built the world. What of them identifies the world goes
+/// State is what a step reads and a step or a caller changes. Shapes, layouts and settings are not:
+/// they come from the calls that built the world. What of them identifies the world goes
 /// through `same`. New state is one more line here.
 // SPDX-License-Identifier: BSD-3-Clause
 
@@ -35326,6 +35339,28 @@ template <Scalar S>
 }
 
 template <Scalar S>
+[[nodiscard]] bool is_valid_state(const Material<S>& material) {
+  return is_not_negative(material.friction) && is_not_negative(material.restitution) &&
+         material.restitution <= S(1);
+}
+
+/// Whether mass and inertia can be those of a body after `set_mass`: of its own solid in another
+/// density, with the inverses that belong to them.
+template <Scalar S>
+[[nodiscard]] bool is_of_same_solid(const Body<S>& changed, const Body<S>& body) {
+  if (!body.is_dynamic()) {
+    return changed.mass == body.mass && changed.inverse_mass == body.inverse_mass &&
+           changed.inertia_B == body.inertia_B &&
+           changed.inverse_inertia_B == body.inverse_inertia_B;
+  }
+  if (!is_positive(changed.mass) || changed.inverse_mass != S(1) / changed.mass) return false;
+  const Mat3<S> expected = (changed.mass * body.inverse_mass) * body.inertia_B;
+  const S difference = (changed.inertia_B - expected).cwiseAbs().maxCoeff();
+  return difference <= Tolerance<S>::equal() * expected.diagonal().maxCoeff() &&
+         changed.inverse_inertia_B == inverse_inertia<S>(changed.inertia_B);
+}
+
+template <Scalar S>
 [[nodiscard]] bool is_valid_state(const SensorParameters<S>& p) {
   return is_not_negative(p.normal_stiffness) && is_not_negative(p.normal_damping) &&
          is_not_negative(p.static_friction) && is_not_negative(p.sliding_friction) &&
@@ -35352,7 +35387,6 @@ template <Scalar S>
 template <typename Body, typename Visitor>
 void visit_body(Body& body, std::uint32_t slots, Visitor& visit) {
   visit.same("bodies (motion)", body.motion);
-  visit.same("bodies (mass)", body.mass);
   for (std::size_t i = 0; i < 3; ++i) {
     visit.same("bodies (locked axes)", body.locked.linear[i]);
     visit.same("bodies (locked axes)", body.locked.angular[i]);
@@ -35363,6 +35397,10 @@ void visit_body(Body& body, std::uint32_t slots, Visitor& visit) {
     visit.value(item.twist.linear);
     visit.value(item.twist.angular);
     visit_wrench(item.applied, visit);
+    visit.value(item.mass);
+    visit.value(item.inverse_mass);
+    visit.value(item.inertia_B);
+    visit.value(item.inverse_inertia_B);
     visit.value(item.filter.category);
     visit.value(item.filter.mask);
     visit.value(item.filter.group);
@@ -35370,8 +35408,9 @@ void visit_body(Body& body, std::uint32_t slots, Visitor& visit) {
     visit.value(item.sleep.island);
     visit.value(item.sleep.is_stirred);
   };
-  visit.item("bodies (state)", body, each,
-             [&](const auto& item) { return is_valid_state(item, slots); });
+  visit.item("bodies (state)", body, each, [&](const auto& item) {
+    return is_valid_state(item, slots) && is_of_same_solid(item, body);
+  });
 }
 
 template <typename Collider, typename Visitor>
@@ -35379,6 +35418,12 @@ void visit_collider(Collider& collider, Visitor& visit) {
   visit.same("shapes (body)", collider.body.index);
   visit.same("shapes (kind)", collider.kind);
   visit.same("shapes (size)", collider.radius);
+  const auto each = [&](auto& material) {
+    visit.value(material.friction);
+    visit.value(material.restitution);
+  };
+  visit.item("shapes (surface)", collider.material, each,
+             [](const auto& material) { return is_valid_state(material); });
 }
 
 template <typename Joint, typename Visitor>
@@ -35623,11 +35668,10 @@ void visit_contacts(const State& state, Cache& cache, Visitor& visit) {
     visit.value(std::span(point.passing));
     visit.value(point.took_impact);
     visit.value(point.acts_at_mid);
-    visit.require("contacts (points)", has_finite_square(point.arm_a) &&
-                                           has_finite_square(point.arm_b) &&
-                                           has_finite_square(point.mid_offset_a) &&
-                                           has_finite_square(point.mid_offset_b) &&
-                                           has_finite_square(point.gap));
+    visit.require("contacts (points)",
+                  has_finite_square(point.arm_a) && has_finite_square(point.arm_b) &&
+                      has_finite_square(point.mid_offset_a) &&
+                      has_finite_square(point.mid_offset_b) && has_finite_square(point.gap));
   });
   std::size_t next = 0;
   ShapePair last{0, 0};
@@ -35690,7 +35734,7 @@ struct SnapshotHead {
   static constexpr std::uint64_t expected_magic = 0x6c7473697262'0001u;  // "brist", and a number.
 
   std::uint64_t magic = expected_magic;
-  std::uint64_t version = 5;
+  std::uint64_t version = 6;
   /// [-] Bytes of a scalar, and of all that follows the head.
   std::uint64_t scalar_size = 0;
   std::uint64_t payload_size = 0;

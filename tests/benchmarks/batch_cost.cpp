@@ -98,6 +98,7 @@ void measure(const char* scalar, int side, std::size_t count) {
   });
 
   std::vector<World<S>> loop(count, grip.world);
+  for (std::size_t i = 0; i < count; ++i) vary(i, loop[i]);
   const auto step_loop = [&] {
     for (World<S>& world : loop) world.step();
   };

@@ -195,11 +195,13 @@ TEST_CASE("snapshot: a world of other things is named and left alone") {
   numb.world.add_patch(numb.bodies[2], smaller);
   CHECK(refusal_of(numb.world, snapshot) == "snapshot: patches");
 
-  World<double> heavy;
-  World<double> light;
-  heavy.add_body({.mass = 2.0, .shape = Sphere<double>{0.1}});
-  light.add_body({.mass = 1.0, .shape = Sphere<double>{0.1}});
-  CHECK(refusal_of(light, heavy.snapshot()) == "snapshot: bodies (mass)");
+  // Another mass is state, another solid is not.
+  World<double> hollow;
+  World<double> full;
+  const Shape<double> ball = Sphere<double>{0.1};
+  hollow.add_body({.mass = 1.0, .inertia = Mat3<double>(Mat3<double>::Identity()), .shape = ball});
+  full.add_body({.mass = 1.0, .shape = ball});
+  CHECK(refusal_of(full, hollow.snapshot()) == "snapshot: bodies (state)");
 
   auto other_scalar = make_medley<float>();
   CHECK(refusal_of(other_scalar.world, snapshot) == "snapshot: bytes of a scalar");
@@ -409,4 +411,40 @@ TEST_CASE("state_hash: every kind of state counts") {
   CHECK(differs([](M& m) { m.world.step(); }));
   // -0.0 equals 0.0, but not in its bits.
   CHECK(differs([](M& m) { m.world.set_gravity({-0.0, 0, -9.81}); }));
+}
+
+TEST_CASE_TEMPLATE("snapshot: masses and surfaces that were set come back, with the same bits", S,
+                   float, double) {
+  const auto make = [] {
+    World<S> world({.gravity = {S(3), S(0), S(-9)}});
+    world.add_body({.motion = Motion::fixed, .shape = HalfSpace<S>{}});
+    BodyDef<S> box;
+    box.mass = S(1);
+    box.shape = Box<S>{{S(0.1), S(0.1), S(0.02)}};
+    box.position = {S(0), S(0), S(0.02)};
+    world.add_body(box);
+    return world;
+  };
+  const BodyId box{1, 0};
+  World<S> world = make();
+  world.set_mass(box, S(0.3));
+  world.set_material(box, {.friction = S(0.1)});
+  for (int i = 0; i < 30; ++i) world.step();
+  const std::vector<std::byte> then = world.snapshot();
+  World<S> other = make();
+  CHECK(other.state_hash() != world.state_hash());
+  world.set_mass(box, S(2));
+  world.set_material(box, {.friction = S(1)});
+  CHECK(world.snapshot() != then);
+  world.restore(then);
+  other.restore(then);
+  CHECK(other.body(box).mass == S(0.3));
+  for (int i = 0; i < 30; ++i) {
+    world.step();
+    other.step();
+  }
+  CHECK(world.state_hash() == other.state_hash());
+  // Of a friction of sqrt(0.5 * 0.1) that it slides by for a quarter of a second.
+  const S expected = (S(3) - std::sqrt(S(0.05)) * S(9)) / S(4);
+  CHECK(world.body(box).twist.linear.x() == test::relative(expected).epsilon(1e-3));
 }

@@ -9,6 +9,7 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <functional>
@@ -77,7 +78,7 @@ TEST_CASE_TEMPLATE("WorldBatch: worlds do what they would do alone, for any numb
   }
 }
 
-TEST_CASE("WorldBatch: worlds of a mask start anew, masses and surfaces included") {
+TEST_CASE("WorldBatch: worlds of a mask start anew, with the masses they had") {
   const auto scene = training_grasp<double>();
   WorldBatch<double> batch(scene.world, 20);
   const std::uint64_t start = scene.world.state_hash();
@@ -173,16 +174,72 @@ TEST_CASE("WorldBatch: what does not fit is refused, and nothing is written") {
   batch.world(2).remove_body(scene.part);
   CHECK(field_of([&] { batch.gather_bodies(part, out); }) == "WorldBatch: handle of a world");
   for (const double x : out) CHECK(x == 7.0);
-  // Of what several visits throw the first counts, by number; all are made.
-  std::vector<int> visited(4, 0);
-  const auto visit = [&](std::size_t i, World<double>& world) {
-    ++visited[i];
-    if (i > 0) world.set_mass(scene.fingers[0], -double(i));
-  };
-  CHECK_THROWS_WITH_AS(batch.for_each(visit), doctest::Contains("-1"), InvalidArgument);
-  CHECK(visited == std::vector<int>{1, 1, 1, 1});
   batch.reset();
   CHECK(batch_hashes(batch) == before);
+  CHECK(field_of([&] { WorldBatch<double>(scene.world, 2, ParallelFor{}); }) ==
+        "WorldBatch: parallel_for");
+  // A world that was assigned to has another patch under the same handle.
+  World<double> wide;
+  const BodyId finger = wide.add_body({.motion = Motion::kinematic});
+  SensorLayout<double> many;
+  for (int i = 0; i < 40; ++i) many.add({0.01 * i, 0, 0}, {0, 0, 1}, 0.01);
+  REQUIRE(wide.add_patch(finger, many, SensorParameters<double>{}) == scene.pads[0]);
+  batch.world(3) = wide;
+  const std::vector<PatchId> pads{scene.pads[0]};
+  std::vector<double> taxels(4 * 4 * scene.world.patch(scene.pads[0]).size(), 7.0);
+  CHECK(field_of([&] { batch.gather_taxels(pads, taxels); }) == "WorldBatch: sensors of a patch");
+  for (const double x : taxels) CHECK(x == 7.0);
+}
+
+TEST_CASE("WorldBatch: of what several visits throw the first counts, by number; all are made") {
+  const auto scene = training_grasp<double>();
+  ThreadPool pool(3);
+  WorldBatch<double> batch(scene.world, 200, pool.hook());
+  std::vector<int> visited(200, 0);
+  const auto visit = [&](std::size_t i, World<double>& world) {
+    ++visited[i];
+    if (i % 70 == 60) world.set_mass(scene.part, -double(i));
+  };
+  CHECK_THROWS_WITH_AS(batch.for_each(visit), doctest::Contains("-60"), InvalidArgument);
+  CHECK(std::count(visited.begin(), visited.end(), 1) == 200);
+}
+
+TEST_CASE("WorldBatch: few worlds are shared out, too") {
+  const auto scene = training_grasp<double>();
+  std::size_t most = 0;
+  const ParallelFor counting = [&](std::size_t count, const auto& task) {
+    most = std::max(most, count);
+    serial_for(count, task);
+  };
+  WorldBatch<double> batch(scene.world, 12, counting);
+  batch.step();
+  CHECK(most == 12);
+}
+
+TEST_CASE("WorldBatch: worlds that have become different scenes do what they would alone") {
+  const auto scene = training_grasp<double>();
+  const auto change = [&](std::size_t i, World<double>& world) {
+    if (i % 5 == 1) world.remove_body(scene.part);
+    if (i % 5 == 2) world.remove_joint(scene.drives[1]);
+    if (i % 5 == 3) world.remove_patch(scene.pads[0]);
+    if (i % 5 == 4) {
+      world.set_time_step(1.0 / 240);
+      for (int k = 0; k < 6; ++k) {
+        world.add_body(
+            {.mass = 0.1, .shape = Sphere<double>{0.02}, .position = {0.01 * k, 0.2, 0.05 * k}});
+      }
+    }
+  };
+  ThreadPool pool(2);
+  WorldBatch<double> batch(scene.world, 130, pool.hook());
+  batch.for_each(change);
+  for (int k = 0; k < 10; ++k) batch.step(4);
+  for (std::size_t i = 0; i < batch.size(); i += 7) {
+    World<double> alone(scene.world);
+    change(i, alone);
+    for (int k = 0; k < 40; ++k) alone.step();
+    CHECK(batch.world(i).state_hash() == alone.state_hash());
+  }
 }
 
 TEST_CASE_TEMPLATE("set_mass: weight, inertia and swing are those of a body made with that mass", S,

@@ -84,7 +84,7 @@ struct Tumble {
 }  // namespace
 
 // What is above the start by the work of the weight over a tenth of a micrometre is counted.
-TEST_CASE("tumble: boxes with skins never gain energy") {
+TEST_CASE("tumble: boxes with skins of up to 30 times their weight never gain energy") {
   test::Random random(5);
   int gained = 0, touched = 0;
   for (const double stiffest : {1.0, 30.0}) {

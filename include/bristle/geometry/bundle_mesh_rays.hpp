@@ -299,8 +299,8 @@ bool BundleMeshQuery<S>::cast_together(const Bundle& bundle, const BoxInTree<S>&
                                        const LeafList<S>& list, Side side) {
   if (!bundle.has_one_frame || list.size() > most_leaves || !gather(box, list)) return false;
   const RaySlice asked = asked_of(bundle);
-  if (triangles_.size() == 0) decide_empty(bundle, side);
-  if (triangles_.size() > 0) cast_blocks(bundle, asked.first, asked.end, side);
+  triangles_.size() > 0 ? cast_blocks(bundle, asked.first, asked.end, side)
+                        : decide_empty(bundle, side);
   return true;
 }
 

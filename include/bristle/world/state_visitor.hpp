@@ -2,8 +2,8 @@
 /// What the state of a world is: the one list that snapshots, their restoration and the hash
 /// follow.
 ///
-/// State is what a step reads and a step or a caller changes. Shapes, masses, layouts and settings
-/// are not: they come from the calls that built the world. What of them identifies the world goes
+/// State is what a step reads and a step or a caller changes. Shapes, layouts and settings are not:
+/// they come from the calls that built the world. What of them identifies the world goes
 /// through `same`. New state is one more line here.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
@@ -95,6 +95,28 @@ template <Scalar S>
 }
 
 template <Scalar S>
+[[nodiscard]] bool is_valid_state(const Material<S>& material) {
+  return is_not_negative(material.friction) && is_not_negative(material.restitution) &&
+         material.restitution <= S(1);
+}
+
+/// Whether mass and inertia can be those of a body after `set_mass`: of its own solid in another
+/// density, with the inverses that belong to them.
+template <Scalar S>
+[[nodiscard]] bool is_of_same_solid(const Body<S>& changed, const Body<S>& body) {
+  if (!body.is_dynamic()) {
+    return changed.mass == body.mass && changed.inverse_mass == body.inverse_mass &&
+           changed.inertia_B == body.inertia_B &&
+           changed.inverse_inertia_B == body.inverse_inertia_B;
+  }
+  if (!is_positive(changed.mass) || changed.inverse_mass != S(1) / changed.mass) return false;
+  const Mat3<S> expected = (changed.mass * body.inverse_mass) * body.inertia_B;
+  const S difference = (changed.inertia_B - expected).cwiseAbs().maxCoeff();
+  return difference <= Tolerance<S>::equal() * expected.diagonal().maxCoeff() &&
+         changed.inverse_inertia_B == inverse_inertia<S>(changed.inertia_B);
+}
+
+template <Scalar S>
 [[nodiscard]] bool is_valid_state(const SensorParameters<S>& p) {
   return is_not_negative(p.normal_stiffness) && is_not_negative(p.normal_damping) &&
          is_not_negative(p.static_friction) && is_not_negative(p.sliding_friction) &&
@@ -121,7 +143,6 @@ template <Scalar S>
 template <typename Body, typename Visitor>
 void visit_body(Body& body, std::uint32_t slots, Visitor& visit) {
   visit.same("bodies (motion)", body.motion);
-  visit.same("bodies (mass)", body.mass);
   for (std::size_t i = 0; i < 3; ++i) {
     visit.same("bodies (locked axes)", body.locked.linear[i]);
     visit.same("bodies (locked axes)", body.locked.angular[i]);
@@ -132,6 +153,10 @@ void visit_body(Body& body, std::uint32_t slots, Visitor& visit) {
     visit.value(item.twist.linear);
     visit.value(item.twist.angular);
     visit_wrench(item.applied, visit);
+    visit.value(item.mass);
+    visit.value(item.inverse_mass);
+    visit.value(item.inertia_B);
+    visit.value(item.inverse_inertia_B);
     visit.value(item.filter.category);
     visit.value(item.filter.mask);
     visit.value(item.filter.group);
@@ -139,8 +164,9 @@ void visit_body(Body& body, std::uint32_t slots, Visitor& visit) {
     visit.value(item.sleep.island);
     visit.value(item.sleep.is_stirred);
   };
-  visit.item("bodies (state)", body, each,
-             [&](const auto& item) { return is_valid_state(item, slots); });
+  visit.item("bodies (state)", body, each, [&](const auto& item) {
+    return is_valid_state(item, slots) && is_of_same_solid(item, body);
+  });
 }
 
 template <typename Collider, typename Visitor>
@@ -148,6 +174,12 @@ void visit_collider(Collider& collider, Visitor& visit) {
   visit.same("shapes (body)", collider.body.index);
   visit.same("shapes (kind)", collider.kind);
   visit.same("shapes (size)", collider.radius);
+  const auto each = [&](auto& material) {
+    visit.value(material.friction);
+    visit.value(material.restitution);
+  };
+  visit.item("shapes (surface)", collider.material, each,
+             [](const auto& material) { return is_valid_state(material); });
 }
 
 template <typename Joint, typename Visitor>
@@ -392,11 +424,10 @@ void visit_contacts(const State& state, Cache& cache, Visitor& visit) {
     visit.value(std::span(point.passing));
     visit.value(point.took_impact);
     visit.value(point.acts_at_mid);
-    visit.require("contacts (points)", has_finite_square(point.arm_a) &&
-                                           has_finite_square(point.arm_b) &&
-                                           has_finite_square(point.mid_offset_a) &&
-                                           has_finite_square(point.mid_offset_b) &&
-                                           has_finite_square(point.gap));
+    visit.require("contacts (points)",
+                  has_finite_square(point.arm_a) && has_finite_square(point.arm_b) &&
+                      has_finite_square(point.mid_offset_a) &&
+                      has_finite_square(point.mid_offset_b) && has_finite_square(point.gap));
   });
   std::size_t next = 0;
   ShapePair last{0, 0};

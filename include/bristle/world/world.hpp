@@ -89,12 +89,11 @@ class World {
   /// [-] Changes who may touch and sense a body.
   void set_filter(BodyId id, const CollisionFilter& filter);
   /// [kg] Gives a dynamic body another mass; its inertia changes in proportion, as that of the same
-  /// solid of another density. No part of snapshots, nor are surfaces.
-  /// @throws InvalidArgument when the body is not dynamic, the mass is not > 0, or it or the
-  /// inertia
-  ///         has no finite inverse.
+  /// solid of another density, and is rounded each time.
+  /// @throws InvalidArgument when the body is not dynamic, the mass is not > 0, or the mass or the
+  ///         inertia has no finite inverse.
   void set_mass(BodyId id, S mass);
-  /// [1] Gives all shapes of a body another surface.
+  /// [1] Gives all shapes of a body the same other surface.
   /// @throws InvalidArgument naming the field of the material.
   void set_material(BodyId id, const Material<S>& material);
 
@@ -178,8 +177,9 @@ class World {
   // ------------------------------------------------------------------------------------------
 
   /// All that changes from step to step or by the calls above, as bytes: poses, velocities, contact
-  /// and joint impulses, bristles, readings, drives, filters, constants of sensors, step length and
-  /// gravity. Not shapes, masses and other definitions. For this version and machine.
+  /// and joint impulses, bristles, readings, drives, filters, masses, surfaces, constants of
+  /// sensors, step length and gravity. Not shapes and other definitions. For this version and
+  /// machine.
   [[nodiscard]] std::vector<std::byte> snapshot() const;
   /// Puts the world into the state of a snapshot; it then steps on with the same bits. It must have
   /// the same bodies, shapes, joints and patches, under the same handles: be the world the snapshot

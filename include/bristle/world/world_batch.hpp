@@ -22,13 +22,8 @@ namespace bristle::inline BRISTLE_ABI {
 
 /// Copies of one world, which share its shapes and nothing else.
 ///
-///     WorldBatch<float> batch(scene, 1024, pool.hook());
-///     batch.for_each([](std::size_t i, World<float>& world) { world.set_mass(part, mass_of(i));
-///     }); for (...) {
-///       batch.step(8);                          // eight steps of each world
-///       batch.gather_taxels(pads, images);      // [world][patch][channel][sensor]
-///       batch.reset(batch.failed());
-///     }
+/// `WorldBatch<float> batch(scene, 1024, pool.hook())`, then, again and again, `batch.step(8)`,
+/// `batch.gather_taxels(pads, images)` and `batch.reset(batch.failed())`: examples/18_batch.cpp.
 ///
 /// Each world does what it would alone, to the last bit, whatever the number of threads and of
 /// worlds: what is drawn by chance is to be seeded by the number of the world. Handles of the
@@ -42,8 +37,9 @@ class WorldBatch {
 
   /// @param origin  What all worlds start as and are reset to. It is copied.
   /// @param count   [-] Number of worlds, > 0.
-  /// @param parallel_for  Steps worlds at the same time. Worlds themselves use one thread each.
-  /// @throws InvalidArgument when `count` is 0.
+  /// @param parallel_for  Steps worlds at the same time. Worlds use one thread each, whatever hook
+  ///                      the original has; a world that is assigned to brings its own.
+  /// @throws InvalidArgument when `count` is 0 or the hook is empty.
   WorldBatch(const World<S, Backend>& origin, std::size_t count,
              ParallelFor parallel_for = serial_for);
 
@@ -69,8 +65,9 @@ class WorldBatch {
   /// the cache meanwhile.
   void step(std::size_t steps = 1);
 
-  /// [-] One byte a world, 1 where a step since the last reset could not be computed, so that
-  /// bodies were left standing (`StepReport::discarded_islands`, `frozen_bodies`). All go on.
+  /// [-] One byte a world, 1 where a step of this batch since the last reset could not be computed,
+  /// so that bodies were left standing (`StepReport::discarded_islands`, `frozen_bodies`). All go
+  /// on. Steps that are made by `world(i).step()` are not looked at.
   [[nodiscard]] Mask failed() const noexcept { return failed_; }
 
   /// Puts the worlds of a mask back to what they started as, masses and surfaces included.
@@ -86,14 +83,16 @@ class WorldBatch {
   void gather_joints(std::span<const JointId> joints, std::span<S> out) const;
   /// Writes readings to out[world][patch][channel][sensor], with the channels of `TactileChannel`
   /// in its order and units. Sensors of a `sensor_grid` are rows of an image one after the other.
-  /// All patches must have equally many sensors.
+  /// All patches of all worlds must have equally many sensors.
   void gather_taxels(std::span<const PatchId> patches, std::span<S> out) const;
   /// Writes to out[world][patch] how many sensors touch something.
   void gather_touching(std::span<const PatchId> patches, std::span<std::uint32_t> out) const;
 
  private:
-  /// [-] Worlds that one task goes through. Their steps share scratch memory.
-  static constexpr std::size_t per_task = 16;
+  /// [-] Worlds that one task goes through at most. Their steps share scratch memory.
+  static constexpr std::size_t most_per_task = 16;
+  /// [-] Of fewer tasks than this, one thread would wait for another.
+  static constexpr std::size_t fewest_tasks = 64;
 
   void require_number(std::size_t number) const {
     detail::require(number < size(), "WorldBatch: number of a world", number,
@@ -110,11 +109,13 @@ class WorldBatch {
   /// Runs task(number of the task, first world, end), for all worlds.
   template <typename Task>
   void in_tasks(const Task& task) const {
-    parallel_for_(tasks(), [&](std::size_t k) {
-      task(k, k * per_task, std::min(size(), (k + 1) * per_task));
+    parallel_for_(steppers_.size(), [&](std::size_t k) {
+      task(k, k * per_task_, std::min(size(), (k + 1) * per_task_));
     });
   }
-  [[nodiscard]] std::size_t tasks() const { return (size() + per_task - 1) / per_task; }
+  /// Raises InvalidArgument unless all worlds have all of these.
+  template <typename Id>
+  void require_handles(std::span<const Id> ids) const;
   /// Writes `width` numbers a world and handle: write(world, id, first number).
   template <typename Id, typename T, typename Write>
   void gather(std::span<const Id> ids, std::size_t width, std::span<T> out,
@@ -123,6 +124,7 @@ class WorldBatch {
   World<S, Backend> origin_;
   std::vector<World<S, Backend>> worlds_;
   std::vector<std::uint8_t> failed_;
+  std::size_t per_task_;
   std::vector<detail::KernelScratch<WorldKernels<S, Backend>>> steppers_;
   ParallelFor parallel_for_;
 };
@@ -132,12 +134,16 @@ class WorldBatch {
 template <Scalar S, typename Backend>
 WorldBatch<S, Backend>::WorldBatch(const World<S, Backend>& origin, std::size_t count,
                                    ParallelFor parallel_for)
-    : origin_(origin), failed_(count, std::uint8_t(0)), parallel_for_(std::move(parallel_for)) {
+    : origin_(origin),
+      per_task_(std::clamp<std::size_t>(count / fewest_tasks, 1, most_per_task)),
+      parallel_for_(std::move(parallel_for)) {
   detail::require(count > 0, "WorldBatch: count", count, "must be > 0");
+  detail::require(bool(parallel_for_), "WorldBatch: parallel_for", "empty", "must be callable");
   // The hook's threads are busy with worlds.
   origin_.state_.def.parallel_for = serial_for;
   worlds_.assign(count, origin_);
-  steppers_.assign(tasks(), origin_.stepper_);
+  failed_.assign(count, std::uint8_t(0));
+  steppers_.assign((count + per_task_ - 1) / per_task_, origin_.stepper_);
 }
 
 template <Scalar S, typename Backend>
@@ -151,7 +157,7 @@ void WorldBatch<S, Backend>::for_each(Visit&& visit, Mask mask) {
   };
 #if defined(__cpp_exceptions)
   // Nothing may leave a task; each keeps what it met.
-  std::vector<std::exception_ptr> errors(tasks());
+  std::vector<std::exception_ptr> errors(steppers_.size());
   in_tasks([&](std::size_t task, std::size_t first, std::size_t end) {
     for (std::size_t i = first; i < end; ++i) {
       try {
@@ -186,27 +192,31 @@ void WorldBatch<S, Backend>::step(std::size_t steps) {
 
 template <Scalar S, typename Backend>
 void WorldBatch<S, Backend>::reset(Mask mask) {
-  require_mask(mask);
-  in_tasks([&](std::size_t, std::size_t first, std::size_t end) {
-    for (std::size_t i = first; i < end; ++i) {
-      if (!mask.empty() && mask[i] == 0) continue;
-      worlds_[i].state_ = origin_.state_;
-      failed_[i] = 0;
-    }
-  });
+  for_each(
+      [this](std::size_t i, World<S, Backend>& world) {
+        world.state_ = origin_.state_;
+        failed_[i] = 0;
+      },
+      mask);
 }
 
 template <Scalar S, typename Backend>
-template <typename Id, typename T, typename Write>
-void WorldBatch<S, Backend>::gather(std::span<const Id> ids, std::size_t width, std::span<T> out,
-                                    const Write& write) const {
-  require_size(out.size(), size() * ids.size() * width);
+template <typename Id>
+void WorldBatch<S, Backend>::require_handles(std::span<const Id> ids) const {
   for (const World<S, Backend>& world : worlds_) {
     for (const Id id : ids) {
       detail::require(world.contains(id), "WorldBatch: handle of a world", id.index,
                       "must name what all worlds have");
     }
   }
+}
+
+template <Scalar S, typename Backend>
+template <typename Id, typename T, typename Write>
+void WorldBatch<S, Backend>::gather(std::span<const Id> ids, std::size_t width, std::span<T> out,
+                                    const Write& write) const {
+  require_handles(ids);
+  require_size(out.size(), size() * ids.size() * width);
   in_tasks([&](std::size_t, std::size_t first, std::size_t end) {
     for (std::size_t i = first; i < end; ++i) {
       for (std::size_t k = 0; k < ids.size(); ++k) {
@@ -241,10 +251,13 @@ void WorldBatch<S, Backend>::gather_joints(std::span<const JointId> joints,
 template <Scalar S, typename Backend>
 void WorldBatch<S, Backend>::gather_taxels(std::span<const PatchId> patches,
                                            std::span<S> out) const {
-  const std::size_t sensors = patches.empty() ? 0 : origin_.patch(patches.front()).size();
-  for (const PatchId id : patches) {
-    detail::require(origin_.patch(id).size() == sensors, "WorldBatch: sensors of a patch",
-                    origin_.patch(id).size(), "must be as many as in the other patches");
+  require_handles(patches);
+  const std::size_t sensors = patches.empty() ? 0 : worlds_[0].patch(patches.front()).size();
+  for (const World<S, Backend>& world : worlds_) {
+    for (const PatchId id : patches) {
+      detail::require(world.patch(id).size() == sensors, "WorldBatch: sensors of a patch",
+                      world.patch(id).size(), "must be as many as those of the first one");
+    }
   }
   gather<PatchId>(patches, tactile_channel_count * sensors, out,
                   [](const World<S, Backend>& world, PatchId id, S* to) {

@@ -282,6 +282,7 @@ void World<S, Backend>::set_mass(BodyId id, S mass) {
   const Body<S>& old = body(id);
   detail::require(old.is_dynamic(), "set_mass: BodyId", id.index, "must name a dynamic body");
   detail::require_positive("set_mass: mass", mass);
+  if (mass == old.mass) return;
   Body<S> changed = old;
   changed.mass = mass;
   changed.inverse_mass = S(1) / mass;
