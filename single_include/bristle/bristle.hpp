@@ -34183,7 +34183,8 @@ class SolveStage {
 
   /// Takes contacts and joints to the instants at which their impulses act. The rows of joints that
   /// follow the motion of their mechanism are there already.
-  static void time_constraints(State& state, const Island& island, const SolveContext<S>& context) {
+  static void time_constraints(State& state, const Island& island,
+                               const SolveContext<S>& context) {
     using std::max;
     const bool is_large = IslandSolver<S>::is_large(context);
     // An arm r of a body that turns leaves h w^2 r / 2 at most. What that does not count for pays
@@ -35098,9 +35099,9 @@ void World<S, Backend>::wake(BodyId id) {
 namespace bristle::inline BRISTLE_ABI::detail {
 
 /// Checks that the tip of each ray lies outside of the shapes that its body has. Where a ray starts
-/// does not matter: deep in the body, on its surface, or behind a thin plate that it passes
-/// through. What ends outside has left the body there, and feels what comes from there. Each tip is
-/// cast at each shape once.
+/// does not matter: deep in the body, on its surface, or behind a thin plate that it passes through.
+/// What ends outside has left the body there, and feels what comes from there. Each tip is cast at
+/// each shape once.
 ///
 /// @param shapes  Tags of the shapes of the body.
 /// @throws InvalidArgument that names the first sensor for which that is not so.

@@ -14,9 +14,9 @@
 namespace bristle::inline BRISTLE_ABI::detail {
 
 /// Checks that the tip of each ray lies outside of the shapes that its body has. Where a ray starts
-/// does not matter: deep in the body, on its surface, or behind a thin plate that it passes
-/// through. What ends outside has left the body there, and feels what comes from there. Each tip is
-/// cast at each shape once.
+/// does not matter: deep in the body, on its surface, or behind a thin plate that it passes through.
+/// What ends outside has left the body there, and feels what comes from there. Each tip is cast at
+/// each shape once.
 ///
 /// @param shapes  Tags of the shapes of the body.
 /// @throws InvalidArgument that names the first sensor for which that is not so.

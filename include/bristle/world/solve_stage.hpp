@@ -261,7 +261,8 @@ class SolveStage {
 
   /// Takes contacts and joints to the instants at which their impulses act. The rows of joints that
   /// follow the motion of their mechanism are there already.
-  static void time_constraints(State& state, const Island& island, const SolveContext<S>& context) {
+  static void time_constraints(State& state, const Island& island,
+                               const SolveContext<S>& context) {
     using std::max;
     const bool is_large = IslandSolver<S>::is_large(context);
     // An arm r of a body that turns leaves h w^2 r / 2 at most. What that does not count for pays
