@@ -1,5 +1,5 @@
 /// @file
-/// Arrays of numpy, and quaternions in their order.
+/// Arrays of numpy, quaternions in their order, and the names that all of the binding uses.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 

@@ -24,10 +24,6 @@
 
 namespace bristle_python {
 
-namespace py = pybind11;
-using namespace py::literals;
-using namespace bristle;
-
 /// A batch and the threads that step it.
 template <typename S>
 struct ThreadedBatch {

@@ -23,10 +23,6 @@
 
 namespace bristle_python {
 
-namespace py = pybind11;
-using namespace py::literals;
-using namespace bristle;
-
 /// Readings of a patch, copied: they stay as they are when the world goes on.
 template <typename S>
 struct Reading {
@@ -171,7 +167,7 @@ void bind_world(py::module_& m) {
       .def("set_parameters", &World::set_parameters, "patch"_a, "parameters"_a)
       .def("set_mass", &World::set_mass, "body"_a, "mass"_a, "[kg]; inertia in proportion.")
       .def(
-          "set_friction",
+          "set_material",
           [](World& world, BodyId body, S friction, S restitution) {
             world.set_material(body, {.friction = friction, .restitution = restitution});
           },

@@ -9,6 +9,7 @@ import struct
 import subprocess
 import sys
 import threading
+import time
 import unittest
 
 try:
@@ -117,13 +118,26 @@ class Batches(unittest.TestCase):
         self.assertLess(abs(one.position(part)[2]), 0.01)
 
     def test_other_threads_run_meanwhile(self):
+        # Had they to wait for the step, one wait would be as long as all of it.
         world, _, _ = small_grip()
-        stepper = threading.Thread(target=world.step, args=(20000,))
+        stepper = threading.Thread(target=world.step, args=(100000,))
+        start = last = time.perf_counter()
         stepper.start()
-        seen = 0
+        longest = 0
         while stepper.is_alive():
-            seen += 1
-        self.assertGreater(seen, 10)
+            now = time.perf_counter()
+            longest, last = max(longest, now - last), now
+        self.assertLess(longest, (time.perf_counter() - start) / 2)
+
+    def test_surfaces_are_set(self):
+        world = bristle.World(gravity=(3, 0, -9))
+        world.add_body(motion=bristle.Motion.fixed, shape=bristle.HalfSpace())
+        box = world.add_body(mass=1, shape=bristle.Box((0.1, 0.1, 0.02)), position=(0, 0, 0.02))
+        world.step(60)
+        self.assertLess(world.velocity(box)[0][0], 1e-9)
+        world.set_material(box, friction=0)
+        world.step(60)
+        self.assertAlmostEqual(world.velocity(box)[0][0], 3 * 60 / 240, places=6)
 
 
 class Errors(unittest.TestCase):
