@@ -3,7 +3,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <bristle/geometry/quickhull.hpp>
+#include <bristle/geometry/shapes/quickhull.hpp>
 #include <bristle/math/rotation.hpp>
 #include <bristle/sensors/tuning.hpp>
 #include <bristle/world/world.hpp>

@@ -15,7 +15,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <bristle/geometry/shape_properties.hpp>
+#include <bristle/geometry/shapes/shape_properties.hpp>
 #include <bristle/math/rotation.hpp>
 #include <bristle/world/world.hpp>
 

@@ -18,16 +18,16 @@ set(BRISTLE_KERNELS "${kernels}" CACHE STRING
 
 set(sources "${CMAKE_CURRENT_LIST_DIR}")
 # What is compiled once for each scalar, in the baseline.
-set(bristle_sources_of_scalar geometry/analytic_backend.cpp geometry/quickhull.cpp
+set(bristle_sources_of_scalar geometry/backends/analytic_backend.cpp geometry/shapes/quickhull.cpp
                               hosts/host_sensors.cpp io/glb.cpp io/mesh_file.cpp
                               kernels.cpp sensors/placement.cpp world/world.cpp)
 set(baseline_of_scalar ${bristle_sources_of_scalar})
-set(kernels_of_scalar geometry/analytic_backend.cpp kernels.cpp)
+set(kernels_of_scalar geometry/backends/analytic_backend.cpp kernels.cpp)
 set(with_fcl "")
 if(TARGET bristle::fcl)
   set(with_fcl bristle::fcl)
-  list(APPEND baseline_of_scalar geometry/fcl_backend.cpp)
-  list(APPEND kernels_of_scalar geometry/fcl_backend.cpp)
+  list(APPEND baseline_of_scalar geometry/backends/fcl_backend.cpp)
+  list(APPEND kernels_of_scalar geometry/backends/fcl_backend.cpp)
 endif()
 
 # Makes an object library of `ARGN` in `scalar` for the instruction set `set`.

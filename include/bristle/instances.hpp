@@ -5,7 +5,7 @@
 #pragma once
 
 #if defined(BRISTLE_INSTANTIATE)
-#include <bristle/geometry/quickhull.hpp>
+#include <bristle/geometry/shapes/quickhull.hpp>
 #include <bristle/hosts/host_stage.hpp>
 #include <bristle/io/glb.hpp>
 #include <bristle/io/mesh_file.hpp>

@@ -5,7 +5,7 @@
 #include <bristle/hosts/host_stage.hpp>
 #include <bristle/world/kernels_impl.hpp>
 #if defined(BRISTLE_WITH_FCL)
-#include <bristle/geometry/fcl_backend.hpp>
+#include <bristle/geometry/backends/fcl_backend.hpp>
 #endif
 
 extern "C" const bristle::KernelTables* BRISTLE_KERNELS_OF(BRISTLE_INSTANTIATE, BRISTLE_KERNELS)() {

@@ -528,7 +528,7 @@ Sum sum_in_slices(std::size_t count, std::size_t size, std::size_t fewest_shared
 #define BRISTLE_TEXT_OF(number) BRISTLE_TEXT_OF_(number)
 #define BRISTLE_TEXT_OF_(number) #number
 
-// === bristle/dynamics/coulomb_branch.hpp
+// === bristle/dynamics/solver/coulomb_branch.hpp
 
 /// @file
 /// The branches of a row's law, on each of which it is linear.
@@ -544,7 +544,7 @@ Sum sum_in_slices(std::size_t count, std::size_t size, std::size_t fewest_shared
 ///     bounded rows: as normal within their bounds, l + dl = bound beyond.
 // SPDX-License-Identifier: BSD-3-Clause
 
-// === bristle/dynamics/island_row.hpp
+// === bristle/dynamics/solver/island_row.hpp
 
 /// @file
 /// One constraint row of `IslandRows`: its Jacobian, its multiplier and the rule for it.
@@ -1206,7 +1206,7 @@ template <typename Real>
 
 }  // namespace bristle::inline BRISTLE_ABI
 
-// === bristle/dynamics/coulomb_newton.hpp
+// === bristle/dynamics/solver/coulomb_newton.hpp
 
 /// @file
 /// Newton's method on Coulomb's law as it is, for islands in which contacts slide.
@@ -1886,34 +1886,25 @@ class CoulombNewton {
 
 }  // namespace bristle::inline BRISTLE_ABI
 
-// === bristle/geometry/drawn_mesh.hpp
+// === bristle/geometry/meshes/drawn_mesh.hpp
 
 /// @file
 /// Triangles that look like a shape.
 // SPDX-License-Identifier: BSD-3-Clause
 
-// === bristle/geometry/mesh_shapes.hpp
+// === bristle/geometry/meshes/mesh_shapes.hpp
 
 /// @file
 /// Meshes of simple shapes, for examples, tests and comparison with the exact shapes.
 // SPDX-License-Identifier: BSD-3-Clause
 
-// === bristle/geometry/shapes.hpp
+// === bristle/geometry/meshes/triangle_mesh.hpp
 
 /// @file
-/// The shapes a body can have, as plain structs in their own frame.
-///
-/// Axes of revolution run along z. Sizes are checked when a shape is given to a backend
-/// (`validate`), never silently repaired.
+/// Indexed triangle mesh: its normals, its bounds, and the merging of its vertices.
 // SPDX-License-Identifier: BSD-3-Clause
 
-// === bristle/geometry/convex_hull.hpp
-
-/// @file
-/// Convex solid with polygons as faces. Quickhull (geometry/quickhull.hpp) makes one from points.
-// SPDX-License-Identifier: BSD-3-Clause
-
-// === bristle/geometry/aabb.hpp
+// === bristle/geometry/trees/aabb.hpp
 
 /// @file
 /// Axis-aligned box.
@@ -2051,180 +2042,6 @@ template <Scalar S>
 }
 
 }  // namespace bristle::inline BRISTLE_ABI
-
-#include <algorithm>
-#include <cstddef>
-#include <cstdint>
-#include <span>
-#include <string>
-#include <string_view>
-#include <utility>
-#include <vector>
-
-namespace bristle::inline BRISTLE_ABI {
-
-/// Convex solid. Make one with `convex_hull(points)`.
-template <Scalar S>
-struct ConvexHull {
-  /// [m] Corners; every one is on the hull.
-  std::vector<Vec3<S>> vertices;
-  /// [-] Vertex numbers of one face after the other, each counter-clockwise seen from outside.
-  std::vector<std::uint32_t> face_vertices;
-  /// [-] Where face f starts in `face_vertices`; one entry more than there are faces.
-  std::vector<std::uint32_t> face_starts;
-  /// [1] Outward unit normal of each face.
-  std::vector<Vec3<S>> face_normals;
-  /// [m] Distance of each face from the origin along its normal.
-  std::vector<S> face_offsets;
-
-  [[nodiscard]] std::size_t face_count() const { return face_normals.size(); }
-  [[nodiscard]] std::span<const std::uint32_t> face(std::size_t f) const {
-    return std::span(face_vertices).subspan(face_starts[f], face_starts[f + 1] - face_starts[f]);
-  }
-
-  /// Checks that the faces close a convex solid: every edge shared by two faces in opposite
-  /// directions, every vertex used, every face's corners in its plane and all others behind it.
-  ///
-  /// @throws InvalidArgument that names the face or vertex at fault.
-  /// @note O(faces x vertices).
-  void validate() const;
-
- private:
-  void validate_numbers() const;
-  void validate_edges() const;
-  void validate_planes() const;
-};
-
-// Implementation -----------------------------------------------------------------------------------
-
-namespace detail {
-
-[[noreturn]] inline void raise_face(std::size_t face, std::string value, std::string rule) {
-  raise(InvalidArgument("ConvexHull: face " + std::to_string(face), std::move(value),
-                        std::move(rule)));
-}
-
-}  // namespace detail
-
-template <Scalar S>
-void ConvexHull<S>::validate() const {
-  validate_numbers();
-  validate_edges();
-  validate_planes();
-}
-
-template <Scalar S>
-void ConvexHull<S>::validate_numbers() const {
-  detail::require(vertices.size() >= 4, "ConvexHull::vertices.size()", vertices.size(),
-                  "must be at least 4");
-  detail::require(face_count() >= 4, "ConvexHull::face_normals.size()", face_count(),
-                  "must be at least 4");
-  detail::require(face_offsets.size() == face_count(), "ConvexHull::face_offsets.size()",
-                  face_offsets.size(), "must be the number of faces");
-  detail::require(face_starts.size() == face_count() + 1, "ConvexHull::face_starts.size()",
-                  face_starts.size(), "must be the number of faces + 1");
-  detail::require(face_starts.front() == 0, "ConvexHull::face_starts[0]", face_starts.front(),
-                  "must be 0");
-  detail::require(face_starts.back() == face_vertices.size(), "ConvexHull::face_vertices.size()",
-                  face_vertices.size(), "must be the last entry of face_starts");
-  for (std::size_t f = 0; f < face_count(); ++f) {
-    // In this order a start that runs ahead is noticed before it is used to read.
-    if (face_starts[f + 1] < face_starts[f] || face_starts[f + 1] - face_starts[f] < 3 ||
-        face_starts[f + 1] > face_vertices.size()) {
-      detail::raise_face(
-          f, "[" + std::to_string(face_starts[f]) + ", " + std::to_string(face_starts[f + 1]) + ")",
-          "must have at least 3 corners within face_vertices");
-    }
-    detail::require_all_finite("ConvexHull::face_normals", face_normals[f]);
-    detail::require_finite("ConvexHull::face_offsets", face_offsets[f]);
-  }
-  std::vector<bool> is_used(vertices.size(), false);
-  for (const std::uint32_t v : face_vertices) {
-    detail::require(v < vertices.size(), "ConvexHull::face_vertices", v,
-                    "must name an existing vertex");
-    is_used[v] = true;
-  }
-  for (std::size_t v = 0; v < vertices.size(); ++v) {
-    detail::require_all_finite("ConvexHull::vertices", vertices[v]);
-    detail::require(is_used[v], "ConvexHull::vertices: number", v, "must be the corner of a face");
-  }
-}
-
-template <Scalar S>
-void ConvexHull<S>::validate_edges() const {
-  using Edge = std::pair<std::uint32_t, std::uint32_t>;
-  std::vector<Edge> edges;
-  edges.reserve(face_vertices.size());
-  for (std::size_t f = 0; f < face_count(); ++f) {
-    const std::span<const std::uint32_t> corners = face(f);
-    for (std::size_t i = 0; i < corners.size(); ++i) {
-      edges.emplace_back(corners[i], corners[(i + 1) % corners.size()]);
-    }
-  }
-  std::sort(edges.begin(), edges.end());
-  for (std::size_t i = 0; i < edges.size(); ++i) {
-    const Edge reversed{edges[i].second, edges[i].first};
-    const bool is_repeated = i > 0 && edges[i] == edges[i - 1];
-    if (is_repeated || !std::binary_search(edges.begin(), edges.end(), reversed)) {
-      detail::raise(InvalidArgument(
-          "ConvexHull: edge",
-          "(" + std::to_string(edges[i].first) + ", " + std::to_string(edges[i].second) + ")",
-          "must be shared by two faces in opposite directions"));
-    }
-  }
-}
-
-template <Scalar S>
-void ConvexHull<S>::validate_planes() const {
-  using std::abs;
-  Aabb<S> box;
-  for (const Vec3<S>& v : vertices) box.include(v);
-  // Faces joined from nearly coplanar triangles have corners a few resolutions below their plane;
-  // coordinates far from the origin are rounded to a multiple of their own size.
-  const S size = (box.upper - box.lower).norm();
-  const S reach = box.lower.cwiseAbs().cwiseMax(box.upper.cwiseAbs()).maxCoeff();
-  const S slack = S(2) * Tolerance<S>::equal() * size + Tolerance<S>::round_off() * reach;
-
-  for (std::size_t f = 0; f < face_count(); ++f) {
-    if (abs(face_normals[f].squaredNorm() - S(1)) > Tolerance<S>::equal()) {
-      detail::raise_face(f, "normal of length " + detail::to_text(face_normals[f].norm()),
-                         "must have length 1");
-    }
-    for (const std::uint32_t v : face(f)) {
-      const S height = face_normals[f].dot(vertices[v]) - face_offsets[f];
-      if (abs(height) > slack) {
-        detail::raise_face(f, "corner " + std::to_string(v) + " at " + detail::to_text(height),
-                           "must have its corners in its plane");
-      }
-    }
-    S lowest = S(0);
-    for (std::size_t v = 0; v < vertices.size(); ++v) {
-      const S height = face_normals[f].dot(vertices[v]) - face_offsets[f];
-      lowest = std::min(lowest, height);
-      if (height > slack) {
-        detail::raise_face(f, "vertex " + std::to_string(v) + " at " + detail::to_text(height),
-                           "must have all vertices behind its plane (not convex)");
-      }
-    }
-    if (lowest >= -Tolerance<S>::round_off() * std::max(size, reach)) {
-      detail::raise_face(f, "no vertex behind it", "must bound a solid (flat)");
-    }
-  }
-}
-
-}  // namespace bristle::inline BRISTLE_ABI
-
-// === bristle/geometry/mesh_validation.hpp
-
-/// @file
-/// Checks of triangle meshes: as a surface, and as the closed boundary of a solid.
-// SPDX-License-Identifier: BSD-3-Clause
-
-// === bristle/geometry/triangle_mesh.hpp
-
-/// @file
-/// Indexed triangle mesh: its normals, its bounds, and the merging of its vertices.
-// SPDX-License-Identifier: BSD-3-Clause
 
 #include <algorithm>
 #include <array>
@@ -2428,6 +2245,21 @@ TriangleMesh<S> weld(const TriangleMesh<S>& mesh, S tolerance) {
 }
 
 }  // namespace bristle::inline BRISTLE_ABI
+
+// === bristle/geometry/shapes/shapes.hpp
+
+/// @file
+/// The shapes a body can have, as plain structs in their own frame.
+///
+/// Axes of revolution run along z. Sizes are checked when a shape is given to a backend
+/// (`validate`), never silently repaired.
+// SPDX-License-Identifier: BSD-3-Clause
+
+// === bristle/geometry/meshes/mesh_validation.hpp
+
+/// @file
+/// Checks of triangle meshes: as a surface, and as the closed boundary of a solid.
+// SPDX-License-Identifier: BSD-3-Clause
 
 // === bristle/math/finite.hpp
 
@@ -2634,6 +2466,174 @@ void validate_solid(const TriangleMesh<S>& mesh) {
   detail::require_closed(detail::sorted_edges(mesh));
   detail::require(signed_volume(mesh) > S(0), "TriangleMesh: enclosed volume", signed_volume(mesh),
                   "must be > 0 (inverted mesh: triangles must be counter-clockwise from outside)");
+}
+
+}  // namespace bristle::inline BRISTLE_ABI
+
+// === bristle/geometry/shapes/convex_hull.hpp
+
+/// @file
+/// Convex solid with polygons as faces. Quickhull (geometry/shapes/quickhull.hpp) makes one from points.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+namespace bristle::inline BRISTLE_ABI {
+
+/// Convex solid. Make one with `convex_hull(points)`.
+template <Scalar S>
+struct ConvexHull {
+  /// [m] Corners; every one is on the hull.
+  std::vector<Vec3<S>> vertices;
+  /// [-] Vertex numbers of one face after the other, each counter-clockwise seen from outside.
+  std::vector<std::uint32_t> face_vertices;
+  /// [-] Where face f starts in `face_vertices`; one entry more than there are faces.
+  std::vector<std::uint32_t> face_starts;
+  /// [1] Outward unit normal of each face.
+  std::vector<Vec3<S>> face_normals;
+  /// [m] Distance of each face from the origin along its normal.
+  std::vector<S> face_offsets;
+
+  [[nodiscard]] std::size_t face_count() const { return face_normals.size(); }
+  [[nodiscard]] std::span<const std::uint32_t> face(std::size_t f) const {
+    return std::span(face_vertices).subspan(face_starts[f], face_starts[f + 1] - face_starts[f]);
+  }
+
+  /// Checks that the faces close a convex solid: every edge shared by two faces in opposite
+  /// directions, every vertex used, every face's corners in its plane and all others behind it.
+  ///
+  /// @throws InvalidArgument that names the face or vertex at fault.
+  /// @note O(faces x vertices).
+  void validate() const;
+
+ private:
+  void validate_numbers() const;
+  void validate_edges() const;
+  void validate_planes() const;
+};
+
+// Implementation -----------------------------------------------------------------------------------
+
+namespace detail {
+
+[[noreturn]] inline void raise_face(std::size_t face, std::string value, std::string rule) {
+  raise(InvalidArgument("ConvexHull: face " + std::to_string(face), std::move(value),
+                        std::move(rule)));
+}
+
+}  // namespace detail
+
+template <Scalar S>
+void ConvexHull<S>::validate() const {
+  validate_numbers();
+  validate_edges();
+  validate_planes();
+}
+
+template <Scalar S>
+void ConvexHull<S>::validate_numbers() const {
+  detail::require(vertices.size() >= 4, "ConvexHull::vertices.size()", vertices.size(),
+                  "must be at least 4");
+  detail::require(face_count() >= 4, "ConvexHull::face_normals.size()", face_count(),
+                  "must be at least 4");
+  detail::require(face_offsets.size() == face_count(), "ConvexHull::face_offsets.size()",
+                  face_offsets.size(), "must be the number of faces");
+  detail::require(face_starts.size() == face_count() + 1, "ConvexHull::face_starts.size()",
+                  face_starts.size(), "must be the number of faces + 1");
+  detail::require(face_starts.front() == 0, "ConvexHull::face_starts[0]", face_starts.front(),
+                  "must be 0");
+  detail::require(face_starts.back() == face_vertices.size(), "ConvexHull::face_vertices.size()",
+                  face_vertices.size(), "must be the last entry of face_starts");
+  for (std::size_t f = 0; f < face_count(); ++f) {
+    // In this order a start that runs ahead is noticed before it is used to read.
+    if (face_starts[f + 1] < face_starts[f] || face_starts[f + 1] - face_starts[f] < 3 ||
+        face_starts[f + 1] > face_vertices.size()) {
+      detail::raise_face(
+          f, "[" + std::to_string(face_starts[f]) + ", " + std::to_string(face_starts[f + 1]) + ")",
+          "must have at least 3 corners within face_vertices");
+    }
+    detail::require_all_finite("ConvexHull::face_normals", face_normals[f]);
+    detail::require_finite("ConvexHull::face_offsets", face_offsets[f]);
+  }
+  std::vector<bool> is_used(vertices.size(), false);
+  for (const std::uint32_t v : face_vertices) {
+    detail::require(v < vertices.size(), "ConvexHull::face_vertices", v,
+                    "must name an existing vertex");
+    is_used[v] = true;
+  }
+  for (std::size_t v = 0; v < vertices.size(); ++v) {
+    detail::require_all_finite("ConvexHull::vertices", vertices[v]);
+    detail::require(is_used[v], "ConvexHull::vertices: number", v, "must be the corner of a face");
+  }
+}
+
+template <Scalar S>
+void ConvexHull<S>::validate_edges() const {
+  using Edge = std::pair<std::uint32_t, std::uint32_t>;
+  std::vector<Edge> edges;
+  edges.reserve(face_vertices.size());
+  for (std::size_t f = 0; f < face_count(); ++f) {
+    const std::span<const std::uint32_t> corners = face(f);
+    for (std::size_t i = 0; i < corners.size(); ++i) {
+      edges.emplace_back(corners[i], corners[(i + 1) % corners.size()]);
+    }
+  }
+  std::sort(edges.begin(), edges.end());
+  for (std::size_t i = 0; i < edges.size(); ++i) {
+    const Edge reversed{edges[i].second, edges[i].first};
+    const bool is_repeated = i > 0 && edges[i] == edges[i - 1];
+    if (is_repeated || !std::binary_search(edges.begin(), edges.end(), reversed)) {
+      detail::raise(InvalidArgument(
+          "ConvexHull: edge",
+          "(" + std::to_string(edges[i].first) + ", " + std::to_string(edges[i].second) + ")",
+          "must be shared by two faces in opposite directions"));
+    }
+  }
+}
+
+template <Scalar S>
+void ConvexHull<S>::validate_planes() const {
+  using std::abs;
+  Aabb<S> box;
+  for (const Vec3<S>& v : vertices) box.include(v);
+  // Faces joined from nearly coplanar triangles have corners a few resolutions below their plane;
+  // coordinates far from the origin are rounded to a multiple of their own size.
+  const S size = (box.upper - box.lower).norm();
+  const S reach = box.lower.cwiseAbs().cwiseMax(box.upper.cwiseAbs()).maxCoeff();
+  const S slack = S(2) * Tolerance<S>::equal() * size + Tolerance<S>::round_off() * reach;
+
+  for (std::size_t f = 0; f < face_count(); ++f) {
+    if (abs(face_normals[f].squaredNorm() - S(1)) > Tolerance<S>::equal()) {
+      detail::raise_face(f, "normal of length " + detail::to_text(face_normals[f].norm()),
+                         "must have length 1");
+    }
+    for (const std::uint32_t v : face(f)) {
+      const S height = face_normals[f].dot(vertices[v]) - face_offsets[f];
+      if (abs(height) > slack) {
+        detail::raise_face(f, "corner " + std::to_string(v) + " at " + detail::to_text(height),
+                           "must have its corners in its plane");
+      }
+    }
+    S lowest = S(0);
+    for (std::size_t v = 0; v < vertices.size(); ++v) {
+      const S height = face_normals[f].dot(vertices[v]) - face_offsets[f];
+      lowest = std::min(lowest, height);
+      if (height > slack) {
+        detail::raise_face(f, "vertex " + std::to_string(v) + " at " + detail::to_text(height),
+                           "must have all vertices behind its plane (not convex)");
+      }
+    }
+    if (lowest >= -Tolerance<S>::round_off() * std::max(size, reach)) {
+      detail::raise_face(f, "no vertex behind it", "must bound a solid (flat)");
+    }
+  }
 }
 
 }  // namespace bristle::inline BRISTLE_ABI
@@ -3193,7 +3193,7 @@ TriangleMesh<S> drawn_mesh(const Shape<S>& shape, S plane_size) {
 
 }  // namespace bristle::inline BRISTLE_ABI
 
-// === bristle/geometry/quickhull.hpp
+// === bristle/geometry/shapes/quickhull.hpp
 
 /// @file
 /// Convex hull of a set of points, with polygons as faces.
@@ -3282,13 +3282,13 @@ BRISTLE_HULL_FUNCTIONS(extern template, double)
 /// The world: bodies, shapes, joints and patches of sensors, and one function that steps them.
 // SPDX-License-Identifier: BSD-3-Clause
 
-// === bristle/geometry/analytic_backend.hpp
+// === bristle/geometry/backends/analytic_backend.hpp
 
 /// @file
 /// The shape backend that needs nothing but Eigen.
 // SPDX-License-Identifier: BSD-3-Clause
 
-// === bristle/geometry/shape_backend.hpp
+// === bristle/geometry/backends/shape_backend.hpp
 
 /// @file
 /// The only door between the library and whatever computes geometry.
@@ -3297,7 +3297,7 @@ BRISTLE_HULL_FUNCTIONS(extern template, double)
 /// prepared, immutable form of a shape, cheap to copy (a shared pointer, usually).
 // SPDX-License-Identifier: BSD-3-Clause
 
-// === bristle/geometry/contact_manifold.hpp
+// === bristle/geometry/contacts/contact_manifold.hpp
 
 /// @file
 /// Where two shapes touch, as a backend reports it.
@@ -3354,7 +3354,7 @@ enum class ContactStatus {
 
 }  // namespace bristle::inline BRISTLE_ABI
 
-// === bristle/geometry/ray.hpp
+// === bristle/geometry/rays/ray.hpp
 
 /// @file
 /// Rays: one, and batches of many as structures of arrays.
@@ -4785,7 +4785,7 @@ template <Scalar S>
 /// holds for the largest eigenvalue of W (dt^2 K + 2 dt D), W being the mobility of the two bodies.
 // SPDX-License-Identifier: BSD-3-Clause
 
-// === bristle/dynamics/soft_block.hpp
+// === bristle/dynamics/solver/soft_block.hpp
 
 /// @file
 /// A soft six-dimensional constraint between two bodies: what a patch of sensors becomes.
@@ -5135,7 +5135,7 @@ struct std::hash<bristle::Id<Tag>> {
   }
 };
 
-// === bristle/dynamics/body.hpp
+// === bristle/dynamics/bodies/body.hpp
 
 /// @file
 /// Rigid bodies: what describes one, and the state the step works on.
@@ -5170,7 +5170,7 @@ struct CollisionFilter {
 
 }  // namespace bristle::inline BRISTLE_ABI
 
-// === bristle/dynamics/material.hpp
+// === bristle/dynamics/bodies/material.hpp
 
 /// @file
 /// Surface constants of hard contact, and how two of them combine.
@@ -5534,7 +5534,7 @@ Body<S> make_body(const BodyDef<S>& def, const MassProperties<S>& of_shape) {
 
 }  // namespace bristle::inline BRISTLE_ABI
 
-// === bristle/geometry/kept_candidates.hpp
+// === bristle/geometry/contacts/kept_candidates.hpp
 
 /// @file
 /// Triangles that a ray may meet, kept for as long as the ray stays about where it was.
@@ -5544,13 +5544,13 @@ Body<S> make_body(const BodyDef<S>& def, const MassProperties<S>& of_shape) {
 /// what a query costs, not what it answers (docs/decisions/0029-kept-candidates.md).
 // SPDX-License-Identifier: BSD-3-Clause
 
-// === bristle/geometry/mesh_rays.hpp
+// === bristle/geometry/rays/mesh_rays.hpp
 
 /// @file
 /// Rays against solid meshes, whatever tree stands over their triangles.
 // SPDX-License-Identifier: BSD-3-Clause
 
-// === bristle/geometry/ray_triangle.hpp
+// === bristle/geometry/rays/ray_triangle.hpp
 
 /// @file
 /// Watertight, two-sided test of a ray against triangles.
@@ -5895,13 +5895,13 @@ RayHit<S> ray_cast_mesh_from_outside(const Mesh& mesh, const Ray<S>& ray) {
 
 }  // namespace bristle::inline BRISTLE_ABI
 
-// === bristle/geometry/ray_mesh.hpp
+// === bristle/geometry/rays/ray_mesh.hpp
 
 /// @file
 /// A solid mesh ready for rays: one after the other, with boxes and triangles in lanes.
 // SPDX-License-Identifier: BSD-3-Clause
 
-// === bristle/geometry/wide_tree.hpp
+// === bristle/geometry/trees/wide_tree.hpp
 
 /// @file
 /// A tree over triangles with many children a node, so that vector registers test all of them at
@@ -5912,7 +5912,7 @@ RayHit<S> ray_cast_mesh_from_outside(const Mesh& mesh, const Ray<S>& ray) {
 /// beside each other, coordinate by coordinate, as the tests read them.
 // SPDX-License-Identifier: BSD-3-Clause
 
-// === bristle/geometry/aabb_split.hpp
+// === bristle/geometry/trees/aabb_split.hpp
 
 /// @file
 /// How a set of boxes is divided between the two children of a tree node.
@@ -6743,7 +6743,7 @@ BRISTLE_OUTLINED std::optional<RayHit<S>> KeptCandidates<S>::cast(const RayMesh<
 
 }  // namespace bristle::inline BRISTLE_ABI
 
-// === bristle/geometry/ray_bundles.hpp
+// === bristle/geometry/rays/ray_bundles.hpp
 
 /// @file
 /// Rays that stand beside each other, sorted once so that one search serves many of them.
@@ -8746,13 +8746,13 @@ PatchMeaning<S> meaning_of(const SensorParameters<S>& p, const PatchUse<S>& use,
 /// looks into the tree only for shapes that left their box.
 // SPDX-License-Identifier: BSD-3-Clause
 
-// === bristle/geometry/aabb_tree.hpp
+// === bristle/geometry/trees/aabb_tree.hpp
 
 /// @file
 /// Binary tree of boxes: moving bodies in the broad phase and triangles of a mesh share it.
 // SPDX-License-Identifier: BSD-3-Clause
 
-// === bristle/geometry/ray_box.hpp
+// === bristle/geometry/rays/ray_box.hpp
 
 /// @file
 /// Whether and where a ray enters a box: the inner loop of every walk through a tree.
@@ -10055,7 +10055,7 @@ Wrench<S> ContactReading<S>::impulse_on_b() const {
 /// A body near a haptic tool, ahead of the world: how the ticks of a loop move it.
 // SPDX-License-Identifier: BSD-3-Clause
 
-// === bristle/dynamics/integrator.hpp
+// === bristle/dynamics/bodies/integrator.hpp
 
 /// @file
 /// Free velocities, and poses from velocities.
@@ -10258,13 +10258,13 @@ template <Scalar S, int size, int columns, int options>
 /// downwards, and sideways as long as it sticks no more.
 // SPDX-License-Identifier: BSD-3-Clause
 
-// === bristle/dynamics/joint_rows.hpp
+// === bristle/dynamics/joints/joint_rows.hpp
 
 /// @file
 /// The rows that joints become in a step.
 // SPDX-License-Identifier: BSD-3-Clause
 
-// === bristle/dynamics/joint_kinematics.hpp
+// === bristle/dynamics/joints/joint_kinematics.hpp
 
 /// @file
 /// What a joint says of the positions, velocities and accelerations of its two bodies.
@@ -10298,7 +10298,7 @@ template <Scalar S, int size, int columns, int options>
 /// d, or turns about it, I - d d^T takes what is along d out of them.
 // SPDX-License-Identifier: BSD-3-Clause
 
-// === bristle/dynamics/joint.hpp
+// === bristle/dynamics/joints/joint.hpp
 
 /// @file
 /// Joints between two bodies: what they leave free, what acts on it, what they report.
@@ -10755,7 +10755,7 @@ S axis_rate(const JointInstant<S>& at, const Twist<S>& a, const Twist<S>& b) {
 
 }  // namespace bristle::inline BRISTLE_ABI
 
-// === bristle/dynamics/joint_pose.hpp
+// === bristle/dynamics/joints/joint_pose.hpp
 
 /// @file
 /// Where the two frames of a joint stand to each other.
@@ -10766,7 +10766,7 @@ S axis_rate(const JointInstant<S>& at, const Twist<S>& a, const Twist<S>& b) {
 /// between a and b; its rate is w . (a x b) / |a x b|.
 // SPDX-License-Identifier: BSD-3-Clause
 
-// === bristle/dynamics/constraint.hpp
+// === bristle/dynamics/solver/constraint.hpp
 
 /// @file
 /// Velocity constraints of joints as rows in blocks, and the exact solution of one block.
@@ -10775,7 +10775,7 @@ S axis_rate(const JointInstant<S>& at, const Twist<S>& a, const Twist<S>& b) {
 /// velocities of the others; what a block wants is here.
 // SPDX-License-Identifier: BSD-3-Clause
 
-// === bristle/dynamics/contact_constraint.hpp
+// === bristle/dynamics/contacts/contact_constraint.hpp
 
 /// @file
 /// One point of contact as the solvers see it, and the exact solution of it alone.
@@ -11257,7 +11257,7 @@ bool is_within_stops(const JointDef<S>& def, const JointPose<S>& pose, S positio
 
 }  // namespace bristle::inline BRISTLE_ABI
 
-// === bristle/dynamics/joint_spring.hpp
+// === bristle/dynamics/joints/joint_spring.hpp
 
 /// @file
 /// Springs and dampers of joints as soft blocks, by implicit Euler: stable for any constants and
@@ -11275,7 +11275,7 @@ bool is_within_stops(const JointDef<S>& def, const JointPose<S>& pose, S positio
 /// energy phi . K phi / 2 gives is -J^T K phi.
 // SPDX-License-Identifier: BSD-3-Clause
 
-// === bristle/dynamics/solver_types.hpp
+// === bristle/dynamics/solver/solver_types.hpp
 
 /// @file
 /// What both solvers work on: bodies as the solver sees them, one island's constraints, settings
@@ -13586,7 +13586,7 @@ const {
 }  // namespace bristle::inline BRISTLE_ABI
 
 #if defined(BRISTLE_WITH_FCL)
-// === bristle/geometry/fcl_backend.hpp
+// === bristle/geometry/backends/fcl_backend.hpp
 
 /// @file
 /// Shape backend over FCL 0.7 and libccd: rays and contacts of all shapes over FCL's geometry.
@@ -13598,7 +13598,7 @@ const {
 /// it does not matter with which -march either was built.
 // SPDX-License-Identifier: BSD-3-Clause
 
-// === bristle/geometry/fcl_geometry.hpp
+// === bristle/geometry/backends/fcl_geometry.hpp
 
 /// @file
 /// How the FCL backend hands its geometry around, without FCL's own headers.
@@ -16748,7 +16748,7 @@ void TaxelFlaws<S>::apply(std::span<const S> in, std::span<S> out) {
 /// Primitive patches to wrap around a shape: plane, cylinder, half sphere, or any mesh.
 // SPDX-License-Identifier: BSD-3-Clause
 
-// === bristle/geometry/mesh_normals.hpp
+// === bristle/geometry/meshes/mesh_normals.hpp
 
 /// @file
 /// Normals of the faces and vertices of a triangle mesh that may have faces without one.
@@ -17747,8 +17747,8 @@ class ThreadPool {
 
 #if BRISTLE_HAS_DEFINITIONS
 
-// === bristle/geometry/quickhull.hpp: definitions
-// === bristle/geometry/grid_hull.hpp
+// === bristle/geometry/shapes/quickhull.hpp: definitions
+// === bristle/geometry/shapes/grid_hull.hpp
 
 /// @file
 /// Convex hull of points on an integer grid, in exact arithmetic: the core of `convex_hull`.
@@ -17966,7 +17966,7 @@ class TriangleHull {
 
 }  // namespace bristle::inline BRISTLE_ABI::detail
 
-// === bristle/geometry/hull_faces.hpp
+// === bristle/geometry/shapes/hull_faces.hpp
 
 /// @file
 /// Joins the coplanar triangles of a convex hull to polygons: the second half of `convex_hull`.
@@ -18403,8 +18403,8 @@ ConvexHull<S> convex_hull(const TriangleMesh<S>& mesh) {
 
 }  // namespace bristle::inline BRISTLE_ABI
 
-// === bristle/geometry/analytic_backend.hpp: definitions
-// === bristle/geometry/analytic_contacts.hpp
+// === bristle/geometry/backends/analytic_backend.hpp: definitions
+// === bristle/geometry/contacts/analytic_contacts.hpp
 
 /// @file
 /// Contacts in closed form, one overload of `collide_shapes(a, b, X_AB, margin, out)` for each pair
@@ -18415,7 +18415,7 @@ ConvexHull<S> convex_hull(const TriangleMesh<S>& mesh) {
 /// overload says which it takes. Nothing is thrown.
 // SPDX-License-Identifier: BSD-3-Clause
 
-// === bristle/geometry/contact_clip.hpp
+// === bristle/geometry/contacts/contact_clip.hpp
 
 /// @file
 /// Full contact manifold of two convex shapes from nothing but their contact normal.
@@ -18427,7 +18427,7 @@ ConvexHull<S> convex_hull(const TriangleMesh<S>& mesh) {
 /// simulations", GDC 2015) in a form that treats both shapes alike.
 // SPDX-License-Identifier: BSD-3-Clause
 
-// === bristle/geometry/support.hpp
+// === bristle/geometry/shapes/support.hpp
 
 /// @file
 /// What of a convex shape is farthest in a direction: the point, the edge, the face.
@@ -19336,7 +19336,93 @@ bool build_manifold(const ShapeA& a, const ShapeB& b, const Transform<S>& X_AB,
 
 }  // namespace bristle::inline BRISTLE_ABI
 
-// === bristle/geometry/convex_view.hpp
+// === bristle/geometry/meshes/mesh_tree.hpp
+
+/// @file
+/// A solid triangle mesh with a tree over its triangles, ready for rays and contacts.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <utility>
+#include <vector>
+
+namespace bristle::inline BRISTLE_ABI {
+
+/// Immutable solid: the surface of a closed mesh and all that is inside.
+template <Scalar S>
+class MeshTree {
+ public:
+  using ScalarType = S;
+
+  /// @param mesh  A solid that `validate_solid` accepts; not checked again.
+  explicit MeshTree(TriangleMesh<S> mesh);
+
+  [[nodiscard]] const TriangleMesh<S>& mesh() const { return mesh_; }
+  /// Over the triangles; payloads are their numbers.
+  [[nodiscard]] const AabbTree<S>& tree() const { return tree_; }
+  /// [-] Number of triangles.
+  [[nodiscard]] std::size_t size() const { return mesh_.triangles.size(); }
+  /// [m] The corners of a triangle.
+  [[nodiscard]] std::array<Vec3<S>, 3> corners(std::uint32_t triangle) const {
+    const auto& t = mesh_.triangles[triangle];
+    return {mesh_.vertices[t[0]], mesh_.vertices[t[1]], mesh_.vertices[t[2]]};
+  }
+  /// [-] Which vertices of the mesh they are.
+  [[nodiscard]] const std::array<std::uint32_t, 3>& vertex_numbers(std::uint32_t triangle) const {
+    return mesh_.triangles[triangle];
+  }
+
+  /// [m] Box around all triangles.
+  [[nodiscard]] Aabb<S> root_box() const { return tree_.root_box(); }
+  /// As `AabbTree::find`.
+  template <typename Accept, typename Visit>
+  void find(Accept&& accept, Visit&& visit) const {
+    tree_.find(accept, visit);
+  }
+  /// The triangles once more, as rays want them.
+  [[nodiscard]] const RayMesh<S>& for_rays() const { return rays_; }
+  /// As `RayMesh::walk_ray`.
+  template <typename Visit>
+  void walk_ray(const Ray<S>& ray, Visit&& visit) const {
+    rays_.walk_ray(ray, visit);
+  }
+
+  /// Whether a point is in the solid. Its surface is, to round-off.
+  [[nodiscard]] bool contains(const Vec3<S>& point) const { return is_inside_mesh(*this, point); }
+
+ private:
+  TriangleMesh<S> mesh_;
+  AabbTree<S> tree_;
+  RayMesh<S> rays_;
+};
+
+/// Nearest hit, as `ray_cast_mesh` finds it.
+template <Scalar S>
+[[nodiscard]] RayHit<S> ray_cast(const MeshTree<S>& mesh, const Ray<S>& ray);
+
+// Implementation -----------------------------------------------------------------------------------
+
+template <Scalar S>
+MeshTree<S>::MeshTree(TriangleMesh<S> mesh) : mesh_(std::move(mesh)) {
+  std::vector<Aabb<S>> boxes(mesh_.triangles.size());
+  for (std::size_t t = 0; t < boxes.size(); ++t) {
+    for (const std::uint32_t v : mesh_.triangles[t]) boxes[t].include(mesh_.vertices[v]);
+  }
+  tree_.build(boxes);
+  rays_ = RayMesh<S>(size(), [this](std::uint32_t t) { return corners(t); });
+}
+
+template <Scalar S>
+RayHit<S> ray_cast(const MeshTree<S>& mesh, const Ray<S>& ray) {
+  return ray_cast_mesh(mesh, ray);
+}
+
+}  // namespace bristle::inline BRISTLE_ABI
+
+// === bristle/geometry/shapes/convex_view.hpp
 
 /// @file
 /// A convex solid as iterative methods see it: a core, and a radius by which the core is grown.
@@ -19550,92 +19636,6 @@ Aabb<S> bounds_at(const ConvexView<S>& convex, const Transform<S>& X) {
     box.lower[i] = d.dot(convex.support(-d)) - convex.rounding + X.translation[i];
   }
   return box;
-}
-
-}  // namespace bristle::inline BRISTLE_ABI
-
-// === bristle/geometry/mesh_tree.hpp
-
-/// @file
-/// A solid triangle mesh with a tree over its triangles, ready for rays and contacts.
-// SPDX-License-Identifier: BSD-3-Clause
-
-#include <array>
-#include <cstddef>
-#include <cstdint>
-#include <span>
-#include <utility>
-#include <vector>
-
-namespace bristle::inline BRISTLE_ABI {
-
-/// Immutable solid: the surface of a closed mesh and all that is inside.
-template <Scalar S>
-class MeshTree {
- public:
-  using ScalarType = S;
-
-  /// @param mesh  A solid that `validate_solid` accepts; not checked again.
-  explicit MeshTree(TriangleMesh<S> mesh);
-
-  [[nodiscard]] const TriangleMesh<S>& mesh() const { return mesh_; }
-  /// Over the triangles; payloads are their numbers.
-  [[nodiscard]] const AabbTree<S>& tree() const { return tree_; }
-  /// [-] Number of triangles.
-  [[nodiscard]] std::size_t size() const { return mesh_.triangles.size(); }
-  /// [m] The corners of a triangle.
-  [[nodiscard]] std::array<Vec3<S>, 3> corners(std::uint32_t triangle) const {
-    const auto& t = mesh_.triangles[triangle];
-    return {mesh_.vertices[t[0]], mesh_.vertices[t[1]], mesh_.vertices[t[2]]};
-  }
-  /// [-] Which vertices of the mesh they are.
-  [[nodiscard]] const std::array<std::uint32_t, 3>& vertex_numbers(std::uint32_t triangle) const {
-    return mesh_.triangles[triangle];
-  }
-
-  /// [m] Box around all triangles.
-  [[nodiscard]] Aabb<S> root_box() const { return tree_.root_box(); }
-  /// As `AabbTree::find`.
-  template <typename Accept, typename Visit>
-  void find(Accept&& accept, Visit&& visit) const {
-    tree_.find(accept, visit);
-  }
-  /// The triangles once more, as rays want them.
-  [[nodiscard]] const RayMesh<S>& for_rays() const { return rays_; }
-  /// As `RayMesh::walk_ray`.
-  template <typename Visit>
-  void walk_ray(const Ray<S>& ray, Visit&& visit) const {
-    rays_.walk_ray(ray, visit);
-  }
-
-  /// Whether a point is in the solid. Its surface is, to round-off.
-  [[nodiscard]] bool contains(const Vec3<S>& point) const { return is_inside_mesh(*this, point); }
-
- private:
-  TriangleMesh<S> mesh_;
-  AabbTree<S> tree_;
-  RayMesh<S> rays_;
-};
-
-/// Nearest hit, as `ray_cast_mesh` finds it.
-template <Scalar S>
-[[nodiscard]] RayHit<S> ray_cast(const MeshTree<S>& mesh, const Ray<S>& ray);
-
-// Implementation -----------------------------------------------------------------------------------
-
-template <Scalar S>
-MeshTree<S>::MeshTree(TriangleMesh<S> mesh) : mesh_(std::move(mesh)) {
-  std::vector<Aabb<S>> boxes(mesh_.triangles.size());
-  for (std::size_t t = 0; t < boxes.size(); ++t) {
-    for (const std::uint32_t v : mesh_.triangles[t]) boxes[t].include(mesh_.vertices[v]);
-  }
-  tree_.build(boxes);
-  rays_ = RayMesh<S>(size(), [this](std::uint32_t t) { return corners(t); });
-}
-
-template <Scalar S>
-RayHit<S> ray_cast(const MeshTree<S>& mesh, const Ray<S>& ray) {
-  return ray_cast_mesh(mesh, ray);
 }
 
 }  // namespace bristle::inline BRISTLE_ABI
@@ -19931,13 +19931,13 @@ void collide_shapes(const HalfSpace<S>& a, const MeshTree<S>& b, const Transform
 
 }  // namespace bristle::inline BRISTLE_ABI
 
-// === bristle/geometry/box_box.hpp
+// === bristle/geometry/contacts/box_box.hpp
 
 /// @file
 /// Contact of two boxes by the separating axis test.
 // SPDX-License-Identifier: BSD-3-Clause
 
-// === bristle/geometry/box_face_clip.hpp
+// === bristle/geometry/contacts/box_face_clip.hpp
 
 /// @file
 /// Where a face of one box meets another box: the face that is turned to it, cut down to the first.
@@ -20149,7 +20149,7 @@ class BoxFacePatch {
 
 }  // namespace bristle::inline BRISTLE_ABI::detail
 
-// === bristle/geometry/contact_normal.hpp
+// === bristle/geometry/contacts/contact_normal.hpp
 
 /// @file
 /// Along which direction two convex solids touch: their contact normal, apart or overlapping.
@@ -20173,7 +20173,7 @@ class BoxFacePatch {
 /// two solids has the size 1 throughout.
 // SPDX-License-Identifier: BSD-3-Clause
 
-// === bristle/geometry/expanding_polytope.hpp
+// === bristle/geometry/contacts/expanding_polytope.hpp
 
 /// @file
 /// The polytope that EPA grows (van den Bergen 2001): corners of a convex set, and which of their
@@ -20319,7 +20319,7 @@ void ExpandingPolytope<S>::find_nearest() {
 
 }  // namespace bristle::inline BRISTLE_ABI
 
-// === bristle/geometry/gjk.hpp
+// === bristle/geometry/contacts/gjk.hpp
 
 /// @file
 /// Distance of a convex set from the origin by its support function: GJK (Gilbert, Johnson,
@@ -21104,7 +21104,952 @@ void collide_shapes(const Box<S>& a, const Box<S>& b, const Transform<S>& X_AB, 
 
 }  // namespace bristle::inline BRISTLE_ABI
 
-// === bristle/geometry/bundle_mesh_rays.hpp
+// === bristle/geometry/contacts/shape_cast.hpp
+
+/// @file
+/// Shapes in another scalar than they were given in.
+// SPDX-License-Identifier: BSD-3-Clause
+
+namespace bristle::inline BRISTLE_ABI::detail {
+
+/// A convex shape or half-space in another scalar; hulls keep their numbers.
+template <Scalar P, Scalar S>
+struct ShapeCast {
+  Shape<P> operator()(const Sphere<S>& s) const { return Sphere<P>{P(s.radius)}; }
+  Shape<P> operator()(const Box<S>& s) const { return Box<P>{s.half_extents.template cast<P>()}; }
+  Shape<P> operator()(const Capsule<S>& s) const {
+    return Capsule<P>{P(s.radius), P(s.half_length)};
+  }
+  Shape<P> operator()(const Cylinder<S>& s) const {
+    return Cylinder<P>{P(s.radius), P(s.half_length)};
+  }
+  Shape<P> operator()(const Cone<S>& s) const { return Cone<P>{P(s.radius), P(s.half_length)}; }
+  Shape<P> operator()(const Ellipsoid<S>& s) const {
+    return Ellipsoid<P>{s.radii.template cast<P>()};
+  }
+  Shape<P> operator()(const HalfSpace<S>& s) const {
+    return HalfSpace<P>{s.normal.template cast<P>(), P(s.offset)};
+  }
+  Shape<P> operator()(const ConvexHull<S>& s) const {
+    ConvexHull<P> hull;
+    for (const Vec3<S>& v : s.vertices) hull.vertices.push_back(v.template cast<P>());
+    hull.face_vertices = s.face_vertices;
+    hull.face_starts = s.face_starts;
+    for (const Vec3<S>& n : s.face_normals) {
+      hull.face_normals.push_back(n.template cast<P>().normalized());
+    }
+    hull.face_offsets.assign(s.face_offsets.begin(), s.face_offsets.end());
+    return hull;
+  }
+  // Meshes are read through their trees.
+  Shape<P> operator()(const TriangleMesh<S>&) const { return Sphere<P>{}; }
+};
+
+}  // namespace bristle::inline BRISTLE_ABI::detail
+
+// === bristle/geometry/contacts/solid_contacts.hpp
+
+/// @file
+/// Contacts of any two solids, convex or meshes, over one method for the distance of convex cores.
+/// Both backends answer through it; they differ in that method and in the trees over their meshes.
+// SPDX-License-Identifier: BSD-3-Clause
+
+// === bristle/geometry/contacts/contact_sink.hpp
+
+/// @file
+/// Where iterative methods put manifolds: brings them from the frame and precision they were
+/// computed in to those of the user, and joins what belongs together.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+
+namespace bristle::inline BRISTLE_ABI {
+
+/// Appends the manifolds of one pair to a list. Manifolds with the same key become one, and points
+/// of it that coincide too.
+template <Scalar S>
+class ContactSink {
+ public:
+  /// What manifolds are computed in.
+  using P = Precise<S>;
+
+  /// @param out  Manifolds there before are left alone.
+  explicit ContactSink(ContactManifolds<S>& out) : out_(out), start_(out.size()) {}
+
+  /// How manifolds are given from here on: in a frame F that stands at X_AF in the frame of A, with
+  /// normals from A to B or, where `is_reversed`, from B to A.
+  void set_frame(const Transform<P>& X_AF, bool is_reversed) {
+    X_AF_ = X_AF;
+    sign_ = is_reversed ? P(-1) : P(1);
+  }
+
+  /// Points closer than this [m] with the same key are one. 0 by default: only equal ones are.
+  void set_nearest(P distance) { nearest_ = S(distance); }
+
+  /// Takes a manifold; one without points is ignored.
+  void add(const ContactManifold<P>& manifold) {
+    if (manifold.size == 0) return;
+    ContactManifold<S>& target = manifold_of(manifold);
+    for (std::size_t i = 0; i < manifold.size; ++i) {
+      const ContactPoint<P>& p = manifold.points[i];
+      const Vec3<P> position = X_AF_ * p.position;
+      join(target, {position.template cast<S>(), S(p.gap), p.feature});
+    }
+  }
+
+  /// Whether nothing was added.
+  [[nodiscard]] bool is_empty() const { return out_.size() == start_; }
+  /// Whether some point has a gap of at most this [m].
+  [[nodiscard]] bool reaches(P gap) const {
+    for (std::size_t i = start_; i < out_.size(); ++i) {
+      for (std::size_t k = 0; k < out_[i].size; ++k) {
+        if (P(out_[i].points[k].gap) <= gap) return true;
+      }
+    }
+    return false;
+  }
+  /// Takes back all that was added.
+  void clear() { out_.resize(start_); }
+
+  /// Whether all numbers that were added are finite and all normals have length 1.
+  [[nodiscard]] bool is_sound() const {
+    using std::abs;
+    using std::isfinite;
+    for (std::size_t i = start_; i < out_.size(); ++i) {
+      const ContactManifold<S>& m = out_[i];
+      if (!(abs(m.normal.squaredNorm() - S(1)) <= Tolerance<S>::equal())) return false;
+      for (std::size_t k = 0; k < m.size; ++k) {
+        if (!all_finite(m.points[k].position) || !isfinite(m.points[k].gap)) return false;
+      }
+    }
+    return true;
+  }
+
+ private:
+  [[nodiscard]] ContactManifold<S>& manifold_of(const ContactManifold<P>& like) {
+    for (std::size_t i = start_; i < out_.size(); ++i) {
+      if (out_[i].key == like.key) return out_[i];
+    }
+    const Vec3<P> normal = X_AF_.rotate(sign_ * like.normal);
+    ContactManifold<S>& fresh = out_.emplace_back();
+    fresh.normal = normal.template cast<S>().normalized();
+    fresh.key = like.key;
+    return fresh;
+  }
+
+  /// Adds a point. One too many makes the closest two fight: the deeper stays, or of equals the one
+  /// farther from the middle. So the deepest of all is never lost, nor are the outer corners.
+  void join(ContactManifold<S>& manifold, const ContactPoint<S>& point) const {
+    for (std::size_t i = 0; i < manifold.size; ++i) {
+      if ((manifold.points[i].position - point.position).squaredNorm() <= nearest_ * nearest_) {
+        if (point.gap < manifold.points[i].gap) manifold.points[i] = point;
+        return;
+      }
+    }
+    if (manifold.size < ContactManifold<S>::capacity) {
+      manifold.add(point);
+      return;
+    }
+    const std::size_t loser = loser_of(manifold, point);
+    if (loser < manifold.size) manifold.points[loser] = point;
+  }
+
+  /// Which of a full manifold's points has to go for another; its size where it is the other.
+  [[nodiscard]] static std::size_t loser_of(const ContactManifold<S>& manifold,
+                                            const ContactPoint<S>& point) {
+    const auto at = [&](std::size_t i) -> const ContactPoint<S>& {
+      return i < manifold.size ? manifold.points[i] : point;
+    };
+    const S share = S(1) / S(manifold.size + 1);
+    Vec3<S> middle = Vec3<S>::Zero();
+    for (std::size_t i = 0; i <= manifold.size; ++i) middle += share * at(i).position;
+    std::size_t first = 0;
+    std::size_t second = 0;
+    S least = infinity<S>;
+    S size2 = S(0);
+    for (std::size_t i = 0; i <= manifold.size; ++i) {
+      size2 = std::max(size2, (at(i).position - middle).squaredNorm());
+      for (std::size_t j = i + 1; j <= manifold.size; ++j) {
+        const S distance2 = (at(i).position - at(j).position).squaredNorm();
+        if (distance2 < least) {
+          least = distance2;
+          first = i;
+          second = j;
+        }
+      }
+    }
+    using std::abs;
+    using std::sqrt;
+    if (abs(at(first).gap - at(second).gap) > Tolerance<S>::equal() * sqrt(size2)) {
+      return at(first).gap < at(second).gap ? second : first;
+    }
+    return (at(first).position - middle).squaredNorm() <
+                   (at(second).position - middle).squaredNorm()
+               ? first
+               : second;
+  }
+
+  ContactManifolds<S>& out_;
+  std::size_t start_;
+  Transform<P> X_AF_;
+  P sign_ = P(1);
+  S nearest_ = S(0);
+};
+
+}  // namespace bristle::inline BRISTLE_ABI
+
+// === bristle/geometry/contacts/mesh_contacts.hpp
+
+/// @file
+/// Contacts of solid triangle meshes with convex solids and with each other.
+///
+/// A tree finds the triangles near the other solid, `contact_normal` the direction in which each is
+/// touched, and the surface (mesh_surface.hpp) who of neighbours answers for it. All triangles of a
+/// flat face share one manifold of at most eight points.
+///
+/// Surfaces of two meshes that have passed through each other are looked for only where meshes cut
+/// or touch each other or one is inside the other (the first corner tells, also of meshes of several
+/// parts), within both of their boxes: bodies that are apart cost what is within the margin.
+///
+/// Limits, all of them of the triangle-by-triangle view. A convex solid that the surface cuts
+/// always has a contact, but a deep one may get the normal of the nearest triangle instead of the
+/// shortest way out; one wholly inside leaves through the face nearest to its middle. Two meshes
+/// get contacts up to a depth of half the thickness of the thinner one; where they meet corner to
+/// corner, faces beside the corners may answer too (one pose in thirty in tests). Cost: a GJK for
+/// each triangle near the other solid (0.5 to 2 us), and for each near pair of two meshes; where two
+/// meshes cut each other a few operations more for each pair of triangles in both of their boxes.
+// SPDX-License-Identifier: BSD-3-Clause
+
+// === bristle/geometry/meshes/mesh_surface.hpp
+
+/// @file
+/// The surface of a solid mesh: neighbours, flat faces, and who answers for a contact, whatever
+/// tree stands over the triangles.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <tuple>
+#include <utility>
+#include <vector>
+
+namespace bristle::inline BRISTLE_ABI {
+
+/// What contacts need to know of a closed mesh besides its triangles: who is whose neighbour.
+///
+/// @tparam S     What contacts are computed in; may be more precise than the tree.
+/// @tparam Tree  As `MeshTree`: `size()`, `corners(i)`, `vertex_numbers(i)`, `root_box()`,
+///               `find(accept, visit)`.
+template <Scalar S, typename Tree>
+class MeshSurface {
+ public:
+  /// What a direction of contact means to a triangle.
+  enum class Verdict {
+    /// Contact of the triangle's face: its own normal counts.
+    face,
+    /// Contact of an edge or corner: the direction counts.
+    edge,
+    /// The direction leads over an inner edge of a flat face: the face has to be asked as a whole.
+    inner_edge,
+    /// A neighbour's business, or nobody's.
+    none
+  };
+
+  /// @pre The mesh is closed (`validate_solid`) and outlives this, in its place.
+  explicit MeshSurface(const Tree& tree);
+
+  /// [-] Number of triangles.
+  [[nodiscard]] std::size_t size() const { return tree_->size(); }
+  /// [m] Corners of a triangle, counter-clockwise seen from outside.
+  [[nodiscard]] std::array<Vec3<S>, 3> corners(std::uint32_t triangle) const {
+    const auto c = tree_->corners(triangle);
+    return {c[0].template cast<S>(), c[1].template cast<S>(), c[2].template cast<S>()};
+  }
+  /// [m] Box around all triangles.
+  [[nodiscard]] Aabb<S> bounds() const { return precise(tree_->root_box()); }
+  /// Whether a point is in the solid, to round-off of the tree's scalar.
+  [[nodiscard]] bool contains(const Vec3<S>& point) const {
+    using T = typename Tree::ScalarType;
+    return is_inside_mesh<T>(*tree_, Vec3<T>(point.template cast<T>()));
+  }
+  /// Calls `visit(triangle) -> bool` for every triangle whose box, and all boxes around it,
+  /// `accept(box) -> bool` takes, until a visit returns false.
+  template <typename Accept, typename Visit>
+  void find(Accept&& accept, Visit&& visit) const {
+    tree_->find([&](const auto& box) { return accept(precise(box)); }, visit);
+  }
+  /// [1] Outward unit normal.
+  [[nodiscard]] const Vec3<S>& normal(std::uint32_t triangle) const { return normals_[triangle]; }
+  /// [-] Number that all triangles of one flat face share.
+  [[nodiscard]] std::uint32_t patch(std::uint32_t triangle) const { return patches_[triangle]; }
+  /// The flat face of a triangle as a convex plate: its corners, and as normals those of the face
+  /// and of its outer edges. For what support_point and GJK need; it is no solid.
+  [[nodiscard]] const ConvexHull<S>& face(std::uint32_t triangle) const {
+    return faces_[patches_[triangle]];
+  }
+  /// Named by the numbers of the mesh's vertices, so that neighbours name their common corners and
+  /// edges alike.
+  [[nodiscard]] Triangle<S> triangle(std::uint32_t triangle) const {
+    return {corners(triangle), tree_->vertex_numbers(triangle)};
+  }
+
+  /// Who answers for a contact of `triangle` along the unit direction n, out of the mesh.
+  ///
+  /// An edge is touched along n only between the normals of its two faces; beyond, the neighbour is
+  /// nearer (its Voronoi region, Mirtich 1998, "V-Clip"). Inner edges of flat faces and hollow
+  /// edges are not touched at all, only the faces beside them: without this a body that slides over
+  /// a flat mesh stumbles.
+  [[nodiscard]] Verdict judge(std::uint32_t triangle, const Vec3<S>& n) const;
+
+ private:
+  template <typename Box>
+  [[nodiscard]] static Aabb<S> precise(const Box& box) {
+    return {box.lower.template cast<S>(), box.upper.template cast<S>()};
+  }
+  void find_neighbours();
+  void find_patches();
+  void find_faces();
+  /// [1] Direction in the plane of the neighbour across edge k, away from the neighbour.
+  [[nodiscard]] Vec3<S> away_from_neighbour(std::uint32_t triangle, std::size_t k) const;
+
+  enum class Edge : std::uint8_t { convex, flat, hollow };
+
+  const Tree* tree_;
+  std::vector<Vec3<S>> normals_;
+  // Across edge k, from corner k to the next.
+  std::vector<std::array<std::uint32_t, 3>> neighbours_;
+  std::vector<std::array<Edge, 3>> edges_;
+  std::vector<std::uint32_t> patches_;
+  std::vector<ConvexHull<S>> faces_;  // By patch.
+};
+
+// Implementation -----------------------------------------------------------------------------------
+
+namespace detail {
+
+/// [1] Cosine and sine of the angle, S(0)1 degrees, within which directions count as equal: what
+/// GJK leaves, and less than any edge of a mesh that is not meant to be flat.
+template <Scalar S>
+inline constexpr S same_direction_cosine = S(1) - S(1.5e-8);
+template <Scalar S>
+inline constexpr S same_direction_sine = S(1.7e-4);
+/// [1] Sine of the angle below which two triangles are one flat face: meshes from files are no
+/// flatter than single precision.
+template <Scalar S>
+inline constexpr S flat_sine = S(Tolerance<float>::equal());
+
+template <Scalar S>
+[[nodiscard]] bool is_same_plane(const Vec3<S>& normal, const Vec3<S>& other) {
+  return normal.cross(other).norm() < flat_sine<S> && normal.dot(other) > S(0);
+}
+
+/// Leaves of a plate's points the corners of their outline, and adds the normals of its edges: the
+/// monotone chain (Andrew 1979) in the plane.
+template <Scalar S>
+void outline_face(ConvexHull<S>& face) {
+  const Vec3<S> n = face.face_normals[0];
+  Vec3<S> t1;
+  Vec3<S> t2;
+  tangent_basis(n, t1, t2);
+  // Each corner once: with a fused multiply-add the cross product of equal vectors is not zero.
+  std::vector<Vec3<S>>& corners = face.vertices;
+  std::sort(corners.begin(), corners.end(), [](const Vec3<S>& a, const Vec3<S>& b) {
+    return std::tie(a[0], a[1], a[2]) < std::tie(b[0], b[1], b[2]);
+  });
+  corners.erase(std::unique(corners.begin(), corners.end()), corners.end());
+  // Keys are computed once: a dot product that a compiler contracts in one place and not in another
+  // would be no order (docs/contributing.md).
+  struct Place {
+    S x, y;
+    std::uint32_t corner;
+  };
+  std::vector<Place> places;
+  places.reserve(corners.size());
+  for (const Vec3<S>& p : corners) {
+    places.push_back({t1.dot(p), t2.dot(p), static_cast<std::uint32_t>(places.size())});
+  }
+  std::sort(places.begin(), places.end(), [](const Place& a, const Place& b) {
+    return std::tie(a.x, a.y, a.corner) < std::tie(b.x, b.y, b.corner);
+  });
+  std::vector<Vec3<S>> points;
+  points.reserve(places.size());
+  for (const Place& place : places) points.push_back(corners[place.corner]);
+  std::vector<Vec3<S>> outline;
+  for (int side = 0; side < 2; ++side) {
+    const std::size_t start = outline.size();
+    for (const Vec3<S>& p : points) {
+      while (outline.size() >= start + 2) {
+        const Vec3<S>& last = outline.back();
+        const Vec3<S>& before = outline[outline.size() - 2];
+        if ((last - before).cross(p - before).dot(n) > S(0)) break;
+        outline.pop_back();
+      }
+      outline.push_back(p);
+    }
+    outline.pop_back();  // The first of the other side.
+    std::reverse(points.begin(), points.end());
+  }
+  corners = std::move(outline);
+  for (std::size_t k = 0; k < corners.size(); ++k) {
+    face.face_normals.push_back(
+        (corners[(k + 1) % corners.size()] - corners[k]).cross(n).normalized());
+  }
+}
+
+}  // namespace detail
+
+template <Scalar S, typename Tree>
+MeshSurface<S, Tree>::MeshSurface(const Tree& tree) : tree_(&tree) {
+  normals_.reserve(size());
+  for (std::uint32_t i = 0; i < size(); ++i) {
+    const auto c = corners(i);
+    normals_.push_back((c[1] - c[0]).cross(c[2] - c[0]).stableNormalized());
+  }
+  find_neighbours();
+  find_patches();
+  find_faces();
+}
+
+template <Scalar S, typename Tree>
+void MeshSurface<S, Tree>::find_neighbours() {
+  struct HalfEdge {
+    std::uint32_t low, high;
+    std::uint32_t triangle;
+    std::uint32_t k;
+  };
+  std::vector<HalfEdge> half_edges;
+  half_edges.reserve(3 * size());
+  for (std::uint32_t i = 0; i < size(); ++i) {
+    const auto v = tree_->vertex_numbers(i);
+    for (std::uint32_t k = 0; k < 3; ++k) {
+      const std::uint32_t w = v[(k + 1) % 3];
+      half_edges.push_back({std::min(v[k], w), std::max(v[k], w), i, k});
+    }
+  }
+  std::sort(half_edges.begin(), half_edges.end(), [](const HalfEdge& a, const HalfEdge& b) {
+    return std::tie(a.low, a.high, a.triangle) < std::tie(b.low, b.high, b.triangle);
+  });
+  neighbours_.resize(size());
+  edges_.resize(size());
+  for (std::size_t i = 0; i + 1 < half_edges.size(); i += 2) {
+    const HalfEdge& a = half_edges[i];
+    const HalfEdge& b = half_edges[i + 1];
+    BRISTLE_ASSERT(a.low == b.low && a.high == b.high);
+    neighbours_[a.triangle][a.k] = b.triangle;
+    neighbours_[b.triangle][b.k] = a.triangle;
+    // How far the neighbour's far corner is below the plane tells convex from hollow.
+    const auto at = corners(a.triangle);
+    const Vec3<S> far = corners(b.triangle)[(b.k + 2) % 3] - at[a.k];
+    Edge kind = normals_[a.triangle].dot(far) < S(0) ? Edge::convex : Edge::hollow;
+    if (detail::is_same_plane(normals_[a.triangle], normals_[b.triangle])) kind = Edge::flat;
+    edges_[a.triangle][a.k] = kind;
+    edges_[b.triangle][b.k] = kind;
+  }
+}
+
+template <Scalar S, typename Tree>
+void MeshSurface<S, Tree>::find_patches() {
+  constexpr std::uint32_t unknown = 0xffffffffu;
+  patches_.assign(size(), unknown);
+  std::vector<std::uint32_t> open;
+  std::uint32_t count = 0;
+  for (std::uint32_t seed = 0; seed < size(); ++seed) {
+    if (patches_[seed] != unknown) continue;
+    patches_[seed] = count;
+    open.assign(1, seed);
+    while (!open.empty()) {
+      const std::uint32_t at = open.back();
+      open.pop_back();
+      for (const std::uint32_t next : neighbours_[at]) {
+        // Compared with the seed, or a finely curved surface would become one patch.
+        if (patches_[next] == unknown && detail::is_same_plane(normals_[next], normals_[seed])) {
+          patches_[next] = count;
+          open.push_back(next);
+        }
+      }
+    }
+    ++count;
+  }
+}
+
+template <Scalar S, typename Tree>
+void MeshSurface<S, Tree>::find_faces() {
+  for (std::uint32_t i = 0; i < size(); ++i) {
+    if (patches_[i] == faces_.size()) faces_.emplace_back().face_normals = {normals_[i]};
+    for (const Vec3<S>& corner : corners(i)) {
+      faces_[patches_[i]].vertices.push_back(corner);
+    }
+  }
+  for (ConvexHull<S>& face : faces_) detail::outline_face(face);
+}
+
+template <Scalar S, typename Tree>
+Vec3<S> MeshSurface<S, Tree>::away_from_neighbour(std::uint32_t triangle, std::size_t k) const {
+  const auto c = corners(triangle);
+  const Vec3<S> along = c[(k + 1) % 3] - c[k];
+  // The neighbour runs through the edge the other way: its outward side is (-along) x normal.
+  return normals_[neighbours_[triangle][k]].cross(along).normalized();
+}
+
+template <Scalar S, typename Tree>
+auto MeshSurface<S, Tree>::judge(std::uint32_t triangle, const Vec3<S>& n) const -> Verdict {
+  using std::abs;
+  const S cosine = n.dot(normals_[triangle]);
+  if (cosine >= detail::same_direction_cosine<S>) return Verdict::face;
+  const auto c = corners(triangle);
+  // Edges that lie across n and are farthest along it; where there is none, those of the corner
+  // that is.
+  std::array<S, 3> height;
+  for (std::size_t k = 0; k < 3; ++k) height[k] = n.dot(c[k] - c[0]);
+  const std::size_t top =
+      static_cast<std::size_t>(std::max_element(height.begin(), height.end()) - height.begin());
+  std::optional<std::size_t> across;
+  for (const std::size_t k : {top, (top + 2) % 3}) {
+    const Vec3<S> edge = c[(k + 1) % 3] - c[k];
+    if (abs(edge.dot(n)) <= detail::same_direction_sine<S> * edge.norm()) across = k;
+  }
+  bool is_over_edge = false;
+  for (const std::size_t k : {top, (top + 2) % 3}) {
+    if (across && *across != k) continue;
+    const Vec3<S> along = c[(k + 1) % 3] - c[k];
+    const Vec3<S> outwards = along.cross(normals_[triangle]).normalized();
+    if (n.dot(outwards) <= detail::same_direction_sine<S>) continue;
+    if (edges_[triangle][k] == Edge::flat) return Verdict::inner_edge;
+    if (edges_[triangle][k] == Edge::hollow) return Verdict::face;
+    if (n.dot(away_from_neighbour(triangle, k)) <= detail::same_direction_sine<S>) {
+      return Verdict::none;
+    }
+    is_over_edge = true;
+  }
+  if (cosine <= S(0)) return Verdict::none;
+  if (!is_over_edge) return Verdict::face;
+  return Verdict::edge;
+}
+
+}  // namespace bristle::inline BRISTLE_ABI
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+
+namespace bristle::inline BRISTLE_ABI {
+
+/// Adds the contacts of a mesh with a convex solid that stands at X_MC in the mesh's frame, with
+/// normals from the mesh to the solid.
+///
+/// @tparam Distance  As in `contact_normal`.
+template <typename Distance, Scalar S, typename Tree>
+void collide_mesh(const MeshSurface<Precise<S>, Tree>& mesh, const ConvexView<Precise<S>>& convex,
+                  const Transform<Precise<S>>& X_MC, Precise<S> margin, ContactSink<S>& sink);
+
+/// The same for two meshes, B standing at X_AB.
+template <typename Distance, Scalar S, typename Tree>
+void collide_meshes(const MeshSurface<Precise<S>, Tree>& a, const MeshSurface<Precise<S>, Tree>& b,
+                    const Transform<Precise<S>>& X_AB, Precise<S> margin, ContactSink<S>& sink);
+
+// Implementation -----------------------------------------------------------------------------------
+
+namespace detail {
+
+/// The side of a contact that is a convex solid: any normal suits it.
+template <typename Surface, Scalar P>
+struct ConvexOpposite {
+  [[nodiscard]] typename Surface::Verdict judge(const Vec3<P>&) const {
+    return Surface::Verdict::edge;
+  }
+  [[nodiscard]] std::uint32_t key() const { return 1; }
+  [[nodiscard]] P depth() const { return P(0); }
+  [[nodiscard]] bool is_facing(const Vec3<P>&) const { return false; }
+};
+
+/// The side of a contact that is a triangle of a mesh B, asked in the frame of A.
+template <typename Surface, Scalar P>
+struct MeshOpposite {
+  const Surface& mesh;
+  std::uint32_t triangle;
+  const Transform<P>& X_BA;
+  P largest_depth;
+  Vec3<P> normal;  // [1] Its own, in the frame of A.
+
+  [[nodiscard]] typename Surface::Verdict judge(const Vec3<P>& n) const {
+    return mesh.judge(triangle, -X_BA.rotate(n));
+  }
+  [[nodiscard]] std::uint32_t key() const { return mix(mesh.patch(triangle), 2); }
+  [[nodiscard]] P depth() const { return largest_depth; }
+  /// Whether the triangle looks against n, within 25 degrees: tilted more, surfaces that pass
+  /// through each other cut each other, and need no help.
+  [[nodiscard]] bool is_facing(const Vec3<P>& n) const { return n.dot(normal) < P(-0.9); }
+};
+
+/// The contacts of one convex solid with one mesh, triangle by triangle.
+template <typename Distance, Scalar S, typename Tree>
+class MeshConvexContacts {
+ public:
+  using P = Precise<S>;
+  using Surface = MeshSurface<P, Tree>;
+
+  MeshConvexContacts(const Surface& mesh, const ConvexView<P>& convex, const Transform<P>& X_MC,
+                     P margin, ContactSink<S>& sink)
+      : mesh_(mesh), convex_(convex), X_MC_(X_MC), margin_(margin), sink_(sink) {}
+
+  /// @param opposite  Of the other side: `judge(n) -> Verdict`, what a normal means to it, the
+  /// `key()`
+  ///                  of its face, and for surfaces the `depth()` [m] up to which two of them that
+  ///                  are `is_facing(n)` may have passed through each other.
+  template <typename Opposite>
+  void add_all(const Opposite& opposite) {
+    bool is_any = false;
+    const Aabb<P> near = bounds_at(convex_, X_MC_).inflated(margin_);
+    mesh_.find([&](const Aabb<P>& box) { return box.overlaps(near); },
+               [&](std::uint32_t i) {
+                 is_any = add(i, opposite) || is_any;
+                 return true;
+               });
+    // Surfaces get none: triangle by triangle it would find contacts where there are better ones.
+    if (!is_any && !(opposite.depth() > P(0))) add_last_resort();
+  }
+
+  /// Adds what has passed through a triangle of the other side by more than the margin. All that
+  /// has is behind a triangle that looks against it, so the search goes from where the other side
+  /// is against its own normal.
+  /// @param within  Where triangles may be, in the frame of the mesh.
+  template <typename Opposite>
+  void add_all_passed(const Opposite& opposite, const Aabb<P>& within) {
+    const Aabb<P> here = bounds_at(convex_, X_MC_);
+    const Aabb<P> near = here.inflated(margin_);
+    // Those that look against it within 25 degrees are within this of the line.
+    const P beside = P(0.44) * opposite.depth();
+    const Vec3<P> back = -opposite.depth() * opposite.normal;
+    Aabb<P> swept = here;
+    swept.include(Aabb<P>{here.lower + back, here.upper + back});
+    swept = swept.inflated(beside);
+    swept = {swept.lower.cwiseMax(within.lower), swept.upper.cwiseMin(within.upper)};
+    const Vec3<P> middle = X_MC_ * convex_.center;
+    mesh_.find([&](const Aabb<P>& box) { return box.overlaps(swept); },
+               [&](std::uint32_t i) {
+                 const Vec3<P>& n = mesh_.normal(i);
+                 if (!opposite.is_facing(n)) return true;
+                 const Triangle<P> triangle = mesh_.triangle(i);
+                 const ConvexView<P> plate = convex_view(triangle);
+                 const Vec3<P> away = middle - plate.center;
+                 const P height = n.dot(away);
+                 const P reach = P(1 + Tolerance<P>::equal()) * (plate.reach + convex_.reach);
+                 if (!((away - height * n).squaredNorm() <= reach * reach)) return true;
+                 // The others have been asked.
+                 Aabb<P> box;
+                 for (const Vec3<P>& corner : triangle.corners) box.include(corner);
+                 if (!box.overlaps(near)) (void)add_passed(i, opposite);
+                 return true;
+               });
+  }
+
+  /// Whether any triangle that was near cuts the solid or touches it.
+  [[nodiscard]] bool has_cut() const { return has_cut_; }
+
+ private:
+  using Verdict = typename Surface::Verdict;
+
+  template <typename Opposite>
+  bool add(std::uint32_t i, const Opposite& opposite) {
+    const Triangle<P> triangle = mesh_.triangle(i);
+    const ConvexView<P> plate = convex_view(triangle);
+    ContactNormal<P> found =
+        contact_normal<Distance>(plate, convex_, X_MC_, std::max(margin_, opposite.depth()));
+    if (found.nearness != Nearness::near) return false;
+    has_cut_ = has_cut_ || found.gap <= Tolerance<P>::equal() * convex_.reach;
+    if (found.gap < P(0) && found.gap > plate_contact_.gap) {
+      plate_ = i;
+      plate_contact_ = found;
+    }
+    const Vec3<P>& face_normal = mesh_.normal(i);
+    bool is_behind = found.normal.dot(face_normal) <= P(0);
+    if (is_behind && opposite.depth() > P(0)) return add_passed(i, opposite);
+    Verdict verdict = mesh_.judge(i, found.normal);
+    if (verdict == Verdict::inner_edge) {
+      found = contact_normal<Distance>(convex_view(mesh_.face(i)), convex_, X_MC_, margin_);
+      if (found.nearness != Nearness::near) return false;
+      is_behind = found.normal.dot(face_normal) <= P(0);
+      verdict = mesh_.judge(i, found.normal);
+      // Still: the face is touched at another of its triangles.
+      if (verdict == Verdict::inner_edge) return false;
+    }
+    if (verdict == Verdict::none) {
+      if (is_behind) note_way_out(i, triangle);
+      return false;
+    }
+    if (found.gap > margin_) return false;
+    const Vec3<P>& normal = verdict == Verdict::face ? face_normal : found.normal;
+    const Verdict other_verdict = opposite.judge(normal);
+    if (other_verdict == Verdict::none) return false;
+    ContactManifold<P> manifold;
+    if (verdict == Verdict::face) {
+      manifold = face_manifold(i);
+    } else {
+      manifold = contact_manifold(plate, convex_, X_MC_, normal, margin_);
+      manifold.key = other_verdict == Verdict::face
+                         ? opposite.key()
+                         : mix(edge_name(triangle, normal), opposite.key());
+    }
+    sink_.add(manifold);
+    return manifold.size > 0;
+  }
+
+  /// Two surfaces that have passed through each other face to face: as plates they are apart, each
+  /// on the wrong side of the other.
+  template <typename Opposite>
+  bool add_passed(std::uint32_t i, const Opposite& opposite) {
+    const Vec3<P>& n = mesh_.normal(i);
+    const P gap = n.dot(deepest_place(n) - mesh_.corners(i)[0]);
+    if (gap < -opposite.depth() || !opposite.is_facing(n)) return false;
+    const ContactManifold<P> manifold = face_manifold(i);
+    sink_.add(manifold);
+    return manifold.size > 0;
+  }
+
+  /// What of the solid is over the triangle, along its normal. Empty where nothing is.
+  [[nodiscard]] ContactManifold<P> face_manifold(std::uint32_t i) const {
+    const Triangle<P> triangle = mesh_.triangle(i);
+    const Vec3<P>& n = mesh_.normal(i);
+    const ConvexView<P> plate = convex_view(triangle);
+    const auto features = feature_pair(plate, convex_, X_MC_, n);
+    const ContactManifold<P> clipped = clip_features(features.a, features.b, n, margin_);
+    ContactManifold<P> manifold;
+    manifold.normal = n;
+    manifold.key = mix(mesh_.patch(i), 0);
+    P gap = margin_;
+    for (std::size_t k = 0; k < clipped.size; ++k) {
+      const ContactPoint<P>& point = clipped.points[k];
+      if (!is_over(triangle, n, point.position)) continue;
+      manifold.add(point);
+      gap = std::min(gap, point.gap);
+    }
+    // Rims of round shapes are clipped as polygons; what is deepest may lie between their corners.
+    const ContactPoint<P> deepest = extreme_contact(plate, convex_, X_MC_, n);
+    if (deepest.gap < gap - Tolerance<P>::equal() * convex_.reach &&
+        is_over(triangle, n, deepest_place(n))) {
+      if (manifold.size == manifold.capacity) --manifold.size;
+      manifold.add({deepest_place(n) - P(0.5) * deepest.gap * n, deepest.gap, 0});
+    }
+    return manifold;
+  }
+
+  /// [m] The solid's farthest point against n.
+  [[nodiscard]] Vec3<P> deepest_place(const Vec3<P>& n) const {
+    return X_MC_ * support_point(convex_, Vec3<P>(X_MC_.rotation.conjugate() * Vec3<P>(-n)));
+  }
+
+  /// Whether a point is above or below a triangle of normal n, its edges and a hair beyond
+  /// included.
+  [[nodiscard]] static bool is_over(const Triangle<P>& triangle, const Vec3<P>& n,
+                                    const Vec3<P>& point) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Vec3<P> edge = triangle.corners[(k + 1) % 3] - triangle.corners[k];
+      const P beside = edge.cross(point - triangle.corners[k]).dot(n);
+      if (beside < -Tolerance<P>::equal() * edge.squaredNorm()) return false;
+    }
+    return true;
+  }
+
+  /// Remembers the face through which a solid whose middle has got inside leaves soonest.
+  void note_way_out(std::uint32_t i, const Triangle<P>& triangle) {
+    const Vec3<P> middle = X_MC_ * convex_.center;
+    const Vec3<P>& n = mesh_.normal(i);
+    const P depth = n.dot(triangle.corners[0] - middle);
+    if (!(depth >= P(0) && depth < way_out_depth_)) return;
+    if (!is_over(triangle, n, middle)) return;
+    way_out_ = i;
+    way_out_depth_ = depth;
+  }
+
+  /// The surface cuts the solid, but at every triangle the shortest way off it, being only a local
+  /// one, was a neighbour's business; or the solid is all inside. A contact there must be, or the
+  /// solid falls through.
+  void add_last_resort() {
+    const Vec3<P> middle = X_MC_ * convex_.center;
+    const bool is_inside = mesh_.bounds().contains(middle) && mesh_.contains(middle);
+    if (is_inside && !way_out_ && !plate_) {
+      mesh_.find([](const Aabb<P>&) { return true; },
+                 [&](std::uint32_t i) {
+                   note_way_out(i, mesh_.triangle(i));
+                   return true;
+                 });
+    }
+    if (way_out_ && is_inside) {
+      ContactManifold<P> manifold = face_manifold(*way_out_);
+      if (manifold.size == 0) {
+        const Triangle<P> triangle = mesh_.triangle(*way_out_);
+        manifold.add(extreme_contact(convex_view(triangle), convex_, X_MC_, manifold.normal));
+      }
+      sink_.add(manifold);
+    } else if (plate_) {
+      const Triangle<P> triangle = mesh_.triangle(*plate_);
+      const Vec3<P>& n = plate_contact_.normal;
+      ContactManifold<P> manifold =
+          contact_manifold(convex_view(triangle), convex_, X_MC_, n, margin_);
+      manifold.key = mix(edge_name(triangle, n), 1);
+      sink_.add(manifold);
+    }
+  }
+
+  /// Name of the edge or corner of a triangle that is farthest along n.
+  [[nodiscard]] static std::uint32_t edge_name(const Triangle<P>& triangle, const Vec3<P>& n) {
+    const SupportFeature<P> edge = support_edge(triangle, n);
+    return mix_unordered(edge.ids[0], edge.ids[edge.size - 1]);
+  }
+
+  const Surface& mesh_;
+  const ConvexView<P>& convex_;
+  const Transform<P>& X_MC_;
+  P margin_;
+  ContactSink<S>& sink_;
+  bool has_cut_ = false;
+  // For the last resort.
+  std::optional<std::uint32_t> way_out_;
+  P way_out_depth_ = infinity<P>;
+  std::optional<std::uint32_t> plate_;
+  ContactNormal<P> plate_contact_{.gap = -infinity<P>};
+};
+
+}  // namespace detail
+
+template <typename Distance, Scalar S, typename Tree>
+void collide_mesh(const MeshSurface<Precise<S>, Tree>& mesh, const ConvexView<Precise<S>>& convex,
+                  const Transform<Precise<S>>& X_MC, Precise<S> margin, ContactSink<S>& sink) {
+  using P = Precise<S>;
+  sink.set_nearest(Tolerance<P>::equal() * convex.reach);
+  detail::MeshConvexContacts<Distance, S, Tree> contacts(mesh, convex, X_MC, margin, sink);
+  contacts.add_all(detail::ConvexOpposite<MeshSurface<P, Tree>, P>{});
+}
+
+template <typename Distance, Scalar S, typename Tree>
+void collide_meshes(const MeshSurface<Precise<S>, Tree>& a, const MeshSurface<Precise<S>, Tree>& b,
+                    const Transform<Precise<S>>& X_AB, Precise<S> margin, ContactSink<S>& sink) {
+  using P = Precise<S>;
+  using Surface = MeshSurface<P, Tree>;
+  const Transform<P> X_BA = X_AB.inverse();
+  // At half the thickness of the thinner one, in and out cannot be told apart.
+  const P depth =
+      std::min(a.bounds().half_extents().minCoeff(), b.bounds().half_extents().minCoeff());
+  // Calls use(contacts, opposite) for each triangle of B within a distance of the box of A.
+  const auto for_each_near = [&](P distance, auto&& use) {
+    const Aabb<P> near_A = a.bounds().inflated(distance);
+    const Aabb<P> near_B = transformed(a.bounds(), X_BA).inflated(distance);
+    b.find(
+        [&](const Aabb<P>& box) {
+          return box.overlaps(near_B) && transformed(box, X_AB).overlaps(near_A);
+        },
+        [&](std::uint32_t i) {
+          const Triangle<P> triangle = b.triangle(i);
+          const ConvexView<P> plate = convex_view(triangle);
+          sink.set_nearest(Tolerance<P>::equal() * plate.reach);
+          detail::MeshConvexContacts<Distance, S, Tree> contacts(a, plate, X_AB, margin, sink);
+          const Vec3<P> normal = X_AB.rotate(b.normal(i));
+          use(contacts, detail::MeshOpposite<Surface, P>{b, i, X_BA, depth, normal});
+          return true;
+        });
+  };
+  bool have_cut = false;
+  for_each_near(margin, [&](auto& contacts, const auto& opposite) {
+    contacts.add_all(opposite);
+    have_cut = have_cut || contacts.has_cut();
+  });
+  // A thin mesh may be all inside the other.
+  const auto is_corner_within = [](const Surface& outer, const Surface& inner,
+                                   const Transform<P>& X_OI) {
+    const Vec3<P> corner = X_OI * inner.corners(0)[0];
+    return outer.bounds().contains(corner) && outer.contains(corner);
+  };
+  if (have_cut || is_corner_within(a, b, X_AB) || is_corner_within(b, a, X_BA)) {
+    const Aabb<P> within = transformed(b.bounds(), X_AB);
+    for_each_near(P(0), [&](auto& contacts, const auto& opposite) {
+      contacts.add_all_passed(opposite, within);
+    });
+  }
+}
+
+}  // namespace bristle::inline BRISTLE_ABI
+
+#include <cmath>
+#include <optional>
+
+namespace bristle::inline BRISTLE_ABI {
+
+/// A solid prepared for contacts: one of the two is there, and points to what it was made from.
+template <Scalar S, typename Tree>
+struct SolidView {
+  std::optional<ConvexView<S>> convex;
+  std::optional<MeshSurface<S, Tree>> mesh;
+};
+
+/// Adds the contacts of A and B, B standing at X_AB, within `margin` [m]; in the frame of A,
+/// normals from A to B.
+///
+/// @tparam Distance  As in `contact_normal`.
+/// @return False where nothing is known: a pose that is not finite.
+template <typename Distance, Scalar S, typename Tree>
+bool collide_solids(const SolidView<Precise<S>, Tree>& a, const SolidView<Precise<S>, Tree>& b,
+                    const Transform<Precise<S>>& X_AB, Precise<S> margin, ContactSink<S>& sink);
+
+// Implementation -----------------------------------------------------------------------------------
+
+namespace detail {
+
+template <typename Distance, Scalar S, Scalar P>
+bool collide_convex(const ConvexView<P>& a, const ConvexView<P>& b, const Transform<P>& X_AB,
+                    P margin, ContactSink<S>& sink) {
+  const ContactNormal<P> found = contact_normal<Distance>(a, b, X_AB, margin);
+  if (found.nearness != Nearness::near) return found.nearness == Nearness::apart;
+  sink.add(contact_manifold(a, b, X_AB, found.normal, margin));
+  // Rims and sides of round shapes are clipped as polygons and lines; what is deepest may lie
+  // between those.
+  if (!sink.reaches(found.gap + Tolerance<P>::equal() * a.reach)) {
+    ContactManifold<P> deepest;
+    deepest.normal = found.normal;
+    deepest.add(extreme_contact(a, b, X_AB, found.normal));
+    sink.add(deepest);
+  }
+  return true;
+}
+
+}  // namespace detail
+
+template <typename Distance, Scalar S, typename Tree>
+bool collide_solids(const SolidView<Precise<S>, Tree>& a, const SolidView<Precise<S>, Tree>& b,
+                    const Transform<Precise<S>>& X_AB, Precise<S> margin, ContactSink<S>& sink) {
+  using P = Precise<S>;
+  using std::isfinite;
+  if (!all_finite(X_AB.translation) || !all_finite(X_AB.rotation.coeffs()) || !isfinite(margin)) {
+    return false;
+  }
+  if (a.mesh && b.mesh) {
+    sink.set_frame({}, false);
+    collide_meshes<Distance>(*a.mesh, *b.mesh, X_AB, margin, sink);
+    return true;
+  }
+  if (!a.mesh && !b.mesh) {
+    sink.set_frame({}, false);
+    return detail::collide_convex<Distance>(*a.convex, *b.convex, X_AB, margin, sink);
+  }
+  // In the frame of the mesh.
+  const bool is_first = a.mesh.has_value();
+  sink.set_frame(is_first ? Transform<P>{} : X_AB, !is_first);
+  const Transform<P> X_MC = is_first ? X_AB : X_AB.inverse();
+  const ConvexView<P>& convex = is_first ? *b.convex : *a.convex;
+  collide_mesh<Distance>(is_first ? *a.mesh : *b.mesh, convex, X_MC, margin, sink);
+  return true;
+}
+
+}  // namespace bristle::inline BRISTLE_ABI
+
+// === bristle/geometry/rays/bundle_mesh_rays.hpp
 
 /// @file
 /// Bundles of rays against a solid mesh: one search for many rays, triangles against rays in lanes.
@@ -21114,7 +22059,7 @@ void collide_shapes(const Box<S>& a, const Box<S>& b, const Transform<S>& X_AB, 
 /// what slices of one patch leave each other in a trail.
 // SPDX-License-Identifier: BSD-3-Clause
 
-// === bristle/geometry/bundle_leaves.hpp
+// === bristle/geometry/rays/bundle_leaves.hpp
 
 /// @file
 /// Which leaves of a tree of triangles the box of a bundle of rays meets.
@@ -21274,7 +22219,7 @@ bool LeafList<S>::search(const WideTree<S>& tree, const BoxInTree<S>& box) {
 
 }  // namespace bristle::inline BRISTLE_ABI::detail
 
-// === bristle/geometry/bundle_trail.hpp
+// === bristle/geometry/rays/bundle_trail.hpp
 
 /// @file
 /// What a query of rays in bundles finds out on its way down to a slice, for those that follow.
@@ -21394,7 +22339,7 @@ void with_lists(const RayMesh<S>& mesh, const Transform<S>& X_RC, const RayBatch
 
 }  // namespace bristle::inline BRISTLE_ABI
 
-// === bristle/geometry/bundle_triangles.hpp
+// === bristle/geometry/rays/bundle_triangles.hpp
 
 /// @file
 /// Triangles near a bundle of rays, in the bundle's frame, and the test of rays in lanes against
@@ -22137,7 +23082,7 @@ bool is_clear_of_mesh(const RayMesh<S>& mesh, const Transform<S>& X_RC, const Ra
 
 }  // namespace bristle::inline BRISTLE_ABI
 
-// === bristle/geometry/ray_lanes.hpp
+// === bristle/geometry/rays/ray_lanes.hpp
 
 /// @file
 /// Where rays in lanes meet a shape: the closed forms of ray_shapes.hpp, which says what they mean
@@ -22578,7 +23523,7 @@ void cast_rays_in_lanes(const ConvexShape& shape, const Transform<S>& X_RC, cons
 
 }  // namespace bristle::inline BRISTLE_ABI
 
-// === bristle/geometry/ray_shapes.hpp
+// === bristle/geometry/rays/ray_shapes.hpp
 
 /// @file
 /// Where a ray meets a shape, in closed form and in the shape's own frame.
@@ -22929,50 +23874,7 @@ RayHit<S> ray_cast(const ConvexHull<S>& hull, const Ray<S>& ray) {
 
 }  // namespace bristle::inline BRISTLE_ABI
 
-// === bristle/geometry/shape_cast.hpp
-
-/// @file
-/// Shapes in another scalar than they were given in.
-// SPDX-License-Identifier: BSD-3-Clause
-
-namespace bristle::inline BRISTLE_ABI::detail {
-
-/// A convex shape or half-space in another scalar; hulls keep their numbers.
-template <Scalar P, Scalar S>
-struct ShapeCast {
-  Shape<P> operator()(const Sphere<S>& s) const { return Sphere<P>{P(s.radius)}; }
-  Shape<P> operator()(const Box<S>& s) const { return Box<P>{s.half_extents.template cast<P>()}; }
-  Shape<P> operator()(const Capsule<S>& s) const {
-    return Capsule<P>{P(s.radius), P(s.half_length)};
-  }
-  Shape<P> operator()(const Cylinder<S>& s) const {
-    return Cylinder<P>{P(s.radius), P(s.half_length)};
-  }
-  Shape<P> operator()(const Cone<S>& s) const { return Cone<P>{P(s.radius), P(s.half_length)}; }
-  Shape<P> operator()(const Ellipsoid<S>& s) const {
-    return Ellipsoid<P>{s.radii.template cast<P>()};
-  }
-  Shape<P> operator()(const HalfSpace<S>& s) const {
-    return HalfSpace<P>{s.normal.template cast<P>(), P(s.offset)};
-  }
-  Shape<P> operator()(const ConvexHull<S>& s) const {
-    ConvexHull<P> hull;
-    for (const Vec3<S>& v : s.vertices) hull.vertices.push_back(v.template cast<P>());
-    hull.face_vertices = s.face_vertices;
-    hull.face_starts = s.face_starts;
-    for (const Vec3<S>& n : s.face_normals) {
-      hull.face_normals.push_back(n.template cast<P>().normalized());
-    }
-    hull.face_offsets.assign(s.face_offsets.begin(), s.face_offsets.end());
-    return hull;
-  }
-  // Meshes are read through their trees.
-  Shape<P> operator()(const TriangleMesh<S>&) const { return Sphere<P>{}; }
-};
-
-}  // namespace bristle::inline BRISTLE_ABI::detail
-
-// === bristle/geometry/shape_properties.hpp
+// === bristle/geometry/shapes/shape_properties.hpp
 
 /// @file
 /// Bounds and mass properties of every shape, in the shape's own frame.
@@ -23155,908 +24057,6 @@ Aabb<S> local_bounds(const Shape<S>& shape) {
 template <Scalar S>
 MassProperties<S> unit_mass_properties(const Shape<S>& shape) {
   return std::visit(detail::UnitMassProperties<S>{}, shape);
-}
-
-}  // namespace bristle::inline BRISTLE_ABI
-
-// === bristle/geometry/solid_contacts.hpp
-
-/// @file
-/// Contacts of any two solids, convex or meshes, over one method for the distance of convex cores.
-/// Both backends answer through it; they differ in that method and in the trees over their meshes.
-// SPDX-License-Identifier: BSD-3-Clause
-
-// === bristle/geometry/contact_sink.hpp
-
-/// @file
-/// Where iterative methods put manifolds: brings them from the frame and precision they were
-/// computed in to those of the user, and joins what belongs together.
-// SPDX-License-Identifier: BSD-3-Clause
-
-#include <algorithm>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
-
-namespace bristle::inline BRISTLE_ABI {
-
-/// Appends the manifolds of one pair to a list. Manifolds with the same key become one, and points
-/// of it that coincide too.
-template <Scalar S>
-class ContactSink {
- public:
-  /// What manifolds are computed in.
-  using P = Precise<S>;
-
-  /// @param out  Manifolds there before are left alone.
-  explicit ContactSink(ContactManifolds<S>& out) : out_(out), start_(out.size()) {}
-
-  /// How manifolds are given from here on: in a frame F that stands at X_AF in the frame of A, with
-  /// normals from A to B or, where `is_reversed`, from B to A.
-  void set_frame(const Transform<P>& X_AF, bool is_reversed) {
-    X_AF_ = X_AF;
-    sign_ = is_reversed ? P(-1) : P(1);
-  }
-
-  /// Points closer than this [m] with the same key are one. 0 by default: only equal ones are.
-  void set_nearest(P distance) { nearest_ = S(distance); }
-
-  /// Takes a manifold; one without points is ignored.
-  void add(const ContactManifold<P>& manifold) {
-    if (manifold.size == 0) return;
-    ContactManifold<S>& target = manifold_of(manifold);
-    for (std::size_t i = 0; i < manifold.size; ++i) {
-      const ContactPoint<P>& p = manifold.points[i];
-      const Vec3<P> position = X_AF_ * p.position;
-      join(target, {position.template cast<S>(), S(p.gap), p.feature});
-    }
-  }
-
-  /// Whether nothing was added.
-  [[nodiscard]] bool is_empty() const { return out_.size() == start_; }
-  /// Whether some point has a gap of at most this [m].
-  [[nodiscard]] bool reaches(P gap) const {
-    for (std::size_t i = start_; i < out_.size(); ++i) {
-      for (std::size_t k = 0; k < out_[i].size; ++k) {
-        if (P(out_[i].points[k].gap) <= gap) return true;
-      }
-    }
-    return false;
-  }
-  /// Takes back all that was added.
-  void clear() { out_.resize(start_); }
-
-  /// Whether all numbers that were added are finite and all normals have length 1.
-  [[nodiscard]] bool is_sound() const {
-    using std::abs;
-    using std::isfinite;
-    for (std::size_t i = start_; i < out_.size(); ++i) {
-      const ContactManifold<S>& m = out_[i];
-      if (!(abs(m.normal.squaredNorm() - S(1)) <= Tolerance<S>::equal())) return false;
-      for (std::size_t k = 0; k < m.size; ++k) {
-        if (!all_finite(m.points[k].position) || !isfinite(m.points[k].gap)) return false;
-      }
-    }
-    return true;
-  }
-
- private:
-  [[nodiscard]] ContactManifold<S>& manifold_of(const ContactManifold<P>& like) {
-    for (std::size_t i = start_; i < out_.size(); ++i) {
-      if (out_[i].key == like.key) return out_[i];
-    }
-    const Vec3<P> normal = X_AF_.rotate(sign_ * like.normal);
-    ContactManifold<S>& fresh = out_.emplace_back();
-    fresh.normal = normal.template cast<S>().normalized();
-    fresh.key = like.key;
-    return fresh;
-  }
-
-  /// Adds a point. One too many makes the closest two fight: the deeper stays, or of equals the one
-  /// farther from the middle. So the deepest of all is never lost, nor are the outer corners.
-  void join(ContactManifold<S>& manifold, const ContactPoint<S>& point) const {
-    for (std::size_t i = 0; i < manifold.size; ++i) {
-      if ((manifold.points[i].position - point.position).squaredNorm() <= nearest_ * nearest_) {
-        if (point.gap < manifold.points[i].gap) manifold.points[i] = point;
-        return;
-      }
-    }
-    if (manifold.size < ContactManifold<S>::capacity) {
-      manifold.add(point);
-      return;
-    }
-    const std::size_t loser = loser_of(manifold, point);
-    if (loser < manifold.size) manifold.points[loser] = point;
-  }
-
-  /// Which of a full manifold's points has to go for another; its size where it is the other.
-  [[nodiscard]] static std::size_t loser_of(const ContactManifold<S>& manifold,
-                                            const ContactPoint<S>& point) {
-    const auto at = [&](std::size_t i) -> const ContactPoint<S>& {
-      return i < manifold.size ? manifold.points[i] : point;
-    };
-    const S share = S(1) / S(manifold.size + 1);
-    Vec3<S> middle = Vec3<S>::Zero();
-    for (std::size_t i = 0; i <= manifold.size; ++i) middle += share * at(i).position;
-    std::size_t first = 0;
-    std::size_t second = 0;
-    S least = infinity<S>;
-    S size2 = S(0);
-    for (std::size_t i = 0; i <= manifold.size; ++i) {
-      size2 = std::max(size2, (at(i).position - middle).squaredNorm());
-      for (std::size_t j = i + 1; j <= manifold.size; ++j) {
-        const S distance2 = (at(i).position - at(j).position).squaredNorm();
-        if (distance2 < least) {
-          least = distance2;
-          first = i;
-          second = j;
-        }
-      }
-    }
-    using std::abs;
-    using std::sqrt;
-    if (abs(at(first).gap - at(second).gap) > Tolerance<S>::equal() * sqrt(size2)) {
-      return at(first).gap < at(second).gap ? second : first;
-    }
-    return (at(first).position - middle).squaredNorm() <
-                   (at(second).position - middle).squaredNorm()
-               ? first
-               : second;
-  }
-
-  ContactManifolds<S>& out_;
-  std::size_t start_;
-  Transform<P> X_AF_;
-  P sign_ = P(1);
-  S nearest_ = S(0);
-};
-
-}  // namespace bristle::inline BRISTLE_ABI
-
-// === bristle/geometry/mesh_contacts.hpp
-
-/// @file
-/// Contacts of solid triangle meshes with convex solids and with each other.
-///
-/// A tree finds the triangles near the other solid, `contact_normal` the direction in which each is
-/// touched, and the surface (mesh_surface.hpp) who of neighbours answers for it. All triangles of a
-/// flat face share one manifold of at most eight points.
-///
-/// Surfaces of two meshes that have passed through each other are looked for only where meshes cut
-/// or touch each other or one is inside the other (the first corner tells, also of meshes of several
-/// parts), within both of their boxes: bodies that are apart cost what is within the margin.
-///
-/// Limits, all of them of the triangle-by-triangle view. A convex solid that the surface cuts
-/// always has a contact, but a deep one may get the normal of the nearest triangle instead of the
-/// shortest way out; one wholly inside leaves through the face nearest to its middle. Two meshes
-/// get contacts up to a depth of half the thickness of the thinner one; where they meet corner to
-/// corner, faces beside the corners may answer too (one pose in thirty in tests). Cost: a GJK for
-/// each triangle near the other solid (0.5 to 2 us), and for each near pair of two meshes; where two
-/// meshes cut each other a few operations more for each pair of triangles in both of their boxes.
-// SPDX-License-Identifier: BSD-3-Clause
-
-// === bristle/geometry/mesh_surface.hpp
-
-/// @file
-/// The surface of a solid mesh: neighbours, flat faces, and who answers for a contact, whatever
-/// tree stands over the triangles.
-// SPDX-License-Identifier: BSD-3-Clause
-
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
-#include <optional>
-#include <tuple>
-#include <utility>
-#include <vector>
-
-namespace bristle::inline BRISTLE_ABI {
-
-/// What contacts need to know of a closed mesh besides its triangles: who is whose neighbour.
-///
-/// @tparam S     What contacts are computed in; may be more precise than the tree.
-/// @tparam Tree  As `MeshTree`: `size()`, `corners(i)`, `vertex_numbers(i)`, `root_box()`,
-///               `find(accept, visit)`.
-template <Scalar S, typename Tree>
-class MeshSurface {
- public:
-  /// What a direction of contact means to a triangle.
-  enum class Verdict {
-    /// Contact of the triangle's face: its own normal counts.
-    face,
-    /// Contact of an edge or corner: the direction counts.
-    edge,
-    /// The direction leads over an inner edge of a flat face: the face has to be asked as a whole.
-    inner_edge,
-    /// A neighbour's business, or nobody's.
-    none
-  };
-
-  /// @pre The mesh is closed (`validate_solid`) and outlives this, in its place.
-  explicit MeshSurface(const Tree& tree);
-
-  /// [-] Number of triangles.
-  [[nodiscard]] std::size_t size() const { return tree_->size(); }
-  /// [m] Corners of a triangle, counter-clockwise seen from outside.
-  [[nodiscard]] std::array<Vec3<S>, 3> corners(std::uint32_t triangle) const {
-    const auto c = tree_->corners(triangle);
-    return {c[0].template cast<S>(), c[1].template cast<S>(), c[2].template cast<S>()};
-  }
-  /// [m] Box around all triangles.
-  [[nodiscard]] Aabb<S> bounds() const { return precise(tree_->root_box()); }
-  /// Whether a point is in the solid, to round-off of the tree's scalar.
-  [[nodiscard]] bool contains(const Vec3<S>& point) const {
-    using T = typename Tree::ScalarType;
-    return is_inside_mesh<T>(*tree_, Vec3<T>(point.template cast<T>()));
-  }
-  /// Calls `visit(triangle) -> bool` for every triangle whose box, and all boxes around it,
-  /// `accept(box) -> bool` takes, until a visit returns false.
-  template <typename Accept, typename Visit>
-  void find(Accept&& accept, Visit&& visit) const {
-    tree_->find([&](const auto& box) { return accept(precise(box)); }, visit);
-  }
-  /// [1] Outward unit normal.
-  [[nodiscard]] const Vec3<S>& normal(std::uint32_t triangle) const { return normals_[triangle]; }
-  /// [-] Number that all triangles of one flat face share.
-  [[nodiscard]] std::uint32_t patch(std::uint32_t triangle) const { return patches_[triangle]; }
-  /// The flat face of a triangle as a convex plate: its corners, and as normals those of the face
-  /// and of its outer edges. For what support_point and GJK need; it is no solid.
-  [[nodiscard]] const ConvexHull<S>& face(std::uint32_t triangle) const {
-    return faces_[patches_[triangle]];
-  }
-  /// Named by the numbers of the mesh's vertices, so that neighbours name their common corners and
-  /// edges alike.
-  [[nodiscard]] Triangle<S> triangle(std::uint32_t triangle) const {
-    return {corners(triangle), tree_->vertex_numbers(triangle)};
-  }
-
-  /// Who answers for a contact of `triangle` along the unit direction n, out of the mesh.
-  ///
-  /// An edge is touched along n only between the normals of its two faces; beyond, the neighbour is
-  /// nearer (its Voronoi region, Mirtich 1998, "V-Clip"). Inner edges of flat faces and hollow
-  /// edges are not touched at all, only the faces beside them: without this a body that slides over
-  /// a flat mesh stumbles.
-  [[nodiscard]] Verdict judge(std::uint32_t triangle, const Vec3<S>& n) const;
-
- private:
-  template <typename Box>
-  [[nodiscard]] static Aabb<S> precise(const Box& box) {
-    return {box.lower.template cast<S>(), box.upper.template cast<S>()};
-  }
-  void find_neighbours();
-  void find_patches();
-  void find_faces();
-  /// [1] Direction in the plane of the neighbour across edge k, away from the neighbour.
-  [[nodiscard]] Vec3<S> away_from_neighbour(std::uint32_t triangle, std::size_t k) const;
-
-  enum class Edge : std::uint8_t { convex, flat, hollow };
-
-  const Tree* tree_;
-  std::vector<Vec3<S>> normals_;
-  // Across edge k, from corner k to the next.
-  std::vector<std::array<std::uint32_t, 3>> neighbours_;
-  std::vector<std::array<Edge, 3>> edges_;
-  std::vector<std::uint32_t> patches_;
-  std::vector<ConvexHull<S>> faces_;  // By patch.
-};
-
-// Implementation -----------------------------------------------------------------------------------
-
-namespace detail {
-
-/// [1] Cosine and sine of the angle, S(0)1 degrees, within which directions count as equal: what
-/// GJK leaves, and less than any edge of a mesh that is not meant to be flat.
-template <Scalar S>
-inline constexpr S same_direction_cosine = S(1) - S(1.5e-8);
-template <Scalar S>
-inline constexpr S same_direction_sine = S(1.7e-4);
-/// [1] Sine of the angle below which two triangles are one flat face: meshes from files are no
-/// flatter than single precision.
-template <Scalar S>
-inline constexpr S flat_sine = S(Tolerance<float>::equal());
-
-template <Scalar S>
-[[nodiscard]] bool is_same_plane(const Vec3<S>& normal, const Vec3<S>& other) {
-  return normal.cross(other).norm() < flat_sine<S> && normal.dot(other) > S(0);
-}
-
-/// Leaves of a plate's points the corners of their outline, and adds the normals of its edges: the
-/// monotone chain (Andrew 1979) in the plane.
-template <Scalar S>
-void outline_face(ConvexHull<S>& face) {
-  const Vec3<S> n = face.face_normals[0];
-  Vec3<S> t1;
-  Vec3<S> t2;
-  tangent_basis(n, t1, t2);
-  // Each corner once: with a fused multiply-add the cross product of equal vectors is not zero.
-  std::vector<Vec3<S>>& corners = face.vertices;
-  std::sort(corners.begin(), corners.end(), [](const Vec3<S>& a, const Vec3<S>& b) {
-    return std::tie(a[0], a[1], a[2]) < std::tie(b[0], b[1], b[2]);
-  });
-  corners.erase(std::unique(corners.begin(), corners.end()), corners.end());
-  // Keys are computed once: a dot product that a compiler contracts in one place and not in another
-  // would be no order (docs/contributing.md).
-  struct Place {
-    S x, y;
-    std::uint32_t corner;
-  };
-  std::vector<Place> places;
-  places.reserve(corners.size());
-  for (const Vec3<S>& p : corners) {
-    places.push_back({t1.dot(p), t2.dot(p), static_cast<std::uint32_t>(places.size())});
-  }
-  std::sort(places.begin(), places.end(), [](const Place& a, const Place& b) {
-    return std::tie(a.x, a.y, a.corner) < std::tie(b.x, b.y, b.corner);
-  });
-  std::vector<Vec3<S>> points;
-  points.reserve(places.size());
-  for (const Place& place : places) points.push_back(corners[place.corner]);
-  std::vector<Vec3<S>> outline;
-  for (int side = 0; side < 2; ++side) {
-    const std::size_t start = outline.size();
-    for (const Vec3<S>& p : points) {
-      while (outline.size() >= start + 2) {
-        const Vec3<S>& last = outline.back();
-        const Vec3<S>& before = outline[outline.size() - 2];
-        if ((last - before).cross(p - before).dot(n) > S(0)) break;
-        outline.pop_back();
-      }
-      outline.push_back(p);
-    }
-    outline.pop_back();  // The first of the other side.
-    std::reverse(points.begin(), points.end());
-  }
-  corners = std::move(outline);
-  for (std::size_t k = 0; k < corners.size(); ++k) {
-    face.face_normals.push_back(
-        (corners[(k + 1) % corners.size()] - corners[k]).cross(n).normalized());
-  }
-}
-
-}  // namespace detail
-
-template <Scalar S, typename Tree>
-MeshSurface<S, Tree>::MeshSurface(const Tree& tree) : tree_(&tree) {
-  normals_.reserve(size());
-  for (std::uint32_t i = 0; i < size(); ++i) {
-    const auto c = corners(i);
-    normals_.push_back((c[1] - c[0]).cross(c[2] - c[0]).stableNormalized());
-  }
-  find_neighbours();
-  find_patches();
-  find_faces();
-}
-
-template <Scalar S, typename Tree>
-void MeshSurface<S, Tree>::find_neighbours() {
-  struct HalfEdge {
-    std::uint32_t low, high;
-    std::uint32_t triangle;
-    std::uint32_t k;
-  };
-  std::vector<HalfEdge> half_edges;
-  half_edges.reserve(3 * size());
-  for (std::uint32_t i = 0; i < size(); ++i) {
-    const auto v = tree_->vertex_numbers(i);
-    for (std::uint32_t k = 0; k < 3; ++k) {
-      const std::uint32_t w = v[(k + 1) % 3];
-      half_edges.push_back({std::min(v[k], w), std::max(v[k], w), i, k});
-    }
-  }
-  std::sort(half_edges.begin(), half_edges.end(), [](const HalfEdge& a, const HalfEdge& b) {
-    return std::tie(a.low, a.high, a.triangle) < std::tie(b.low, b.high, b.triangle);
-  });
-  neighbours_.resize(size());
-  edges_.resize(size());
-  for (std::size_t i = 0; i + 1 < half_edges.size(); i += 2) {
-    const HalfEdge& a = half_edges[i];
-    const HalfEdge& b = half_edges[i + 1];
-    BRISTLE_ASSERT(a.low == b.low && a.high == b.high);
-    neighbours_[a.triangle][a.k] = b.triangle;
-    neighbours_[b.triangle][b.k] = a.triangle;
-    // How far the neighbour's far corner is below the plane tells convex from hollow.
-    const auto at = corners(a.triangle);
-    const Vec3<S> far = corners(b.triangle)[(b.k + 2) % 3] - at[a.k];
-    Edge kind = normals_[a.triangle].dot(far) < S(0) ? Edge::convex : Edge::hollow;
-    if (detail::is_same_plane(normals_[a.triangle], normals_[b.triangle])) kind = Edge::flat;
-    edges_[a.triangle][a.k] = kind;
-    edges_[b.triangle][b.k] = kind;
-  }
-}
-
-template <Scalar S, typename Tree>
-void MeshSurface<S, Tree>::find_patches() {
-  constexpr std::uint32_t unknown = 0xffffffffu;
-  patches_.assign(size(), unknown);
-  std::vector<std::uint32_t> open;
-  std::uint32_t count = 0;
-  for (std::uint32_t seed = 0; seed < size(); ++seed) {
-    if (patches_[seed] != unknown) continue;
-    patches_[seed] = count;
-    open.assign(1, seed);
-    while (!open.empty()) {
-      const std::uint32_t at = open.back();
-      open.pop_back();
-      for (const std::uint32_t next : neighbours_[at]) {
-        // Compared with the seed, or a finely curved surface would become one patch.
-        if (patches_[next] == unknown && detail::is_same_plane(normals_[next], normals_[seed])) {
-          patches_[next] = count;
-          open.push_back(next);
-        }
-      }
-    }
-    ++count;
-  }
-}
-
-template <Scalar S, typename Tree>
-void MeshSurface<S, Tree>::find_faces() {
-  for (std::uint32_t i = 0; i < size(); ++i) {
-    if (patches_[i] == faces_.size()) faces_.emplace_back().face_normals = {normals_[i]};
-    for (const Vec3<S>& corner : corners(i)) {
-      faces_[patches_[i]].vertices.push_back(corner);
-    }
-  }
-  for (ConvexHull<S>& face : faces_) detail::outline_face(face);
-}
-
-template <Scalar S, typename Tree>
-Vec3<S> MeshSurface<S, Tree>::away_from_neighbour(std::uint32_t triangle, std::size_t k) const {
-  const auto c = corners(triangle);
-  const Vec3<S> along = c[(k + 1) % 3] - c[k];
-  // The neighbour runs through the edge the other way: its outward side is (-along) x normal.
-  return normals_[neighbours_[triangle][k]].cross(along).normalized();
-}
-
-template <Scalar S, typename Tree>
-auto MeshSurface<S, Tree>::judge(std::uint32_t triangle, const Vec3<S>& n) const -> Verdict {
-  using std::abs;
-  const S cosine = n.dot(normals_[triangle]);
-  if (cosine >= detail::same_direction_cosine<S>) return Verdict::face;
-  const auto c = corners(triangle);
-  // Edges that lie across n and are farthest along it; where there is none, those of the corner
-  // that is.
-  std::array<S, 3> height;
-  for (std::size_t k = 0; k < 3; ++k) height[k] = n.dot(c[k] - c[0]);
-  const std::size_t top =
-      static_cast<std::size_t>(std::max_element(height.begin(), height.end()) - height.begin());
-  std::optional<std::size_t> across;
-  for (const std::size_t k : {top, (top + 2) % 3}) {
-    const Vec3<S> edge = c[(k + 1) % 3] - c[k];
-    if (abs(edge.dot(n)) <= detail::same_direction_sine<S> * edge.norm()) across = k;
-  }
-  bool is_over_edge = false;
-  for (const std::size_t k : {top, (top + 2) % 3}) {
-    if (across && *across != k) continue;
-    const Vec3<S> along = c[(k + 1) % 3] - c[k];
-    const Vec3<S> outwards = along.cross(normals_[triangle]).normalized();
-    if (n.dot(outwards) <= detail::same_direction_sine<S>) continue;
-    if (edges_[triangle][k] == Edge::flat) return Verdict::inner_edge;
-    if (edges_[triangle][k] == Edge::hollow) return Verdict::face;
-    if (n.dot(away_from_neighbour(triangle, k)) <= detail::same_direction_sine<S>) {
-      return Verdict::none;
-    }
-    is_over_edge = true;
-  }
-  if (cosine <= S(0)) return Verdict::none;
-  if (!is_over_edge) return Verdict::face;
-  return Verdict::edge;
-}
-
-}  // namespace bristle::inline BRISTLE_ABI
-
-#include <algorithm>
-#include <cstddef>
-#include <cstdint>
-#include <optional>
-
-namespace bristle::inline BRISTLE_ABI {
-
-/// Adds the contacts of a mesh with a convex solid that stands at X_MC in the mesh's frame, with
-/// normals from the mesh to the solid.
-///
-/// @tparam Distance  As in `contact_normal`.
-template <typename Distance, Scalar S, typename Tree>
-void collide_mesh(const MeshSurface<Precise<S>, Tree>& mesh, const ConvexView<Precise<S>>& convex,
-                  const Transform<Precise<S>>& X_MC, Precise<S> margin, ContactSink<S>& sink);
-
-/// The same for two meshes, B standing at X_AB.
-template <typename Distance, Scalar S, typename Tree>
-void collide_meshes(const MeshSurface<Precise<S>, Tree>& a, const MeshSurface<Precise<S>, Tree>& b,
-                    const Transform<Precise<S>>& X_AB, Precise<S> margin, ContactSink<S>& sink);
-
-// Implementation -----------------------------------------------------------------------------------
-
-namespace detail {
-
-/// The side of a contact that is a convex solid: any normal suits it.
-template <typename Surface, Scalar P>
-struct ConvexOpposite {
-  [[nodiscard]] typename Surface::Verdict judge(const Vec3<P>&) const {
-    return Surface::Verdict::edge;
-  }
-  [[nodiscard]] std::uint32_t key() const { return 1; }
-  [[nodiscard]] P depth() const { return P(0); }
-  [[nodiscard]] bool is_facing(const Vec3<P>&) const { return false; }
-};
-
-/// The side of a contact that is a triangle of a mesh B, asked in the frame of A.
-template <typename Surface, Scalar P>
-struct MeshOpposite {
-  const Surface& mesh;
-  std::uint32_t triangle;
-  const Transform<P>& X_BA;
-  P largest_depth;
-  Vec3<P> normal;  // [1] Its own, in the frame of A.
-
-  [[nodiscard]] typename Surface::Verdict judge(const Vec3<P>& n) const {
-    return mesh.judge(triangle, -X_BA.rotate(n));
-  }
-  [[nodiscard]] std::uint32_t key() const { return mix(mesh.patch(triangle), 2); }
-  [[nodiscard]] P depth() const { return largest_depth; }
-  /// Whether the triangle looks against n, within 25 degrees: tilted more, surfaces that pass
-  /// through each other cut each other, and need no help.
-  [[nodiscard]] bool is_facing(const Vec3<P>& n) const { return n.dot(normal) < P(-0.9); }
-};
-
-/// The contacts of one convex solid with one mesh, triangle by triangle.
-template <typename Distance, Scalar S, typename Tree>
-class MeshConvexContacts {
- public:
-  using P = Precise<S>;
-  using Surface = MeshSurface<P, Tree>;
-
-  MeshConvexContacts(const Surface& mesh, const ConvexView<P>& convex, const Transform<P>& X_MC,
-                     P margin, ContactSink<S>& sink)
-      : mesh_(mesh), convex_(convex), X_MC_(X_MC), margin_(margin), sink_(sink) {}
-
-  /// @param opposite  Of the other side: `judge(n) -> Verdict`, what a normal means to it, the
-  /// `key()`
-  ///                  of its face, and for surfaces the `depth()` [m] up to which two of them that
-  ///                  are `is_facing(n)` may have passed through each other.
-  template <typename Opposite>
-  void add_all(const Opposite& opposite) {
-    bool is_any = false;
-    const Aabb<P> near = bounds_at(convex_, X_MC_).inflated(margin_);
-    mesh_.find([&](const Aabb<P>& box) { return box.overlaps(near); },
-               [&](std::uint32_t i) {
-                 is_any = add(i, opposite) || is_any;
-                 return true;
-               });
-    // Surfaces get none: triangle by triangle it would find contacts where there are better ones.
-    if (!is_any && !(opposite.depth() > P(0))) add_last_resort();
-  }
-
-  /// Adds what has passed through a triangle of the other side by more than the margin. All that
-  /// has is behind a triangle that looks against it, so the search goes from where the other side
-  /// is against its own normal.
-  /// @param within  Where triangles may be, in the frame of the mesh.
-  template <typename Opposite>
-  void add_all_passed(const Opposite& opposite, const Aabb<P>& within) {
-    const Aabb<P> here = bounds_at(convex_, X_MC_);
-    const Aabb<P> near = here.inflated(margin_);
-    // Those that look against it within 25 degrees are within this of the line.
-    const P beside = P(0.44) * opposite.depth();
-    const Vec3<P> back = -opposite.depth() * opposite.normal;
-    Aabb<P> swept = here;
-    swept.include(Aabb<P>{here.lower + back, here.upper + back});
-    swept = swept.inflated(beside);
-    swept = {swept.lower.cwiseMax(within.lower), swept.upper.cwiseMin(within.upper)};
-    const Vec3<P> middle = X_MC_ * convex_.center;
-    mesh_.find([&](const Aabb<P>& box) { return box.overlaps(swept); },
-               [&](std::uint32_t i) {
-                 const Vec3<P>& n = mesh_.normal(i);
-                 if (!opposite.is_facing(n)) return true;
-                 const Triangle<P> triangle = mesh_.triangle(i);
-                 const ConvexView<P> plate = convex_view(triangle);
-                 const Vec3<P> away = middle - plate.center;
-                 const P height = n.dot(away);
-                 const P reach = P(1 + Tolerance<P>::equal()) * (plate.reach + convex_.reach);
-                 if (!((away - height * n).squaredNorm() <= reach * reach)) return true;
-                 // The others have been asked.
-                 Aabb<P> box;
-                 for (const Vec3<P>& corner : triangle.corners) box.include(corner);
-                 if (!box.overlaps(near)) (void)add_passed(i, opposite);
-                 return true;
-               });
-  }
-
-  /// Whether any triangle that was near cuts the solid or touches it.
-  [[nodiscard]] bool has_cut() const { return has_cut_; }
-
- private:
-  using Verdict = typename Surface::Verdict;
-
-  template <typename Opposite>
-  bool add(std::uint32_t i, const Opposite& opposite) {
-    const Triangle<P> triangle = mesh_.triangle(i);
-    const ConvexView<P> plate = convex_view(triangle);
-    ContactNormal<P> found =
-        contact_normal<Distance>(plate, convex_, X_MC_, std::max(margin_, opposite.depth()));
-    if (found.nearness != Nearness::near) return false;
-    has_cut_ = has_cut_ || found.gap <= Tolerance<P>::equal() * convex_.reach;
-    if (found.gap < P(0) && found.gap > plate_contact_.gap) {
-      plate_ = i;
-      plate_contact_ = found;
-    }
-    const Vec3<P>& face_normal = mesh_.normal(i);
-    bool is_behind = found.normal.dot(face_normal) <= P(0);
-    if (is_behind && opposite.depth() > P(0)) return add_passed(i, opposite);
-    Verdict verdict = mesh_.judge(i, found.normal);
-    if (verdict == Verdict::inner_edge) {
-      found = contact_normal<Distance>(convex_view(mesh_.face(i)), convex_, X_MC_, margin_);
-      if (found.nearness != Nearness::near) return false;
-      is_behind = found.normal.dot(face_normal) <= P(0);
-      verdict = mesh_.judge(i, found.normal);
-      // Still: the face is touched at another of its triangles.
-      if (verdict == Verdict::inner_edge) return false;
-    }
-    if (verdict == Verdict::none) {
-      if (is_behind) note_way_out(i, triangle);
-      return false;
-    }
-    if (found.gap > margin_) return false;
-    const Vec3<P>& normal = verdict == Verdict::face ? face_normal : found.normal;
-    const Verdict other_verdict = opposite.judge(normal);
-    if (other_verdict == Verdict::none) return false;
-    ContactManifold<P> manifold;
-    if (verdict == Verdict::face) {
-      manifold = face_manifold(i);
-    } else {
-      manifold = contact_manifold(plate, convex_, X_MC_, normal, margin_);
-      manifold.key = other_verdict == Verdict::face
-                         ? opposite.key()
-                         : mix(edge_name(triangle, normal), opposite.key());
-    }
-    sink_.add(manifold);
-    return manifold.size > 0;
-  }
-
-  /// Two surfaces that have passed through each other face to face: as plates they are apart, each
-  /// on the wrong side of the other.
-  template <typename Opposite>
-  bool add_passed(std::uint32_t i, const Opposite& opposite) {
-    const Vec3<P>& n = mesh_.normal(i);
-    const P gap = n.dot(deepest_place(n) - mesh_.corners(i)[0]);
-    if (gap < -opposite.depth() || !opposite.is_facing(n)) return false;
-    const ContactManifold<P> manifold = face_manifold(i);
-    sink_.add(manifold);
-    return manifold.size > 0;
-  }
-
-  /// What of the solid is over the triangle, along its normal. Empty where nothing is.
-  [[nodiscard]] ContactManifold<P> face_manifold(std::uint32_t i) const {
-    const Triangle<P> triangle = mesh_.triangle(i);
-    const Vec3<P>& n = mesh_.normal(i);
-    const ConvexView<P> plate = convex_view(triangle);
-    const auto features = feature_pair(plate, convex_, X_MC_, n);
-    const ContactManifold<P> clipped = clip_features(features.a, features.b, n, margin_);
-    ContactManifold<P> manifold;
-    manifold.normal = n;
-    manifold.key = mix(mesh_.patch(i), 0);
-    P gap = margin_;
-    for (std::size_t k = 0; k < clipped.size; ++k) {
-      const ContactPoint<P>& point = clipped.points[k];
-      if (!is_over(triangle, n, point.position)) continue;
-      manifold.add(point);
-      gap = std::min(gap, point.gap);
-    }
-    // Rims of round shapes are clipped as polygons; what is deepest may lie between their corners.
-    const ContactPoint<P> deepest = extreme_contact(plate, convex_, X_MC_, n);
-    if (deepest.gap < gap - Tolerance<P>::equal() * convex_.reach &&
-        is_over(triangle, n, deepest_place(n))) {
-      if (manifold.size == manifold.capacity) --manifold.size;
-      manifold.add({deepest_place(n) - P(0.5) * deepest.gap * n, deepest.gap, 0});
-    }
-    return manifold;
-  }
-
-  /// [m] The solid's farthest point against n.
-  [[nodiscard]] Vec3<P> deepest_place(const Vec3<P>& n) const {
-    return X_MC_ * support_point(convex_, Vec3<P>(X_MC_.rotation.conjugate() * Vec3<P>(-n)));
-  }
-
-  /// Whether a point is above or below a triangle of normal n, its edges and a hair beyond
-  /// included.
-  [[nodiscard]] static bool is_over(const Triangle<P>& triangle, const Vec3<P>& n,
-                                    const Vec3<P>& point) {
-    for (std::size_t k = 0; k < 3; ++k) {
-      const Vec3<P> edge = triangle.corners[(k + 1) % 3] - triangle.corners[k];
-      const P beside = edge.cross(point - triangle.corners[k]).dot(n);
-      if (beside < -Tolerance<P>::equal() * edge.squaredNorm()) return false;
-    }
-    return true;
-  }
-
-  /// Remembers the face through which a solid whose middle has got inside leaves soonest.
-  void note_way_out(std::uint32_t i, const Triangle<P>& triangle) {
-    const Vec3<P> middle = X_MC_ * convex_.center;
-    const Vec3<P>& n = mesh_.normal(i);
-    const P depth = n.dot(triangle.corners[0] - middle);
-    if (!(depth >= P(0) && depth < way_out_depth_)) return;
-    if (!is_over(triangle, n, middle)) return;
-    way_out_ = i;
-    way_out_depth_ = depth;
-  }
-
-  /// The surface cuts the solid, but at every triangle the shortest way off it, being only a local
-  /// one, was a neighbour's business; or the solid is all inside. A contact there must be, or the
-  /// solid falls through.
-  void add_last_resort() {
-    const Vec3<P> middle = X_MC_ * convex_.center;
-    const bool is_inside = mesh_.bounds().contains(middle) && mesh_.contains(middle);
-    if (is_inside && !way_out_ && !plate_) {
-      mesh_.find([](const Aabb<P>&) { return true; },
-                 [&](std::uint32_t i) {
-                   note_way_out(i, mesh_.triangle(i));
-                   return true;
-                 });
-    }
-    if (way_out_ && is_inside) {
-      ContactManifold<P> manifold = face_manifold(*way_out_);
-      if (manifold.size == 0) {
-        const Triangle<P> triangle = mesh_.triangle(*way_out_);
-        manifold.add(extreme_contact(convex_view(triangle), convex_, X_MC_, manifold.normal));
-      }
-      sink_.add(manifold);
-    } else if (plate_) {
-      const Triangle<P> triangle = mesh_.triangle(*plate_);
-      const Vec3<P>& n = plate_contact_.normal;
-      ContactManifold<P> manifold =
-          contact_manifold(convex_view(triangle), convex_, X_MC_, n, margin_);
-      manifold.key = mix(edge_name(triangle, n), 1);
-      sink_.add(manifold);
-    }
-  }
-
-  /// Name of the edge or corner of a triangle that is farthest along n.
-  [[nodiscard]] static std::uint32_t edge_name(const Triangle<P>& triangle, const Vec3<P>& n) {
-    const SupportFeature<P> edge = support_edge(triangle, n);
-    return mix_unordered(edge.ids[0], edge.ids[edge.size - 1]);
-  }
-
-  const Surface& mesh_;
-  const ConvexView<P>& convex_;
-  const Transform<P>& X_MC_;
-  P margin_;
-  ContactSink<S>& sink_;
-  bool has_cut_ = false;
-  // For the last resort.
-  std::optional<std::uint32_t> way_out_;
-  P way_out_depth_ = infinity<P>;
-  std::optional<std::uint32_t> plate_;
-  ContactNormal<P> plate_contact_{.gap = -infinity<P>};
-};
-
-}  // namespace detail
-
-template <typename Distance, Scalar S, typename Tree>
-void collide_mesh(const MeshSurface<Precise<S>, Tree>& mesh, const ConvexView<Precise<S>>& convex,
-                  const Transform<Precise<S>>& X_MC, Precise<S> margin, ContactSink<S>& sink) {
-  using P = Precise<S>;
-  sink.set_nearest(Tolerance<P>::equal() * convex.reach);
-  detail::MeshConvexContacts<Distance, S, Tree> contacts(mesh, convex, X_MC, margin, sink);
-  contacts.add_all(detail::ConvexOpposite<MeshSurface<P, Tree>, P>{});
-}
-
-template <typename Distance, Scalar S, typename Tree>
-void collide_meshes(const MeshSurface<Precise<S>, Tree>& a, const MeshSurface<Precise<S>, Tree>& b,
-                    const Transform<Precise<S>>& X_AB, Precise<S> margin, ContactSink<S>& sink) {
-  using P = Precise<S>;
-  using Surface = MeshSurface<P, Tree>;
-  const Transform<P> X_BA = X_AB.inverse();
-  // At half the thickness of the thinner one, in and out cannot be told apart.
-  const P depth =
-      std::min(a.bounds().half_extents().minCoeff(), b.bounds().half_extents().minCoeff());
-  // Calls use(contacts, opposite) for each triangle of B within a distance of the box of A.
-  const auto for_each_near = [&](P distance, auto&& use) {
-    const Aabb<P> near_A = a.bounds().inflated(distance);
-    const Aabb<P> near_B = transformed(a.bounds(), X_BA).inflated(distance);
-    b.find(
-        [&](const Aabb<P>& box) {
-          return box.overlaps(near_B) && transformed(box, X_AB).overlaps(near_A);
-        },
-        [&](std::uint32_t i) {
-          const Triangle<P> triangle = b.triangle(i);
-          const ConvexView<P> plate = convex_view(triangle);
-          sink.set_nearest(Tolerance<P>::equal() * plate.reach);
-          detail::MeshConvexContacts<Distance, S, Tree> contacts(a, plate, X_AB, margin, sink);
-          const Vec3<P> normal = X_AB.rotate(b.normal(i));
-          use(contacts, detail::MeshOpposite<Surface, P>{b, i, X_BA, depth, normal});
-          return true;
-        });
-  };
-  bool have_cut = false;
-  for_each_near(margin, [&](auto& contacts, const auto& opposite) {
-    contacts.add_all(opposite);
-    have_cut = have_cut || contacts.has_cut();
-  });
-  // A thin mesh may be all inside the other.
-  const auto is_corner_within = [](const Surface& outer, const Surface& inner,
-                                   const Transform<P>& X_OI) {
-    const Vec3<P> corner = X_OI * inner.corners(0)[0];
-    return outer.bounds().contains(corner) && outer.contains(corner);
-  };
-  if (have_cut || is_corner_within(a, b, X_AB) || is_corner_within(b, a, X_BA)) {
-    const Aabb<P> within = transformed(b.bounds(), X_AB);
-    for_each_near(P(0), [&](auto& contacts, const auto& opposite) {
-      contacts.add_all_passed(opposite, within);
-    });
-  }
-}
-
-}  // namespace bristle::inline BRISTLE_ABI
-
-#include <cmath>
-#include <optional>
-
-namespace bristle::inline BRISTLE_ABI {
-
-/// A solid prepared for contacts: one of the two is there, and points to what it was made from.
-template <Scalar S, typename Tree>
-struct SolidView {
-  std::optional<ConvexView<S>> convex;
-  std::optional<MeshSurface<S, Tree>> mesh;
-};
-
-/// Adds the contacts of A and B, B standing at X_AB, within `margin` [m]; in the frame of A,
-/// normals from A to B.
-///
-/// @tparam Distance  As in `contact_normal`.
-/// @return False where nothing is known: a pose that is not finite.
-template <typename Distance, Scalar S, typename Tree>
-bool collide_solids(const SolidView<Precise<S>, Tree>& a, const SolidView<Precise<S>, Tree>& b,
-                    const Transform<Precise<S>>& X_AB, Precise<S> margin, ContactSink<S>& sink);
-
-// Implementation -----------------------------------------------------------------------------------
-
-namespace detail {
-
-template <typename Distance, Scalar S, Scalar P>
-bool collide_convex(const ConvexView<P>& a, const ConvexView<P>& b, const Transform<P>& X_AB,
-                    P margin, ContactSink<S>& sink) {
-  const ContactNormal<P> found = contact_normal<Distance>(a, b, X_AB, margin);
-  if (found.nearness != Nearness::near) return found.nearness == Nearness::apart;
-  sink.add(contact_manifold(a, b, X_AB, found.normal, margin));
-  // Rims and sides of round shapes are clipped as polygons and lines; what is deepest may lie
-  // between those.
-  if (!sink.reaches(found.gap + Tolerance<P>::equal() * a.reach)) {
-    ContactManifold<P> deepest;
-    deepest.normal = found.normal;
-    deepest.add(extreme_contact(a, b, X_AB, found.normal));
-    sink.add(deepest);
-  }
-  return true;
-}
-
-}  // namespace detail
-
-template <typename Distance, Scalar S, typename Tree>
-bool collide_solids(const SolidView<Precise<S>, Tree>& a, const SolidView<Precise<S>, Tree>& b,
-                    const Transform<Precise<S>>& X_AB, Precise<S> margin, ContactSink<S>& sink) {
-  using P = Precise<S>;
-  using std::isfinite;
-  if (!all_finite(X_AB.translation) || !all_finite(X_AB.rotation.coeffs()) || !isfinite(margin)) {
-    return false;
-  }
-  if (a.mesh && b.mesh) {
-    sink.set_frame({}, false);
-    collide_meshes<Distance>(*a.mesh, *b.mesh, X_AB, margin, sink);
-    return true;
-  }
-  if (!a.mesh && !b.mesh) {
-    sink.set_frame({}, false);
-    return detail::collide_convex<Distance>(*a.convex, *b.convex, X_AB, margin, sink);
-  }
-  // In the frame of the mesh.
-  const bool is_first = a.mesh.has_value();
-  sink.set_frame(is_first ? Transform<P>{} : X_AB, !is_first);
-  const Transform<P> X_MC = is_first ? X_AB : X_AB.inverse();
-  const ConvexView<P>& convex = is_first ? *b.convex : *a.convex;
-  collide_mesh<Distance>(is_first ? *a.mesh : *b.mesh, convex, X_MC, margin, sink);
-  return true;
 }
 
 }  // namespace bristle::inline BRISTLE_ABI
@@ -24491,8 +24491,8 @@ void ProximityArray<S>::sense(const WorldState<S, Backend>& state, BodyId carrie
 
 #if defined(BRISTLE_WITH_FCL)
 
-// === bristle/geometry/fcl_backend.hpp: definitions
-// === bristle/geometry/fcl_contact_normal.hpp
+// === bristle/geometry/backends/fcl_backend.hpp: definitions
+// === bristle/geometry/backends/fcl_contact_normal.hpp
 
 /// @file
 /// Distance of two convex cores by FCL's GJK over libccd, as a method of contact_normal.hpp.
@@ -24553,7 +24553,7 @@ inline GjkAnswer<double> FclDistance::operator()(PlacedConvex<double> a, PlacedC
 
 }  // namespace bristle::inline BRISTLE_ABI
 
-// === bristle/geometry/fcl_rays.hpp
+// === bristle/geometry/backends/fcl_rays.hpp
 
 /// @file
 /// Rays over FCL's own geometry, which has no ray query of its own (fcl#310).
@@ -24563,7 +24563,7 @@ inline GjkAnswer<double> FclDistance::operator()(PlacedConvex<double> a, PlacedC
 /// the scalar of the geometry.
 // SPDX-License-Identifier: BSD-3-Clause
 
-// === bristle/geometry/fcl_shapes.hpp
+// === bristle/geometry/backends/fcl_shapes.hpp
 
 /// @file
 /// Shapes as FCL geometry, and back. Light: FCL's shapes and its mesh tree, none of its collision
@@ -24573,7 +24573,7 @@ inline GjkAnswer<double> FclDistance::operator()(PlacedConvex<double> a, PlacedC
 /// loss, and FCL's own float instances cost every translation unit about a minute of compile time.
 // SPDX-License-Identifier: BSD-3-Clause
 
-// === bristle/geometry/fcl_mesh_tree.hpp
+// === bristle/geometry/backends/fcl_mesh_tree.hpp
 
 /// @file
 /// The tree that FCL keeps inside a mesh, walked through its public nodes as an `AabbTree` is.
@@ -26896,7 +26896,7 @@ void HapticTick<S, Backend>::deliver(Skin& skin) {
 /// First stage of a step: who is near whom, and where they touch.
 // SPDX-License-Identifier: BSD-3-Clause
 
-// === bristle/dynamics/contact_aim.hpp
+// === bristle/dynamics/contacts/contact_aim.hpp
 
 /// @file
 /// From points of contact to constraints, and what a contact aims at within one step.
@@ -28094,13 +28094,137 @@ class DisjointSets {
 /// Third stage of a step: islands are solved and bodies move.
 // SPDX-License-Identifier: BSD-3-Clause
 
-// === bristle/dynamics/guarded_sweeps.hpp
+// === bristle/dynamics/bodies/islands.hpp
 
 /// @file
-/// Sweeps that no overflow spreads in: for islands whose solution is not finite.
+/// Islands: moving bodies that act on each other, directly or through others.
 // SPDX-License-Identifier: BSD-3-Clause
 
-// === bristle/dynamics/saved_impulses.hpp
+#include <algorithm>
+#include <cstdint>
+#include <vector>
+
+namespace bristle::inline BRISTLE_ABI {
+
+/// Splits bodies and constraints into islands. Bodies that forces do not move belong to none, and
+/// do not connect what touches them.
+///
+/// Islands come in the order of their lowest body slot, and bodies and constraints within each in
+/// ascending order: the same input gives the same islands.
+template <Scalar S>
+class IslandBuilder {
+ public:
+  /// Finds the islands; they stay valid until the next call.
+  const std::vector<Island>& build(std::span<const SolverBody<S>> bodies,
+                                   const Constraints<S>& constraints) {
+    const std::size_t count = bodies.size();
+    sets_.reset(count);
+    // The points of a manifold come one after the other: the first connects for all of them.
+    std::uint32_t last_a = none;
+    std::uint32_t last_b = none;
+    const auto connect = [&](std::uint32_t a, std::uint32_t b) {
+      if (a == last_a && b == last_b) return;
+      last_a = a;
+      last_b = b;
+      if (bodies[a].is_moving() && bodies[b].is_moving()) sets_.join(a, b);
+    };
+    for (const ContactConstraint<S>& c : constraints.contacts) connect(c.body_a, c.body_b);
+    for (const ConstraintBlock<S>& c : constraints.blocks) connect(c.body_a, c.body_b);
+    for (const SoftBlock<S>& s : constraints.soft) connect(s.body_a, s.body_b);
+
+    // The root of an island is its lowest slot, so ascending slots meet islands in order.
+    number_.assign(count, none);
+    std::uint32_t islands = 0;
+    for (std::uint32_t i = 0; i < count; ++i) {
+      if (!bodies[i].is_moving()) continue;
+      const std::uint32_t root = sets_.find(i);
+      if (number_[root] == none) number_[root] = islands++;
+      number_[i] = number_[root];
+    }
+    const auto island_of = [&](std::uint32_t a, std::uint32_t b) {
+      return bodies[a].is_moving() ? number_[a] : bodies[b].is_moving() ? number_[b] : none;
+    };
+    distribute(islands, count, bodies_, [&](std::size_t i) { return number_[i]; });
+    distribute(islands, constraints.contacts.size(), contacts_, [&](std::size_t i) {
+      return island_of(constraints.contacts[i].body_a, constraints.contacts[i].body_b);
+    });
+    distribute(islands, constraints.blocks.size(), blocks_, [&](std::size_t i) {
+      return island_of(constraints.blocks[i].body_a, constraints.blocks[i].body_b);
+    });
+    distribute(islands, constraints.soft.size(), soft_, [&](std::size_t i) {
+      return island_of(constraints.soft[i].body_a, constraints.soft[i].body_b);
+    });
+    islands_.resize(islands);
+    for (std::uint32_t i = 0; i < islands; ++i) {
+      islands_[i] = {bodies_.part(i), contacts_.part(i), blocks_.part(i), soft_.part(i)};
+    }
+    return islands_;
+  }
+
+ private:
+  static constexpr std::uint32_t none = 0xffffffffu;
+
+  /// Members of all islands, one island after the other.
+  struct Members {
+    std::vector<std::uint32_t> items;  // And room behind them.
+    std::vector<std::uint32_t> starts;
+
+    [[nodiscard]] std::span<const std::uint32_t> part(std::uint32_t i) const {
+      return std::span(items).subspan(starts[i], starts[i + 1] - starts[i]);
+    }
+  };
+
+  /// Counting sort of items by island; items of no island are left out.
+  template <typename IslandOf>
+  void distribute(std::uint32_t islands, std::size_t count, Members& out, IslandOf&& island_of) {
+    out.starts.assign(islands + 1, 0);
+    if (count == 0) return;
+    if (islands == 1) {
+      if (out.items.size() < count) out.items.resize(std::max(count, 2 * out.items.size()));
+      std::uint32_t kept = 0;
+      for (std::size_t i = 0; i < count; ++i) {
+        out.items[kept] = static_cast<std::uint32_t>(i);
+        kept += island_of(i) != none ? 1u : 0u;
+      }
+      out.starts[1] = kept;
+      return;
+    }
+    for (std::size_t i = 0; i < count; ++i) {
+      const std::uint32_t island = island_of(i);
+      if (island != none) ++out.starts[island + 1];
+    }
+    for (std::uint32_t i = 0; i < islands; ++i) out.starts[i + 1] += out.starts[i];
+    const std::size_t total = out.starts[islands];
+    if (out.items.size() < total) out.items.resize(std::max(total, 2 * out.items.size()));
+    next_.assign(out.starts.begin(), out.starts.end());
+    for (std::size_t i = 0; i < count; ++i) {
+      const std::uint32_t island = island_of(i);
+      if (island != none) out.items[next_[island]++] = static_cast<std::uint32_t>(i);
+    }
+  }
+
+  DisjointSets sets_;
+  std::vector<std::uint32_t> number_, next_;
+  Members bodies_, contacts_, blocks_, soft_;
+  std::vector<Island> islands_;
+};
+
+}  // namespace bristle::inline BRISTLE_ABI
+
+// === bristle/dynamics/contacts/passive_bounces.hpp
+
+/// @file
+/// Bounces of mechanisms that give no energy.
+///
+/// Newton's law of restitution speaks of normal velocities alone. Where a chain is struck aside of
+/// its centre, friction and joints then may do work: the impulses that reverse the normal velocity
+/// leave more kinetic energy than there was (Kane and Levinson, *Dynamics*, 1985, section 5.8).
+/// Without restitution they never do: velocities then are a projection, in the metric of the
+/// masses. Impulses between the two solutions are allowed ones, since what contacts may give is
+/// convex; the last of them that gives no energy is taken.
+// SPDX-License-Identifier: BSD-3-Clause
+
+// === bristle/dynamics/contacts/saved_impulses.hpp
 
 /// @file
 /// The impulses of an island, set aside while another solution is tried.
@@ -28173,95 +28297,46 @@ class SavedImpulses {
 
 }  // namespace bristle::inline BRISTLE_ABI
 
-#include <array>
-#include <cstdint>
+// === bristle/dynamics/solver/island_energy.hpp
+
+/// @file
+/// Kinetic energy of an island, as found and as what it may be judged by.
+// SPDX-License-Identifier: BSD-3-Clause
 
 namespace bristle::inline BRISTLE_ABI {
 
-/// Sweeps over the contacts and joints of an island, from no impulses, each taken back where it
-/// would give a body a velocity whose square is not finite. A body whose masses overflow then
-/// touches nothing, and its neighbours keep what they stand on. Soft blocks give nothing.
-///
-/// Bodies move by the velocity at the end of the step: it closes no gap and opens no overlap.
+/// [J] Twice the kinetic energy of an island's bodies.
 template <Scalar S>
-class GuardedSweeps {
- public:
-  static void solve(const Island& island, Constraints<S>& constraints,
-                    std::span<SolverBody<S>> bodies, const SolveContext<S>& context) {
-    clear_impulses(island, constraints);
-    for (const std::uint32_t slot : island.bodies) {
-      SolverBody<S>& body = bodies[slot];
-      if (!has_finite_square<S>(body.free.linear) || !has_finite_square<S>(body.free.angular)) {
-        body.free = {};
-      }
-      body.twist = body.free;
-      body.follows_joints = false;
-    }
-    for (const std::uint32_t i : island.contacts) {
-      ContactConstraint<S>& c = constraints.contacts[i];
-      aim_contact(c, bodies[c.body_a], bodies[c.body_b], context);
-    }
-    for (int n = 0; n < context.settings.max_sweeps; ++n) {
-      for (const std::uint32_t i : island.blocks) turn_block(constraints, i, bodies);
-      for (const std::uint32_t i : island.contacts) turn_contact(constraints.contacts[i], bodies);
-    }
-    for (const std::uint32_t slot : island.bodies) bodies[slot].motion = bodies[slot].twist;
-  }
-
- private:
-  [[nodiscard]] static bool is_finite(const SolverBody<S>& body) {
-    return has_finite_square<S>(body.twist.linear) && has_finite_square<S>(body.twist.angular);
-  }
-
-  static void turn_contact(ContactConstraint<S>& c, std::span<SolverBody<S>> bodies) {
-    SolverBody<S>& a = bodies[c.body_a];
-    SolverBody<S>& b = bodies[c.body_b];
-    const std::array<S, 3> impulse = c.impulse;
-    const Twist<S> twist_a = a.twist;
-    const Twist<S> twist_b = b.twist;
-    const ContactResponse<S> K = contact_response(c, ContactFrame<S>(c, a, b));
-    const std::array<S, 3> x = solve_contact(c, K, c.velocity(a.twist, b.twist));
-    apply_at_contact<S>(c, x[0] * c.axes[0] + x[1] * c.axes[1] + x[2] * c.axes[2], a, b,
-                        velocity_of);
-    if (is_finite(a) && is_finite(b) && has_finite_square<S>(c.impulse_W())) return;
-    c.impulse = impulse;
-    a.twist = twist_a;
-    b.twist = twist_b;
-  }
-
-  static void turn_block(Constraints<S>& constraints, std::uint32_t index,
-                         std::span<SolverBody<S>> bodies) {
-    const ConstraintBlock<S>& block = constraints.blocks[index];
-    ConstraintRow<S>* rows = &constraints.rows[block.first];
-    SolverBody<S>& a = bodies[block.body_a];
-    SolverBody<S>& b = bodies[block.body_b];
-    const Twist<S> twist_a = a.twist;
-    const Twist<S> twist_b = b.twist;
-    BlockResponse<S> response;
-    local_response(block, rows, a, b, response);
-    S impulse[ConstraintBlock<S>::max_rows];
-    S velocity[ConstraintBlock<S>::max_rows];
-    S change[ConstraintBlock<S>::max_rows];
-    for (std::size_t i = 0; i < block.count; ++i) {
-      impulse[i] = rows[i].impulse;
-      velocity[i] = rows[i].velocity(a.twist, b.twist);
-    }
-    solve_block(block, response, velocity, rows, change);
-    bool has_finite_impulses = true;
-    for (std::size_t i = 0; i < block.count; ++i) {
-      apply_row(rows[i], change[i], a, b, velocity_of);
-      has_finite_impulses = has_finite_impulses && has_finite_square(rows[i].impulse);
-    }
-    if (is_finite(a) && is_finite(b) && has_finite_impulses) return;
-    for (std::size_t i = 0; i < block.count; ++i) rows[i].impulse = impulse[i];
-    a.twist = twist_a;
-    b.twist = twist_b;
-  }
+struct IslandEnergy {
+  /// With the velocities that were solved for.
+  S found = S(0);
+  /// At the start of the step, and at its end if nothing but forces acted.
+  S start = S(0);
+  S free = S(0);
 };
+
+/// [kg m^2/s^2] Product of two motions of a body in the metric of its mass.
+template <Scalar S>
+[[nodiscard]] S mass_product(const SolverBody<S>& body, const Twist<S>& u, const Twist<S>& v) {
+  return body.mass * u.linear.dot(v.linear) + u.angular.dot(body.inertia * v.angular);
+}
+
+template <Scalar S>
+[[nodiscard]] IslandEnergy<S> energy_of(const Island& island,
+                                        std::span<const SolverBody<S>> bodies) {
+  IslandEnergy<S> sum;
+  for (const std::uint32_t slot : island.bodies) {
+    const SolverBody<S>& body = bodies[slot];
+    sum.found += mass_product(body, body.twist, body.twist);
+    sum.start += mass_product(body, body.start, body.start);
+    sum.free += mass_product(body, body.free, body.free);
+  }
+  return sum;
+}
 
 }  // namespace bristle::inline BRISTLE_ABI
 
-// === bristle/dynamics/island_solver.hpp
+// === bristle/dynamics/solver/island_solver.hpp
 
 /// @file
 /// One island's velocities and displacements, by whichever solver suits it.
@@ -28271,7 +28346,7 @@ class GuardedSweeps {
 /// want their load spread evenly, the proximal solver takes over, as long as the island is small.
 // SPDX-License-Identifier: BSD-3-Clause
 
-// === bristle/dynamics/derivative_watch.hpp
+// === bristle/dynamics/solver/derivative_watch.hpp
 
 /// @file
 /// Tells when the derivatives in an iteration have settled.
@@ -28349,46 +28424,7 @@ class DerivativeWatch {
 
 }  // namespace bristle::inline BRISTLE_ABI
 
-// === bristle/dynamics/island_energy.hpp
-
-/// @file
-/// Kinetic energy of an island, as found and as what it may be judged by.
-// SPDX-License-Identifier: BSD-3-Clause
-
-namespace bristle::inline BRISTLE_ABI {
-
-/// [J] Twice the kinetic energy of an island's bodies.
-template <Scalar S>
-struct IslandEnergy {
-  /// With the velocities that were solved for.
-  S found = S(0);
-  /// At the start of the step, and at its end if nothing but forces acted.
-  S start = S(0);
-  S free = S(0);
-};
-
-/// [kg m^2/s^2] Product of two motions of a body in the metric of its mass.
-template <Scalar S>
-[[nodiscard]] S mass_product(const SolverBody<S>& body, const Twist<S>& u, const Twist<S>& v) {
-  return body.mass * u.linear.dot(v.linear) + u.angular.dot(body.inertia * v.angular);
-}
-
-template <Scalar S>
-[[nodiscard]] IslandEnergy<S> energy_of(const Island& island,
-                                        std::span<const SolverBody<S>> bodies) {
-  IslandEnergy<S> sum;
-  for (const std::uint32_t slot : island.bodies) {
-    const SolverBody<S>& body = bodies[slot];
-    sum.found += mass_product(body, body.twist, body.twist);
-    sum.start += mass_product(body, body.start, body.start);
-    sum.free += mass_product(body, body.free, body.free);
-  }
-  return sum;
-}
-
-}  // namespace bristle::inline BRISTLE_ABI
-
-// === bristle/dynamics/proximal_solver.hpp
+// === bristle/dynamics/solver/proximal_solver.hpp
 
 /// @file
 /// The solver of small stiff islands: stacks of unlike masses, grips, mechanisms, patches of
@@ -28409,7 +28445,7 @@ template <Scalar S>
 /// docs/solver.md derives this, and tells what friction disks of fixed radius did instead.
 // SPDX-License-Identifier: BSD-3-Clause
 
-// === bristle/dynamics/island_rows.hpp
+// === bristle/dynamics/solver/island_rows.hpp
 
 /// @file
 /// The constraints of one island as rows over its unknown velocities, for `ProximalSolver`.
@@ -28419,7 +28455,7 @@ template <Scalar S>
 /// velocity goes into the rows' targets.
 // SPDX-License-Identifier: BSD-3-Clause
 
-// === bristle/dynamics/island_order.hpp
+// === bristle/dynamics/solver/island_order.hpp
 
 /// @file
 /// Order of an island's bodies in its matrix: neighbours side by side, so that the envelope is
@@ -29434,7 +29470,7 @@ auto ProximalSolver<S>::search_line(Real eps) -> Real {
 
 }  // namespace bristle::inline BRISTLE_ABI
 
-// === bristle/dynamics/sequential_solver.hpp
+// === bristle/dynamics/solver/sequential_solver.hpp
 
 /// @file
 /// Sequential impulses: sweeps over an island's constraints, each solved exactly in its turn.
@@ -29443,7 +29479,7 @@ auto ProximalSolver<S>::search_line(Real eps) -> Real {
 /// slides converges in one sweep from the impulses of the last step.
 // SPDX-License-Identifier: BSD-3-Clause
 
-// === bristle/dynamics/manifold_sweeps.hpp
+// === bristle/dynamics/contacts/manifold_sweeps.hpp
 
 /// @file
 /// Sweeps over contacts by manifold: the fast path of large islands.
@@ -29455,7 +29491,7 @@ auto ProximalSolver<S>::search_line(Real eps) -> Real {
 /// side by side, in lanes (`ManifoldKernel`), with the results of one after the other.
 // SPDX-License-Identifier: BSD-3-Clause
 
-// === bristle/dynamics/manifold_block.hpp
+// === bristle/dynamics/contacts/manifold_block.hpp
 
 /// @file
 /// Several manifolds in the lanes of registers, and their motion.
@@ -29844,7 +29880,7 @@ class ManifoldMotion {
 
 }  // namespace bristle::inline BRISTLE_ABI
 
-// === bristle/dynamics/manifold_kernel.hpp
+// === bristle/dynamics/contacts/manifold_kernel.hpp
 
 /// @file
 /// One turn of the sweeps: the solution of several manifolds, each with all others held still.
@@ -30021,7 +30057,7 @@ BRISTLE_INLINE Pack<S> ManifoldKernel<S>::place(VelocityTable<S>& displacements)
 
 }  // namespace bristle::inline BRISTLE_ABI
 
-// === bristle/dynamics/manifold_mobility.hpp
+// === bristle/dynamics/contacts/manifold_mobility.hpp
 
 /// @file
 /// How a force and a torque between two bodies move them against each other, seen from a patch of
@@ -30067,7 +30103,7 @@ struct ManifoldMobility {
 
 }  // namespace bristle::inline BRISTLE_ABI
 
-// === bristle/dynamics/manifold_order.hpp
+// === bristle/dynamics/contacts/manifold_order.hpp
 
 /// @file
 /// Which manifolds may be solved side by side.
@@ -30150,7 +30186,7 @@ class ManifoldOrder {
 
 }  // namespace bristle::inline BRISTLE_ABI
 
-// === bristle/dynamics/manifold_part.hpp
+// === bristle/dynamics/contacts/manifold_part.hpp
 
 /// @file
 /// What several manifolds do between sweeps: at the start and the end of each part of a step.
@@ -31456,136 +31492,6 @@ class IslandSolver {
 
 }  // namespace bristle::inline BRISTLE_ABI
 
-// === bristle/dynamics/islands.hpp
-
-/// @file
-/// Islands: moving bodies that act on each other, directly or through others.
-// SPDX-License-Identifier: BSD-3-Clause
-
-#include <algorithm>
-#include <cstdint>
-#include <vector>
-
-namespace bristle::inline BRISTLE_ABI {
-
-/// Splits bodies and constraints into islands. Bodies that forces do not move belong to none, and
-/// do not connect what touches them.
-///
-/// Islands come in the order of their lowest body slot, and bodies and constraints within each in
-/// ascending order: the same input gives the same islands.
-template <Scalar S>
-class IslandBuilder {
- public:
-  /// Finds the islands; they stay valid until the next call.
-  const std::vector<Island>& build(std::span<const SolverBody<S>> bodies,
-                                   const Constraints<S>& constraints) {
-    const std::size_t count = bodies.size();
-    sets_.reset(count);
-    // The points of a manifold come one after the other: the first connects for all of them.
-    std::uint32_t last_a = none;
-    std::uint32_t last_b = none;
-    const auto connect = [&](std::uint32_t a, std::uint32_t b) {
-      if (a == last_a && b == last_b) return;
-      last_a = a;
-      last_b = b;
-      if (bodies[a].is_moving() && bodies[b].is_moving()) sets_.join(a, b);
-    };
-    for (const ContactConstraint<S>& c : constraints.contacts) connect(c.body_a, c.body_b);
-    for (const ConstraintBlock<S>& c : constraints.blocks) connect(c.body_a, c.body_b);
-    for (const SoftBlock<S>& s : constraints.soft) connect(s.body_a, s.body_b);
-
-    // The root of an island is its lowest slot, so ascending slots meet islands in order.
-    number_.assign(count, none);
-    std::uint32_t islands = 0;
-    for (std::uint32_t i = 0; i < count; ++i) {
-      if (!bodies[i].is_moving()) continue;
-      const std::uint32_t root = sets_.find(i);
-      if (number_[root] == none) number_[root] = islands++;
-      number_[i] = number_[root];
-    }
-    const auto island_of = [&](std::uint32_t a, std::uint32_t b) {
-      return bodies[a].is_moving() ? number_[a] : bodies[b].is_moving() ? number_[b] : none;
-    };
-    distribute(islands, count, bodies_, [&](std::size_t i) { return number_[i]; });
-    distribute(islands, constraints.contacts.size(), contacts_, [&](std::size_t i) {
-      return island_of(constraints.contacts[i].body_a, constraints.contacts[i].body_b);
-    });
-    distribute(islands, constraints.blocks.size(), blocks_, [&](std::size_t i) {
-      return island_of(constraints.blocks[i].body_a, constraints.blocks[i].body_b);
-    });
-    distribute(islands, constraints.soft.size(), soft_, [&](std::size_t i) {
-      return island_of(constraints.soft[i].body_a, constraints.soft[i].body_b);
-    });
-    islands_.resize(islands);
-    for (std::uint32_t i = 0; i < islands; ++i) {
-      islands_[i] = {bodies_.part(i), contacts_.part(i), blocks_.part(i), soft_.part(i)};
-    }
-    return islands_;
-  }
-
- private:
-  static constexpr std::uint32_t none = 0xffffffffu;
-
-  /// Members of all islands, one island after the other.
-  struct Members {
-    std::vector<std::uint32_t> items;  // And room behind them.
-    std::vector<std::uint32_t> starts;
-
-    [[nodiscard]] std::span<const std::uint32_t> part(std::uint32_t i) const {
-      return std::span(items).subspan(starts[i], starts[i + 1] - starts[i]);
-    }
-  };
-
-  /// Counting sort of items by island; items of no island are left out.
-  template <typename IslandOf>
-  void distribute(std::uint32_t islands, std::size_t count, Members& out, IslandOf&& island_of) {
-    out.starts.assign(islands + 1, 0);
-    if (count == 0) return;
-    if (islands == 1) {
-      if (out.items.size() < count) out.items.resize(std::max(count, 2 * out.items.size()));
-      std::uint32_t kept = 0;
-      for (std::size_t i = 0; i < count; ++i) {
-        out.items[kept] = static_cast<std::uint32_t>(i);
-        kept += island_of(i) != none ? 1u : 0u;
-      }
-      out.starts[1] = kept;
-      return;
-    }
-    for (std::size_t i = 0; i < count; ++i) {
-      const std::uint32_t island = island_of(i);
-      if (island != none) ++out.starts[island + 1];
-    }
-    for (std::uint32_t i = 0; i < islands; ++i) out.starts[i + 1] += out.starts[i];
-    const std::size_t total = out.starts[islands];
-    if (out.items.size() < total) out.items.resize(std::max(total, 2 * out.items.size()));
-    next_.assign(out.starts.begin(), out.starts.end());
-    for (std::size_t i = 0; i < count; ++i) {
-      const std::uint32_t island = island_of(i);
-      if (island != none) out.items[next_[island]++] = static_cast<std::uint32_t>(i);
-    }
-  }
-
-  DisjointSets sets_;
-  std::vector<std::uint32_t> number_, next_;
-  Members bodies_, contacts_, blocks_, soft_;
-  std::vector<Island> islands_;
-};
-
-}  // namespace bristle::inline BRISTLE_ABI
-
-// === bristle/dynamics/passive_bounces.hpp
-
-/// @file
-/// Bounces of mechanisms that give no energy.
-///
-/// Newton's law of restitution speaks of normal velocities alone. Where a chain is struck aside of
-/// its centre, friction and joints then may do work: the impulses that reverse the normal velocity
-/// leave more kinetic energy than there was (Kane and Levinson, *Dynamics*, 1985, section 5.8).
-/// Without restitution they never do: velocities then are a projection, in the metric of the
-/// masses. Impulses between the two solutions are allowed ones, since what contacts may give is
-/// convex; the last of them that gives no energy is taken.
-// SPDX-License-Identifier: BSD-3-Clause
-
 #include <algorithm>
 #include <cmath>
 #include <vector>
@@ -31675,6 +31581,100 @@ class PassiveBounces {
 
 }  // namespace bristle::inline BRISTLE_ABI
 
+// === bristle/dynamics/solver/guarded_sweeps.hpp
+
+/// @file
+/// Sweeps that no overflow spreads in: for islands whose solution is not finite.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <array>
+#include <cstdint>
+
+namespace bristle::inline BRISTLE_ABI {
+
+/// Sweeps over the contacts and joints of an island, from no impulses, each taken back where it
+/// would give a body a velocity whose square is not finite. A body whose masses overflow then
+/// touches nothing, and its neighbours keep what they stand on. Soft blocks give nothing.
+///
+/// Bodies move by the velocity at the end of the step: it closes no gap and opens no overlap.
+template <Scalar S>
+class GuardedSweeps {
+ public:
+  static void solve(const Island& island, Constraints<S>& constraints,
+                    std::span<SolverBody<S>> bodies, const SolveContext<S>& context) {
+    clear_impulses(island, constraints);
+    for (const std::uint32_t slot : island.bodies) {
+      SolverBody<S>& body = bodies[slot];
+      if (!has_finite_square<S>(body.free.linear) || !has_finite_square<S>(body.free.angular)) {
+        body.free = {};
+      }
+      body.twist = body.free;
+      body.follows_joints = false;
+    }
+    for (const std::uint32_t i : island.contacts) {
+      ContactConstraint<S>& c = constraints.contacts[i];
+      aim_contact(c, bodies[c.body_a], bodies[c.body_b], context);
+    }
+    for (int n = 0; n < context.settings.max_sweeps; ++n) {
+      for (const std::uint32_t i : island.blocks) turn_block(constraints, i, bodies);
+      for (const std::uint32_t i : island.contacts) turn_contact(constraints.contacts[i], bodies);
+    }
+    for (const std::uint32_t slot : island.bodies) bodies[slot].motion = bodies[slot].twist;
+  }
+
+ private:
+  [[nodiscard]] static bool is_finite(const SolverBody<S>& body) {
+    return has_finite_square<S>(body.twist.linear) && has_finite_square<S>(body.twist.angular);
+  }
+
+  static void turn_contact(ContactConstraint<S>& c, std::span<SolverBody<S>> bodies) {
+    SolverBody<S>& a = bodies[c.body_a];
+    SolverBody<S>& b = bodies[c.body_b];
+    const std::array<S, 3> impulse = c.impulse;
+    const Twist<S> twist_a = a.twist;
+    const Twist<S> twist_b = b.twist;
+    const ContactResponse<S> K = contact_response(c, ContactFrame<S>(c, a, b));
+    const std::array<S, 3> x = solve_contact(c, K, c.velocity(a.twist, b.twist));
+    apply_at_contact<S>(c, x[0] * c.axes[0] + x[1] * c.axes[1] + x[2] * c.axes[2], a, b,
+                        velocity_of);
+    if (is_finite(a) && is_finite(b) && has_finite_square<S>(c.impulse_W())) return;
+    c.impulse = impulse;
+    a.twist = twist_a;
+    b.twist = twist_b;
+  }
+
+  static void turn_block(Constraints<S>& constraints, std::uint32_t index,
+                         std::span<SolverBody<S>> bodies) {
+    const ConstraintBlock<S>& block = constraints.blocks[index];
+    ConstraintRow<S>* rows = &constraints.rows[block.first];
+    SolverBody<S>& a = bodies[block.body_a];
+    SolverBody<S>& b = bodies[block.body_b];
+    const Twist<S> twist_a = a.twist;
+    const Twist<S> twist_b = b.twist;
+    BlockResponse<S> response;
+    local_response(block, rows, a, b, response);
+    S impulse[ConstraintBlock<S>::max_rows];
+    S velocity[ConstraintBlock<S>::max_rows];
+    S change[ConstraintBlock<S>::max_rows];
+    for (std::size_t i = 0; i < block.count; ++i) {
+      impulse[i] = rows[i].impulse;
+      velocity[i] = rows[i].velocity(a.twist, b.twist);
+    }
+    solve_block(block, response, velocity, rows, change);
+    bool has_finite_impulses = true;
+    for (std::size_t i = 0; i < block.count; ++i) {
+      apply_row(rows[i], change[i], a, b, velocity_of);
+      has_finite_impulses = has_finite_impulses && has_finite_square(rows[i].impulse);
+    }
+    if (is_finite(a) && is_finite(b) && has_finite_impulses) return;
+    for (std::size_t i = 0; i < block.count; ++i) rows[i].impulse = impulse[i];
+    a.twist = twist_a;
+    b.twist = twist_b;
+  }
+};
+
+}  // namespace bristle::inline BRISTLE_ABI
+
 // === bristle/world/mechanism_stage.hpp
 
 /// @file
@@ -31686,7 +31686,7 @@ class PassiveBounces {
 /// impulses, and the joints' answers to them, come on top.
 // SPDX-License-Identifier: BSD-3-Clause
 
-// === bristle/dynamics/joint_flow.hpp
+// === bristle/dynamics/joints/joint_flow.hpp
 
 /// @file
 /// The smooth motion of mechanisms: bodies that joints connect and nothing else touches.
@@ -31703,13 +31703,13 @@ class PassiveBounces {
 /// then closed by one projection each, the shortest in the metric of the masses.
 // SPDX-License-Identifier: BSD-3-Clause
 
-// === bristle/dynamics/joint_projection.hpp
+// === bristle/dynamics/joints/joint_projection.hpp
 
 /// @file
 /// Shortest ways back to what joints allow, in the metric of the masses.
 // SPDX-License-Identifier: BSD-3-Clause
 
-// === bristle/dynamics/joint_system.hpp
+// === bristle/dynamics/joints/joint_system.hpp
 
 /// @file
 /// Bodies held by joints at one instant: how they answer to impulses, forces and each other.
@@ -31720,7 +31720,7 @@ class PassiveBounces {
 /// Joints between the same two bodies are one there (joint_groups.hpp).
 // SPDX-License-Identifier: BSD-3-Clause
 
-// === bristle/dynamics/joint_groups.hpp
+// === bristle/dynamics/joints/joint_groups.hpp
 
 /// @file
 /// Joints between the same two bodies as one: their rows span six dimensions at most.
@@ -32106,7 +32106,7 @@ void JointGroups<S>::spread(std::size_t g, std::span<const JointFlowJoint<S>> jo
 
 }  // namespace bristle::inline BRISTLE_ABI
 
-// === bristle/dynamics/joint_order.hpp
+// === bristle/dynamics/joints/joint_order.hpp
 
 /// @file
 /// Which joints of a mechanism act on each other, and in what order their matrix stays narrow.
@@ -36372,7 +36372,7 @@ void World<S, Backend>::push(const HapticBody<S>& pushed) {
 /// together.
 // SPDX-License-Identifier: BSD-3-Clause
 
-// === bristle/dynamics/soft_system.hpp
+// === bristle/dynamics/solver/soft_system.hpp
 
 /// @file
 /// Soft blocks between bodies that are known by their mobility alone.
@@ -37801,7 +37801,7 @@ struct Eigen::NumTraits<bristle::Dual<S, n>> : Eigen::GenericNumTraits<bristle::
 };
 
 #if defined(BRISTLE_WITH_FCL)
-// === bristle/geometry/fcl_scene_rays.hpp
+// === bristle/geometry/backends/fcl_scene_rays.hpp
 
 /// @file
 /// Rays through a scene that somebody already keeps in FCL's dynamic tree of boxes.

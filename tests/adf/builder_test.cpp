@@ -2,7 +2,7 @@
 #include "support/example_scenes.hpp"
 #include "support/relative.hpp"
 
-#include <bristle/geometry/mesh_shapes.hpp>
+#include <bristle/geometry/meshes/mesh_shapes.hpp>
 #include <bristle/io/adf.hpp>
 #include <bristle/io/stl.hpp>
 #include <bristle/world/world.hpp>

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "support/example_scenes.hpp"
 
-#include <bristle/geometry/mesh_shapes.hpp>
+#include <bristle/geometry/meshes/mesh_shapes.hpp>
 #include <bristle/io/adf.hpp>
 #include <bristle/io/obj.hpp>
 #include <bristle/io/stl.hpp>

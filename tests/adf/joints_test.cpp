@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "support/relative.hpp"
 
-#include <bristle/io/adf_joint_builder.hpp>
-#include <bristle/io/adf_reader.hpp>
+#include <bristle/io/adf/adf_joint_builder.hpp>
+#include <bristle/io/adf/adf_reader.hpp>
 
 #include <doctest/doctest.h>
 

@@ -1,6 +1,6 @@
 // What a description may ask for at most, and what is made once however often it is asked for.
 // SPDX-License-Identifier: BSD-3-Clause
-#include <bristle/geometry/mesh_shapes.hpp>
+#include <bristle/geometry/meshes/mesh_shapes.hpp>
 #include <bristle/io/adf.hpp>
 #include <bristle/io/stl.hpp>
 #include <bristle/world/world.hpp>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <bristle/io/adf_reader.hpp>
+#include <bristle/io/adf/adf_reader.hpp>
 
 #include <doctest/doctest.h>
 

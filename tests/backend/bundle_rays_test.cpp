@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "support/ray_patches.hpp"
 
-#include <bristle/geometry/analytic_backend.hpp>
+#include <bristle/geometry/backends/analytic_backend.hpp>
 
 #include <doctest/doctest.h>
 
 #if defined(BRISTLE_WITH_FCL)
-#include <bristle/geometry/fcl_backend.hpp>
+#include <bristle/geometry/backends/fcl_backend.hpp>
 #endif
 
 using namespace bristle;

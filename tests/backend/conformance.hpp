@@ -10,7 +10,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <bristle/geometry/shape_backend.hpp>
+#include <bristle/geometry/backends/shape_backend.hpp>
 
 #include <doctest/doctest.h>
 

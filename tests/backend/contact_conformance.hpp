@@ -5,7 +5,7 @@
 
 #include "support/relative.hpp"
 
-#include <bristle/geometry/shape_backend.hpp>
+#include <bristle/geometry/backends/shape_backend.hpp>
 #include <bristle/math/rotation.hpp>
 
 #include <doctest/doctest.h>

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <bristle/geometry/analytic_backend.hpp>
-#include <bristle/geometry/fcl_backend.hpp>
-#include <bristle/geometry/mesh_shapes.hpp>
-#include <bristle/geometry/quickhull.hpp>
+#include <bristle/geometry/backends/analytic_backend.hpp>
+#include <bristle/geometry/backends/fcl_backend.hpp>
+#include <bristle/geometry/meshes/mesh_shapes.hpp>
+#include <bristle/geometry/shapes/quickhull.hpp>
 
 #include <doctest/doctest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <bristle/geometry/fcl_backend.hpp>
+#include <bristle/geometry/backends/fcl_backend.hpp>
 
 #include <doctest/doctest.h>
 

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "support/relative.hpp"
 
-#include <bristle/geometry/fcl_contact_normal.hpp>
-#include <bristle/geometry/fcl_shapes.hpp>
-#include <bristle/geometry/quickhull.hpp>
+#include <bristle/geometry/backends/fcl_contact_normal.hpp>
+#include <bristle/geometry/backends/fcl_shapes.hpp>
+#include <bristle/geometry/shapes/quickhull.hpp>
 
 #include <doctest/doctest.h>
 #include <fcl/narrowphase/collision.h>

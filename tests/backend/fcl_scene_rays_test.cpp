@@ -2,8 +2,8 @@
 
 #include "support/relative.hpp"
 
-#include <bristle/geometry/fcl_scene_rays.hpp>
-#include <bristle/geometry/mesh_shapes.hpp>
+#include <bristle/geometry/backends/fcl_scene_rays.hpp>
+#include <bristle/geometry/meshes/mesh_shapes.hpp>
 
 #include <doctest/doctest.h>
 

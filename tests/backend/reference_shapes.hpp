@@ -3,9 +3,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <bristle/geometry/aabb.hpp>
-#include <bristle/geometry/quickhull.hpp>
-#include <bristle/geometry/shapes.hpp>
+#include <bristle/geometry/shapes/quickhull.hpp>
+#include <bristle/geometry/shapes/shapes.hpp>
+#include <bristle/geometry/trees/aabb.hpp>
 
 #include <algorithm>
 #include <cmath>

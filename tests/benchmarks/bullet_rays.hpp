@@ -3,8 +3,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <bristle/geometry/ray.hpp>
-#include <bristle/geometry/shapes.hpp>
+#include <bristle/geometry/rays/ray.hpp>
+#include <bristle/geometry/shapes/shapes.hpp>
 #include <bristle/math/transform.hpp>
 
 #include <btBulletCollisionCommon.h>

@@ -8,9 +8,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "benchmarks/thread_clock.hpp"
 
-#include <bristle/geometry/analytic_backend.hpp>
-#include <bristle/geometry/mesh_shapes.hpp>
-#include <bristle/geometry/quickhull.hpp>
+#include <bristle/geometry/backends/analytic_backend.hpp>
+#include <bristle/geometry/meshes/mesh_shapes.hpp>
+#include <bristle/geometry/shapes/quickhull.hpp>
 
 #include <algorithm>
 #include <array>
@@ -19,7 +19,7 @@
 #include <support/random.hpp>
 #include <vector>
 #if defined(BRISTLE_WITH_FCL)
-#include <bristle/geometry/fcl_backend.hpp>
+#include <bristle/geometry/backends/fcl_backend.hpp>
 #endif
 
 using namespace bristle;

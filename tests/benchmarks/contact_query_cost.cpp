@@ -9,7 +9,7 @@
 //
 // Usage: benchmark_contact_query_cost [case rounds]
 // SPDX-License-Identifier: BSD-3-Clause
-#include <bristle/geometry/analytic_backend.hpp>
+#include <bristle/geometry/backends/analytic_backend.hpp>
 
 #include <algorithm>
 #include <array>

@@ -3,8 +3,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <bristle/geometry/ray.hpp>
-#include <bristle/geometry/triangle_mesh.hpp>
+#include <bristle/geometry/meshes/triangle_mesh.hpp>
+#include <bristle/geometry/rays/ray.hpp>
 #include <bristle/math/types.hpp>
 
 #include <algorithm>

@@ -16,8 +16,8 @@ for compiler in "$@"; do
   command -v "$compiler" >/dev/null || continue
   "$compiler" --version | head -1
   printf '  %-34s  %8s  %8s\n' header lines seconds
-  for header in Eigen/Geometry bristle/bristle.hpp bristle/geometry/fcl_rays.hpp \
-    bristle/geometry/fcl_backend.hpp; do
+  for header in Eigen/Geometry bristle/bristle.hpp bristle/geometry/backends/fcl_rays.hpp \
+    bristle/geometry/backends/fcl_backend.hpp; do
     echo "#include <$header>" >"$file"
     if ! "$compiler" "${flags[@]}" -fsyntax-only "$file" 2>/dev/null; then
       printf '  %-34s  %8s  %8s\n' "$header" - -  # FCL is not there, say

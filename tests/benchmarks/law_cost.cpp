@@ -20,7 +20,7 @@
 #include "benchmarks/thread_clock.hpp"
 #include "support/scalar_patch.hpp"
 
-#include <bristle/geometry/analytic_backend.hpp>
+#include <bristle/geometry/backends/analytic_backend.hpp>
 #include <bristle/math/rotation.hpp>
 #include <bristle/sensors/patch_contacts.hpp>
 #include <bristle/sensors/patch_explicit.hpp>

@@ -11,8 +11,8 @@
 
 #include "support/random.hpp"
 
-#include <bristle/geometry/analytic_backend.hpp>
-#include <bristle/geometry/mesh_shapes.hpp>
+#include <bristle/geometry/backends/analytic_backend.hpp>
+#include <bristle/geometry/meshes/mesh_shapes.hpp>
 #include <bristle/sensors/neighbour_order.hpp>
 #include <bristle/sensors/sensor_layout.hpp>
 

@@ -4,9 +4,9 @@
 #pragma once
 
 #include <bristle/core/error.hpp>
-#include <bristle/geometry/mesh_validation.hpp>
-#include <bristle/geometry/quickhull.hpp>
-#include <bristle/geometry/triangle_mesh.hpp>
+#include <bristle/geometry/meshes/mesh_validation.hpp>
+#include <bristle/geometry/meshes/triangle_mesh.hpp>
+#include <bristle/geometry/shapes/quickhull.hpp>
 #include <bristle/sensors/placement.hpp>
 
 namespace bristle::test {

@@ -1,6 +1,6 @@
 // What a project that found the component adf can do with it: read a scene.
 // SPDX-License-Identifier: BSD-3-Clause
-#include <bristle/io/adf_reader.hpp>
+#include <bristle/io/adf/adf_reader.hpp>
 
 #include <cstdio>
 

@@ -1,6 +1,6 @@
 // Header-only, and calls a function that a file for the compiled library defines.
 // SPDX-License-Identifier: BSD-3-Clause
-#include <bristle/dynamics/body.hpp>
+#include <bristle/dynamics/bodies/body.hpp>
 
 bool moves(const bristle::Body<double>& body);
 

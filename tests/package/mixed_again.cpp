@@ -1,6 +1,6 @@
 // For the compiled library.
 // SPDX-License-Identifier: BSD-3-Clause
-#include <bristle/dynamics/body.hpp>
+#include <bristle/dynamics/bodies/body.hpp>
 
 bool moves(const bristle::Body<double>& body);
 bool moves(const bristle::Body<double>& body) { return body.moves(); }

@@ -2,7 +2,7 @@
 /// What rays keep of a mesh changes what a step costs, and nothing that it does.
 // SPDX-License-Identifier: BSD-3-Clause
 #include <bristle/core/thread_pool.hpp>
-#include <bristle/geometry/mesh_shapes.hpp>
+#include <bristle/geometry/meshes/mesh_shapes.hpp>
 #include <bristle/sensors/placement.hpp>
 #include <bristle/sensors/tuning.hpp>
 #include <bristle/world/world.hpp>

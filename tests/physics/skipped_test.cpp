@@ -4,7 +4,7 @@
 #include "scenes/plate.hpp"
 #include "scenes/stack.hpp"
 
-#include <bristle/geometry/mesh_shapes.hpp>
+#include <bristle/geometry/meshes/mesh_shapes.hpp>
 
 #include <doctest/doctest.h>
 

@@ -3,7 +3,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <bristle/dynamics/body.hpp>
+#include <bristle/dynamics/bodies/body.hpp>
 
 namespace bristle::scenes {
 

@@ -3,8 +3,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <bristle/geometry/mesh_shapes.hpp>
-#include <bristle/geometry/quickhull.hpp>
+#include <bristle/geometry/meshes/mesh_shapes.hpp>
+#include <bristle/geometry/shapes/quickhull.hpp>
 #include <bristle/math/rotation.hpp>
 #include <bristle/world/world.hpp>
 

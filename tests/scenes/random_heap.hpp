@@ -6,8 +6,8 @@
 
 #include "support/random.hpp"
 
-#include <bristle/geometry/mesh_shapes.hpp>
-#include <bristle/geometry/quickhull.hpp>
+#include <bristle/geometry/meshes/mesh_shapes.hpp>
+#include <bristle/geometry/shapes/quickhull.hpp>
 #include <bristle/world/world.hpp>
 
 #include <algorithm>

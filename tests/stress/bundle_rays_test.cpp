@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "support/ray_patches.hpp"
 
-#include <bristle/geometry/analytic_backend.hpp>
+#include <bristle/geometry/backends/analytic_backend.hpp>
 
 #include <doctest/doctest.h>
 

@@ -6,7 +6,7 @@
 
 #include "support/random.hpp"
 
-#include <bristle/dynamics/solver_types.hpp>
+#include <bristle/dynamics/solver/solver_types.hpp>
 #include <bristle/math/rotation.hpp>
 
 #include <algorithm>

@@ -3,7 +3,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <bristle/dynamics/joint_flow.hpp>
+#include <bristle/dynamics/joints/joint_flow.hpp>
 #include <bristle/math/rotation.hpp>
 
 #include <algorithm>

@@ -6,10 +6,10 @@
 
 #include "support/random.hpp"
 
-#include <bristle/geometry/mesh_shapes.hpp>
-#include <bristle/geometry/mesh_tree.hpp>
-#include <bristle/geometry/ray_bundles.hpp>
-#include <bristle/geometry/triangle_mesh.hpp>
+#include <bristle/geometry/meshes/mesh_shapes.hpp>
+#include <bristle/geometry/meshes/mesh_tree.hpp>
+#include <bristle/geometry/meshes/triangle_mesh.hpp>
+#include <bristle/geometry/rays/ray_bundles.hpp>
 
 #include <algorithm>
 #include <array>

@@ -6,7 +6,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <bristle/geometry/aabb_tree.hpp>
+#include <bristle/geometry/trees/aabb_tree.hpp>
 #include <bristle/math/finite.hpp>
 
 #include <algorithm>

@@ -4,7 +4,7 @@
 #pragma once
 
 #include <bristle/collision/broadphase.hpp>
-#include <bristle/geometry/contact_manifold.hpp>
+#include <bristle/geometry/contacts/contact_manifold.hpp>
 #include <bristle/math/rotation.hpp>
 #include <bristle/math/transform.hpp>
 

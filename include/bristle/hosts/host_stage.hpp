@@ -4,7 +4,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <bristle/dynamics/soft_system.hpp>
+#include <bristle/dynamics/solver/soft_system.hpp>
 #include <bristle/hosts/host_sensors.hpp>
 #include <bristle/math/finite.hpp>
 #include <bristle/sensors/passes.hpp>

@@ -10,7 +10,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <bristle/geometry/quickhull.hpp>
+#include <bristle/geometry/shapes/quickhull.hpp>
 #include <bristle/hosts/engine_host.hpp>
 #include <bristle/sensors/placement.hpp>
 

@@ -4,8 +4,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <bristle/io/adf_model.hpp>
-#include <bristle/io/adf_scene.hpp>
+#include <bristle/io/adf/adf_model.hpp>
+#include <bristle/io/adf/adf_scene.hpp>
 #include <bristle/world/world.hpp>
 
 #include <filesystem>
@@ -35,13 +35,13 @@ AdfScene<S> add_adf(World<S, Backend>& world, const std::filesystem::path& path,
 // Implementation -----------------------------------------------------------------------------------
 
 #if BRISTLE_HAS_DEFINITIONS
-#include <bristle/io/adf_body_builder.hpp>
-#include <bristle/io/adf_fields.hpp>
-#include <bristle/io/adf_joint_builder.hpp>
-#include <bristle/io/adf_meshes.hpp>
-#include <bristle/io/adf_names.hpp>
-#include <bristle/io/adf_reader.hpp>
-#include <bristle/io/adf_sensor_builder.hpp>
+#include <bristle/io/adf/adf_body_builder.hpp>
+#include <bristle/io/adf/adf_fields.hpp>
+#include <bristle/io/adf/adf_joint_builder.hpp>
+#include <bristle/io/adf/adf_meshes.hpp>
+#include <bristle/io/adf/adf_names.hpp>
+#include <bristle/io/adf/adf_reader.hpp>
+#include <bristle/io/adf/adf_sensor_builder.hpp>
 
 #include <algorithm>
 #include <array>

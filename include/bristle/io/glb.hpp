@@ -44,7 +44,7 @@ void write_glb(const std::filesystem::path& path, const Recording<S>& recording,
 
 #if BRISTLE_HAS_DEFINITIONS
 #include <bristle/core/error.hpp>
-#include <bristle/geometry/drawn_mesh.hpp>
+#include <bristle/geometry/meshes/drawn_mesh.hpp>
 
 #include <algorithm>
 #include <array>

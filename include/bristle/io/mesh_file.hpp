@@ -3,7 +3,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <bristle/geometry/triangle_mesh.hpp>
+#include <bristle/geometry/meshes/triangle_mesh.hpp>
 #include <bristle/math/types.hpp>
 
 #include <filesystem>

@@ -4,8 +4,8 @@
 #pragma once
 
 #include <bristle/core/error.hpp>
-#include <bristle/dynamics/body.hpp>
-#include <bristle/geometry/drawn_mesh.hpp>
+#include <bristle/dynamics/bodies/body.hpp>
+#include <bristle/geometry/meshes/drawn_mesh.hpp>
 #include <bristle/math/rotation.hpp>
 #include <bristle/math/transform.hpp>
 #include <bristle/sensors/patch.hpp>

@@ -4,8 +4,8 @@
 #pragma once
 
 #include <bristle/core/error.hpp>
-#include <bristle/geometry/mesh_validation.hpp>
-#include <bristle/geometry/triangle_mesh.hpp>
+#include <bristle/geometry/meshes/mesh_validation.hpp>
+#include <bristle/geometry/meshes/triangle_mesh.hpp>
 #include <bristle/io/file.hpp>
 #include <bristle/io/text_scanner.hpp>
 #include <bristle/math/types.hpp>

@@ -6,7 +6,7 @@
 
 #include <bristle/core/error.hpp>
 #include <bristle/core/refill.hpp>
-#include <bristle/geometry/ray_bundles.hpp>
+#include <bristle/geometry/rays/ray_bundles.hpp>
 #include <bristle/sensors/sensor_layout.hpp>
 
 #include <algorithm>

@@ -5,11 +5,11 @@
 
 #include <bristle/core/refill.hpp>
 #include <bristle/core/slot_map.hpp>
-#include <bristle/dynamics/body.hpp>
-#include <bristle/geometry/aabb.hpp>
-#include <bristle/geometry/kept_candidates.hpp>
-#include <bristle/geometry/ray.hpp>
-#include <bristle/geometry/ray_bundles.hpp>
+#include <bristle/dynamics/bodies/body.hpp>
+#include <bristle/geometry/contacts/kept_candidates.hpp>
+#include <bristle/geometry/rays/ray.hpp>
+#include <bristle/geometry/rays/ray_bundles.hpp>
+#include <bristle/geometry/trees/aabb.hpp>
 #include <bristle/math/lane_vector.hpp>
 #include <bristle/math/rotation.hpp>
 #include <bristle/sensors/kept_hits.hpp>

@@ -11,7 +11,7 @@
 #pragma once
 
 #include <bristle/core/parallel.hpp>
-#include <bristle/dynamics/soft_block.hpp>
+#include <bristle/dynamics/solver/soft_block.hpp>
 #include <bristle/sensors/lane_parameters.hpp>
 #include <bristle/sensors/linear_model.hpp>
 #include <bristle/sensors/passes.hpp>

@@ -3,7 +3,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <bristle/dynamics/solver_types.hpp>
+#include <bristle/dynamics/solver/solver_types.hpp>
 #include <bristle/sensors/ambf_law.hpp>
 #include <bristle/sensors/patch.hpp>
 #include <bristle/sensors/patch_block.hpp>

@@ -4,10 +4,10 @@
 #pragma once
 
 #include <bristle/core/error.hpp>
-#include <bristle/geometry/mesh_normals.hpp>
-#include <bristle/geometry/mesh_shapes.hpp>
-#include <bristle/geometry/mesh_validation.hpp>
-#include <bristle/geometry/triangle_mesh.hpp>
+#include <bristle/geometry/meshes/mesh_normals.hpp>
+#include <bristle/geometry/meshes/mesh_shapes.hpp>
+#include <bristle/geometry/meshes/mesh_validation.hpp>
+#include <bristle/geometry/meshes/triangle_mesh.hpp>
 #include <bristle/math/types.hpp>
 
 #include <array>

@@ -3,7 +3,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <bristle/geometry/triangle_mesh.hpp>
+#include <bristle/geometry/meshes/triangle_mesh.hpp>
 #include <bristle/math/transform.hpp>
 #include <bristle/sensors/sensor_layout.hpp>
 
@@ -95,8 +95,8 @@ template <Scalar S>
 
 #if BRISTLE_HAS_DEFINITIONS
 #include <bristle/core/error.hpp>
-#include <bristle/geometry/mesh_normals.hpp>
-#include <bristle/geometry/mesh_validation.hpp>
+#include <bristle/geometry/meshes/mesh_normals.hpp>
+#include <bristle/geometry/meshes/mesh_validation.hpp>
 
 #include <array>
 #include <string>

@@ -3,8 +3,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <bristle/dynamics/body.hpp>
-#include <bristle/geometry/ray.hpp>
+#include <bristle/dynamics/bodies/body.hpp>
+#include <bristle/geometry/rays/ray.hpp>
 #include <bristle/math/lane_vector.hpp>
 #include <bristle/math/spatial.hpp>
 #include <bristle/sensors/sensor_tiles.hpp>

@@ -4,7 +4,7 @@
 #pragma once
 
 #include <bristle/core/error.hpp>
-#include <bristle/geometry/ray.hpp>
+#include <bristle/geometry/rays/ray.hpp>
 #include <bristle/math/lane_vector.hpp>
 #include <bristle/math/types.hpp>
 

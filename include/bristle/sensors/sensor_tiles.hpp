@@ -11,7 +11,7 @@
 #pragma once
 
 #include <bristle/core/slot_map.hpp>
-#include <bristle/dynamics/body.hpp>
+#include <bristle/dynamics/bodies/body.hpp>
 #include <bristle/math/lane_value.hpp>
 
 #include <array>

@@ -7,7 +7,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <bristle/dynamics/soft_block.hpp>
+#include <bristle/dynamics/solver/soft_block.hpp>
 #include <bristle/sensors/patch.hpp>
 #include <bristle/sensors/patch_touch.hpp>
 

@@ -3,7 +3,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <bristle/geometry/ray.hpp>
+#include <bristle/geometry/rays/ray.hpp>
 #include <bristle/math/lane_value.hpp>
 #include <bristle/sensors/sensor_tiles.hpp>
 

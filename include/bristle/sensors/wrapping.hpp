@@ -9,10 +9,10 @@
 #pragma once
 
 #include <bristle/core/error.hpp>
-#include <bristle/geometry/mesh_rays.hpp>
-#include <bristle/geometry/mesh_validation.hpp>
-#include <bristle/geometry/ray_mesh.hpp>
-#include <bristle/geometry/triangle_mesh.hpp>
+#include <bristle/geometry/meshes/mesh_validation.hpp>
+#include <bristle/geometry/meshes/triangle_mesh.hpp>
+#include <bristle/geometry/rays/mesh_rays.hpp>
+#include <bristle/geometry/rays/ray_mesh.hpp>
 #include <bristle/math/transform.hpp>
 #include <bristle/sensors/patch_mesh.hpp>
 

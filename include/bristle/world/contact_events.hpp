@@ -5,7 +5,7 @@
 #pragma once
 
 #include <bristle/collision/contact_cache.hpp>
-#include <bristle/dynamics/body.hpp>
+#include <bristle/dynamics/bodies/body.hpp>
 #include <bristle/math/spatial.hpp>
 
 #include <algorithm>

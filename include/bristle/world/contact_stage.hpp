@@ -3,7 +3,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <bristle/dynamics/contact_aim.hpp>
+#include <bristle/dynamics/contacts/contact_aim.hpp>
 #include <bristle/world/near_shapes.hpp>
 #include <bristle/world/world_state.hpp>
 

@@ -3,8 +3,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <bristle/dynamics/integrator.hpp>
-#include <bristle/dynamics/soft_block.hpp>
+#include <bristle/dynamics/bodies/integrator.hpp>
+#include <bristle/dynamics/solver/soft_block.hpp>
 #include <bristle/math/elimination.hpp>
 #include <bristle/math/finite.hpp>
 #include <bristle/world/held_mobility.hpp>

@@ -22,7 +22,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <bristle/geometry/analytic_backend.hpp>
+#include <bristle/geometry/backends/analytic_backend.hpp>
 #include <bristle/sensors/patch.hpp>
 #include <bristle/world/haptic_body.hpp>
 #include <bristle/world/kernels.hpp>

@@ -7,7 +7,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <bristle/dynamics/joint_rows.hpp>
+#include <bristle/dynamics/joints/joint_rows.hpp>
 #include <bristle/sensors/stability.hpp>
 #include <bristle/world/world_state.hpp>
 

@@ -8,8 +8,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <bristle/geometry/analytic_backend.hpp>
-#include <bristle/geometry/ray.hpp>
+#include <bristle/geometry/backends/analytic_backend.hpp>
+#include <bristle/geometry/rays/ray.hpp>
 #include <bristle/world/world_state.hpp>
 
 #include <span>

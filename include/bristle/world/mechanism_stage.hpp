@@ -8,10 +8,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <bristle/dynamics/island_solver.hpp>
-#include <bristle/dynamics/joint_flow.hpp>
-#include <bristle/dynamics/joint_projection.hpp>
-#include <bristle/dynamics/joint_rows.hpp>
+#include <bristle/dynamics/joints/joint_flow.hpp>
+#include <bristle/dynamics/joints/joint_projection.hpp>
+#include <bristle/dynamics/joints/joint_rows.hpp>
+#include <bristle/dynamics/solver/island_solver.hpp>
 #include <bristle/world/world_state.hpp>
 
 #include <algorithm>

@@ -3,7 +3,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <bristle/geometry/ray_bundles.hpp>
+#include <bristle/geometry/rays/ray_bundles.hpp>
 #include <bristle/sensors/sensor_layout.hpp>
 #include <bristle/world/world_state.hpp>
 

@@ -3,12 +3,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <bristle/dynamics/contact_aim.hpp>
-#include <bristle/dynamics/guarded_sweeps.hpp>
-#include <bristle/dynamics/integrator.hpp>
-#include <bristle/dynamics/island_solver.hpp>
-#include <bristle/dynamics/islands.hpp>
-#include <bristle/dynamics/passive_bounces.hpp>
+#include <bristle/dynamics/bodies/integrator.hpp>
+#include <bristle/dynamics/bodies/islands.hpp>
+#include <bristle/dynamics/contacts/contact_aim.hpp>
+#include <bristle/dynamics/contacts/passive_bounces.hpp>
+#include <bristle/dynamics/solver/guarded_sweeps.hpp>
+#include <bristle/dynamics/solver/island_solver.hpp>
 #include <bristle/sensors/passes.hpp>
 #include <bristle/world/mechanism_stage.hpp>
 #include <bristle/world/sensor_stage.hpp>

@@ -3,8 +3,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <bristle/dynamics/joint_pose.hpp>
-#include <bristle/dynamics/joint_rows.hpp>
+#include <bristle/dynamics/joints/joint_pose.hpp>
+#include <bristle/dynamics/joints/joint_rows.hpp>
 #include <bristle/world/contact_stage.hpp>
 #include <bristle/world/sensor_stage.hpp>
 #include <bristle/world/sleep_stage.hpp>

@@ -4,7 +4,7 @@
 #pragma once
 
 #include <bristle/core/kernel_scratch.hpp>
-#include <bristle/geometry/analytic_backend.hpp>
+#include <bristle/geometry/backends/analytic_backend.hpp>
 #include <bristle/sensors/tuning.hpp>
 #include <bristle/world/contact_events.hpp>
 #include <bristle/world/haptic_loop.hpp>
@@ -259,7 +259,7 @@ class World {
 
 #include <bristle/world/world_contacts_impl.hpp>
 #if defined(BRISTLE_WITH_FCL)
-#include <bristle/geometry/fcl_backend.hpp>
+#include <bristle/geometry/backends/fcl_backend.hpp>
 #endif
 
 #if BRISTLE_HAS_DEFINITIONS

@@ -7,10 +7,10 @@
 #include <bristle/collision/contact_cache.hpp>
 #include <bristle/core/parallel.hpp>
 #include <bristle/core/slot_map.hpp>
-#include <bristle/dynamics/body.hpp>
-#include <bristle/dynamics/joint.hpp>
-#include <bristle/dynamics/solver_types.hpp>
-#include <bristle/geometry/shape_backend.hpp>
+#include <bristle/dynamics/bodies/body.hpp>
+#include <bristle/dynamics/joints/joint.hpp>
+#include <bristle/dynamics/solver/solver_types.hpp>
+#include <bristle/geometry/backends/shape_backend.hpp>
 #include <bristle/sensors/patch.hpp>
 #include <bristle/world/contact_events.hpp>
 #include <bristle/world/report.hpp>

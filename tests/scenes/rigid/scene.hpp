@@ -3,8 +3,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <bristle/geometry/shape_properties.hpp>
-#include <bristle/geometry/shapes.hpp>
+#include <bristle/geometry/shapes/shape_properties.hpp>
+#include <bristle/geometry/shapes/shapes.hpp>
 #include <bristle/math/rotation.hpp>
 
 #include <cmath>

@@ -2,7 +2,7 @@
 #include "support/random.hpp"
 
 #include <bristle/collision/contact_cache.hpp>
-#include <bristle/geometry/box_box.hpp>
+#include <bristle/geometry/contacts/box_box.hpp>
 
 #include <doctest/doctest.h>
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <bristle/core/slot_map.hpp>
-#include <bristle/dynamics/body.hpp>
-#include <bristle/dynamics/joint.hpp>
+#include <bristle/dynamics/bodies/body.hpp>
+#include <bristle/dynamics/joints/joint.hpp>
 #include <bristle/sensors/patch.hpp>
 
 #include <doctest/doctest.h>

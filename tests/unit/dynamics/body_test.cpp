@@ -2,7 +2,7 @@
 #include "support/random.hpp"
 #include "support/relative.hpp"
 
-#include <bristle/dynamics/body.hpp>
+#include <bristle/dynamics/bodies/body.hpp>
 
 #include <doctest/doctest.h>
 

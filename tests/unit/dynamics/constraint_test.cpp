@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <bristle/dynamics/constraint.hpp>
+#include <bristle/dynamics/solver/constraint.hpp>
 
 #include <doctest/doctest.h>
 

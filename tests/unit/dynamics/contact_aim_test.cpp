@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "support/relative.hpp"
 
-#include <bristle/dynamics/contact_aim.hpp>
+#include <bristle/dynamics/contacts/contact_aim.hpp>
 
 #include <doctest/doctest.h>
 

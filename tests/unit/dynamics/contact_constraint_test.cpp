@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "support/relative.hpp"
 
-#include <bristle/dynamics/contact_constraint.hpp>
+#include <bristle/dynamics/contacts/contact_constraint.hpp>
 
 #include <doctest/doctest.h>
 

@@ -3,7 +3,7 @@
 #include "support/random.hpp"
 #include "support/relative.hpp"
 
-#include <bristle/dynamics/coulomb_newton.hpp>
+#include <bristle/dynamics/solver/coulomb_newton.hpp>
 
 #include <doctest/doctest.h>
 

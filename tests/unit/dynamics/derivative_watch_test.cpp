@@ -3,7 +3,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "support/relative.hpp"
 
-#include <bristle/dynamics/derivative_watch.hpp>
+#include <bristle/dynamics/solver/derivative_watch.hpp>
 #include <bristle/math/dual.hpp>
 
 #include <doctest/doctest.h>

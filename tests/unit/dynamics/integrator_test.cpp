@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <bristle/dynamics/integrator.hpp>
+#include <bristle/dynamics/bodies/integrator.hpp>
 
 #include <doctest/doctest.h>
 

@@ -2,7 +2,7 @@
 #include "support/contact_island.hpp"
 #include "support/relative.hpp"
 
-#include <bristle/dynamics/island_solver.hpp>
+#include <bristle/dynamics/solver/island_solver.hpp>
 
 #include <doctest/doctest.h>
 

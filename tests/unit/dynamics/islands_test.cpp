@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <bristle/dynamics/islands.hpp>
+#include <bristle/dynamics/bodies/islands.hpp>
 
 #include <doctest/doctest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <bristle/dynamics/joint_flow.hpp>
+#include <bristle/dynamics/joints/joint_flow.hpp>
 #include <bristle/math/rotation.hpp>
 
 #include <doctest/doctest.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <bristle/dynamics/joint_order.hpp>
+#include <bristle/dynamics/joints/joint_order.hpp>
 
 #include <doctest/doctest.h>
 

@@ -2,7 +2,7 @@
 #include "support/mechanism.hpp"
 #include "support/relative.hpp"
 
-#include <bristle/dynamics/joint_projection.hpp>
+#include <bristle/dynamics/joints/joint_projection.hpp>
 
 #include <doctest/doctest.h>
 

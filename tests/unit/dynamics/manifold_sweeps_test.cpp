@@ -4,9 +4,9 @@
 #include "support/contact_island.hpp"
 #include "support/relative.hpp"
 
-#include <bristle/dynamics/contact_aim.hpp>
-#include <bristle/dynamics/manifold_sweeps.hpp>
-#include <bristle/dynamics/sequential_solver.hpp>
+#include <bristle/dynamics/contacts/contact_aim.hpp>
+#include <bristle/dynamics/contacts/manifold_sweeps.hpp>
+#include <bristle/dynamics/solver/sequential_solver.hpp>
 
 #include <doctest/doctest.h>
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "support/random.hpp"
 
-#include <bristle/dynamics/proximal_solver.hpp>
-#include <bristle/dynamics/sequential_solver.hpp>
+#include <bristle/dynamics/solver/proximal_solver.hpp>
+#include <bristle/dynamics/solver/sequential_solver.hpp>
 
 #include <doctest/doctest.h>
 

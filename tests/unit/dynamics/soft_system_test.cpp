@@ -1,7 +1,7 @@
 /// @file
 /// Tests of soft blocks between bodies that are known by their mobility.
 // SPDX-License-Identifier: BSD-3-Clause
-#include <bristle/dynamics/soft_system.hpp>
+#include <bristle/dynamics/solver/soft_system.hpp>
 #include <bristle/math/types.hpp>
 
 #include <doctest/doctest.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <bristle/dynamics/solver_types.hpp>
+#include <bristle/dynamics/solver/solver_types.hpp>
 #include <bristle/math/rotation.hpp>
 
 #include <doctest/doctest.h>

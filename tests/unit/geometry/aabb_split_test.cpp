@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <bristle/geometry/aabb_split.hpp>
+#include <bristle/geometry/trees/aabb_split.hpp>
 
 #include <doctest/doctest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <bristle/geometry/aabb_tree.hpp>
+#include <bristle/geometry/trees/aabb_tree.hpp>
 
 #include <doctest/doctest.h>
 

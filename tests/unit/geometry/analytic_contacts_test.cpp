@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <bristle/geometry/analytic_contacts.hpp>
-#include <bristle/geometry/mesh_shapes.hpp>
+#include <bristle/geometry/contacts/analytic_contacts.hpp>
+#include <bristle/geometry/meshes/mesh_shapes.hpp>
 
 #include <doctest/doctest.h>
 

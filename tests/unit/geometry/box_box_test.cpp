@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <bristle/geometry/box_box.hpp>
+#include <bristle/geometry/contacts/box_box.hpp>
 
 #include <doctest/doctest.h>
 

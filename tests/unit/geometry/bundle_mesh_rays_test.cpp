@@ -3,7 +3,7 @@
 #include "support/relative.hpp"
 #include "support/rounds.hpp"
 
-#include <bristle/geometry/bundle_mesh_rays.hpp>
+#include <bristle/geometry/rays/bundle_mesh_rays.hpp>
 
 #include <doctest/doctest.h>
 

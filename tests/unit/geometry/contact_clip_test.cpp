@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <bristle/geometry/contact_clip.hpp>
-#include <bristle/geometry/quickhull.hpp>
+#include <bristle/geometry/contacts/contact_clip.hpp>
+#include <bristle/geometry/shapes/quickhull.hpp>
 
 #include <doctest/doctest.h>
 

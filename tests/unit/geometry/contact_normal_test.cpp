@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <bristle/geometry/box_box.hpp>
-#include <bristle/geometry/contact_normal.hpp>
-#include <bristle/geometry/quickhull.hpp>
+#include <bristle/geometry/contacts/box_box.hpp>
+#include <bristle/geometry/contacts/contact_normal.hpp>
+#include <bristle/geometry/shapes/quickhull.hpp>
 
 #include <doctest/doctest.h>
 

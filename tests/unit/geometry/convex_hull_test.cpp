@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "support/texts.hpp"
 
-#include <bristle/geometry/convex_hull.hpp>
+#include <bristle/geometry/shapes/convex_hull.hpp>
 
 #include <doctest/doctest.h>
 

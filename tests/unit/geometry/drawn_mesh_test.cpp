@@ -3,10 +3,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "support/relative.hpp"
 
-#include <bristle/geometry/drawn_mesh.hpp>
-#include <bristle/geometry/mesh_validation.hpp>
-#include <bristle/geometry/quickhull.hpp>
-#include <bristle/geometry/shape_properties.hpp>
+#include <bristle/geometry/meshes/drawn_mesh.hpp>
+#include <bristle/geometry/meshes/mesh_validation.hpp>
+#include <bristle/geometry/shapes/quickhull.hpp>
+#include <bristle/geometry/shapes/shape_properties.hpp>
 
 #include <doctest/doctest.h>
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <bristle/geometry/gjk.hpp>
-#include <bristle/geometry/support.hpp>
+#include <bristle/geometry/contacts/gjk.hpp>
+#include <bristle/geometry/shapes/support.hpp>
 
 #include <doctest/doctest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <bristle/geometry/grid_hull.hpp>
+#include <bristle/geometry/shapes/grid_hull.hpp>
 
 #include <doctest/doctest.h>
 

@@ -2,8 +2,8 @@
 #include "support/ray_patches.hpp"
 #include "support/rounds.hpp"
 
-#include <bristle/geometry/bundle_mesh_rays.hpp>
-#include <bristle/geometry/kept_candidates.hpp>
+#include <bristle/geometry/contacts/kept_candidates.hpp>
+#include <bristle/geometry/rays/bundle_mesh_rays.hpp>
 
 #include <doctest/doctest.h>
 

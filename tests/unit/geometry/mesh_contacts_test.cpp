@@ -3,9 +3,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "support/relative.hpp"
 
-#include <bristle/geometry/mesh_contacts.hpp>
-#include <bristle/geometry/mesh_shapes.hpp>
-#include <bristle/geometry/mesh_tree.hpp>
+#include <bristle/geometry/contacts/mesh_contacts.hpp>
+#include <bristle/geometry/meshes/mesh_shapes.hpp>
+#include <bristle/geometry/meshes/mesh_tree.hpp>
 
 #include <doctest/doctest.h>
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "support/relative.hpp"
 
-#include <bristle/geometry/mesh_normals.hpp>
-#include <bristle/geometry/mesh_shapes.hpp>
+#include <bristle/geometry/meshes/mesh_normals.hpp>
+#include <bristle/geometry/meshes/mesh_shapes.hpp>
 
 #include <doctest/doctest.h>
 

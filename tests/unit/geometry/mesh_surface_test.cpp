@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "support/relative.hpp"
 
-#include <bristle/geometry/mesh_surface.hpp>
-#include <bristle/geometry/mesh_tree.hpp>
+#include <bristle/geometry/meshes/mesh_surface.hpp>
+#include <bristle/geometry/meshes/mesh_tree.hpp>
 
 #include <doctest/doctest.h>
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <bristle/geometry/mesh_shapes.hpp>
-#include <bristle/geometry/mesh_tree.hpp>
-#include <bristle/geometry/ray_shapes.hpp>
+#include <bristle/geometry/meshes/mesh_shapes.hpp>
+#include <bristle/geometry/meshes/mesh_tree.hpp>
+#include <bristle/geometry/rays/ray_shapes.hpp>
 
 #include <doctest/doctest.h>
 

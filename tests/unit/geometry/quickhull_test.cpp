@@ -2,9 +2,9 @@
 #include "support/relative.hpp"
 #include "support/texts.hpp"
 
-#include <bristle/geometry/mesh_shapes.hpp>
-#include <bristle/geometry/quickhull.hpp>
-#include <bristle/geometry/shape_properties.hpp>
+#include <bristle/geometry/meshes/mesh_shapes.hpp>
+#include <bristle/geometry/shapes/quickhull.hpp>
+#include <bristle/geometry/shapes/shape_properties.hpp>
 
 #include <doctest/doctest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <bristle/geometry/ray_box.hpp>
+#include <bristle/geometry/rays/ray_box.hpp>
 
 #include <doctest/doctest.h>
 

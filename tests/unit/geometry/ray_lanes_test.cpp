@@ -2,8 +2,8 @@
 /// Rays in lanes that are just long enough, and rays beside others. What else they meet is compared
 /// in tests/backend.
 // SPDX-License-Identifier: BSD-3-Clause
-#include <bristle/geometry/analytic_backend.hpp>
-#include <bristle/geometry/ray_shapes.hpp>
+#include <bristle/geometry/backends/analytic_backend.hpp>
+#include <bristle/geometry/rays/ray_shapes.hpp>
 
 #include <doctest/doctest.h>
 

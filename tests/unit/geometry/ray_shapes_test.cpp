@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "support/relative.hpp"
 
-#include <bristle/geometry/quickhull.hpp>
-#include <bristle/geometry/ray_shapes.hpp>
+#include <bristle/geometry/rays/ray_shapes.hpp>
+#include <bristle/geometry/shapes/quickhull.hpp>
 
 #include <doctest/doctest.h>
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <bristle/geometry/mesh_shapes.hpp>
-#include <bristle/geometry/quickhull.hpp>
-#include <bristle/geometry/shape_properties.hpp>
+#include <bristle/geometry/meshes/mesh_shapes.hpp>
+#include <bristle/geometry/shapes/quickhull.hpp>
+#include <bristle/geometry/shapes/shape_properties.hpp>
 
 #include <doctest/doctest.h>
 

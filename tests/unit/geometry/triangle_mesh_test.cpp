@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <bristle/geometry/mesh_shapes.hpp>
-#include <bristle/geometry/mesh_validation.hpp>
-#include <bristle/geometry/quickhull.hpp>
-#include <bristle/geometry/triangle_mesh.hpp>
+#include <bristle/geometry/meshes/mesh_shapes.hpp>
+#include <bristle/geometry/meshes/mesh_validation.hpp>
+#include <bristle/geometry/meshes/triangle_mesh.hpp>
+#include <bristle/geometry/shapes/quickhull.hpp>
 
 #include <doctest/doctest.h>
 

@@ -2,8 +2,8 @@
 #include "support/relative.hpp"
 #include "support/texts.hpp"
 
-#include <bristle/geometry/mesh_shapes.hpp>
-#include <bristle/geometry/quickhull.hpp>
+#include <bristle/geometry/meshes/mesh_shapes.hpp>
+#include <bristle/geometry/shapes/quickhull.hpp>
 #include <bristle/io/mesh_file.hpp>
 
 #include <doctest/doctest.h>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "support/texts.hpp"
 
-#include <bristle/geometry/mesh_shapes.hpp>
+#include <bristle/geometry/meshes/mesh_shapes.hpp>
 #include <bristle/io/obj.hpp>
 
 #include <doctest/doctest.h>

@@ -4,7 +4,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "support/relative.hpp"
 
-#include <bristle/geometry/mesh_shapes.hpp>
+#include <bristle/geometry/meshes/mesh_shapes.hpp>
 #include <bristle/math/dual.hpp>
 #include <bristle/math/rotation.hpp>
 #include <bristle/sensors/law.hpp>

@@ -2,7 +2,7 @@
 #include "support/relative.hpp"
 #include "support/texts.hpp"
 
-#include <bristle/geometry/mesh_shapes.hpp>
+#include <bristle/geometry/meshes/mesh_shapes.hpp>
 #include <bristle/math/rotation.hpp>
 #include <bristle/sensors/placement.hpp>
 

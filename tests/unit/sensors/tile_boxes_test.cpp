@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "support/random.hpp"
 
-#include <bristle/geometry/aabb.hpp>
+#include <bristle/geometry/trees/aabb.hpp>
 #include <bristle/sensors/sensor_layout.hpp>
 #include <bristle/sensors/tile_boxes.hpp>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <bristle/geometry/mesh_shapes.hpp>
+#include <bristle/geometry/meshes/mesh_shapes.hpp>
 #include <bristle/io/obj.hpp>
 #include <bristle/io/stl.hpp>
 #include <bristle/math/rotation.hpp>

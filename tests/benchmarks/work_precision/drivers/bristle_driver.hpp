@@ -5,7 +5,7 @@
 
 #include "benchmarks/work_precision/engines.hpp"
 
-#include <bristle/geometry/quickhull.hpp>
+#include <bristle/geometry/shapes/quickhull.hpp>
 #include <bristle/sensors/placement.hpp>
 #include <bristle/world/world.hpp>
 

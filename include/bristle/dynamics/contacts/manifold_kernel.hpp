@@ -1,0 +1,178 @@
+/// @file
+/// One turn of the sweeps: the solution of several manifolds, each with all others held still.
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <bristle/dynamics/contacts/contact_constraint.hpp>
+#include <bristle/dynamics/contacts/manifold_block.hpp>
+
+#include <cstddef>
+#include <span>
+#include <type_traits>
+#include <utility>
+
+namespace bristle::inline BRISTLE_ABI {
+
+/// The turns of one block.
+template <Scalar S>
+class ManifoldKernel : ManifoldMotion<S> {
+  using Base = ManifoldMotion<S>;
+  using typename Base::Block, typename Base::Points;
+  using T = Pack<S>;
+
+ public:
+  ManifoldKernel(Block& block, std::span<Points> points) : Base(block, points) {}
+
+  /// Adds what all impulses do.
+  void apply(VelocityTable<S>& velocities) const {
+    Load load;
+    for (const Points& p : points_) load.add(p, row(p.impulse));
+    push(velocities, motion(velocities), load, row(m_.friction_impulse1), row(m_.friction_impulse2),
+         row(m_.torsion));
+  }
+  /// One turn of the velocity problem.
+  /// @return [m/s] Largest velocity change.
+  BRISTLE_INLINE T solve(VelocityTable<S>& velocities);
+  /// One turn of the position problem.
+  BRISTLE_INLINE T place(VelocityTable<S>& displacements);
+
+ private:
+  using Base::m_, Base::motion, Base::points_, Base::push, Base::relative, Base::row, Base::speed;
+  using typename Base::Load, typename Base::Motion, typename Base::Relative, typename Base::Row;
+
+  /// What `detail::solve_friction` asks for.
+  struct TangentialResponse {
+    T a, b, c, inverse_determinant, inverse_largest;
+  };
+
+  [[nodiscard]] BRISTLE_INLINE T across(std::size_t i, const Load& load) const {
+    return row(m_.across[i][0]) * load.n + row(m_.across[i][1]) * load.l1 +
+           row(m_.across[i][2]) * load.l2;
+  }
+  /// One turn of all points: impulses x go to where normal velocities are at their targets, but not
+  /// below `least(point)`.
+  /// @param v    Without what the points of this turn do.
+  /// @param use  (point, x) called for each.
+  /// @return [m/s] Largest velocity change.
+  template <typename Least, typename Use>
+  BRISTLE_INLINE T solve_points(Relative v, Load& load, Row Points::*target, Row Points::*inverse,
+                                Row Points::*x, const Least& least, const Use& use);
+  BRISTLE_INLINE void rub(const T& most, const T& most_torsion, const Relative& v);
+};
+
+// Implementation -----------------------------------------------------------------------------------
+
+template <Scalar S>
+BRISTLE_INLINE Pack<S> ManifoldKernel<S>::solve(VelocityTable<S>& velocities) {
+  const Motion before_turn = motion(velocities);
+  Relative v = relative(before_turn);
+  Load load;
+  T sum = S(0);
+  T moment = S(0);
+  T largest = solve_points(
+      v, load, &Points::target, &Points::inverse_response, &Points::impulse,
+      [](const Points&) { return T(S(0)); },
+      [&](const Points& p, const T& impulse) {
+        sum += impulse;
+        moment += impulse * row(p.radius);
+      });
+  v.v1 += across(0, load);
+  v.v2 += across(1, load);
+  v.spin += across(2, load);
+  const T before1 = row(m_.friction_impulse1);
+  const T before2 = row(m_.friction_impulse2);
+  const T before_torsion = row(m_.torsion);
+  rub(row(m_.friction) * sum, row(m_.friction) * moment, v);
+  const T change1 = row(m_.friction_impulse1) - before1;
+  const T change2 = row(m_.friction_impulse2) - before2;
+  const T twist = row(m_.torsion) - before_torsion;
+  largest = max(max(abs(change1), abs(change2)) * row(m_.largest_response), largest);
+  largest = max(abs(twist) * row(m_.torsion_response) * row(m_.radius), largest);
+  if (any(largest > T(S(0)))) push(velocities, before_turn, load, change1, change2, twist);
+  return largest;
+}
+
+template <Scalar S>
+template <typename Least, typename Use>
+BRISTLE_INLINE Pack<S> ManifoldKernel<S>::solve_points(Relative v, Load& load, Row Points::*target,
+                                                       Row Points::*inverse, Row Points::*x,
+                                                       const Least& least, const Use& use) {
+  T largest = S(0);
+  for (std::size_t first = 0; first < points_.size(); first += point_group) {
+    const auto points = points_.subspan(first);
+    T left[point_group], change[point_group];
+    // The numbers of points are constants, so that what belongs to each stays in registers.
+    const auto for_each_of_group = [&](const auto& turn) {
+      const auto unroll = [&]<std::size_t... k>(std::index_sequence<k...>) {
+        ((k < points.size() ? turn(std::integral_constant<std::size_t, k>(), points[k]) : void()),
+         ...);
+      };
+      unroll(std::make_index_sequence<point_group>());
+    };
+    for_each_of_group([&](auto k, const Points& p) { left[k] = row(p.*target) - speed(p, v); });
+    for_each_of_group([&](auto k, Points& p) {
+      const auto couple = [&]<std::size_t... i>(std::index_sequence<i...>) {
+        ((left[k] -= row(p.coupling[i]) * change[i]), ...);
+      };
+      couple(std::make_index_sequence<k>());
+      const T before = row(p.*x);
+      // In this order a velocity that is no number gives no impulse.
+      const T wanted = max(before + left[k] * row(p.*inverse), least(p));
+      change[k] = wanted - before;
+      wanted.store((p.*x).data());
+      use(p, wanted);
+      load.add(p, change[k]);
+      largest = max(abs(change[k]) * row(p.response), largest);
+    });
+    if (points.size() <= point_group) break;
+    for_each_of_group([&](auto k, const Points& p) {
+      v.n += change[k] * row(p.linear);
+      v.w1 += change[k] * row(p.turn1);
+      v.w2 += change[k] * row(p.turn2);
+    });
+  }
+  return largest;
+}
+
+/// Friction of a manifold: force and torsion together within an ellipsoid, whose axes are the force
+/// `most` alone and the torsion `most_torsion` alone.
+template <Scalar S>
+BRISTLE_INLINE void ManifoldKernel<S>::rub(const T& most, const T& most_torsion,
+                                           const Relative& v) {
+  const TangentialResponse K{row(m_.response_a), row(m_.response_b), row(m_.response_c),
+                             row(m_.inverse_determinant), row(m_.inverse_largest)};
+  const T zero = S(0);
+  T x1 = row(m_.friction_impulse1);
+  T x2 = row(m_.friction_impulse2);
+  detail::solve_friction(K, v.v1, v.v2, most, x1, x2);
+  const Mask<S> twists = most_torsion > zero;
+  T torsion = select(twists, row(m_.torsion) - v.spin * row(m_.inverse_torsion_response), zero);
+  const T turn = select(twists, torsion / most_torsion, zero);
+  const T size2 = (x1 * x1 + x2 * x2) / (most * most) + turn * turn;
+  const Mask<S> is_beyond = size2 > T(S(1));
+  if (any(is_beyond)) {
+    const T shrink = select(is_beyond, T(S(1)) / sqrt(size2), T(S(1)));
+    torsion *= shrink;
+    x1 *= shrink;
+    x2 *= shrink;
+  }
+  const Mask<S> presses = most > zero;
+  select(presses, x1, zero).store(m_.friction_impulse1.data());
+  select(presses, x2, zero).store(m_.friction_impulse2.data());
+  select(presses, torsion, zero).store(m_.torsion.data());
+}
+
+template <Scalar S>
+BRISTLE_INLINE Pack<S> ManifoldKernel<S>::place(VelocityTable<S>& displacements) {
+  const Motion before_turn = motion(displacements);
+  Load load;
+  const T largest = solve_points(
+      relative(before_turn), load, &Points::placing_target, &Points::inverse_placing,
+      &Points::placed, [](const Points& p) { return row(p.least_placed); },
+      [](const Points&, const T&) {});
+  const T zero = S(0);
+  if (any(largest > zero)) push(displacements, before_turn, load, zero, zero, zero);
+  return largest;
+}
+
+}  // namespace bristle::inline BRISTLE_ABI

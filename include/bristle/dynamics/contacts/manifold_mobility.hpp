@@ -1,0 +1,46 @@
+/// @file
+/// How a force and a torque between two bodies move them against each other, seen from a patch of
+/// contact: once for a manifold, from which the response of each of its points follows.
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <bristle/dynamics/solver/solver_types.hpp>
+
+namespace bristle::inline BRISTLE_ABI {
+
+/// Velocity of b relative to a at a point between them, and their relative turn, along the axes of
+/// a contact, for units of force along these axes and of torque about them.
+template <Scalar S>
+struct ManifoldMobility {
+  ManifoldMobility(const ContactConstraint<S>& c, const SolverBody<S>& a, const SolverBody<S>& b,
+                   const Vec3<S>& arm_a, const Vec3<S>& arm_b) {
+    const ContactFrame<S> frame(c, a, b);
+    linear.set(frame.inverse_mass);
+    if (frame.turns_a) add(frame.inverse_inertia_a, frame.to_contact * arm_a);
+    if (frame.turns_b) add(frame.inverse_inertia_b, frame.to_contact * arm_b);
+  }
+  /// One body: the torques r x e_k of unit forces at the arm r, and what they do.
+  void add(const Mat3<S>& J, const Vec3<S>& r) {
+    angular += J;
+    Mat3<S> by;
+    by.col(0) = r[2] * J.col(1) - r[1] * J.col(2);
+    by.col(1) = r[0] * J.col(2) - r[2] * J.col(0);
+    by.col(2) = r[1] * J.col(0) - r[0] * J.col(1);
+    turn += by;
+    linear.nn += r[2] * by(1, 0) - r[1] * by(2, 0);
+    linear.n1 += r[0] * by(2, 0) - r[2] * by(0, 0);
+    linear.n2 += r[1] * by(0, 0) - r[0] * by(1, 0);
+    linear.a += r[0] * by(2, 1) - r[2] * by(0, 1);
+    linear.b += r[1] * by(0, 1) - r[0] * by(1, 1);
+    linear.c += r[1] * by(0, 2) - r[0] * by(1, 2);
+  }
+  /// Velocities along the axes for forces along them.
+  ContactResponse<S> linear;
+  /// Turns about the axes (rows) for forces along them (columns); also, transposed, velocities
+  /// for torques.
+  Mat3<S> turn = Mat3<S>::Zero();
+  /// Turns for torques.
+  Mat3<S> angular = Mat3<S>::Zero();
+};
+
+}  // namespace bristle::inline BRISTLE_ABI

@@ -1,0 +1,73 @@
+/// @file
+/// The impulses of an island, set aside while another solution is tried.
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <bristle/dynamics/solver/solver_types.hpp>
+
+#include <array>
+#include <cstddef>
+#include <vector>
+
+namespace bristle::inline BRISTLE_ABI {
+
+/// Sets all impulses of an island to zero.
+template <Scalar S>
+void clear_impulses(const Island& island, Constraints<S>& constraints) {
+  for (const std::uint32_t i : island.contacts) constraints.contacts[i].impulse = {};
+  for_each_row(island, constraints, [](ConstraintRow<S>& row) { row.impulse = S(0); });
+  for (const std::uint32_t i : island.soft) constraints.soft[i].impulse.setZero();
+}
+
+/// A copy of what a solver found. One object serves many islands, one after the other.
+template <Scalar S>
+class SavedImpulses {
+ public:
+  void save(const Island& island, const Constraints<S>& constraints) {
+    contacts_.clear();
+    rows_.clear();
+    soft_.clear();
+    for (const std::uint32_t i : island.contacts) {
+      contacts_.push_back(constraints.contacts[i].impulse);
+    }
+    for_each_row(island, constraints,
+                 [&](const ConstraintRow<S>& row) { rows_.push_back(row.impulse); });
+    for (const std::uint32_t i : island.soft) {
+      soft_.push_back({constraints.soft[i].impulse, constraints.soft[i].motion});
+    }
+  }
+
+  /// Puts them back into the island they are of.
+  void restore(const Island& island, Constraints<S>& constraints) const {
+    for (std::size_t k = 0; k < contacts_.size(); ++k) {
+      constraints.contacts[island.contacts[k]].impulse = contacts_[k];
+    }
+    std::size_t r = 0;
+    for_each_row(island, constraints, [&](ConstraintRow<S>& row) { row.impulse = rows_[r++]; });
+    for (std::size_t k = 0; k < soft_.size(); ++k) {
+      constraints.soft[island.soft[k]].impulse = soft_[k].impulse;
+      constraints.soft[island.soft[k]].motion = soft_[k].motion;
+    }
+  }
+
+  /// Goes a share of the way back to them.
+  void blend(S share, const Island& island, Constraints<S>& constraints) const {
+    for (std::size_t k = 0; k < contacts_.size(); ++k) {
+      auto& impulse = constraints.contacts[island.contacts[k]].impulse;
+      for (std::size_t i = 0; i < 3; ++i) impulse[i] += share * (contacts_[k][i] - impulse[i]);
+    }
+    std::size_t r = 0;
+    for_each_row(island, constraints,
+                 [&](ConstraintRow<S>& row) { row.impulse += share * (rows_[r++] - row.impulse); });
+  }
+
+ private:
+  struct Soft {
+    Vec6<S> impulse, motion;
+  };
+  std::vector<std::array<S, 3>> contacts_;
+  std::vector<S> rows_;
+  std::vector<Soft> soft_;
+};
+
+}  // namespace bristle::inline BRISTLE_ABI

@@ -1,0 +1,287 @@
+/// @file
+/// Joints between the same two bodies as one: their rows span six dimensions at most.
+///
+/// With B's velocity u relative to A at a common point and its angular velocity w, all rows of n
+/// such joints are R (u, l w), 6 n by 6. Reduced to R = Q T, Q with orthonormal columns, the joints
+/// ask for T (u, l w) = Q^T b; what they ask for beyond contradicts them, and nothing can give it.
+/// The group is six rows in the matrix of the mechanism, however many joints it has, and the
+/// impulses y of these rows are spread over the joints as x = Q y, the smallest that add up to
+/// them. Bodies that forces do not move count as one: joints from a body to several of them are a
+/// group too.
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <bristle/dynamics/joints/joint_kinematics.hpp>
+#include <bristle/math/tall_qr.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <span>
+#include <utility>
+#include <vector>
+
+namespace bristle::inline BRISTLE_ABI {
+
+/// Joints of a mechanism by the pair of bodies that they connect. Keeps its memory.
+template <Scalar S>
+class JointGroups {
+ public:
+  /// @param moves  For each body, whether forces move it.
+  void build(std::span<const JointFlowJoint<S>> joints, const std::vector<bool>& moves);
+
+  /// Copies joints with the bodies of those exchanged that are in a group and look at it from the
+  /// other side. Axes that are the same then turn with the same body, and stay the same to
+  /// round-off where bodies are slightly off their joints; else they would seem to hold one
+  /// direction more.
+  void orient(std::span<const JointFlowJoint<S>> joints, std::vector<JointFlowJoint<S>>& out) const;
+  /// Whether the bodies of a joint were exchanged.
+  [[nodiscard]] bool is_exchanged(std::size_t joint) const { return is_exchanged_[joint]; }
+
+  [[nodiscard]] std::size_t size() const { return groups_.size(); }
+  /// One joint for each group, for the order of the matrix: the only one, or one of kind `fixed`.
+  [[nodiscard]] std::span<const JointFlowJoint<S>> joints() const { return merged_; }
+  /// Whether a group has more than one joint.
+  [[nodiscard]] bool is_merged(std::size_t group) const { return groups_[group].count > 1; }
+  [[nodiscard]] bool has_merged() const { return groups_.size() < members_.size(); }
+  /// Geometry of a group: that of its joint, or of its common point.
+  [[nodiscard]] const JointInstant<S>& at(std::size_t group) const { return groups_[group].at; }
+  /// T, row by row, for the motion (u, w) at the common point.
+  [[nodiscard]] const Mat6<S>& triangle(std::size_t group) const { return groups_[group].triangle; }
+
+  /// Finds the geometry of all joints: the arms of a joint that is one of several meet in
+  /// one point, B's origin.
+  template <typename Nodes>
+  void place(std::span<const JointFlowJoint<S>> joints, const Nodes& nodes,
+             std::vector<JointInstant<S>>& at);
+
+  /// Reduces groups where `place` put them.
+  void reduce(std::span<const JointFlowJoint<S>> joints, std::span<const JointInstant<S>> at);
+
+  /// What the six rows of a group shall give, if its joints shall give b.
+  void gather(std::size_t group, std::span<const JointFlowJoint<S>> joints,
+              std::span<const Twist<S>> b, Vec3<S>& linear, Vec3<S>& angular);
+  /// Spreads the impulses of the six rows of a group over its joints: calls use(joint, force,
+  /// torque) with what acts on each joint's B.
+  template <typename Use>
+  void spread(std::size_t group, std::span<const JointFlowJoint<S>> joints, const Vec3<S>& linear,
+              const Vec3<S>& angular, const Use& use);
+  /// The joint of a group that is not merged.
+  [[nodiscard]] std::uint32_t joint(std::size_t group) const {
+    return members_[groups_[group].first].joint;
+  }
+
+ private:
+  struct Member {
+    std::uint32_t body_a = 0, body_b = 0;  // One past the last body where forces do not move it.
+    std::uint32_t joint = 0;
+    bool is_reversed = false;  // Its A is the B of the group, also once joints are oriented.
+  };
+  struct Group {
+    std::uint32_t first = 0, count = 0;  // Of `members_`.
+    std::uint32_t first_row = 0, rows = 0;
+    S length = S(1);  // [m] That turns count by.
+    JointInstant<S> at{};
+    Mat6<S> triangle;
+    TallQr<S> qr{};
+  };
+
+  [[nodiscard]] static std::size_t rows_of(JointKind kind) { return lets_turn(kind) ? 3 : 6; }
+  [[nodiscard]] std::span<const Row6<S>> rows_of(const Group& group) const {
+    return std::span<const Row6<S>>(rows_).subspan(group.first_row, group.rows);
+  }
+  void fill_rows(const Group& group, std::span<const JointFlowJoint<S>> joints,
+                 std::span<const JointInstant<S>> at);
+
+  std::vector<Member> members_;  // Sorted by their bodies.
+  std::vector<Group> groups_;
+  std::vector<JointFlowJoint<S>> merged_;
+  std::vector<bool> is_exchanged_;  // By joint.
+  std::vector<Row6<S>> rows_;  // Of all groups that are merged.
+  std::vector<S> values_;      // Of the rows of one group.
+};
+
+// Implementation -----------------------------------------------------------------------------------
+
+template <Scalar S>
+void JointGroups<S>::build(std::span<const JointFlowJoint<S>> joints,
+                           const std::vector<bool>& moves) {
+  const auto anchor = static_cast<std::uint32_t>(moves.size());
+  members_.clear();
+  for (std::uint32_t i = 0; i < joints.size(); ++i) {
+    const std::uint32_t a = moves[joints[i].body_a] ? joints[i].body_a : anchor;
+    const std::uint32_t b = moves[joints[i].body_b] ? joints[i].body_b : anchor;
+    members_.push_back({std::min(a, b), std::max(a, b), i, a > b});
+  }
+  // Joints of a group come in their order, and groups in the order of their first joints, so that
+  // mechanisms without any are as if there were no groups.
+  std::sort(members_.begin(), members_.end(), [](const Member& l, const Member& r) {
+    if (l.body_a != r.body_a) return l.body_a < r.body_a;
+    return l.body_b != r.body_b ? l.body_b < r.body_b : l.joint < r.joint;
+  });
+  groups_.clear();
+  for (std::uint32_t k = 0; k < members_.size(); ++k) {
+    const bool is_next = k > 0 && members_[k].body_a == members_[k - 1].body_a &&
+                         members_[k].body_b == members_[k - 1].body_b;
+    if (!is_next) {
+      groups_.emplace_back();
+      groups_.back().first = k;
+    }
+    ++groups_.back().count;
+  }
+  std::sort(groups_.begin(), groups_.end(), [this](const Group& l, const Group& r) {
+    return members_[l.first].joint < members_[r.first].joint;
+  });
+  merged_.clear();
+  is_exchanged_.assign(joints.size(), false);
+  std::uint32_t rows = 0;
+  for (Group& group : groups_) {
+    const Member& first = members_[group.first];
+    merged_.push_back(joints[first.joint]);
+    if (group.count == 1) continue;
+    merged_.back().kind = JointKind::fixed;
+    if (first.is_reversed) std::swap(merged_.back().body_a, merged_.back().body_b);
+    group.first_row = rows;
+    for (std::uint32_t k = 0; k < group.count; ++k) {
+      Member& member = members_[group.first + k];
+      group.rows += static_cast<std::uint32_t>(rows_of(joints[member.joint].kind));
+      // Springs keep the sign of their position.
+      if (!member.is_reversed || joints[member.joint].has_spring()) continue;
+      member.is_reversed = false;
+      is_exchanged_[member.joint] = true;
+    }
+    rows += group.rows;
+  }
+  rows_.resize(rows);
+}
+
+template <Scalar S>
+void JointGroups<S>::orient(std::span<const JointFlowJoint<S>> joints,
+                            std::vector<JointFlowJoint<S>>& out) const {
+  out.assign(joints.begin(), joints.end());
+  for (std::size_t i = 0; i < out.size(); ++i) {
+    if (!is_exchanged_[i]) continue;
+    std::swap(out[i].body_a, out[i].body_b);
+    std::swap(out[i].X_CmA_J, out[i].X_CmB_J);
+  }
+}
+
+template <Scalar S>
+template <typename Nodes>
+void JointGroups<S>::place(std::span<const JointFlowJoint<S>> joints, const Nodes& nodes,
+                           std::vector<JointInstant<S>>& at) {
+  using std::max;
+  using std::sqrt;
+  for (std::size_t i = 0; i < joints.size(); ++i) {
+    at[i] = joint_instant(joints[i], nodes[joints[i].body_a].now, nodes[joints[i].body_b].now);
+  }
+  for (std::size_t g = 0; g < groups_.size(); ++g) {
+    Group& group = groups_[g];
+    if (group.count == 1) {
+      group.at = at[members_[group.first].joint];
+      continue;
+    }
+    // As seen from A, which forces move: B may be one of several bodies that they do not.
+    const auto& a = nodes[merged_[g].body_a];
+    const auto& b = nodes[merged_[g].body_b];
+    Vec3<S> sum = Vec3<S>::Zero();
+    S arm2 = S(0);
+    for (std::uint32_t k = 0; k < group.count; ++k) {
+      const Member& member = members_[group.first + k];
+      const JointFlowJoint<S>& joint = joints[member.joint];
+      JointInstant<S>& one = at[member.joint];
+      one.arm_a = (nodes[joint.body_b].now.x - nodes[joint.body_a].now.x) + one.arm_b;
+      sum += member.is_reversed ? one.arm_b : one.arm_a;
+      arm2 = max(arm2, max(one.arm_a.squaredNorm(), one.arm_b.squaredNorm()));
+    }
+    group.at = {};
+    group.at.arm_a = sum / S(group.count);
+    group.at.arm_b = group.at.arm_a - (b.now.x - a.now.x);
+    // Impulses then move the joints as much as angular impulses turn them.
+    const S gains = a.inverse_mass.sum() + b.inverse_mass.sum();
+    const S turns = a.inverse_inertia.trace() + b.inverse_inertia.trace();
+    const S length2 = arm2 + gains / turns;
+    group.length = length2 > S(0) && length2 < infinity<S> ? S(sqrt(length2)) : S(1);
+  }
+}
+
+template <Scalar S>
+void JointGroups<S>::fill_rows(const Group& group, std::span<const JointFlowJoint<S>> joints,
+                               std::span<const JointInstant<S>> at) {
+  std::size_t row = group.first_row;
+  for (std::uint32_t k = 0; k < group.count; ++k) {
+    const Member& member = members_[group.first + k];
+    const JointInstant<S>& one = at[member.joint];
+    const S sign = member.is_reversed ? S(-1) : S(1);
+    const Vec3<S> r = (member.is_reversed ? one.arm_b : one.arm_a) - group.at.arm_a;
+    for (Eigen::Index axis = 0; axis < 3; ++axis) {
+      const Vec3<S> e = sign * Vec3<S>::Unit(axis);
+      const Vec3<S> d = across(one.slide, e);
+      const Vec3<S> turn = r.cross(d) / group.length;
+      rows_[row++] = {d.x(), d.y(), d.z(), turn.x(), turn.y(), turn.z()};
+    }
+    if (lets_turn(joints[member.joint].kind)) continue;
+    for (Eigen::Index axis = 0; axis < 3; ++axis) {
+      const Vec3<S> e = sign * Vec3<S>::Unit(axis);
+      const Vec3<S> d = across(one.hinge, e);
+      rows_[row++] = {S(0), S(0), S(0), d.x(), d.y(), d.z()};
+    }
+  }
+}
+
+template <Scalar S>
+void JointGroups<S>::reduce(std::span<const JointFlowJoint<S>> joints,
+                            std::span<const JointInstant<S>> at) {
+  for (Group& group : groups_) {
+    if (group.count == 1) continue;
+    fill_rows(group, joints, at);
+    group.qr = reduce_rows(std::span<Row6<S>>(rows_).subspan(group.first_row, group.rows));
+    for (std::size_t i = 0; i < 6; ++i) {
+      for (std::size_t j = 0; j < 6; ++j) {
+        group.triangle(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)) =
+            (j < 3 ? S(1) : group.length) * group.qr.triangle[i][j];
+      }
+    }
+  }
+}
+
+template <Scalar S>
+void JointGroups<S>::gather(std::size_t g, std::span<const JointFlowJoint<S>> joints,
+                            std::span<const Twist<S>> b, Vec3<S>& linear, Vec3<S>& angular) {
+  const Group& group = groups_[g];
+  values_.clear();
+  for (std::uint32_t k = 0; k < group.count; ++k) {
+    const std::uint32_t joint = members_[group.first + k].joint;
+    for (const S& x : b[joint].linear) values_.push_back(x);
+    if (lets_turn(joints[joint].kind)) continue;
+    for (const S& x : b[joint].angular) values_.push_back(group.length * x);
+  }
+  to_triangle(group.qr, rows_of(group), std::span<S>(values_));
+  linear = {values_[0], values_[1], values_[2]};
+  angular = {values_[3], values_[4], values_[5]};
+}
+
+template <Scalar S>
+template <typename Use>
+void JointGroups<S>::spread(std::size_t g, std::span<const JointFlowJoint<S>> joints,
+                            const Vec3<S>& linear, const Vec3<S>& angular, const Use& use) {
+  const Group& group = groups_[g];
+  values_.assign(group.rows, S(0));
+  for (std::size_t i = 0; i < 3; ++i) {
+    values_[i] = linear[static_cast<Eigen::Index>(i)];
+    values_[i + 3] = angular[static_cast<Eigen::Index>(i)];
+  }
+  from_triangle(group.qr, rows_of(group), std::span<S>(values_));
+  const S* x = values_.data();
+  for (std::uint32_t k = 0; k < group.count; ++k) {
+    const std::uint32_t joint = members_[group.first + k].joint;
+    const bool has_torque = !lets_turn(joints[joint].kind);
+    const Vec3<S> force(x[0], x[1], x[2]);
+    const Vec3<S> torque = has_torque ? Vec3<S>(group.length * Vec3<S>(x[3], x[4], x[5]))
+                                      : Vec3<S>(Vec3<S>::Zero());
+    use(joint, force, torque);
+    x += has_torque ? 6 : 3;
+  }
+}
+
+}  // namespace bristle::inline BRISTLE_ABI

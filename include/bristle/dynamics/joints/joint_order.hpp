@@ -1,0 +1,184 @@
+/// @file
+/// Which joints of a mechanism act on each other, and in what order their matrix stays narrow.
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <bristle/dynamics/joints/joint_kinematics.hpp>
+
+#include <algorithm>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace bristle::inline BRISTLE_ABI {
+
+/// Two joints that share a body which forces move: an impulse in one changes the velocity in the
+/// other. Each joint is also coupled to itself, once for each of its bodies that move.
+struct JointCoupling {
+  /// [-] The shared body.
+  std::uint32_t body = 0;
+  /// [-] Joints, `row` not before `column` in the order; and whether the body is their B.
+  std::uint32_t row = 0;
+  std::uint32_t column = 0;
+  bool is_b_of_row = false;
+  bool is_b_of_column = false;
+};
+
+/// Joints numbered breadth first from the end of a chain (Cuthill and McKee 1969): neighbours get
+/// near numbers, so that the envelope of a chain is as narrow as one joint.
+class JointOrder {
+ public:
+  /// @param moves  For each body, whether forces move it.
+  template <Scalar S>
+  void build(std::span<const JointFlowJoint<S>> joints, const std::vector<bool>& moves);
+
+  /// First row of three of each joint: its linear ones; its angular ones follow, if any.
+  [[nodiscard]] std::uint32_t first_row(std::size_t joint) const { return first_row_[joint]; }
+  /// For each row of three, the first column where the matrix may not be zero.
+  [[nodiscard]] std::span<const std::uint32_t> envelope() const { return envelope_; }
+  [[nodiscard]] std::span<const JointCoupling> couplings() const { return couplings_; }
+  /// [-] Multiply-adds of a factorisation of the matrix within its envelope. Where that is more than
+  /// `most_work` the order is not finished: a hub with hundreds of neighbours, say.
+  [[nodiscard]] std::uint64_t factor_work() const { return factor_work_; }
+  [[nodiscard]] bool is_too_wide() const { return factor_work_ > most_work; }
+  /// Some hundredths of a second: what is wider is left to solvers whose cost has a bound.
+  static constexpr std::uint64_t most_work = 20'000'000;
+  /// Whether some joint closes a loop, the bodies that forces do not move counting as one. The
+  /// joints may then hold more than is free.
+  [[nodiscard]] bool has_loop() const { return has_loop_; }
+
+ private:
+  struct End {
+    std::uint32_t body, joint;
+    bool is_b;
+  };
+
+  template <typename Visit>
+  void for_neighbours(std::uint32_t joint, Visit visit) const;
+  void number_joints(std::size_t count);
+  [[nodiscard]] std::uint32_t root(std::uint32_t body) const;
+
+  std::vector<End> ends_;                       // At bodies that move, sorted by body.
+  std::vector<std::uint32_t> first_end_;        // Of each body in `ends_`, and one past the last.
+  std::vector<std::uint32_t> body_a_, body_b_;  // Of each joint; none where it does not move.
+  std::vector<std::uint32_t> order_;            // Joints by number.
+  std::vector<std::uint32_t> number_;           // Of each joint.
+  std::vector<std::uint32_t> parent_;           // Of each body, towards the root of its tree.
+  std::vector<std::uint32_t> first_row_, envelope_;
+  std::vector<JointCoupling> couplings_;
+  std::uint64_t factor_work_ = 0;
+  bool has_loop_ = false;
+};
+
+// Implementation -----------------------------------------------------------------------------------
+
+namespace detail {
+inline constexpr std::uint32_t no_number = 0xffffffffu;
+}
+
+template <typename Visit>
+void JointOrder::for_neighbours(std::uint32_t joint, Visit visit) const {
+  for (const std::uint32_t body : {body_a_[joint], body_b_[joint]}) {
+    if (body == detail::no_number) continue;
+    for (std::uint32_t e = first_end_[body]; e < first_end_[body + 1]; ++e) visit(ends_[e].joint);
+  }
+}
+
+inline std::uint32_t JointOrder::root(std::uint32_t body) const {
+  while (parent_[body] != body) body = parent_[body];
+  return body;
+}
+
+inline void JointOrder::number_joints(std::size_t count) {
+  number_.assign(count, detail::no_number);
+  order_.clear();
+  const auto take = [&](std::uint32_t joint) {
+    if (number_[joint] != detail::no_number) return;
+    number_[joint] = static_cast<std::uint32_t>(order_.size());
+    order_.push_back(joint);
+  };
+  const auto degree = [&](std::uint32_t joint) {
+    std::uint32_t result = 0;
+    for_neighbours(joint, [&](std::uint32_t other) { result += other != joint ? 1 : 0; });
+    return result;
+  };
+  for (std::size_t done = 0; order_.size() < count;) {
+    // From the joint with the fewest neighbours of those left: in a chain, an end.
+    std::uint32_t start = detail::no_number;
+    std::uint32_t fewest = detail::no_number;
+    for (std::uint32_t joint = 0; joint < count; ++joint) {
+      if (number_[joint] != detail::no_number || degree(joint) >= fewest) continue;
+      start = joint;
+      fewest = degree(joint);
+    }
+    take(start);
+    for (; done < order_.size(); ++done) for_neighbours(order_[done], take);
+  }
+}
+
+template <Scalar S>
+void JointOrder::build(std::span<const JointFlowJoint<S>> joints, const std::vector<bool>& moves) {
+  const std::uint32_t anchor = static_cast<std::uint32_t>(moves.size());
+  parent_.resize(moves.size() + 1);
+  for (std::uint32_t i = 0; i <= anchor; ++i) parent_[i] = i;
+  has_loop_ = false;
+  ends_.clear();
+  body_a_.clear();
+  body_b_.clear();
+  const auto add_end = [&](std::uint32_t body, std::uint32_t joint, bool is_b) {
+    if (moves[body]) ends_.push_back({body, joint, is_b});
+    return moves[body] ? body : detail::no_number;
+  };
+  for (std::uint32_t i = 0; i < joints.size(); ++i) {
+    body_a_.push_back(add_end(joints[i].body_a, i, false));
+    body_b_.push_back(add_end(joints[i].body_b, i, true));
+    const std::uint32_t a = root(std::min(body_a_.back(), anchor));
+    const std::uint32_t b = root(std::min(body_b_.back(), anchor));
+    has_loop_ = has_loop_ || a == b;
+    parent_[std::max(a, b)] = std::min(a, b);
+  }
+  std::sort(ends_.begin(), ends_.end(), [](const End& l, const End& r) {
+    return l.body != r.body ? l.body < r.body : l.joint < r.joint;
+  });
+  first_end_.assign(moves.size() + 1, 0);
+  for (const End& end : ends_) ++first_end_[end.body + 1];
+  for (std::size_t i = 0; i < moves.size(); ++i) first_end_[i + 1] += first_end_[i];
+
+  first_row_.resize(joints.size());
+  envelope_.clear();
+  couplings_.clear();
+  // The joints of one body all couple: that is dense, a sixth of the cube of their number.
+  factor_work_ = 0;
+  for (std::size_t i = 0; i < moves.size(); ++i) {
+    const std::uint64_t degree = first_end_[i + 1] - first_end_[i];
+    factor_work_ = std::max(factor_work_, 27 * degree * degree / 6 * degree);
+  }
+  if (is_too_wide()) return;
+  number_joints(joints.size());
+  for (const std::uint32_t joint : order_) {
+    const std::uint32_t row = static_cast<std::uint32_t>(envelope_.size());
+    first_row_[joint] = row;
+    std::uint32_t first = row;
+    for_neighbours(joint, [&](std::uint32_t other) {
+      if (number_[other] < number_[joint]) first = std::min(first, first_row_[other]);
+    });
+    envelope_.push_back(first);
+    if (!lets_turn(joints[joint].kind)) envelope_.push_back(first);
+  }
+  // Half the square of what each row holds, in blocks of three by three.
+  factor_work_ = 0;
+  for (std::uint32_t row = 0; row < envelope_.size(); ++row) {
+    const std::uint64_t width = row - envelope_[row];
+    factor_work_ += 27 * width * width / 2;
+  }
+
+  for (const End& row : ends_) {
+    for (std::uint32_t e = first_end_[row.body]; e < first_end_[row.body + 1]; ++e) {
+      const End& column = ends_[e];
+      if (number_[column.joint] > number_[row.joint]) continue;
+      couplings_.push_back({row.body, row.joint, column.joint, row.is_b, column.is_b});
+    }
+  }
+}
+
+}  // namespace bristle::inline BRISTLE_ABI

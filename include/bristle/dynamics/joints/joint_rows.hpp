@@ -1,0 +1,377 @@
+/// @file
+/// The rows that joints become in a step.
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <bristle/dynamics/joints/joint_kinematics.hpp>
+#include <bristle/dynamics/joints/joint_pose.hpp>
+#include <bristle/dynamics/joints/joint_spring.hpp>
+#include <bristle/dynamics/solver/solver_types.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <span>
+
+namespace bristle::inline BRISTLE_ABI {
+
+/// Adds what a joint is in this step: locked axes as one equality block, then the drive, the stops,
+/// and a soft block for springs.
+template <Scalar S>
+void add_joint_rows(Joint<S>& joint, std::uint32_t joint_slot, const Body<S>& a, const Body<S>& b,
+                    S dt, Constraints<S>& out);
+
+/// Turns the rows of the locked axes to where the bodies will be at the end of the step, for bodies
+/// whose free motion obeys the joint: they then only answer to what else acts, and have no error.
+/// @param motion_a, motion_b  [m/s, rad/s] Displacements of the free motion, divided by the step.
+template <Scalar S>
+void turn_joint_rows(const Joint<S>& joint, const Transform<S>& X_WA, const Transform<S>& X_WB,
+                     const Twist<S>& motion_a, const Twist<S>& motion_b, S dt, Constraints<S>& out);
+
+/// Takes the rows of the locked axes to the instant at which their impulses act, and tells them
+/// what the joint's own turning makes of its velocities until the end of the step: the same as
+/// `time_contact` for contacts, with J' v of `held_acceleration_bias` for the turning of the arms.
+template <Scalar S>
+void time_joint_rows(const Joint<S>& joint, const Body<S>& a, const Body<S>& b,
+                     Integrator integrator, S dt, Constraints<S>& out);
+
+/// Keeps the impulses that the solver found.
+template <Scalar S>
+void store_joint_impulses(Joint<S>& joint, const Constraints<S>& constraints);
+
+/// How far a joint is from what it allows.
+template <Scalar S>
+struct JointGap {
+  /// [m] Distance of the origins of its frames, and [rad] angle between them.
+  S distance = S(0);
+  S angle = S(0);
+};
+/// That of a joint whose rows have been added.
+template <Scalar S>
+[[nodiscard]] JointGap<S> joint_gap(const Joint<S>& joint, const Constraints<S>& constraints);
+
+/// State of a joint from its bodies and the impulses of the last step.
+template <Scalar S>
+[[nodiscard]] JointReading<S> read_joint(const Joint<S>& joint, const Body<S>& a, const Body<S>& b,
+                                         S dt);
+
+// Implementation -----------------------------------------------------------------------------------
+
+namespace detail {
+
+/// [m/s] Speed of a position drive at a distance [m] from its target: as fast as it can still brake
+/// with half of its force (the other half is for loads), and not beyond the target in this step.
+/// The same in rad for a drive that turns, with the mobility about its axis.
+template <Scalar S>
+[[nodiscard]] S approach_speed(const JointDrive<S>& drive, S distance, S inverse_mass, S dt) {
+  using std::abs;
+  using std::min;
+  using std::sqrt;
+  const S braking = drive.max_force * inverse_mass / S(2);
+  const S speed =
+      min(min(abs(distance) / dt, drive.max_speed), sqrt(S(2) * braking * abs(distance)));
+  return distance < S(0) ? -speed : speed;
+}
+
+/// What a drive wants of the velocity along its axis at the end of the step.
+template <Scalar S>
+struct DriveAim {
+  bool acts = true;
+  S velocity = S(0);    // [m/s or rad/s]
+  S compliance = S(0);  // Of the row: how far it gives way.
+};
+
+/// @param position  [m or rad] Of the joint, at the start of the step.
+/// @param mobility  Callable that finds that of the axis, for a position drive.
+template <Scalar S, typename Mobility>
+[[nodiscard]] DriveAim<S> aim_drive(const JointDrive<S>& drive, S position,
+                                    const Mobility& mobility, S dt) {
+  const S distance = drive.target - position;
+  switch (drive.mode) {
+    case DriveMode::none:
+      break;
+    case DriveMode::velocity:
+      return {true, drive.target, S(0)};
+    case DriveMode::position:
+      return {true, approach_speed(drive, distance, mobility(), dt), S(0)};
+    case DriveMode::spring: {
+      // The impulse dt k (distance - dt v) - dt d v is what a row gives that wants the velocity
+      // below and gives way by 1 / (dt (dt k + d)).
+      const S held = dt * drive.stiffness + drive.damping;
+      if (!(held > S(0))) break;
+      return {true, drive.stiffness * distance / held, S(1) / (dt * held)};
+    }
+  }
+  return {false, S(0), S(0)};
+}
+
+/// Row on the turning of B relative to A about an axis.
+template <Scalar S>
+[[nodiscard]] ConstraintRow<S> angular_row(const Vec3<S>& axis, S error) {
+  ConstraintRow<S> row;
+  row.angular_a = row.angular_b = axis;
+  row.error = error;
+  return row;
+}
+
+/// Calls use(row) for each row that a joint keeps at zero, `locked_rows` in all.
+template <Scalar S, typename Use>
+void for_each_locked_row(JointKind kind, const JointPose<S>& pose, Use&& use) {
+  if (kind == JointKind::six_dof) return;
+  for (int axis = kind == JointKind::prismatic ? 1 : 0; axis < 3; ++axis) {
+    ConstraintRow<S> row = linear_row(pose, axis);
+    row.error = pose.offset_J[axis];
+    use(row);
+  }
+  if (kind == JointKind::ball || kind == JointKind::cone_twist) return;
+  const bool has_hinge = kind == JointKind::revolute;
+  const Vec3<S> turn_J = has_hinge ? shortest_turn<S>(Vec3<S>::UnitX(), pose.axis_b_J())
+                                   : log_rotation<S>(pose.turn_J);
+  for (int axis = has_hinge ? 1 : 0; axis < 3; ++axis) {
+    use(angular_row<S>(pose.axes_W.col(axis), turn_J[axis]));
+  }
+}
+
+/// What locked rows say of the gap. It has no derivatives, since a length has none at 0.
+template <Scalar S>
+[[nodiscard]] JointGap<S> gap_of(std::span<const ConstraintRow<S>> locked) {
+  using std::sqrt;
+  auto distance2 = value_of(S(0));
+  auto angle2 = value_of(S(0));
+  for (const ConstraintRow<S>& row : locked) {
+    const auto error = value_of(row.error);
+    (row.direction.isZero(S(0)) ? angle2 : distance2) += error * error;
+  }
+  return {S(sqrt(distance2)), S(sqrt(angle2))};
+}
+
+/// [1/kg or 1/(kg m^2)] Acceleration along a free axis per force there, when only the two bodies
+/// move and the joint holds what it locks.
+template <Scalar S>
+[[nodiscard]] S axis_mobility(JointKind kind, const JointPose<S>& pose, const Body<S>& a,
+                              const Body<S>& b) {
+  if (kind == JointKind::prismatic) return a.inverse_mass + b.inverse_mass;
+  std::array<ConstraintRow<S>, 6> rows;
+  std::size_t count = 0;
+  for_each_locked_row(kind, pose, [&](const ConstraintRow<S>& row) { rows[count++] = row; });
+  rows[count] = position_row(kind, pose);
+  ConstraintBlock<S> block;
+  block.count = 6;
+  const auto mass_of = [](const Body<S>& body) {
+    SolverBody<S> out;
+    out.inverse_mass = body.inverse_mass_W();
+    out.inverse_inertia = body.inverse_inertia_W();
+    return out;
+  };
+  BlockResponse<S> K;
+  local_response(block, rows.data(), mass_of(a), mass_of(b), K);
+  // The last pivot is what the rows before leave of the last one's response.
+  const S pivot = K.factor.back();
+  return pivot < infinity<S> ? pivot * pivot : S(0);
+}
+
+/// Row whose velocity is the rate of the swing of a `cone_twist`, and the swing as its error.
+/// Without a swing, or with axes that are opposite, it is about the axis that the bodies swing
+/// about at present.
+template <Scalar S>
+[[nodiscard]] ConstraintRow<S> swing_row(const JointPose<S>& pose, const Twist<S>& a,
+                                         const Twist<S>& b) {
+  const Vec3<S> turn_J = shortest_turn<S>(Vec3<S>::UnitX(), pose.axis_b_J());
+  const S swing = joint_swing(pose);
+  const S length = turn_J.norm();
+  if (length > Tolerance<S>::equal()) {
+    return angular_row<S>(pose.axes_W * (turn_J / length), swing);
+  }
+  Vec3<S> rate_J = pose.axes_W.transpose() * (b.angular - a.angular);
+  rate_J.x() = S(0);
+  const S speed = rate_J.norm();
+  const Vec3<S> axis_J = speed > S(0) ? Vec3<S>(rate_J / speed) : Vec3<S>(Vec3<S>::UnitY());
+  return angular_row<S>(pose.axes_W * axis_J, swing);
+}
+
+inline constexpr std::uint8_t drive_impulse = 6;
+inline constexpr std::uint8_t lower_impulse = 7;
+inline constexpr std::uint8_t upper_impulse = 8;
+inline constexpr std::uint8_t swing_impulse = 9;
+
+}  // namespace detail
+
+template <Scalar S>
+void add_joint_rows(Joint<S>& joint, std::uint32_t joint_slot, const Body<S>& a, const Body<S>& b,
+                    S dt, Constraints<S>& out) {
+  using std::max;
+  using std::min;
+  const JointDef<S>& def = joint.def;
+  const JointKind kind = def.kind;
+  const JointPose<S> pose = joint_pose(joint, a.center_pose, b.center_pose);
+  joint.first_block = static_cast<std::uint32_t>(out.blocks.size());
+  const auto open_block = [&](BlockKind block_kind,
+                              std::uint8_t first_impulse) -> ConstraintBlock<S>& {
+    ConstraintBlock<S> block;
+    block.body_a = def.body_a.index;
+    block.body_b = def.body_b.index;
+    block.first = static_cast<std::uint32_t>(out.rows.size());
+    block.kind = block_kind;
+    block.first_impulse = first_impulse;
+    block.joint = joint_slot;
+    out.blocks.push_back(block);
+    return out.blocks.back();
+  };
+  if (locked_rows(kind) > 0) {
+    open_block(BlockKind::equality, 0).count = locked_rows(kind);
+    std::size_t k = 0;
+    detail::for_each_locked_row(kind, pose, [&](ConstraintRow<S> row) {
+      row.impulse = joint.impulses[k++];
+      out.rows.push_back(row);
+    });
+  }
+
+  const auto single_row = [&](BlockKind block_kind, ConstraintRow<S> row, S target, S lower,
+                              S upper, std::uint8_t slot) {
+    ConstraintBlock<S>& block = open_block(block_kind, slot);
+    block.count = 1;
+    block.lower = lower;
+    block.upper = upper;
+    row.target = target;
+    row.impulse = min(max(joint.impulses[slot], lower), upper);
+    out.rows.push_back(row);
+  };
+  // Like a contact, a stop may be approached as fast as reaches it in this step; what is beyond
+  // it comes back by the position correction, which leaves no speed behind.
+  const auto stop = [&](ConstraintRow<S> row, S distance, std::uint8_t slot) {
+    row.error = distance;
+    single_row(BlockKind::stop, row, -max(S(0), distance) / dt, S(0), infinity<S>, slot);
+  };
+  const bool is_driven = has_free_axis(kind) && def.drive.mode != DriveMode::none;
+  const bool has_lower = def.lower_limit > -infinity<S>;
+  const bool has_upper = def.upper_limit < infinity<S>;
+  const bool has_spring = def.spring.stiffness > S(0) || def.spring.damping > S(0);
+  if (is_driven || has_lower || has_upper || has_spring) {
+    const S position = joint_position(kind, pose, joint.angle);
+    const ConstraintRow<S> along = position_row(kind, pose);
+    // A drive that can give nothing is none.
+    if (is_driven && def.drive.max_force > S(0)) {
+      const S limit = def.drive.max_force * dt;
+      const detail::DriveAim<S> aim = detail::aim_drive(
+          def.drive, position, [&] { return detail::axis_mobility(kind, pose, a, b); }, dt);
+      ConstraintRow<S> row = along;
+      row.compliance = aim.compliance;
+      if (aim.acts) {
+        single_row(BlockKind::bounded, row, aim.velocity, -limit, limit, detail::drive_impulse);
+      }
+    }
+    if (has_lower) stop(along, position - def.lower_limit, detail::lower_impulse);
+    if (has_upper) stop(reversed(along), def.upper_limit - position, detail::upper_impulse);
+    if (has_spring) {
+      const S mobility = kind == JointKind::prismatic
+                             ? a.inverse_mass + b.inverse_mass
+                             : along.angular_a.dot(a.inverse_inertia_W() * along.angular_a) +
+                                   along.angular_b.dot(b.inverse_inertia_W() * along.angular_b);
+      add_joint_spring(joint, pose, along, position, mobility, dt, out);
+    }
+  }
+  if (kind == JointKind::cone_twist && def.swing_limit < S(std::numbers::pi)) {
+    const ConstraintRow<S> swing = detail::swing_row(pose, a.twist, b.twist);
+    stop(reversed(swing), def.swing_limit - swing.error, detail::swing_impulse);
+  }
+  if (kind == JointKind::six_dof) add_joint_bushing(joint, pose, dt, out);
+  joint.block_count = static_cast<std::uint32_t>(out.blocks.size()) - joint.first_block;
+}
+
+template <Scalar S>
+void turn_joint_rows(const Joint<S>& joint, const Transform<S>& X_WA, const Transform<S>& X_WB,
+                     const Twist<S>& motion_a, const Twist<S>& motion_b, S dt,
+                     Constraints<S>& out) {
+  ConstraintRow<S>* out_row = &out.rows[out.blocks[joint.first_block].first];
+  detail::for_each_locked_row(joint.def.kind, joint_pose(joint, X_WA, X_WB),
+                              [&](ConstraintRow<S> row) {
+                                row.impulse = out_row->impulse;
+                                row.error = -dt * row.velocity(motion_a, motion_b);
+                                *out_row++ = row;
+                              });
+}
+
+template <Scalar S>
+void time_joint_rows(const Joint<S>& joint, const Body<S>& a, const Body<S>& b,
+                     Integrator integrator, S dt, Constraints<S>& out) {
+  if (a.twist.angular.isZero(S(0)) && b.twist.angular.isZero(S(0))) return;
+  if (turns_far(a.twist, dt) || turns_far(b.twist, dt)) return;
+  const bool is_trapezoidal = integrator == Integrator::trapezoidal;
+  const JointKind kind = joint.def.kind;
+  const S half = dt / S(2);
+  const auto acting_pose = [&](const Body<S>& body) -> Transform<S> {
+    if (!is_trapezoidal) return body.center_pose;
+    return {step_rotation(body.center_pose.rotation, body.twist.angular, half),
+            body.center_pose.translation + half * body.twist.linear};
+  };
+  const JointPose<S> pose = joint_pose(joint, acting_pose(a), acting_pose(b));
+  JointInstant<S> at;
+  at.arm_a = pose.arm_a;
+  at.arm_b = pose.arm_b;
+  if (lets_slide(kind)) at.slide = pose.axes_W.col(0);
+  if (lets_hinge(kind)) at.hinge = pose.axes_W.col(0);
+  const Twist<S> turning = held_acceleration_bias(kind, at, a.twist, b.twist);
+  ConstraintRow<S>* out_row = &out.rows[out.blocks[joint.first_block].first];
+  detail::for_each_locked_row(kind, pose, [&](ConstraintRow<S> row) {
+    const bool is_angular = row.direction.isZero(S(0));
+    row.target = -half * (is_angular ? row.angular_b.dot(turning.angular)
+                                     : row.direction.dot(turning.linear));
+    row.impulse = out_row->impulse;
+    row.error = is_trapezoidal ? out_row->error : out_row->error - dt * row.target;
+    *out_row++ = row;
+  });
+}
+
+template <Scalar S>
+void store_joint_impulses(Joint<S>& joint, const Constraints<S>& constraints) {
+  joint.total = {};
+  joint.impulses.fill(S(0));
+  for (std::uint32_t i = joint.first_block; i < joint.first_block + joint.block_count; ++i) {
+    const ConstraintBlock<S>& block = constraints.blocks[i];
+    for (std::uint32_t r = 0; r < block.count; ++r) {
+      const ConstraintRow<S>& row = constraints.rows[block.first + r];
+      const bool is_angular = row.direction.isZero(S(0));
+      joint.impulses[block.first_impulse + r] = row.impulse;
+      joint.total.force += row.impulse * row.direction;
+      if (is_angular) joint.total.torque += row.impulse * row.angular_b;
+    }
+  }
+  if (!joint.is_sprung) return;
+  const Vec6<S>& impulse = constraints.soft[joint.soft_block].impulse;
+  joint.spring_impulse = {impulse.template head<3>(), impulse.template tail<3>()};
+  joint.total += joint.spring_impulse;
+}
+
+template <Scalar S>
+JointGap<S> joint_gap(const Joint<S>& joint, const Constraints<S>& constraints) {
+  const std::size_t count = locked_rows(joint.def.kind);
+  if (count == 0) return {};
+  const std::span<const ConstraintRow<S>> rows = constraints.rows;
+  return detail::gap_of(rows.subspan(constraints.blocks[joint.first_block].first, count));
+}
+
+template <Scalar S>
+JointReading<S> read_joint(const Joint<S>& joint, const Body<S>& a, const Body<S>& b, S dt) {
+  const JointKind kind = joint.def.kind;
+  JointReading<S> reading;
+  reading.reaction = (S(1) / dt) * joint.total;
+  const JointPose<S> pose = joint_pose(joint, a.center_pose, b.center_pose);
+  std::array<ConstraintRow<S>, 6> rows;
+  std::size_t count = 0;
+  detail::for_each_locked_row(kind, pose,
+                              [&](const ConstraintRow<S>& row) { rows[count++] = row; });
+  const JointGap<S> gap = detail::gap_of(std::span<const ConstraintRow<S>>(rows.data(), count));
+  reading.gap = gap.distance;
+  // Opposite axes have no shortest turn, and so no rows that close them.
+  reading.tilt = kind == JointKind::revolute ? S(value_of(joint_swing(pose))) : gap.angle;
+  if (!has_free_axis(kind) && !has_angle(kind)) return reading;
+  reading.position = joint_position(kind, pose, joint.angle);
+  reading.velocity = position_row(kind, pose).velocity(a.twist, b.twist);
+  reading.drive_force = joint.impulses[detail::drive_impulse] / dt;
+  if (kind == JointKind::cone_twist) {
+    reading.swing = joint_swing(pose);
+  }
+  return reading;
+}
+
+}  // namespace bristle::inline BRISTLE_ABI

@@ -1,0 +1,117 @@
+/// @file
+/// Springs and dampers of joints as soft blocks, by implicit Euler: stable for any constants and
+/// step, and never a source of energy. Where the step resolves them mechanisms may integrate them
+/// instead (joint_flow.hpp), without its loss.
+///
+/// A spring k, d along a position x with x' = j . v pulls with -k (x - rest) - d x'. With both at
+/// the end of the step, x + dt x', its impulse is affine in the velocity there:
+///
+///   p = -dt k (x - rest) - (dt^2 k + dt d) x'.
+///
+/// Six springs of a bushing act on the offset of B's frame along the axes of A's, c, and on the
+/// rotation vector phi between them. c' is the velocity of B's origin as seen from A, and
+/// phi' = J(phi) w with w the angular velocity of B relative to A, so that the torque which the
+/// energy phi . K phi / 2 gives is -J^T K phi.
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <bristle/dynamics/joints/joint_pose.hpp>
+#include <bristle/dynamics/solver/solver_types.hpp>
+
+namespace bristle::inline BRISTLE_ABI {
+
+/// Adds the spring on the free axis of a joint, if it has one.
+/// @param along  Row of the position.
+/// @param position  [m or rad] At the start of the step.
+/// @param mobility  [1/kg or 1/(kg m^2)] Largest that force along the row can meet.
+template <Scalar S>
+void add_joint_spring(Joint<S>& joint, const JointPose<S>& pose, const ConstraintRow<S>& along,
+                      S position, S mobility, S dt, Constraints<S>& out);
+
+/// Adds the springs of a `six_dof` joint.
+template <Scalar S>
+void add_joint_bushing(Joint<S>& joint, const JointPose<S>& pose, S dt, Constraints<S>& out);
+
+// Implementation -----------------------------------------------------------------------------------
+
+namespace detail {
+
+/// Adds an empty soft block about B's joint origin, warm from the last step.
+template <Scalar S>
+SoftBlock<S>& open_joint_soft_block(Joint<S>& joint, const JointPose<S>& pose,
+                                    Constraints<S>& out) {
+  SoftBlock<S> soft;
+  soft.body_a = joint.def.body_a.index;
+  soft.body_b = joint.def.body_b.index;
+  soft.arm_a = pose.arm_a;
+  soft.arm_b = pose.arm_b;
+  soft.impulse.template head<3>() = joint.spring_impulse.force;
+  soft.impulse.template tail<3>() = joint.spring_impulse.torque;
+  joint.soft_block = static_cast<std::uint32_t>(out.soft.size());
+  joint.is_sprung = true;
+  joint.is_resolved = false;
+  out.soft.push_back(soft);
+  return out.soft.back();
+}
+
+/// J(phi) of phi' = J(phi) w, w in the axes that phi turns from.
+template <Scalar S>
+[[nodiscard]] Mat3<S> rotation_vector_rate(const Vec3<S>& phi) {
+  using std::cos;
+  using std::sin;
+  using std::sqrt;
+  const S angle2 = phi.squaredNorm();
+  S k = S(1) / S(12) + angle2 / S(720);
+  // Below, what the series leaves out is less than rounding.
+  if (angle2 > Tolerance<S>::equal()) {
+    const S half = sqrt(angle2) / S(2);
+    k = (S(1) - half * cos(half) / sin(half)) / angle2;
+  }
+  const Mat3<S> X = skew(phi);
+  return Mat3<S>::Identity() - S(0.5) * X + k * X * X;
+}
+
+}  // namespace detail
+
+template <Scalar S>
+void add_joint_spring(Joint<S>& joint, const JointPose<S>& pose, const ConstraintRow<S>& along,
+                      S position, S mobility, S dt, Constraints<S>& out) {
+  const JointSpring<S>& spring = joint.def.spring;
+  SoftBlock<S>& soft = detail::open_joint_soft_block(joint, pose, out);
+  const bool turns = has_angle(joint.def.kind);
+  Vec6<S> j = Vec6<S>::Zero();
+  if (turns) {
+    j.template tail<3>() = along.angular_b;
+  } else {
+    j.template head<3>() = along.direction;
+  }
+  const S held = dt * dt * spring.stiffness + dt * spring.damping;
+  joint.is_resolved = held * mobility <= S(1);
+  soft.matrix = held * j * j.transpose();
+  soft.offset = (-dt * spring.stiffness * (position - spring.rest)) * j;
+}
+
+template <Scalar S>
+void add_joint_bushing(Joint<S>& joint, const JointPose<S>& pose, S dt, Constraints<S>& out) {
+  const JointBushing<S>& bushing = joint.def.bushing;
+  SoftBlock<S>& soft = detail::open_joint_soft_block(joint, pose, out);
+  const Vec3<S> turn_J = log_rotation<S>(pose.turn_J);
+  const Mat3<S>& R = pose.axes_W;
+  // To the rates of the offset and of the rotation vector, in A's joint frame.
+  const Mat3<S> rate = detail::rotation_vector_rate<S>(turn_J) * R.transpose();
+  const auto squared = [](const Mat3<S>& J, const Vec3<S>& weight) -> Mat3<S> {
+    return J.transpose() * weight.asDiagonal() * J;
+  };
+  const Vec3<S> k_linear = dt * bushing.stiffness.template head<3>();
+  const Vec3<S> k_angular = dt * bushing.stiffness.template tail<3>();
+  const Vec3<S> d_linear = dt * bushing.damping.template head<3>();
+  const Vec3<S> d_angular = dt * bushing.damping.template tail<3>();
+  soft.matrix.template topLeftCorner<3, 3>() =
+      squared(R.transpose(), Vec3<S>(dt * k_linear + d_linear));
+  soft.matrix.template bottomRightCorner<3, 3>() =
+      squared(rate, Vec3<S>(dt * k_angular)) + squared(R.transpose(), d_angular);
+  soft.offset.template head<3>() = -(R * k_linear.cwiseProduct(pose.offset_J));
+  soft.offset.template tail<3>() = -(rate.transpose() * k_angular.cwiseProduct(turn_J));
+}
+
+}  // namespace bristle::inline BRISTLE_ABI

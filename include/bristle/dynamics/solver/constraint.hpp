@@ -1,0 +1,158 @@
+/// @file
+/// Velocity constraints of joints as rows in blocks, and the exact solution of one block.
+///
+/// The sequential and the proximal solver differ only in how an impulse of one block changes the
+/// velocities of the others; what a block wants is here.
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <bristle/dynamics/contacts/contact_constraint.hpp>
+#include <bristle/math/cholesky.hpp>
+#include <bristle/math/spatial.hpp>
+#include <bristle/math/types.hpp>
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+namespace bristle::inline BRISTLE_ABI {
+
+/// One scalar velocity constraint between bodies A and B. Its velocity is
+/// d . (v_B - v_A) + angular_b . w_B - angular_a . w_A, and an impulse x adds d x to B's momentum.
+template <Scalar S>
+struct ConstraintRow {
+  /// [1] Direction d, world axes; zero for a row on angular velocity.
+  Vec3<S> direction = Vec3<S>::Zero();
+  /// [m or 1] r x d for a row at a point, the axis for an angular row; one for each body.
+  Vec3<S> angular_a = Vec3<S>::Zero();
+  Vec3<S> angular_b = Vec3<S>::Zero();
+  /// [m/s or rad/s] Wanted velocity.
+  S target = S(0);
+  /// [1/kg or 1/(kg m^2)] How far a bounded row gives way: it wants target - compliance * impulse.
+  S compliance = S(0);
+  /// [m or rad] Position error at the start of the step: the distance to a stop, the offset of a
+  /// joint.
+  S error = S(0);
+  /// [N s or N m s] Accumulated impulse.
+  S impulse = S(0);
+  /// [N s or N m s] Accumulated impulse of the position correction.
+  S correction = S(0);
+
+  [[nodiscard]] S velocity(const Twist<S>& a, const Twist<S>& b) const {
+    return direction.dot(b.linear - a.linear) + angular_b.dot(b.angular) - angular_a.dot(a.angular);
+  }
+};
+
+/// The same row with the opposite sign, without its error, target and impulses.
+template <Scalar S>
+[[nodiscard]] ConstraintRow<S> reversed(const ConstraintRow<S>& row) {
+  ConstraintRow<S> result;
+  result.direction = -row.direction;
+  result.angular_a = -row.angular_a;
+  result.angular_b = -row.angular_b;
+  return result;
+}
+
+/// What the impulses of a block may be.
+enum class BlockKind : std::uint8_t {
+  /// Any value: velocities equal their targets.
+  equality,
+  /// One row within [lower, upper]: a drive.
+  bounded,
+  /// One row that only pushes and keeps an error from falling below zero: a stop.
+  stop
+};
+
+/// Rows that are solved together.
+template <Scalar S>
+struct ConstraintBlock {
+  static constexpr std::size_t max_rows = 6;
+
+  /// [-] Slots of the two bodies.
+  std::uint32_t body_a = 0;
+  std::uint32_t body_b = 0;
+  /// [-] First row and number of rows.
+  std::uint32_t first = 0;
+  std::uint32_t count = 0;
+  BlockKind kind = BlockKind::equality;
+  /// [-] Where its impulses begin among those that the joint keeps.
+  std::uint8_t first_impulse = 0;
+  /// [-] Slot of the joint that it comes from.
+  std::uint32_t joint = 0;
+  /// [N s or N m s] Bounds of a bounded row or a stop.
+  S lower = S(0);
+  S upper = S(0);
+};
+
+/// How many rows of a block the position correction closes: all of a joint, a stop; none of a
+/// drive.
+template <Scalar S>
+[[nodiscard]] std::uint32_t corrected_rows(const ConstraintBlock<S>& block) {
+  switch (block.kind) {
+    case BlockKind::equality:
+      return block.count;
+    case BlockKind::stop:
+      return 1;
+    case BlockKind::bounded:
+      break;
+  }
+  return 0;
+}
+
+/// Response of a block's row velocities to its own impulses, row-major `count` x `count`, and what
+/// solving it needs.
+template <Scalar S>
+struct BlockResponse {
+  std::array<S, 36> matrix{};
+  /// Cholesky factor of `matrix`, for equality blocks.
+  std::array<S, 36> factor{};
+
+  [[nodiscard]] S operator()(std::size_t i, std::size_t j, std::size_t count) const {
+    return matrix[i * count + j];
+  }
+
+  /// Prepares the solution once `matrix` is filled.
+  void prepare(BlockKind kind, std::size_t count) {
+    if (kind != BlockKind::equality) return;
+    factor = matrix;
+    // Redundant rows give a singular matrix; the floor softens them just enough to share the load.
+    // A block without any response (between two bodies that nothing moves) gets no impulse.
+    if (!factor_cholesky(factor.data(), count, no_mobility<S>)) {
+      factor.fill(S(0));
+      for (std::size_t i = 0; i < count; ++i) factor[i * count + i] = infinity<S>;
+    }
+  }
+};
+
+/// Solves one block with everything else held still.
+///
+/// @param K         Response of the block's velocities to its impulses.
+/// @param velocity  Row velocities as they are now.
+/// @param rows      The block's rows; their impulses are updated.
+/// @param[out] change  Impulse change of each row.
+template <Scalar S>
+void solve_block(const ConstraintBlock<S>& block, const BlockResponse<S>& K, const S* velocity,
+                 ConstraintRow<S>* rows, S* change) {
+  using std::max;
+  using std::min;
+  switch (block.kind) {
+    case BlockKind::equality:
+      for (std::size_t i = 0; i < block.count; ++i) change[i] = rows[i].target - velocity[i];
+      solve_lower(K.factor.data(), block.count, change);
+      solve_upper(K.factor.data(), block.count, change);
+      for (std::size_t i = 0; i < block.count; ++i) rows[i].impulse += change[i];
+      return;
+    case BlockKind::bounded:
+    case BlockKind::stop: {
+      const S missing = velocity[0] - rows[0].target + rows[0].compliance * rows[0].impulse;
+      const S wanted =
+          rows[0].impulse + detail::scalar_change(missing, K(0, 0, 1) + rows[0].compliance);
+      const S impulse = min(max(wanted, block.lower), block.upper);
+      change[0] = impulse - rows[0].impulse;
+      rows[0].impulse = impulse;
+      return;
+    }
+  }
+}
+
+}  // namespace bristle::inline BRISTLE_ABI

@@ -1,0 +1,489 @@
+/// @file
+/// Newton's method on Coulomb's law as it is, for islands in which contacts slide.
+///
+/// Unknown are the velocities v of the bodies and the impulses l of all rows. On the branch that a
+/// row is on (coulomb_branch.hpp) its law is linear, dl = q + D J dv, so that
+///     [Mt - J^T D J] dv = r - Mt v + J^T (l + q).
+/// The bound of friction moves with the normal impulse, which makes the matrix nonsymmetric and
+/// convergence fast: where the bound lags a pass behind, pushed blocks converge by a factor of
+/// about mu^2 a pass only.
+///
+/// Newton's method finds nothing from far away. It begins where the last step ended, moves the
+/// centre and makes eps smaller once the problem with eps is solved, and judges impulses alone:
+/// those within their bounds, with the velocities that they give. The best that take energy are
+/// kept.
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <bristle/core/refill.hpp>
+#include <bristle/dynamics/solver/coulomb_branch.hpp>
+#include <bristle/dynamics/solver/island_row.hpp>
+#include <bristle/math/envelope_cholesky.hpp>
+#include <bristle/math/envelope_lu.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace bristle::inline BRISTLE_ABI {
+
+/// An island as `CoulombNewton` takes it.
+template <typename Real>
+struct CoulombProblem {
+  /// With the impulses to start from.
+  std::span<const IslandRow<Real>> rows;
+  /// Mt and r: masses with what is linear in the velocities, and the momentum without constraints.
+  const EnvelopeMatrix<Real>* matrix;
+  std::span<const Real> rhs;
+  /// Whether Mt is M: bodies act on each other through the rows alone.
+  bool is_uncoupled;
+  /// [m/s, rad/s] Velocities at the start of the step, and after it without constraints.
+  const std::vector<Real>*start, *free;
+  /// [m/s] Residual that does not count.
+  Real tolerance;
+  /// [m/s] By how much forces and drives change velocities in the step.
+  Real speed_change;
+
+  /// [m/s] Residual that is worth no more work: a thousandth of the slip, or of what forces change
+  /// in the step. What rests is never left like that: its errors would add up.
+  [[nodiscard]] Real good_enough(Real slip) const {
+    return std::max(tolerance, Real(1e-3) * std::min(speed_change, slip));
+  }
+};
+
+/// What `CoulombNewton` found.
+template <typename Real>
+struct CoulombAnswer {
+  /// [m/s] Largest distance of a row from its law.
+  Real residual = infinity<Real>;
+  /// [m/s] Speed of the fastest contact that slides.
+  Real slip = Real(0);
+  /// [m/s, rad/s] By how much the impulses change velocities along the rows.
+  Real change = Real(0);
+  /// With which the last factorisation was done.
+  Real eps = Real(0);
+  /// [-] Factorisations.
+  int factorisations = 0;
+};
+
+/// Scratch memory and the algorithm.
+template <typename Real>
+class CoulombNewton {
+ public:
+  using Row = IslandRow<Real>;
+
+  /// Finds impulses and velocities.
+  CoulombAnswer<Real> solve(const CoulombProblem<Real>& problem) {
+    CoulombAnswer<Real> answer;
+    const std::span<const Row> rows = problem.rows;
+    start(problem);
+    Real eps = Real(1e-3);
+    evaluate(rows, v_, velocity_);
+    // Where the last step's impulses are far from any answer they are none to seek it near.
+    if (distance(rows, impulse_, velocity_) > Real(3) * problem.speed_change) {
+      eps = Real(1e-2);
+      std::fill(centre_.begin(), centre_.end(), Real(0));
+    }
+    if (!factor_response(problem)) return answer;
+    // What stays as it was needs no factorisation.
+    judge(problem, answer);
+    const Real nothing = Real(1e-2) * problem.tolerance;
+    if (answer.residual <= nothing && is_steady(problem, nothing)) return answer;
+    answer.residual = infinity<Real>;
+
+    Real factored_eps = Real(-1);  // None is factored.
+    Real least_eps = Real(1e-6);
+    Real nearest = infinity<Real>;  // To the law with eps, of all steps from this centre.
+    Real before = infinity<Real>;
+    Real at_centre = infinity<Real>;
+    int centres = 0;
+    for (int i = 0; i < most_iterations; ++i) {
+      const bool has_switched = linearise(rows, eps);
+      const bool is_fresh = has_switched || factored_eps != eps;
+      find_gradient(problem);
+      if (is_fresh) {
+        if (!factor(problem)) break;
+        ++answer.factorisations;
+        factored_ = branches_;
+        factored_eps = answer.eps = eps;
+      }
+      solve_linear(step_);
+      if (!advance(rows)) break;
+      evaluate(rows, v_, velocity_);
+      answer.slip = fastest_slip(rows);
+
+      const Real left = distance(rows, impulse_, velocity_);
+      if (left <= problem.tolerance) {
+        answer.residual = left;
+        best_ = impulse_;
+        move_into_bounds(rows, best_);
+        best_v_ = v_;
+        answer.change = largest_change(velocity_);
+        break;
+      }
+      judge(problem, answer);
+      if (answer.residual <= Real(1e-2) * problem.good_enough(answer.slip)) break;
+
+      const Real of_compliant = distance_from_law<Real>(
+          rows, [&](std::size_t k) { return impulse_[k]; },
+          [&](std::size_t k) { return compliant(rows[k], k, eps); });
+      if (of_compliant > Real(3) * nearest && eps < Real(largest_eps)) {
+        // A step that leads away from the law was too long: a larger eps keeps the next near the
+        // centre, which moves to where the law was nearest.
+        v_ = nearest_v_;
+        impulse_ = centre_ = nearest_impulse_;
+        evaluate(rows, v_, velocity_);
+        eps = least_eps = Real(10) * eps;
+        nearest = before = infinity<Real>;
+        continue;
+      }
+      if (of_compliant < nearest) keep_nearest(of_compliant, nearest);
+      // A factor that no longer helps is made anew.
+      if (!is_fresh && of_compliant > Real(0.1) * before) factored_eps = Real(-1);
+      before = of_compliant;
+      if (of_compliant > std::max(Real(0.1) * problem.tolerance, Real(0.1) * left)) continue;
+      if (centres++ > 0 && left > Real(0.5) * at_centre) break;
+      // The factor serves on where it converges fast.
+      if (left > Real(0.03) * at_centre) eps = std::max(least_eps, Real(0.1) * eps);
+      at_centre = left;
+      centre_ = impulse_;
+      before = infinity<Real>;
+      keep_nearest(left, nearest);
+    }
+    return answer;
+  }
+
+  /// The impulses that were found, and the velocities [m/s, rad/s] that they give.
+  [[nodiscard]] Real impulse(std::size_t row) const { return best_[row]; }
+  /// x := H^-1 x with the last matrix that was factored, H = Mt - J^T D J.
+  void solve_linear(std::vector<Real>& x) const {
+    if (is_symmetric_) {
+      cholesky_.solve(x.data());
+    } else {
+      lu_.solve(x.data());
+    }
+  }
+  [[nodiscard]] const std::vector<Real>& velocities() const { return best_v_; }
+
+ private:
+  static constexpr int most_iterations = 30;
+  static constexpr double largest_eps = 0.1;
+
+  using State = CoulombState;
+  using Branch = CoulombBranch<Real>;
+
+  void start(const CoulombProblem<Real>& problem) {
+    const std::size_t count = problem.rows.size();
+    v_ = *problem.start;
+    detail::refill(impulse_, count, Real(0));
+    detail::refill(best_, count, Real(0));
+    for (std::size_t k = 0; k < count; ++k) {
+      best_[k] = problem.rows[k].lambda;
+      if (problem.rows[k].response > Real(0)) impulse_[k] = best_[k];
+    }
+    best_v_ = v_;
+    centre_ = impulse_;
+    velocity_.resize(count);
+    candidate_velocity_.resize(count);
+    candidate_.resize(count);
+    detail::refill(branches_, count, Branch{});
+    step_.resize(v_.size());
+    free_velocity_.resize(count);
+    // Room for what only some solutions need: a warm step in which something begins or ends to slide
+    // must not allocate.
+    nearest_v_ = v_;
+    nearest_impulse_ = impulse_;
+    factored_ = branches_;
+    cholesky_.reserve(*problem.matrix);
+    lu_.reserve(*problem.matrix);
+    evaluate(problem.rows, *problem.free, free_velocity_);
+  }
+
+  static void evaluate(std::span<const Row> rows, const std::vector<Real>& v,
+                       std::vector<Real>& out) {
+    for (std::size_t k = 0; k < rows.size(); ++k) out[k] = rows[k].times(v) - rows[k].target;
+  }
+
+  [[nodiscard]] static Real distance(std::span<const Row> rows, const std::vector<Real>& impulse,
+                                     const std::vector<Real>& velocity) {
+    return distance_from_law<Real>(
+        rows, [&](std::size_t k) { return impulse[k]; },
+        [&](std::size_t k) { return velocity[k]; });
+  }
+
+  /// Whether the best answer leaves the velocities as they were at the start of the step.
+  [[nodiscard]] bool is_steady(const CoulombProblem<Real>& problem, Real nothing) const {
+    using std::abs;
+    for (std::size_t i = 0; i < best_v_.size(); ++i) {
+      if (abs(best_v_[i] - (*problem.start)[i]) > nothing) return false;
+    }
+    return true;
+  }
+
+  void keep_nearest(Real distance, Real& nearest) {
+    nearest = distance;
+    nearest_v_ = v_;
+    nearest_impulse_ = impulse_;
+  }
+
+  /// w~ of a row.
+  [[nodiscard]] Real compliant(const Row& row, std::size_t k, Real eps) const {
+    return velocity_[k] + eps * row.response * (impulse_[k] - centre_[k]);
+  }
+
+  /// Finds the branch of each row.
+  /// @return Whether any has changed.
+  bool linearise(std::span<const Row> rows, Real eps) {
+    bool has_switched = false;
+    for (std::size_t k = 0; k < rows.size(); ++k) {
+      const Row& row = rows[k];
+      if (row.kind == RowKind::tangent) continue;
+      Branch& branch = branches_[k];
+      const State last = branch.state;
+      const Real w = compliant(row, k, eps);
+      if (row.kind == RowKind::cone) {
+        const std::array<Real, 3> velocities{w, compliant(rows[k + 1], k + 1, eps),
+                                             compliant(rows[k + 2], k + 2, eps)};
+        branch =
+            branch_of_cone(row, {impulse_[k], impulse_[k + 1], impulse_[k + 2]}, velocities, eps);
+      } else {
+        branch = branch_of_single(row, impulse_[k], w, eps);
+      }
+      has_switched |= branch.state != last;
+    }
+    return has_switched;
+  }
+
+  /// step := r - Mt v + J^T (l + constant).
+  void find_gradient(const CoulombProblem<Real>& problem) {
+    problem.matrix->multiply(v_.data(), step_.data());
+    for (std::size_t i = 0; i < step_.size(); ++i) step_[i] = problem.rhs[i] - step_[i];
+    for_each_part(problem.rows, [&](std::size_t k, std::size_t part) {
+      const Real x = impulse_[k + part] + branches_[k].constant[part];
+      if (x != Real(0)) problem.rows[k + part].add_to(step_, x);
+    });
+  }
+
+  /// Factors Mt - J^T D J, which is symmetric where nothing slides.
+  [[nodiscard]] bool factor(const CoulombProblem<Real>& problem) {
+    is_symmetric_ = std::none_of(branches_.begin(), branches_.end(),
+                                 [](const Branch& b) { return b.state == State::slip; });
+    if (!is_symmetric_) {
+      assemble(problem);
+      return lu_.factor();
+    }
+    cholesky_ = *problem.matrix;
+    const std::span<const Row> rows = problem.rows;
+    for (std::size_t k = 0; k < rows.size(); ++k) {
+      const Branch& branch = branches_[k];
+      if (rows[k].kind == RowKind::tangent || branch.normal == Real(0)) continue;
+      detail::add_square(cholesky_, -branch.normal, rows[k]);
+      if (rows[k].kind != RowKind::cone) continue;
+      detail::add_square(cholesky_, -branch.xx, rows[k + 1]);
+      detail::add_square(cholesky_, -branch.yy, rows[k + 2]);
+    }
+    return cholesky_.factor();
+  }
+
+  /// The matrix in which contacts slide.
+  void assemble(const CoulombProblem<Real>& problem) {
+    lu_.assign(*problem.matrix);
+    const std::span<const Row> rows = problem.rows;
+    const Row* of_pair = nullptr;
+    for (std::size_t k = 0; k < rows.size(); ++k) {
+      const Row& row = rows[k];
+      const Branch& branch = branches_[k];
+      if (row.kind == RowKind::tangent || branch.normal == Real(0)) continue;
+      // Rows between the same two bodies follow each other and are summed first.
+      if (of_pair == nullptr || row.a != of_pair->a || row.b != of_pair->b) {
+        if (of_pair != nullptr) add_pair(*of_pair);
+        of_pair = &row;
+        for (Block6<Real>& x : pair_) x.fill(Real(0));
+      }
+      add_product(row, sides(row, -branch.normal));
+      if (row.kind != RowKind::cone) continue;
+      add_product(rows[k + 1], sides(rows, k, {-branch.drag[0], -branch.xx, -branch.xy}));
+      add_product(rows[k + 2], sides(rows, k, {-branch.drag[1], -branch.xy, -branch.yy}));
+    }
+    if (of_pair != nullptr) add_pair(*of_pair);
+  }
+
+  /// Combinations of Jacobians, over both bodies.
+  using Sides = std::array<std::array<Real, 6>, 2>;
+  [[nodiscard]] static Sides sides(const Row& row, Real weight) {
+    Sides out;
+    for (std::size_t i = 0; i < 6; ++i) {
+      out[0][i] = weight * row.jacobian_a[i];
+      out[1][i] = weight * row.jacobian_b[i];
+    }
+    return out;
+  }
+  [[nodiscard]] static Sides sides(std::span<const Row> rows, std::size_t k,
+                                   const std::array<Real, 3>& weights) {
+    Sides out = sides(rows[k], weights[0]);
+    for (std::size_t part = 1; part < 3; ++part) {
+      if (weights[part] == Real(0)) continue;
+      for (std::size_t i = 0; i < 6; ++i) {
+        out[0][i] += weights[part] * rows[k + part].jacobian_a[i];
+        out[1][i] += weights[part] * rows[k + part].jacobian_b[i];
+      }
+    }
+    return out;
+  }
+
+  /// Adds left^T right to the sums of the pair: blocks aa, ab, ba, bb.
+  void add_product(const Row& left, const Sides& right) {
+    const std::array<Real, 6>* l[2] = {&left.jacobian_a, &left.jacobian_b};
+    const bool moves[2] = {left.a != Row::none, left.b != Row::none};
+    for (std::size_t s = 0; s < 2; ++s) {
+      for (std::size_t t = 0; t < 2; ++t) {
+        if (!moves[s] || !moves[t]) continue;
+        Block6<Real>& out = pair_[2 * s + t];
+        for (std::size_t i = 0; i < 6; ++i) {
+          for (std::size_t j = 0; j < 6; ++j) out[6 * i + j] += (*l[s])[i] * right[t][j];
+        }
+      }
+    }
+  }
+
+  void add_pair(const Row& of) {
+    const std::uint32_t bodies[2] = {of.a, of.b};
+    for (std::size_t s = 0; s < 2; ++s) {
+      for (std::size_t t = 0; t < 2; ++t) {
+        if (bodies[s] == Row::none || bodies[t] == Row::none) continue;
+        lu_.add(bodies[s] / 6, bodies[t] / 6, pair_[2 * s + t]);
+      }
+    }
+  }
+
+  /// Takes the step. With a factor of an earlier iteration its slopes belong to it, too.
+  /// @return False where the step is not finite; nothing has changed then.
+  bool advance(std::span<const Row> rows) {
+    using std::abs;
+    Real size = Real(0);
+    for (const Real x : step_) size = std::max(size, abs(x));
+    if (!(size < infinity<Real>)) return false;
+    for (std::size_t i = 0; i < v_.size(); ++i) v_[i] += step_[i];
+    for (std::size_t k = 0; k < rows.size(); ++k) {
+      const Row& row = rows[k];
+      if (row.kind == RowKind::tangent || !(row.response > Real(0))) continue;
+      const Branch& slope = factored_[k];
+      const Real n = row.times(step_);
+      impulse_[k] += branches_[k].constant[0] + slope.normal * n;
+      if (row.kind != RowKind::cone) continue;
+      const Real x = rows[k + 1].times(step_);
+      const Real y = rows[k + 2].times(step_);
+      impulse_[k + 1] += branches_[k].constant[1] + slope.drag[0] * n + slope.xx * x + slope.xy * y;
+      impulse_[k + 2] += branches_[k].constant[2] + slope.drag[1] * n + slope.xy * x + slope.yy * y;
+    }
+    return true;
+  }
+
+  /// Factors Mt by itself, without its empty places where bodies are not coupled by it.
+  bool factor_response(const CoulombProblem<Real>& problem) {
+    const EnvelopeMatrix<Real>& matrix = *problem.matrix;
+    first_.resize(matrix.size());
+    for (std::size_t i = 0; i < matrix.size(); ++i) {
+      first_[i] = problem.is_uncoupled ? static_cast<std::uint32_t>(i / 6 * 6) : matrix.first(i);
+    }
+    response_.reset(first_);
+    for (std::size_t i = 0; i < matrix.size(); ++i) {
+      for (std::size_t j = first_[i]; j <= i; ++j) response_.at(i, j) = matrix.at(i, j);
+    }
+    return response_.factor();
+  }
+
+  static void move_into_bounds(std::span<const Row> rows, std::vector<Real>& impulse) {
+    for (std::size_t k = 0; k < rows.size(); ++k) {
+      const Row& row = rows[k];
+      if (row.kind == RowKind::tangent || !(row.response > Real(0))) continue;
+      if (row.kind != RowKind::cone) {
+        impulse[k] = row.clamped(impulse[k]);
+        continue;
+      }
+      impulse[k] = std::max(Real(0), impulse[k]);
+      detail::shrink(row.friction * impulse[k], impulse[k + 1], impulse[k + 2]);
+    }
+  }
+
+  /// Keeps the impulses of the present iterate, moved into their bounds, if with the velocities
+  /// that they give they are nearer to the law than the best, and take energy, to the error that a
+  /// solution may have anyway. What rows do to the bodies' energy is sum l . (w_free + w) / 2 in
+  /// velocities that are not relative to what they aim at.
+  void judge(const CoulombProblem<Real>& problem, CoulombAnswer<Real>& answer) {
+    using std::abs;
+    const std::span<const Row> rows = problem.rows;
+    candidate_v_.assign(problem.rhs.begin(), problem.rhs.end());
+    candidate_ = impulse_;
+    move_into_bounds(rows, candidate_);
+    for_each_part(rows, [&](std::size_t k, std::size_t part) {
+      const Real x = candidate_[k + part];
+      if (x != Real(0)) rows[k + part].add_to(candidate_v_, x);
+    });
+    response_.solve(candidate_v_.data());
+    evaluate(rows, candidate_v_, candidate_velocity_);
+    const Real error = problem.good_enough(answer.slip);
+    Real work = Real(0);
+    for (std::size_t k = 0; k < rows.size(); ++k) {
+      if (rows[k].kind == RowKind::bounded) continue;
+      work +=
+          candidate_[k] * ((free_velocity_[k] + candidate_velocity_[k]) / Real(2) + rows[k].aim);
+      work -= abs(candidate_[k]) * error;
+    }
+    if (work > Real(0)) return;
+    const Real left = distance(rows, candidate_, candidate_velocity_);
+    if (!(left < answer.residual)) return;
+    answer.residual = left;
+    answer.change = largest_change(candidate_velocity_);
+    best_ = candidate_;
+    best_v_ = candidate_v_;
+  }
+
+  [[nodiscard]] Real largest_change(const std::vector<Real>& velocity) const {
+    using std::abs;
+    Real largest = Real(0);
+    for (std::size_t k = 0; k < velocity.size(); ++k) {
+      largest = std::max(largest, abs(velocity[k] - free_velocity_[k]));
+    }
+    return largest;
+  }
+
+  /// [m/s] Of the contacts that slide.
+  [[nodiscard]] Real fastest_slip(std::span<const Row> rows) const {
+    using std::hypot;
+    Real fastest = Real(0);
+    for (std::size_t k = 0; k < rows.size(); ++k) {
+      if (branches_[k].state != State::slip) continue;
+      fastest = std::max(fastest, hypot(velocity_[k + 1], velocity_[k + 2]));
+    }
+    return fastest;
+  }
+
+  /// Calls use(number of the branch, part) for all rows that can act: parts of a cone are its three
+  /// rows.
+  template <typename Use>
+  static void for_each_part(std::span<const Row> rows, Use&& use) {
+    for (std::size_t k = 0; k < rows.size(); ++k) {
+      if (rows[k].kind == RowKind::tangent || !(rows[k].response > Real(0))) continue;
+      const std::size_t parts = rows[k].kind == RowKind::cone ? 3 : 1;
+      for (std::size_t part = 0; part < parts; ++part) use(k, part);
+    }
+  }
+
+  EnvelopeLu<Real> lu_;
+  EnvelopeMatrix<Real> cholesky_;
+  bool is_symmetric_ = false;      // Which of them was factored last.
+  EnvelopeMatrix<Real> response_;  // Mt, factored.
+  std::vector<std::uint32_t> first_;
+  std::vector<Branch> branches_, factored_;
+  std::array<Block6<Real>, 4> pair_{};
+  std::vector<Real> v_, step_, nearest_v_, candidate_v_, best_v_;
+  std::vector<Real> impulse_, centre_, nearest_impulse_, candidate_, best_;
+  std::vector<Real> velocity_, candidate_velocity_, free_velocity_;
+};
+
+}  // namespace bristle::inline BRISTLE_ABI

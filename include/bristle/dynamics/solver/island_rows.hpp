@@ -1,0 +1,451 @@
+/// @file
+/// The constraints of one island as rows over its unknown velocities, for `ProximalSolver`.
+///
+/// A row has a Jacobian J over the two bodies, a multiplier, and a rule for what the multiplier may
+/// be. Bodies that forces do not move, and axes on which they do not, have no unknowns: their known
+/// velocity goes into the rows' targets.
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <bristle/dynamics/solver/island_order.hpp>
+#include <bristle/dynamics/solver/island_row.hpp>
+#include <bristle/dynamics/solver/solver_types.hpp>
+#include <bristle/math/envelope_cholesky.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace bristle::inline BRISTLE_ABI {
+
+/// Rows of one island after the other. Keeps its memory.
+/// @tparam Real  Scalar of the arithmetic.
+template <Scalar S, typename Real>
+class IslandRows {
+ public:
+  static constexpr std::uint32_t none = IslandOrder::none;
+
+  /// Starts an island: numbers its unknowns.
+  void number(const Island& island, const Constraints<S>& constraints,
+              std::span<const SolverBody<S>> bodies) {
+    order_.build(island, constraints, bodies.size());
+    const std::size_t count = island.bodies.size();
+    unknowns_ = 6 * count;
+    unknown_.resize(std::max(unknown_.size(), bodies.size()), none);
+    envelope_.resize(unknowns_);
+    for (const std::uint32_t slot : island.bodies) {
+      const std::uint32_t n = order_.number(slot);
+      unknown_[slot] = 6 * n;
+      for (std::size_t i = 0; i < 6; ++i) envelope_[6 * n + i] = 6 * order_.lowest(n);
+    }
+    for (const std::uint32_t slot : last_) {
+      if (order_.number(slot) == none) unknown_[slot] = none;
+    }
+    last_.assign(island.bodies.begin(), island.bodies.end());
+    order_.clear(island);
+    rows_.clear();
+    can_switch_ = false;
+  }
+
+  /// One row for each velocity that a constraint acts on.
+  void add_velocity_rows(const Island& island, const Constraints<S>& constraints,
+                         std::span<const SolverBody<S>> bodies) {
+    const auto velocity = [](const SolverBody<S>& b) -> const Twist<S>& { return b.free; };
+    for (const std::uint32_t i : island.contacts) {
+      const ContactConstraint<S>& c = constraints.contacts[i];
+      for (std::size_t k = 0; k < 3; ++k) {
+        Row& row = add(c, k, bodies, velocity);
+        row.lambda = Real(c.impulse[k]);
+        row.friction = Real(c.friction);
+        row.kind = k == 0 ? Kind::cone : Kind::tangent;
+        row.aim = Real(k == 0 ? c.target : c.bias[k]);
+        row.target += row.aim;
+      }
+      // One response for all three, so that a circular cone stays one.
+      Row* last = &rows_.back();
+      const Real response = std::max({last[0].response, last[-1].response, last[-2].response});
+      last[0].response = last[-1].response = last[-2].response = response;
+    }
+    for (const std::uint32_t i : island.blocks) {
+      const ConstraintBlock<S>& block = constraints.blocks[i];
+      for (std::uint32_t r = block.first; r < block.first + block.count; ++r) {
+        Row& row = add(block, constraints.rows[r], bodies, velocity);
+        row.lambda = Real(constraints.rows[r].impulse);
+        row.target += Real(constraints.rows[r].target);
+        if (block.kind != BlockKind::equality) {
+          row.kind = Kind::bounded;
+          row.compliance = Real(constraints.rows[r].compliance);
+          row.lower = Real(block.lower);
+          row.upper = Real(block.upper);
+        }
+      }
+    }
+    find_switches();
+  }
+
+  /// One row for each position that a constraint keeps.
+  void add_position_rows(const Island& island, const Constraints<S>& constraints,
+                         std::span<const SolverBody<S>> bodies, S dt) {
+    const auto motion = [](const SolverBody<S>& b) -> const Twist<S>& { return b.motion; };
+    for (const std::uint32_t i : island.contacts) {
+      const ContactConstraint<S>& c = constraints.contacts[i];
+      Row& row = add(c, 0, bodies, motion);
+      row.target -= Real(c.gap / dt);
+      row.lambda = Real(c.placed);
+      row.lower = Real(c.least_placed);
+      row.upper = c.parts ? row.lambda : infinity<Real>;
+      if (c.parts) row.lower = row.lambda;
+      row.kind = Kind::bounded;
+    }
+    for (const std::uint32_t i : island.blocks) {
+      const ConstraintBlock<S>& block = constraints.blocks[i];
+      for (std::uint32_t r = block.first; r < block.first + corrected_rows(block); ++r) {
+        Row& row = add(block, constraints.rows[r], bodies, motion);
+        row.target -= Real(constraints.rows[r].error / dt);
+        row.lambda = Real(constraints.rows[r].correction);
+        if (block.kind == BlockKind::equality) continue;
+        row.kind = Kind::bounded;
+        row.lower = Real(0);
+        row.upper = infinity<Real>;
+      }
+    }
+    find_switches();
+  }
+
+  [[nodiscard]] std::size_t unknowns() const { return unknowns_; }
+  /// First of a body's six unknowns, or `none`.
+  [[nodiscard]] std::uint32_t unknown(std::uint32_t slot) const { return unknown_[slot]; }
+  [[nodiscard]] std::span<const std::uint32_t> envelope() const { return envelope_; }
+  /// Whether any row may change its state: without one the problem is linear.
+  [[nodiscard]] bool can_switch() const { return can_switch_; }
+
+  /// Whether any multiplier is known from the step before.
+  [[nodiscard]] bool has_impulses() const {
+    return std::any_of(rows_.begin(), rows_.end(),
+                       [](const Row& row) { return row.lambda != Real(0); });
+  }
+  [[nodiscard]] std::span<IslandRow<Real>> rows() { return rows_; }
+
+  /// Writes a body's velocity to the unknowns.
+  void put(std::uint32_t slot, const Twist<S>& twist, std::vector<Real>& v) const {
+    for (std::size_t i = 0; i < 3; ++i) {
+      v[unknown_[slot] + i] = Real(twist.linear[static_cast<Eigen::Index>(i)]);
+      v[unknown_[slot] + 3 + i] = Real(twist.angular[static_cast<Eigen::Index>(i)]);
+    }
+  }
+  /// Velocity of a body: of its unknowns, or what is known of it.
+  [[nodiscard]] Twist<S> twist(std::uint32_t slot, const std::vector<Real>& v,
+                               std::span<const SolverBody<S>> bodies) const {
+    if (unknown_[slot] == none) return bodies[slot].free;
+    const Real* u = v.data() + unknown_[slot];
+    return {{S(u[0]), S(u[1]), S(u[2])}, {S(u[3]), S(u[4]), S(u[5])}};
+  }
+
+  /// Whether there are joints, and other rows that may ask for what they forbid.
+  [[nodiscard]] bool has_joints_beside_others() const {
+    return can_switch_ && std::any_of(rows_.begin(), rows_.end(),
+                                      [](const Row& row) { return row.kind == Kind::free; });
+  }
+  /// Adds J^T J / (eps K) of the joints alone.
+  void add_joints(Real eps, EnvelopeMatrix<Real>& h) const {
+    for (const Row& row : rows_) {
+      if (row.kind != Kind::free || !(row.response > Real(0))) continue;
+      detail::add_square(h, Real(1) / (eps * row.response), row);
+    }
+  }
+  /// Leaves out rows whose response in a factored matrix is less than a share of what it is by
+  /// itself; a contact goes with its normal.
+  void drop_locked(const EnvelopeMatrix<Real>& factored, Real share, std::vector<Real>& scratch) {
+    for (std::size_t i = 0; i < rows_.size(); ++i) {
+      Row& row = rows_[i];
+      if (row.kind == Kind::free || row.kind == Kind::tangent) continue;
+      scratch.assign(unknowns_, Real(0));
+      row.add_to(scratch, Real(1));
+      factored.solve(scratch.data());
+      if (row.times(scratch) > share * row.response) continue;
+      row.response = Real(0);
+      if (row.kind == Kind::cone) rows_[i + 1].response = rows_[i + 2].response = Real(0);
+    }
+  }
+
+  /// Velocities of all rows, relative to their targets, for velocities of the bodies.
+  void evaluate(const std::vector<Real>& v) {
+    for (Row& row : rows_) row.velocity = row.times(v) - row.target;
+  }
+  /// How they change along a step of the bodies' velocities.
+  void evaluate_step(const std::vector<Real>& step) {
+    for (Row& row : rows_) row.change = row.times(step);
+  }
+  /// Moves them by a part of that step.
+  void move(Real s) {
+    for (Row& row : rows_) {
+      row.velocity += s * row.change;
+      row.change = Real(0);
+    }
+  }
+
+  /// Takes the opening speed that the cones add to sliding contacts, mu |v_t|, out of them again.
+  void set_shifts() {
+    using std::hypot;
+    for (std::size_t i = 0; i < rows_.size(); ++i) {
+      if (rows_[i].kind != Kind::cone) continue;
+      rows_[i].shift = rows_[i].friction * hypot(rows_[i + 1].velocity, rows_[i + 2].velocity);
+    }
+  }
+
+  /// g -= J^T lambda+.
+  void subtract_impulses(Real eps, std::vector<Real>& g) const {
+    for_each_impulse(eps, Real(0), [&](std::size_t i, Real x) {
+      if (x != Real(0)) rows_[i].add_to(g, -x);
+    });
+  }
+  /// lambda+ . J step, a part s of the way along the step: what constraints add to the derivative
+  /// on the line.
+  [[nodiscard]] Real work(Real eps, Real s) const {
+    Real sum = Real(0);
+    for_each_impulse(eps, s, [&](std::size_t i, Real x) { sum += x * rows_[i].change; });
+    return sum;
+  }
+  /// Adds J^T D J, D the derivative of -lambda+ by J v, and remembers on which side of their bounds
+  /// the rows are.
+  void add_hessian(Real eps, EnvelopeMatrix<Real>& h);
+  /// Remembers on which side of their bounds the rows are, without opening speeds.
+  void set_sides(Real eps) {
+    for (Row& row : rows_) row.shift = Real(0);
+    for (std::size_t i = 0; i < rows_.size(); ++i) {
+      if (rows_[i].kind != Kind::tangent) rows_[i].side = side_of(i, eps);
+    }
+  }
+  /// Whether lambda+ is still the linear function of J v that `add_hessian` took the slope of.
+  [[nodiscard]] bool is_linear(Real eps) const {
+    for (std::size_t i = 0; i < rows_.size(); ++i) {
+      const Row& row = rows_[i];
+      if (!(row.response > Real(0)) || row.kind == Kind::tangent) continue;
+      if (row.side == Side::sliding || side_of(i, eps) != row.side) return false;
+    }
+    return true;
+  }
+  /// lambda := lambda+.
+  void accept(Real eps) {
+    for_each_impulse(eps, Real(0), [this](std::size_t i, Real x) { rows_[i].lambda = x; });
+  }
+  /// [m/s] `distance_from_law` of the multipliers and velocities that there are.
+  [[nodiscard]] Real residual() const {
+    return distance_from_law<Real>(
+        rows_, [this](std::size_t i) { return rows_[i].lambda; },
+        [this](std::size_t i) { return rows_[i].velocity; });
+  }
+
+  /// Calls use(multiplier, response) for all rows.
+  template <typename Use>
+  void for_each_load(Use&& use) const {
+    for (const Row& row : rows_) use(row.lambda, row.response);
+  }
+
+  /// r := Mt v - J^T lambda.
+  void remove_impulses(const std::vector<Real>& v, std::vector<Real>& r,
+                       const EnvelopeMatrix<Real>& matrix) const {
+    matrix.multiply(v.data(), r.data());
+    for (const Row& row : rows_) row.add_to(r, -row.lambda);
+  }
+
+  /// Writes the multipliers back to where the velocity rows came from, friction within its disk.
+  void store_impulses(const Island& island, Constraints<S>& constraints) const {
+    std::size_t r = 0;
+    for (const std::uint32_t i : island.contacts) {
+      ContactConstraint<S>& c = constraints.contacts[i];
+      Real x = rows_[r + 1].lambda;
+      Real y = rows_[r + 2].lambda;
+      detail::shrink(rows_[r].friction * rows_[r].lambda, x, y);
+      c.impulse = {S(rows_[r].lambda), S(x), S(y)};
+      r += 3;
+    }
+    for (const std::uint32_t i : island.blocks) {
+      const ConstraintBlock<S>& block = constraints.blocks[i];
+      for (std::uint32_t k = 0; k < block.count; ++k) {
+        constraints.rows[block.first + k].impulse = S(rows_[r++].lambda);
+      }
+    }
+  }
+  /// Whether any contact that presses slides, faster than what adds `speed` to its cone.
+  [[nodiscard]] bool has_sliding(Real eps, Real speed) const {
+    for (std::size_t i = 0; i < rows_.size(); ++i) {
+      const Row& row = rows_[i];
+      if (row.kind != Kind::cone || !(row.shift > speed)) continue;
+      if (side_of(i, eps) == Side::sliding) return true;
+    }
+    return false;
+  }
+  /// Writes by how much the contacts' multipliers fall along the whole step of the velocities. The
+  /// step knows the contacts that press: where it closes another, the penalty may make any impulse
+  /// of that. A prediction above the largest impulse in the island is dropped.
+  void store_passing(Real eps, const Island& island, Constraints<S>& constraints,
+                     std::vector<Real>& scratch) const {
+    scratch.resize(rows_.size());
+    Real largest = Real(0);
+    for_each_impulse(eps, Real(0), [&](std::size_t i, Real x) {
+      scratch[i] = x;
+      if (rows_[i].kind == Kind::cone) largest = std::max(largest, x);
+    });
+    bool is_likely = true;
+    for_each_impulse(eps, Real(1), [&](std::size_t i, Real x) {
+      const Row& row = rows_[i];
+      if (row.kind == Kind::cone) is_likely = row.side != Side::at_bound || x <= largest;
+      constraints.contacts[island.contacts[i / 3]].passing[i % 3] =
+          is_likely ? S(scratch[i] - x) : S(0);
+    });
+  }
+  /// Writes the multipliers of the position rows back.
+  void store_placed(const Island& island, Constraints<S>& constraints) const {
+    std::size_t r = 0;
+    for (const std::uint32_t i : island.contacts) {
+      constraints.contacts[i].placed = S(rows_[r++].lambda);
+    }
+    for (const std::uint32_t i : island.blocks) {
+      const ConstraintBlock<S>& block = constraints.blocks[i];
+      for (std::uint32_t k = 0; k < corrected_rows(block); ++k) {
+        constraints.rows[block.first + k].correction = S(rows_[r++].lambda);
+      }
+    }
+  }
+
+ private:
+  using Row = IslandRow<Real>;
+  using Kind = RowKind;
+  using Side = RowSide;
+
+  [[nodiscard]] Side side_of(std::size_t i, Real eps) const {
+    using std::hypot;
+    const Row& row = rows_[i];
+    if (row.kind == Kind::free) return Side::inside;
+    const Real x = row.proposed(eps, Real(0));
+    if (row.kind != Kind::cone) {
+      return x > row.lower && x < row.upper ? Side::inside : Side::at_bound;
+    }
+    const Real t = hypot(rows_[i + 1].proposed(eps, Real(0)), rows_[i + 2].proposed(eps, Real(0)));
+    if (x >= Real(0) && t <= row.friction * x) return Side::inside;
+    return row.friction * t <= -x ? Side::at_bound : Side::sliding;
+  }
+
+  /// Calls use(number of the row, lambda+) for all rows, a part s of the way along the step.
+  template <typename Use>
+  void for_each_impulse(Real eps, Real s, Use&& use) const {
+    for (std::size_t i = 0; i < rows_.size(); ++i) {
+      const Row& row = rows_[i];
+      Real n = row.proposed(eps, s);
+      if (row.kind != Kind::cone) {
+        use(i, row.clamped(n));
+        continue;
+      }
+      Real x = rows_[i + 1].proposed(eps, s);
+      Real y = rows_[i + 2].proposed(eps, s);
+      detail::project_on_cone(row.friction, n, x, y);
+      use(i, n);
+      use(i + 1, x);
+      use(i + 2, y);
+      i += 2;
+    }
+  }
+
+  template <typename Velocity>
+  Row& add(const ContactConstraint<S>& c, std::size_t axis, std::span<const SolverBody<S>> bodies,
+           Velocity&& velocity) {
+    const Vec3<S>& d = c.axes[axis];
+    return add(c.body_a, c.body_b, d, c.arm_a.cross(d), c.arm_b.cross(d), bodies, velocity);
+  }
+  template <typename Velocity>
+  Row& add(const ConstraintBlock<S>& block, const ConstraintRow<S>& row,
+           std::span<const SolverBody<S>> bodies, Velocity&& velocity) {
+    return add(block.body_a, block.body_b, row.direction, row.angular_a, row.angular_b, bodies,
+               velocity);
+  }
+  /// Adds a row without a rule, its target at rest relative to what does not move.
+  template <typename Velocity>
+  Row& add(std::uint32_t slot_a, std::uint32_t slot_b, const Vec3<S>& d, const Vec3<S>& angular_a,
+           const Vec3<S>& angular_b, std::span<const SolverBody<S>> bodies, Velocity&& velocity) {
+    Row row;
+    row.a = fill(bodies[slot_a], slot_a, -d, -angular_a, velocity, row.jacobian_a, row);
+    row.b = fill(bodies[slot_b], slot_b, d, angular_b, velocity, row.jacobian_b, row);
+    rows_.push_back(row);
+    return rows_.back();
+  }
+  template <typename Velocity>
+  std::uint32_t fill(const SolverBody<S>& body, std::uint32_t slot, const Vec3<S>& linear,
+                     const Vec3<S>& angular, Velocity&& velocity, std::array<Real, 6>& jacobian,
+                     Row& row) const {
+    if (unknown_[slot] == none) {
+      const Twist<S>& known = velocity(body);
+      row.target -= Real(linear.dot(known.linear) + angular.dot(known.angular));
+      return none;
+    }
+    for (std::size_t i = 0; i < 3; ++i) {
+      const auto axis = static_cast<Eigen::Index>(i);
+      jacobian[i] = body.is_locked(axis) ? Real(0) : Real(linear[axis]);
+      jacobian[i + 3] = body.is_locked(axis + 3) ? Real(0) : Real(angular[axis]);
+    }
+    row.response += Real(linear.dot(body.inverse_mass.cwiseProduct(linear)) +
+                         angular.dot(body.inverse_inertia * angular));
+    return unknown_[slot];
+  }
+
+  void find_switches() {
+    can_switch_ = std::any_of(rows_.begin(), rows_.end(),
+                              [](const Row& row) { return row.kind != Kind::free; });
+  }
+
+  IslandOrder order_;
+  std::size_t unknowns_ = 0;
+  std::vector<std::uint32_t> unknown_, last_, envelope_;
+  std::vector<Row> rows_;
+  bool can_switch_ = false;
+};
+
+// Implementation -----------------------------------------------------------------------------------
+
+template <Scalar S, typename Real>
+void IslandRows<S, Real>::add_hessian(Real eps, EnvelopeMatrix<Real>& h) {
+  using std::hypot;
+  for (std::size_t i = 0; i < rows_.size(); ++i) {
+    Row& row = rows_[i];
+    if (!(row.response > Real(0)) || row.kind == Kind::tangent) continue;
+    const Real stiffness = Real(1) / row.softness(eps);
+    row.side = side_of(i, eps);
+    if (row.side == Side::at_bound) continue;
+    if (row.kind != Kind::cone) {
+      detail::add_square(h, stiffness, row);
+      continue;
+    }
+    const Row& first = rows_[i + 1];
+    const Row& second = rows_[i + 2];
+    if (row.side == Side::inside) {
+      detail::add_square(h, stiffness, row);
+      detail::add_square(h, stiffness, first);
+      detail::add_square(h, stiffness, second);
+      continue;
+    }
+    // On the side of the cone: along its edge, and across, where only the direction may give.
+    Real n = row.proposed(eps, Real(0));
+    Real x = first.proposed(eps, Real(0));
+    Real y = second.proposed(eps, Real(0));
+    const Real t = hypot(x, y);
+    const Real mu = row.friction;
+    const Real on_edge = (n + mu * t) / (Real(1) + mu * mu);
+    const Real cosine = t > Real(0) ? x / t : Real(1);
+    const Real sine = t > Real(0) ? y / t : Real(0);
+    Row edge = row;
+    Row across = row;
+    for (std::size_t k = 0; k < 6; ++k) {
+      edge.jacobian_a[k] += mu * (cosine * first.jacobian_a[k] + sine * second.jacobian_a[k]);
+      edge.jacobian_b[k] += mu * (cosine * first.jacobian_b[k] + sine * second.jacobian_b[k]);
+      across.jacobian_a[k] = cosine * second.jacobian_a[k] - sine * first.jacobian_a[k];
+      across.jacobian_b[k] = cosine * second.jacobian_b[k] - sine * first.jacobian_b[k];
+    }
+    detail::add_square(h, stiffness / (Real(1) + mu * mu), edge);
+    if (t > Real(0)) detail::add_square(h, stiffness * mu * on_edge / t, across);
+  }
+}
+
+}  // namespace bristle::inline BRISTLE_ABI

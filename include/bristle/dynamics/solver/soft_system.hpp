@@ -1,0 +1,202 @@
+/// @file
+/// Soft blocks between bodies that are known by their mobility alone.
+///
+/// A world knows the mass of its bodies and solves for the velocities that minimise a convex
+/// function (proximal_solver.hpp). Of somebody else's bodies only the answer to a push is known: a
+/// finger on a slide moves along one axis, and the links of an arm move each other. With V the
+/// twists of all bodies about their centres of mass, W their mobility and f the impulses of the
+/// blocks,
+///
+///     V = V_free + W f,   f_i = sum over blocks of -s_i G_i^T p,   p = offset + matrix u,
+///     u = sum over the two bodies of s_i G_i V_i,   s = +1 for A and -1 for B,
+///
+/// where G_i takes a twist from the centre of mass to the block's point. W need not have an
+/// inverse: (1 + W Q) V = V_free + W q is solved, with Q = sum s_i s_j G_i^T matrix G_j. W and Q
+/// are positive semidefinite, so that 1 + W Q has no eigenvalue below 1.
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <bristle/core/disjoint_sets.hpp>
+#include <bristle/core/refill.hpp>
+#include <bristle/dynamics/solver/soft_block.hpp>
+#include <bristle/math/elimination.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+namespace bristle::inline BRISTLE_ABI {
+
+/// Solves for the motion of such bodies. Bodies are known by the order in which they were added;
+/// those that nothing connects are solved apart. Systems of floats are solved in double, since
+/// W Q of a stiff block leaves float no digits.
+template <Scalar S>
+class SoftSystem {
+ public:
+  /// Starts another system.
+  void clear() {
+    free_.clear();
+    couplings_.clear();
+  }
+  /// Adds a body.
+  /// @param free  [m/s, rad/s] The twist it will have without the blocks.
+  /// @return      [-] Its number.
+  std::uint32_t add_body(const Twist<S>& free) {
+    Vec6<S> twist;
+    twist.template head<3>() = free.linear;
+    twist.template tail<3>() = free.angular;
+    free_.push_back(twist);
+    return static_cast<std::uint32_t>(free_.size() - 1);
+  }
+  /// Says what an impulse on body j about its centre of mass adds to the twist of body i. What is
+  /// not said is zero.
+  /// @param mobility  [1/kg and products with 1/m] For i = j symmetric, positive semidefinite; its
+  ///                  transpose is what body j gets from body i.
+  void set_mobility(std::uint32_t i, std::uint32_t j, const Mat6<S>& mobility) {
+    couplings_.push_back({i, j, mobility});
+    if (i != j) couplings_.push_back({j, i, mobility.transpose()});
+  }
+  /// Adds an impulse about the centre of mass of a body that is known beforehand.
+  /// @param impulse  [N s, N m s]
+  void push(std::uint32_t body, const Wrench<S>& impulse) {
+    Vec6<S> known;
+    known.template head<3>() = impulse.force;
+    known.template tail<3>() = impulse.torque;
+    for (const Coupling& c : couplings_) {
+      if (c.to == body) free_[c.from] += c.mobility * known;
+    }
+  }
+
+  /// Finds the motion of all blocks. Where it is not finite, neither was what went in.
+  void solve(std::span<SoftBlock<S>> blocks);
+
+ private:
+  using Real = std::conditional_t<std::is_same_v<S, float>, double, S>;
+  using Matrix = Eigen::Matrix<Real, 6, 6, Eigen::DontAlign>;
+  using Vector = Eigen::Matrix<Real, 6, 1, Eigen::DontAlign>;
+  using Map = Eigen::Map<Eigen::Matrix<Real, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>>;
+
+  struct Coupling {
+    std::uint32_t from = 0;
+    std::uint32_t to = 0;
+    Mat6<S> mobility = Mat6<S>::Zero();
+  };
+  /// A body of a block: its number, and s G.
+  struct Side {
+    std::uint32_t body = 0;
+    Matrix G = Matrix::Zero();
+  };
+
+  [[nodiscard]] static std::array<Side, 2> sides_of(const SoftBlock<S>& block) {
+    return {Side{block.body_a, shift_matrix<Real>(block.arm_a.template cast<Real>())},
+            Side{block.body_b, -shift_matrix<Real>(block.arm_b.template cast<Real>())}};
+  }
+
+  void find_sets(std::span<const SoftBlock<S>> blocks);
+  void solve_set(std::uint32_t set, std::span<const SoftBlock<S>> blocks);
+
+  std::vector<Vec6<S>> free_;
+  std::vector<Coupling> couplings_;
+  DisjointSets sets_;
+  /// Members of the set at hand, the place of each body in it, and all twists.
+  std::vector<std::uint32_t> members_;
+  std::vector<Eigen::Index> place_;
+  std::vector<Vector> twist_;
+  std::vector<Real> left_, stiffness_, right_, load_;
+};
+
+// Implementation -----------------------------------------------------------------------------------
+
+template <Scalar S>
+void SoftSystem<S>::solve(std::span<SoftBlock<S>> blocks) {
+  twist_.resize(free_.size());
+  place_.resize(free_.size());
+  for (std::size_t i = 0; i < free_.size(); ++i) twist_[i] = free_[i].template cast<Real>();
+  find_sets(blocks);
+  for (std::uint32_t i = 0; i < free_.size(); ++i) {
+    if (sets_.find(i) == i) solve_set(i, blocks);
+  }
+  for (SoftBlock<S>& block : blocks) {
+    Vector motion = Vector::Zero();
+    for (const Side& side : sides_of(block)) motion += side.G * twist_[side.body];
+    block.motion = motion.template cast<S>();
+  }
+}
+
+template <Scalar S>
+void SoftSystem<S>::find_sets(std::span<const SoftBlock<S>> blocks) {
+  sets_.reset(free_.size());
+  // What has no mobility passes nothing on.
+  std::fill(place_.begin(), place_.end(), Eigen::Index(-1));
+  for (const Coupling& c : couplings_) {
+    if (c.from == c.to) place_[c.to] = 0;
+    sets_.join(c.from, c.to);
+  }
+  for (const SoftBlock<S>& block : blocks) {
+    if (place_[block.body_a] == 0 && place_[block.body_b] == 0) {
+      sets_.join(block.body_a, block.body_b);
+    }
+  }
+}
+
+template <Scalar S>
+void SoftSystem<S>::solve_set(std::uint32_t set, std::span<const SoftBlock<S>> blocks) {
+  std::fill(place_.begin(), place_.end(), Eigen::Index(-1));
+  members_.clear();
+  for (const Coupling& c : couplings_) {
+    if (c.from != c.to || sets_.find(c.from) != set) continue;
+    place_[c.from] = static_cast<Eigen::Index>(6 * members_.size());
+    members_.push_back(c.from);
+  }
+  if (members_.empty()) return;
+  const auto size = static_cast<Eigen::Index>(6 * members_.size());
+  const auto cells = static_cast<std::size_t>(size * size);
+  detail::refill(left_, cells, Real(0));
+  detail::refill(stiffness_, cells, Real(0));
+  detail::refill(right_, static_cast<std::size_t>(size), Real(0));
+  detail::refill(load_, static_cast<std::size_t>(size), Real(0));
+  Map left(left_.data(), size, size), Q(stiffness_.data(), size, size);
+  Map right(right_.data(), size, 1), q(load_.data(), size, 1);
+  for (const SoftBlock<S>& block : blocks) {
+    if (place_[block.body_a] < 0 && place_[block.body_b] < 0) continue;
+    const std::array<Side, 2> sides = sides_of(block);
+    const Matrix A = block.matrix.template cast<Real>();
+    Vector constant = block.offset.template cast<Real>();
+    for (const Side& side : sides) {
+      if (place_[side.body] < 0) constant += A * (side.G * twist_[side.body]);
+    }
+    for (const Side& i : sides) {
+      if (place_[i.body] < 0) continue;
+      const Matrix across = i.G.transpose() * A;
+      q.template block<6, 1>(place_[i.body], 0) -= i.G.transpose() * constant;
+      for (const Side& j : sides) {
+        if (place_[j.body] < 0) continue;
+        Q.template block<6, 6>(place_[i.body], place_[j.body]) += across * j.G;
+      }
+    }
+  }
+  for (const std::uint32_t body : members_) {
+    right.template block<6, 1>(place_[body], 0) = twist_[body];
+  }
+  for (Eigen::Index i = 0; i < size; ++i) left(i, i) = Real(1);
+  for (const Coupling& c : couplings_) {
+    if (place_[c.from] < 0 || place_[c.to] < 0) continue;
+    const Matrix W = c.mobility.template cast<Real>();
+    right.template block<6, 1>(place_[c.from], 0) += W * q.template block<6, 1>(place_[c.to], 0);
+    for (Eigen::Index column = 0; column < size; column += 6) {
+      left.template block<6, 6>(place_[c.from], column) +=
+          W * Q.template block<6, 6>(place_[c.to], column);
+    }
+  }
+  eliminate(left, right);
+  for (const std::uint32_t body : members_) {
+    twist_[body] = right.template block<6, 1>(place_[body], 0);
+  }
+}
+
+}  // namespace bristle::inline BRISTLE_ABI

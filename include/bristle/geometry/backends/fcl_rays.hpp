@@ -1,0 +1,113 @@
+/// @file
+/// Rays over FCL's own geometry, which has no ray query of its own (fcl#310).
+///
+/// FCL is the container: sizes and triangles are read from its geometry, once, and met as those of
+/// the analytic backend are, in the user's scalar. Single rays (`ray_cast`) walk FCL's own trees in
+/// the scalar of the geometry.
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <bristle/geometry/backends/fcl_shapes.hpp>
+#include <bristle/geometry/contacts/shape_cast.hpp>
+#include <bristle/geometry/rays/bundle_mesh_rays.hpp>
+#include <bristle/geometry/rays/mesh_rays.hpp>
+#include <bristle/geometry/rays/ray_lanes.hpp>
+#include <bristle/geometry/rays/ray_mesh.hpp>
+#include <bristle/geometry/rays/ray_shapes.hpp>
+#include <bristle/math/finite.hpp>
+
+#include <array>
+#include <concepts>
+#include <cstdint>
+#include <type_traits>
+#include <utility>
+#include <variant>
+
+namespace bristle::inline BRISTLE_ABI {
+
+/// Nearest hit of a ray with an FCL mesh, as `ray_cast_mesh` finds it.
+template <Scalar S>
+[[nodiscard]] RayHit<S> ray_cast(const FclMeshTree<S>& mesh, const Ray<S>& ray) {
+  return ray_cast_mesh(mesh, ray);
+}
+
+/// Nearest hit of a ray with what an FCL geometry holds, in its frame.
+template <Scalar S>
+[[nodiscard]] RayHit<S> ray_cast(const FclView<S>& view, const Ray<S>& ray) {
+  return std::visit([&](const auto& shape) { return ray_cast(shape, ray); }, view);
+}
+
+/// An FCL geometry made ready for rays in S. Immutable; several threads may cast at once.
+template <Scalar S>
+class FclRayTarget {
+ public:
+  /// @throws InvalidArgument as `from_fcl` does.
+  explicit FclRayTarget(FclGeometry geometry)
+      : geometry_(std::move(geometry)),
+        view_(from_fcl(*geometry_)),
+        shape_(std::visit([](const auto& view) { return prepared(view); }, view_)) {}
+
+  [[nodiscard]] const FclGeometry& geometry() const { return geometry_; }
+  /// What the geometry holds.
+  [[nodiscard]] const FclView<double>& view() const { return view_; }
+
+  /// Offers to `hits` the nearest hit of each ray, as `ShapeBackend::cast_rays` does. X_RC is the
+  /// geometry's pose in the rays' frame; one that is not finite hits nothing.
+  ///
+  /// Allocates nothing.
+  void cast_rays(const Transform<S>& X_RC, const RayBatch<S>& rays, std::uint32_t tag,
+                 RayHits<S>& hits) const noexcept;
+
+  /// Whether no ray can meet a mesh, as far as a look at boxes tells; false for other geometry.
+  [[nodiscard]] bool is_clear(const Transform<S>& X_RC, const RayBatch<S>& rays) const noexcept {
+    const auto* mesh = std::get_if<RayMesh<S>>(&shape_);
+    return mesh != nullptr && is_clear_of_mesh(*mesh, X_RC, rays);
+  }
+
+ private:
+  using Prepared = std::variant<Sphere<S>, Box<S>, Capsule<S>, Cylinder<S>, Cone<S>, Ellipsoid<S>,
+                                HalfSpace<S>, ConvexHull<S>, RayMesh<S>>;
+
+  template <typename View>
+  [[nodiscard]] static Prepared prepared(const View& view) {
+    return std::visit(
+        [](auto&& shape) -> Prepared {
+          if constexpr (std::constructible_from<Prepared, decltype(shape)>) {
+            return shape;
+          } else {
+            return RayMesh<S>();
+          }
+        },
+        detail::ShapeCast<S, double>{}(view));
+  }
+  [[nodiscard]] static Prepared prepared(const FclMeshTree<double>& mesh) {
+    return RayMesh<S>(mesh.size(), [&](std::uint32_t i) {
+      const auto [a, b, c] = mesh.corners(i);
+      return std::array<Vec3<S>, 3>{a.template cast<S>(), b.template cast<S>(),
+                                    c.template cast<S>()};
+    });
+  }
+
+  FclGeometry geometry_;
+  FclView<double> view_;
+  Prepared shape_;
+};
+
+// Implementation -----------------------------------------------------------------------------------
+
+template <Scalar S>
+void FclRayTarget<S>::cast_rays(const Transform<S>& X_RC, const RayBatch<S>& rays,
+                                std::uint32_t tag, RayHits<S>& hits) const noexcept {
+  if (!all_finite(X_RC.translation) || !all_finite(X_RC.rotation.coeffs())) return;
+  std::visit(
+      [&](const auto& shape) {
+        if constexpr (std::same_as<std::remove_cvref_t<decltype(shape)>, RayMesh<S>>) {
+          cast_rays_at_mesh(shape, X_RC, rays, tag, hits);
+        } else {
+          cast_rays_in_lanes(shape, X_RC, rays, tag, hits);
+        }
+      },
+      shape_);
+}
+
+}  // namespace bristle::inline BRISTLE_ABI

@@ -1,0 +1,308 @@
+/// @file
+/// Contacts in closed form, one overload of `collide_shapes(a, b, X_AB, margin, out)` for each pair
+/// of shapes that has one. Each appends to `out` the manifold of A and B, in A's frame, if they
+/// overlap or come within `margin` [m]; B stands at X_AB in A. Two boxes: box_box.hpp.
+///
+/// Shapes whose centres, axes or the like coincide have no contact normal of their own; each
+/// overload says which it takes. Nothing is thrown.
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <bristle/geometry/contacts/contact_clip.hpp>
+#include <bristle/geometry/meshes/mesh_tree.hpp>
+#include <bristle/geometry/shapes/convex_view.hpp>
+#include <bristle/geometry/shapes/shapes.hpp>
+#include <bristle/geometry/shapes/support.hpp>
+#include <bristle/math/rotation.hpp>
+#include <bristle/math/transform.hpp>
+
+#include <algorithm>
+#include <array>
+#include <concepts>
+#include <cstddef>
+#include <cstdint>
+
+namespace bristle::inline BRISTLE_ABI {
+
+/// Normal +z for concentric balls.
+template <Scalar S>
+void collide_shapes(const Sphere<S>& a, const Sphere<S>& b, const Transform<S>& X_AB, S margin,
+                    ContactManifolds<S>& out);
+/// Normal +x for a ball centred on the axis.
+template <Scalar S>
+void collide_shapes(const Capsule<S>& a, const Sphere<S>& b, const Transform<S>& X_AB, S margin,
+                    ContactManifolds<S>& out);
+/// A centre inside leaves through the nearest face; of equally near ones the first axis, upwards.
+template <Scalar S>
+void collide_shapes(const Box<S>& a, const Sphere<S>& b, const Transform<S>& X_AB, S margin,
+                    ContactManifolds<S>& out);
+/// Axes that meet are parted across both of them; two points where the sides lie along each other.
+template <Scalar S>
+void collide_shapes(const Capsule<S>& a, const Capsule<S>& b, const Transform<S>& X_AB, S margin,
+                    ContactManifolds<S>& out);
+
+/// A shape that has a face to stand on.
+template <typename T, typename S>
+concept SupportedShape = Scalar<S> && requires(const T& shape, const Vec3<S>& direction) {
+  { support_face(shape, direction) } -> std::same_as<SupportFeature<S>>;
+};
+
+/// Any convex shape: the corners of the face that is turned to the plane.
+template <Scalar S, SupportedShape<S> Convex>
+void collide_shapes(const HalfSpace<S>& a, const Convex& b, const Transform<S>& X_AB, S margin,
+                    ContactManifolds<S>& out);
+/// A box, alike.
+template <Scalar S>
+void collide_shapes(const HalfSpace<S>& a, const Box<S>& b, const Transform<S>& X_AB, S margin,
+                    ContactManifolds<S>& out);
+/// A mesh: of all corners within the margin the deepest, and those that are farthest apart.
+template <Scalar S>
+void collide_shapes(const HalfSpace<S>& a, const MeshTree<S>& b, const Transform<S>& X_AB, S margin,
+                    ContactManifolds<S>& out);
+
+// Implementation -----------------------------------------------------------------------------------
+
+namespace detail {
+
+/// Contact of two balls of the given radii around two points.
+/// @param fallback  [1] Normal for balls with one centre.
+template <Scalar S>
+void collide_balls(const Vec3<S>& center_a, S radius_a, const Vec3<S>& center_b, S radius_b,
+                   const Vec3<S>& fallback, S margin, ContactManifolds<S>& out) {
+  const Vec3<S> between = center_b - center_a;
+  const S distance = between.norm();
+  const S gap = distance - radius_a - radius_b;
+  if (!(gap <= margin)) return;
+  ContactManifold<S>& manifold = out.emplace_back();
+  manifold.normal = distance > S(0) ? Vec3<S>(between.stableNormalized()) : fallback;
+  manifold.add({center_a + (radius_a + S(0.5) * gap) * manifold.normal, gap, 0});
+}
+
+/// Where the segments of two capsules come closest: heights on the axes of A and of B.
+/// @param center, axis  Of B, in A.
+template <Scalar S>
+[[nodiscard]] std::array<S, 2> closest_heights(const Capsule<S>& a, const Capsule<S>& b,
+                                               const Vec3<S>& center, const Vec3<S>& axis) {
+  // Seen along A's axis the closest point of B's line is the foot of a perpendicular. For parallel
+  // axes every point is; the middle then serves as well as any.
+  const auto across = axis.template head<2>();
+  const S sine2 = across.squaredNorm();
+  S on_b = sine2 > S(0) ? -center.template head<2>().dot(across) / sine2 : S(0);
+  on_b = std::clamp(on_b, -b.half_length, b.half_length);
+  const S on_a = std::clamp(center.z() + on_b * axis.z(), -a.half_length, a.half_length);
+  // Where A's end was in the way the closest point of B is another.
+  on_b = std::clamp(axis.dot(Vec3<S>(S(0), S(0), on_a) - center), -b.half_length, b.half_length);
+  return {on_a, on_b};
+}
+
+/// Contacts of points with the plane of a half-space, thinned as in `build_manifold`.
+template <Scalar S>
+class PlaneContacts {
+ public:
+  PlaneContacts(const HalfSpace<S>& plane, S margin, S extent)
+      : plane_(plane), contacts_(margin, extent) {
+    tangent_basis(plane.normal, t1_, t2_);
+  }
+
+  void add(const Vec3<S>& point, std::uint32_t name) {
+    contacts_.add({t1_.dot(point), t2_.dot(point)}, plane_.offset, plane_.normal.dot(point), name);
+  }
+
+  void append_to(ContactManifolds<S>& out, std::size_t limit) {
+    if (contacts_.size() == 0) return;
+    contacts_.thin(limit);
+    ContactManifold<S> manifold;
+    manifold.normal = plane_.normal;
+    for (std::size_t i = 0; i < contacts_.size(); ++i) {
+      const ClipContact<S>& c = contacts_[i];
+      manifold.add(
+          {c.place.x() * t1_ + c.place.y() * t2_ + c.height * plane_.normal, c.gap, c.name});
+    }
+    out.push_back(manifold);
+  }
+
+ private:
+  HalfSpace<S> plane_;
+  Vec3<S> t1_;
+  Vec3<S> t2_;
+  ClipContacts<S> contacts_;
+};
+
+}  // namespace detail
+
+template <Scalar S>
+void collide_shapes(const Sphere<S>& a, const Sphere<S>& b, const Transform<S>& X_AB, S margin,
+                    ContactManifolds<S>& out) {
+  detail::collide_balls<S>(Vec3<S>::Zero(), a.radius, X_AB.translation, b.radius, Vec3<S>::UnitZ(),
+                           margin, out);
+}
+
+template <Scalar S>
+void collide_shapes(const Capsule<S>& a, const Sphere<S>& b, const Transform<S>& X_AB, S margin,
+                    ContactManifolds<S>& out) {
+  const S height = std::clamp(X_AB.translation.z(), -a.half_length, a.half_length);
+  detail::collide_balls<S>({S(0), S(0), height}, a.radius, X_AB.translation, b.radius,
+                           Vec3<S>::UnitX(), margin, out);
+}
+
+template <Scalar S>
+void collide_shapes(const Box<S>& a, const Sphere<S>& b, const Transform<S>& X_AB, S margin,
+                    ContactManifolds<S>& out) {
+  const Vec3<S>& center = X_AB.translation;
+  const Vec3<S> nearest = center.cwiseMax(-a.half_extents).cwiseMin(a.half_extents);
+  if (nearest != center) {
+    detail::collide_balls<S>(nearest, S(0), center, b.radius, Vec3<S>::UnitZ(), margin, out);
+    return;
+  }
+  int axis = 0;
+  const S depth = (a.half_extents - center.cwiseAbs()).minCoeff(&axis);
+  ContactManifold<S> manifold;
+  manifold.normal = (center[axis] < S(0) ? S(-1) : S(1)) * Vec3<S>::Unit(axis);
+  const S gap = -depth - b.radius;
+  // Halfway between the box's face and the far side of the ball.
+  manifold.add({center - (b.radius + S(0.5) * gap) * manifold.normal, gap, 0});
+  out.push_back(manifold);
+}
+
+template <Scalar S>
+void collide_shapes(const Capsule<S>& a, const Capsule<S>& b, const Transform<S>& X_AB, S margin,
+                    ContactManifolds<S>& out) {
+  using std::abs;
+  const Vec3<S>& center = X_AB.translation;
+  const Vec3<S> axis = X_AB.rotate(Vec3<S>::UnitZ());
+  const auto [on_a, on_b] = detail::closest_heights(a, b, center, axis);
+  const Vec3<S> point_a(S(0), S(0), on_a);
+  const Vec3<S> point_b = center + on_b * axis;
+  const Vec2<S> across = axis.template head<2>();
+  const S sine = across.norm();
+
+  Vec3<S> fallback = Vec3<S>::UnitX();
+  if (sine > S(0)) fallback = Vec3<S>(-across.y(), across.x(), S(0)) / sine;
+  const Vec3<S> between = point_b - point_a;
+  const S distance = between.norm();
+  const Vec3<S> normal = distance > S(0) ? Vec3<S>(between.stableNormalized()) : fallback;
+  const bool is_lengthwise = sine <= edge_tolerance<S> && abs(normal.z()) <= edge_tolerance<S> &&
+                             abs(normal.dot(axis)) <= edge_tolerance<S>;
+  if (is_lengthwise && distance - a.radius - b.radius <= margin) {
+    const auto features = detail::feature_pair(convex_view(a), convex_view(b), X_AB, normal);
+    const auto manifold = detail::clip_features(features.a, features.b, normal, margin);
+    if (manifold.size > 0) {
+      out.push_back(manifold);
+      return;
+    }
+  }
+  detail::collide_balls<S>(point_a, a.radius, point_b, b.radius, fallback, margin, out);
+}
+
+template <Scalar S, SupportedShape<S> Convex>
+void collide_shapes(const HalfSpace<S>& a, const Convex& b, const Transform<S>& X_AB, S margin,
+                    ContactManifolds<S>& out) {
+  const Vec3<S> down_B = X_AB.rotation.conjugate() * Vec3<S>(-a.normal);
+  // Most pairs end here: the lowest point is out of reach.
+  if (a.normal.dot(X_AB * support_point(b, down_B)) - a.offset > margin) return;
+  const SupportFeature<S> face = support_face(b, down_B).transformed(X_AB);
+  S extent = S(0);
+  for (std::size_t i = 0; i < face.size; ++i) {
+    extent = std::max(extent, (face.points[i] - face.points[0]).norm());
+  }
+  detail::PlaneContacts<S> contacts(a, margin, extent);
+  for (std::size_t i = 0; i < face.size; ++i) contacts.add(face.points[i], face.ids[i]);
+  contacts.append_to(out, face.is_round ? 4 : ContactManifold<S>::capacity);
+}
+
+template <Scalar S>
+void collide_shapes(const HalfSpace<S>& a, const Box<S>& b, const Transform<S>& X_AB, S margin,
+                    ContactManifolds<S>& out) {
+  using std::abs;
+  const Vec3<S>& half = b.half_extents;
+  const Mat3<S> R = X_AB.rotation_matrix();
+  const Vec3<S> up_B = R.transpose() * a.normal;
+  // [m] Heights: of the centre over the plane, and of the ends of the half axes over the centre.
+  const S height = a.normal.dot(X_AB.translation) - a.offset;
+  const Vec3<S> rise = half.cwiseProduct(up_B);
+  if (height - rise.cwiseAbs().sum() > margin) return;
+  // The face that looks down most.
+  int axis = abs(up_B[1]) > abs(up_B[0]) ? 1 : 0;
+  if (abs(up_B[2]) > abs(up_B[axis])) axis = 2;
+  const int u = axis < 2 ? axis + 1 : 0;
+  const int v = axis > 0 ? axis - 1 : 2;
+  const S side = up_B[axis] > S(0) ? S(-1) : S(1);
+  const Vec3<S> middle = X_AB.translation + (side * half[axis]) * R.col(axis);
+  const S middle_gap = height + side * rise[axis];
+
+  ContactManifold<S>& manifold = out.emplace_back();
+  manifold.normal = a.normal;
+  for (std::uint32_t k = 0; k < 4; ++k) {
+    const bool u_up = k == 1 || k == 2;
+    const bool v_up = k >= 2;
+    const S gap = middle_gap + (u_up ? rise[u] : -rise[u]) + (v_up ? rise[v] : -rise[v]);
+    if (!(gap <= margin)) continue;
+    // Corners have the names that support.hpp gives them.
+    const std::uint32_t id =
+        (side > S(0) ? 1u << axis : 0u) | (u_up ? 1u << u : 0u) | (v_up ? 1u << v : 0u);
+    manifold.add({middle + (u_up ? half[u] : -half[u]) * R.col(u) +
+                      (v_up ? half[v] : -half[v]) * R.col(v) - (S(0.5) * gap) * a.normal,
+                  gap, id});
+  }
+  if (manifold.size == 0) out.pop_back();
+}
+
+template <Scalar S>
+void collide_shapes(const HalfSpace<S>& a, const MeshTree<S>& b, const Transform<S>& X_AB, S margin,
+                    ContactManifolds<S>& out) {
+  const Vec3<S> up_B = X_AB.rotation.conjugate() * a.normal;
+  const S offset_B = a.offset - a.normal.dot(X_AB.translation);
+  const auto for_low_corners = [&](const auto& use) {
+    b.tree().find(
+        [&](const Aabb<S>& box) {
+          return up_B.dot(box.center()) - up_B.cwiseAbs().dot(box.half_extents()) - offset_B <=
+                 margin + Tolerance<S>::round_off() * box.half_extents().maxCoeff();
+        },
+        [&](std::uint32_t triangle) {
+          for (const std::uint32_t v : b.mesh().triangles[triangle]) {
+            const S gap = up_B.dot(b.mesh().vertices[v]) - offset_B;
+            if (gap <= margin) use(v, gap);
+          }
+          return true;
+        });
+  };
+  // One descent for each contact, and nothing to store: the deepest corner, then ever the one that
+  // is farthest from those there are.
+  const Aabb<S> bounds = b.tree().root_box();
+  const S extent = bounds.half_extents().norm();
+  std::array<std::uint32_t, ContactManifold<S>::capacity> chosen{};
+  std::size_t count = 0;
+  S deepest = infinity<S>;
+  for_low_corners([&](std::uint32_t v, S gap) {
+    if (gap < deepest - Tolerance<S>::round_off() * extent) {
+      deepest = gap;
+      chosen[0] = v;
+      count = 1;
+    }
+  });
+  if (count == 0) return;
+  while (count < chosen.size()) {
+    S farthest = Tolerance<S>::equal() * extent;
+    std::uint32_t next = chosen[0];
+    for_low_corners([&](std::uint32_t v, S) {
+      S clearance = infinity<S>;
+      for (std::size_t i = 0; i < count; ++i) {
+        const Vec3<S> apart = b.mesh().vertices[v] - b.mesh().vertices[chosen[i]];
+        clearance = std::min(clearance, (apart - up_B.dot(apart) * up_B).norm());
+      }
+      if (clearance > farthest) {
+        farthest = clearance;
+        next = v;
+      }
+    });
+    if (next == chosen[0]) break;
+    chosen[count++] = next;
+  }
+  detail::PlaneContacts<S> contacts(a, margin, extent);
+  for (std::size_t i = 0; i < count; ++i) {
+    contacts.add(X_AB * b.mesh().vertices[chosen[i]], chosen[i]);
+  }
+  contacts.append_to(out, ContactManifold<S>::capacity);
+}
+
+}  // namespace bristle::inline BRISTLE_ABI

@@ -1,0 +1,255 @@
+/// @file
+/// Contact of two boxes by the separating axis test.
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <bristle/geometry/contacts/box_face_clip.hpp>
+#include <bristle/geometry/contacts/contact_clip.hpp>
+#include <bristle/geometry/contacts/contact_normal.hpp>
+#include <bristle/geometry/shapes/convex_view.hpp>
+#include <bristle/geometry/shapes/shapes.hpp>
+#include <bristle/math/transform.hpp>
+
+#include <algorithm>
+#include <span>
+
+namespace bristle::inline BRISTLE_ABI {
+
+/// Appends the manifold of two boxes, B standing at X_AB in A, if they overlap or come within
+/// `margin` [m].
+///
+/// The normal is that of least overlap among the 15 axes (3 + 3 face normals, 9 pairs of edges;
+/// Gottschalk, Lin, Manocha 1996). Where boxes are apart it is the axis that separates them most,
+/// and the gaps are distances along it; boxes that pass each other cornerwise, without facing along
+/// it, have no contact. Faces are preferred to edges, and large faces to small ones, A's where they
+/// are equal, until the other is better by a twentieth: so resting boxes keep their normal.
+template <Scalar S>
+void collide_shapes(const Box<S>& a, const Box<S>& b, const Transform<S>& X_AB, S margin,
+                    ContactManifolds<S>& out);
+
+// Implementation -----------------------------------------------------------------------------------
+
+namespace detail {
+
+/// What separates two boxes most.
+template <Scalar S>
+struct BoxAxis {
+  /// [m] Distance along the axis; negative where the boxes overlap along every axis.
+  S gap = -infinity<S>;
+  /// [-] Number of the axis.
+  int axis = 0;
+
+  /// [m] Gap from which on another axis is clearly better.
+  /// @param least_gain  [m] What counts as no difference.
+  [[nodiscard]] S bar(S least_gain) const {
+    using std::abs;
+    return gap + S(0.05) * abs(gap) + least_gain;
+  }
+};
+
+/// The first of the largest.
+template <Scalar S>
+[[nodiscard]] BoxAxis<S> best_axis(const Vec3<S>& gaps) {
+  BoxAxis<S> best{gaps[0], 0};
+  for (int i = 1; i < 3; ++i) {
+    if (gaps[i] > best.gap) best = {gaps[i], i};
+  }
+  return best;
+}
+
+/// [m^2] Area of the faces across an axis.
+template <Scalar S>
+[[nodiscard]] S face_area(const Box<S>& box, int axis) {
+  const Vec3<S>& h = box.half_extents;
+  return S(4) * h[axis < 2 ? axis + 1 : 0] * h[axis > 0 ? axis - 1 : 2];
+}
+
+/// Two boxes, seen from the first.
+template <Scalar S>
+struct BoxPair {
+  const Vec3<S>& a;  // [m] Half extents.
+  const Vec3<S>& b;
+  const Mat3<S>& R;  // Pose of B.
+  const Vec3<S>& p;
+};
+
+/// The edges along axis `i` of A and `j` of B, and what separates the boxes across both.
+template <Scalar S>
+struct BoxEdges {
+  int i = 0;
+  int j = 0;
+  /// [m] Distance along the axis across both.
+  S gap = -infinity<S>;
+  /// [1] Sine of the angle between the edges; 0 for none.
+  S sine = S(0);
+  /// [1] On which side of A along the cross product B lies.
+  S side = S(1);
+};
+
+/// Looks for a pair of edges that separates the boxes by more than `best.gap`.
+///
+/// @return Whether they come within `margin`; without it the search ends early.
+template <Scalar S>
+[[nodiscard]] bool search_edges(const BoxPair<S>& boxes, const Mat3<S>& absolute, S margin,
+                                BoxEdges<S>& best) {
+  using std::abs;
+  using std::sqrt;
+  const auto& [a, b, R, p] = boxes;
+  for (int i = 0; i < 3; ++i) {
+    const int i1 = i < 2 ? i + 1 : 0;
+    const int i2 = i > 0 ? i - 1 : 2;
+    // All lengths are along the cross products of the edges, whose own lengths are the sines.
+    const Vec3<S> distance = p[i2] * R.row(i1) - p[i1] * R.row(i2);
+    const Vec3<S> reach_a = a[i1] * absolute.row(i2) + a[i2] * absolute.row(i1);
+    const Vec3<S> reach_b(b[1] * absolute(i, 2) + b[2] * absolute(i, 1),
+                          b[2] * absolute(i, 0) + b[0] * absolute(i, 2),
+                          b[0] * absolute(i, 1) + b[1] * absolute(i, 0));
+    const Vec3<S> between = distance.cwiseAbs() - reach_a - reach_b;
+    for (int j = 0; j < 3; ++j) {
+      // Division by a sine makes overlaps larger still: most axes are out without a square root.
+      if (between[j] <= std::min(best.gap, S(0))) continue;
+      // Parallel edges span a face, which has been looked at.
+      const S sine = sqrt(R(i1, j) * R(i1, j) + R(i2, j) * R(i2, j));
+      if (sine <= Tolerance<S>::equal()) continue;
+      const S gap = between[j] / sine;
+      if (gap > margin) return false;
+      if (gap > best.gap) best = {i, j, gap, sine, distance[j] < S(0) ? S(-1) : S(1)};
+    }
+  }
+  return true;
+}
+
+/// Contact of a face of A or B with the other box.
+template <Scalar S>
+void collide_face(const BoxPair<S>& boxes, bool is_of_a, int axis, S margin, S tolerance,
+                  ContactManifold<S>& manifold) {
+  const auto& [a, b, R, p] = boxes;
+  if (is_of_a) {
+    const BoxFace<S> face{a, axis, p[axis] < S(0) ? S(-1) : S(1), true};
+    const BoxFacePatch<S> patch(face, b, R, p, tolerance);
+    patch.add_to(manifold, margin, Mat3<S>::Identity(), Vec3<S>::Zero());
+    manifold.normal = face.side * Vec3<S>::Unit(axis);
+  } else {
+    const Mat3<S> R_BA = R.transpose();
+    const Vec3<S> p_BA = -(R_BA * p);
+    const BoxFace<S> face{b, axis, p_BA[axis] > S(0) ? S(1) : S(-1), false};
+    const BoxFacePatch<S> patch(face, a, R_BA, p_BA, tolerance);
+    patch.add_to(manifold, margin, R, p);
+    manifold.normal = -face.side * R.col(axis);
+  }
+}
+
+/// Contact of two crossed edges, where they come closest.
+template <Scalar S>
+void collide_edges(const BoxPair<S>& boxes, const BoxEdges<S>& edges, const Vec3<S>& normal,
+                   const Vec3<S>& normal_B, ContactManifold<S>& manifold) {
+  const auto& [a, b, R, p] = boxes;
+  std::uint32_t corner_a = 0;
+  std::uint32_t corner_b = 0;
+  Vec3<S> middle_a = a;
+  Vec3<S> middle_b = b;
+  for (int k = 0; k < 3; ++k) {
+    if (normal[k] < S(0)) {
+      middle_a[k] = -a[k];
+    } else {
+      corner_a |= 1u << k;
+    }
+    if (normal_B[k] > S(0)) {
+      middle_b[k] = -b[k];
+    } else {
+      corner_b |= 1u << k;
+    }
+  }
+  middle_a[edges.i] = S(0);
+  middle_b[edges.j] = S(0);
+  middle_b = R * middle_b + p;
+  const Vec3<S> along_b = R.col(edges.j);
+  const Vec3<S> between = middle_b - middle_a;
+  const S cosine = R(edges.i, edges.j);
+  const S on_a = between[edges.i];
+  const S on_b = between.dot(along_b);
+  const S sine2 = edges.sine * edges.sine;
+  const S s = std::clamp((on_a - cosine * on_b) / sine2, -a[edges.i], a[edges.i]);
+  const S t = std::clamp((cosine * on_a - on_b) / sine2, -b[edges.j], b[edges.j]);
+  middle_a[edges.i] = s;
+  manifold.normal = normal;
+  manifold.add({S(0.5) * (middle_a + middle_b + t * along_b), edges.gap,
+                box_crossing_name(box_edge(corner_a, edges.i), box_edge(corner_b, edges.j))});
+}
+
+}  // namespace detail
+
+template <Scalar S>
+void collide_shapes(const Box<S>& a, const Box<S>& b, const Transform<S>& X_AB, S margin,
+                    ContactManifolds<S>& out) {
+  const Mat3<S> R = X_AB.rotation_matrix();
+  const Mat3<S> absolute = R.cwiseAbs();
+  const Vec3<S>& p = X_AB.translation;
+  const detail::BoxPair<S> boxes{a.half_extents, b.half_extents, R, p};
+
+  const detail::BoxAxis<S> face_a =
+      detail::best_axis<S>(p.cwiseAbs() - a.half_extents - absolute * b.half_extents);
+  if (face_a.gap > margin) return;
+  const Vec3<S> p_B = R.transpose() * p;
+  const detail::BoxAxis<S> face_b =
+      detail::best_axis<S>(p_B.cwiseAbs() - b.half_extents - absolute.transpose() * a.half_extents);
+  if (face_b.gap > margin) return;
+
+  const S least_gain =
+      Tolerance<S>::equal() * (a.half_extents.maxCoeff() + b.half_extents.maxCoeff());
+  // Of two as good as each other the larger: what lies within a face need not be cut to it.
+  const bool is_b_larger = detail::face_area(b, face_b.axis) > detail::face_area(a, face_a.axis);
+  const bool is_of_a =
+      is_b_larger ? face_a.gap > face_b.bar(least_gain) : !(face_b.gap > face_a.bar(least_gain));
+  const detail::BoxAxis<S>& face = is_of_a ? face_a : face_b;
+  detail::BoxEdges<S> edges;
+  edges.gap = face.bar(least_gain);
+  if (!detail::search_edges(boxes, absolute, margin, edges)) return;
+
+  // The manifold is made where it will stay: it is large.
+  ContactManifold<S>& manifold = out.emplace_back();
+  const bool is_face = !(edges.sine > S(0));
+  Vec3<S> normal;
+  if (is_face) {
+    detail::collide_face(boxes, is_of_a, face.axis, margin, least_gain, manifold);
+    normal = manifold.normal;
+  } else {
+    normal = (edges.side / edges.sine) * Vec3<S>::Unit(edges.i).cross(R.col(edges.j));
+    const Vec3<S> normal_B = R.transpose() * normal;
+    const bool is_crossing = edges.sine > edge_tolerance<S> &&
+                             normal.cwiseAbs().maxCoeff() < detail::aligned_cosine<S> &&
+                             normal_B.cwiseAbs().maxCoeff() < detail::aligned_cosine<S>;
+    if (is_crossing) {
+      detail::collide_edges(boxes, edges, normal, normal_B, manifold);
+    } else {
+      // Faces or edges that nearly lie along each other touch in more than a point.
+      const auto features = detail::feature_pair(convex_view(a), convex_view(b), X_AB, normal);
+      manifold = detail::clip_features(features.a, features.b, normal, margin);
+    }
+  }
+  const S gap = is_face ? face.gap : edges.gap;
+  const auto points = std::span(manifold.points).first(manifold.size);
+  const S farthest = gap <= S(0) ? infinity<S> : gap + least_gain;
+  if (std::any_of(points.begin(), points.end(),
+                  [&](const ContactPoint<S>& point) { return point.gap <= farthest; })) {
+    return;
+  }
+  out.pop_back();
+  // Boxes that overlap touch somewhere, whatever rounding says.
+  if (gap <= S(0)) {
+    build_manifold(convex_view(a), convex_view(b), X_AB, normal, margin, out);
+    return;
+  }
+  // What separates the boxes least is beside what faces: a corner passes a corner or an edge. No
+  // axis of the fifteen is that of their distance.
+  using P = Precise<S>;
+  const Box<P> precise_a{a.half_extents.template cast<P>()};
+  const Box<P> precise_b{b.half_extents.template cast<P>()};
+  const auto found = contact_normal(convex_view(precise_a), convex_view(precise_b),
+                                    X_AB.template cast<P>(), P(margin));
+  if (found.nearness != Nearness::near) return;
+  build_manifold(convex_view(a), convex_view(b), X_AB,
+                 Vec3<S>(found.normal.template cast<S>().normalized()), margin, out);
+}
+
+}  // namespace bristle::inline BRISTLE_ABI

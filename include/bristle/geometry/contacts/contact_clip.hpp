@@ -1,0 +1,437 @@
+/// @file
+/// Full contact manifold of two convex shapes from nothing but their contact normal.
+///
+/// Along the normal n the two surfaces are height fields over the plane across n. The faces that
+/// meet, or the edges or points, are projected into that plane and intersected there; the contacts
+/// are the corners of the intersection, and the gap of each is the difference of heights. This is
+/// the clipping of incident against reference face (Gregorius, "Robust contact creation for physics
+/// simulations", GDC 2015) in a form that treats both shapes alike.
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <bristle/geometry/contacts/contact_manifold.hpp>
+#include <bristle/geometry/shapes/support.hpp>
+#include <bristle/math/rotation.hpp>
+#include <bristle/math/transform.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+namespace bristle::inline BRISTLE_ABI {
+
+/// The manifold of two convex shapes that meet along a given normal: all corners of the common
+/// patch with a gap of at most `margin` [m], thinned to the capacity of a manifold (to four where a
+/// rounded face takes part). Without points where every gap is larger.
+///
+/// Shapes are those of support.hpp. There is at least one contact wherever the shapes' extents
+/// along the normal come within the margin: a normal that is a little off loses no contact.
+///
+/// @param X_AB    Pose of B in A.
+/// @param normal  [1] Unit normal from A into B, in A. From whatever found it: the deeper or nearer
+///                direction it is, the better the manifold.
+template <Scalar S, typename ShapeA, typename ShapeB>
+[[nodiscard]] ContactManifold<S> contact_manifold(const ShapeA& a, const ShapeB& b,
+                                                  const Transform<S>& X_AB, const Vec3<S>& normal,
+                                                  S margin);
+
+/// The same, appended to `out` with a key, unless it has no points.
+///
+/// @return Whether a manifold was appended.
+template <Scalar S, typename ShapeA, typename ShapeB>
+bool build_manifold(const ShapeA& a, const ShapeB& b, const Transform<S>& X_AB,
+                    const Vec3<S>& normal, S margin, ContactManifolds<S>& out,
+                    std::uint32_t key = 0);
+
+// Implementation -----------------------------------------------------------------------------------
+
+namespace detail {
+
+/// [1] A face turned towards the normal by more than this takes part in a contact by itself: within
+/// 3 degrees.
+template <Scalar S>
+inline constexpr S aligned_cosine = S(0.9986);
+/// [1] A face turned less than this is seen too much from its side to be met by an aligned one.
+template <Scalar S>
+inline constexpr S facing_cosine = S(0.2);
+
+/// Mixes two numbers into one (the finaliser of MurmurHash3 over a weighted sum). Names of features
+/// are made of it; the chance that two in one manifold agree is 1e-8.
+[[nodiscard]] constexpr std::uint32_t mix(std::uint32_t a, std::uint32_t b) {
+  std::uint32_t h = a * 0x9e3779b9u + b + 0x7f4a7c15u;
+  h = (h ^ (h >> 16)) * 0x85ebca6bu;
+  h = (h ^ (h >> 13)) * 0xc2b2ae35u;
+  return h ^ (h >> 16);
+}
+[[nodiscard]] constexpr std::uint32_t mix_unordered(std::uint32_t a, std::uint32_t b) {
+  return mix(std::min(a, b), std::max(a, b));
+}
+
+/// A feature over the plane across the normal: coordinates in the plane, and height along n.
+template <Scalar S>
+class HeightField {
+ public:
+  static constexpr std::size_t capacity = SupportFeature<S>::capacity;
+
+  /// @param t1, t2, n  Orthonormal basis.
+  /// @param side       Distinguishes the names of A's features from those of B.
+  HeightField(const SupportFeature<S>& feature, const Vec3<S>& t1, const Vec3<S>& t2,
+              const Vec3<S>& n, std::uint32_t side)
+      : size_(feature.size) {
+    for (std::size_t i = 0; i < size_; ++i) {
+      place_[i] = {t1.dot(feature.points[i]), t2.dot(feature.points[i])};
+      height_[i] = n.dot(feature.points[i]);
+      name_[i] = mix(side, feature.ids[i]);
+      extent_ = std::max(extent_, feature.points[i].cwiseAbs().maxCoeff());
+    }
+    // Both faces are gone through counter-clockwise seen from +n: that of B is seen from behind.
+    if (is_polygon() && feature.normal.dot(n) < S(0)) {
+      const auto count = static_cast<std::ptrdiff_t>(size_);
+      std::reverse(place_.begin(), place_.begin() + count);
+      std::reverse(height_.begin(), height_.begin() + count);
+      std::reverse(name_.begin(), name_.begin() + count);
+    }
+    if (is_polygon()) {
+      slope_ = -Vec2<S>(t1.dot(feature.normal), t2.dot(feature.normal)) / n.dot(feature.normal);
+    } else if (size_ == 2) {
+      const Vec2<S> along = place_[1] - place_[0];
+      slope_ = along * ((height_[1] - height_[0]) / along.squaredNorm());
+    }
+  }
+
+  [[nodiscard]] std::size_t size() const { return size_; }
+  [[nodiscard]] bool is_polygon() const { return size_ >= 3; }
+  [[nodiscard]] const Vec2<S>& place(std::size_t i) const { return place_[i]; }
+  [[nodiscard]] std::uint32_t name(std::size_t i) const { return name_[i]; }
+  [[nodiscard]] std::size_t next(std::size_t i) const { return i + 1 < size_ ? i + 1 : 0; }
+  /// Name of the edge from corner i to the next, the same from both sides.
+  [[nodiscard]] std::uint32_t edge_name(std::size_t i) const {
+    return mix_unordered(name_[i], name_[next(i)]);
+  }
+  /// [m] Largest coordinate: what rounding is relative to.
+  [[nodiscard]] S extent() const { return extent_; }
+
+  /// [m] Height above a place, never beyond the corners' own.
+  [[nodiscard]] S height(const Vec2<S>& place) const {
+    const auto first = height_.begin();
+    const auto last = first + static_cast<std::ptrdiff_t>(size_);
+    const S h = height_[0] + slope_.dot(place - place_[0]);
+    return std::clamp(h, *std::min_element(first, last), *std::max_element(first, last));
+  }
+
+ private:
+  std::array<Vec2<S>, capacity> place_;
+  std::array<S, capacity> height_;
+  std::array<std::uint32_t, capacity> name_;
+  std::size_t size_;
+  Vec2<S> slope_ = Vec2<S>::Zero();
+  S extent_ = S(0);
+};
+
+/// Corner of an intersection. `edge` names the edge that leaves it.
+template <Scalar S>
+struct ClipCorner {
+  Vec2<S> place;
+  std::uint32_t name = 0;
+  std::uint32_t edge = 0;
+};
+
+/// A convex polygon, open path of two corners, or single corner that is cut down.
+template <Scalar S>
+class ClipPolygon {
+ public:
+  // Each cut adds at most one corner.
+  static constexpr std::size_t capacity = 2 * HeightField<S>::capacity;
+
+  explicit ClipPolygon(const HeightField<S>& field) : size_(field.size()) {
+    for (std::size_t i = 0; i < size_; ++i) {
+      corners_[i] = {field.place(i), field.name(i), field.edge_name(i)};
+    }
+  }
+
+  [[nodiscard]] std::span<const ClipCorner<S>> corners() const { return {corners_.data(), size_}; }
+
+  /// Keeps what lies to the left of the line through a and b, and everything within `tolerance` [m]
+  /// of it. Sutherland and Hodgman 1974.
+  void cut(const Vec2<S>& a, const Vec2<S>& b, std::uint32_t edge, S tolerance) {
+    const Vec2<S> along = (b - a).normalized();
+    std::array<S, capacity> side;
+    for (std::size_t i = 0; i < size_; ++i) {
+      const Vec2<S> r = corners_[i].place - a;
+      side[i] = along.x() * r.y() - along.y() * r.x();
+    }
+    std::array<ClipCorner<S>, capacity> kept;
+    std::size_t count = 0;
+    const auto keep = [&](const ClipCorner<S>& corner) {
+      if (count < capacity) kept[count++] = corner;
+    };
+    for (std::size_t i = 0; i < size_; ++i) {
+      const std::size_t j = i + 1 < size_ ? i + 1 : 0;
+      const bool is_in = side[i] >= -tolerance;
+      if (is_in) keep(corners_[i]);
+      // A path of two corners has no edge back.
+      if (size_ < 3 && j == 0) break;
+      if (is_in == (side[j] >= -tolerance)) continue;
+      const S t = std::clamp(side[i] / (side[i] - side[j]), S(0), S(1));
+      const Vec2<S> crossing = corners_[i].place + t * (corners_[j].place - corners_[i].place);
+      keep({crossing, mix_unordered(corners_[i].edge, edge), is_in ? edge : corners_[i].edge});
+    }
+    corners_ = kept;
+    size_ = count;
+  }
+
+  void cut_by(const HeightField<S>& polygon, S tolerance) {
+    for (std::size_t i = 0; i < polygon.size() && size_ > 0; ++i) {
+      cut(polygon.place(i), polygon.place(polygon.next(i)), polygon.edge_name(i), tolerance);
+    }
+  }
+
+ private:
+  std::array<ClipCorner<S>, capacity> corners_;
+  std::size_t size_;
+};
+
+/// A contact before thinning.
+template <Scalar S>
+struct ClipContact {
+  Vec2<S> place;
+  S gap;
+  S height;
+  std::uint32_t name;
+};
+
+/// Contacts of one manifold before thinning, without doubles.
+template <Scalar S>
+class ClipContacts {
+ public:
+  static constexpr std::size_t capacity = ClipPolygon<S>::capacity;
+
+  /// @param margin  [m] Contacts with a larger gap are dropped.
+  /// @param extent  [m] Size of the coordinates: contacts closer than `Tolerance::equal` of it are
+  ///                one.
+  ClipContacts(S margin, S extent)
+      : margin_(margin),
+        nearest_(Tolerance<S>::equal() * extent),
+        round_off_(Tolerance<S>::round_off() * extent) {}
+
+  void add(const Vec2<S>& place, S height_a, S height_b, std::uint32_t name) {
+    const S gap = height_b - height_a;
+    if (!(gap <= margin_) || size_ == capacity) return;
+    ClipContact<S> contact{place, gap, S(0.5) * (height_a + height_b), name};
+    for (std::size_t i = 0; i < size_; ++i) {
+      if ((contacts_[i].place - place).squaredNorm() > nearest_ * nearest_) continue;
+      // One contact at the greater depth, under the name that was there.
+      contact.name = contacts_[i].name;
+      if (gap < contacts_[i].gap) contacts_[i] = contact;
+      return;
+    }
+    contacts_[size_++] = contact;
+  }
+
+  [[nodiscard]] std::size_t size() const { return size_; }
+  [[nodiscard]] const ClipContact<S>& operator[](std::size_t i) const { return contacts_[i]; }
+
+  /// Keeps `count` of them, in their order: the deepest, and ever the one farthest from those kept.
+  void thin(std::size_t count) {
+    if (size_ <= count) return;
+    std::array<bool, capacity> is_kept{};
+    std::array<S, capacity> clearance;
+    clearance.fill(infinity<S>);
+    // Nearly equal depths take the first, so that resting contacts do not take turns.
+    const std::size_t first = deepest(nearest_);
+    std::size_t next = first;
+    for (std::size_t kept = 1;; ++kept) {
+      is_kept[next] = true;
+      if (kept == count) break;
+      S farthest = S(-1);
+      const Vec2<S> last = contacts_[next].place;
+      for (std::size_t i = 0; i < size_; ++i) {
+        clearance[i] = std::min(clearance[i], (contacts_[i].place - last).norm());
+        if (!is_kept[i] && clearance[i] > farthest + nearest_) {
+          farthest = clearance[i];
+          next = i;
+        }
+      }
+    }
+    // The one that is deepest after all takes the place of the one beside it.
+    const std::size_t best = deepest(round_off_);
+    if (!is_kept[best]) {
+      std::size_t beside = first;
+      for (std::size_t i = 0; i < size_; ++i) {
+        if (is_kept[i] && distance2(i, best) < distance2(beside, best)) beside = i;
+      }
+      is_kept[beside] = false;
+      is_kept[best] = true;
+    }
+    std::size_t place = 0;
+    for (std::size_t i = 0; i < size_; ++i) {
+      if (is_kept[i]) contacts_[place++] = contacts_[i];
+    }
+    size_ = place;
+  }
+
+ private:
+  /// The deepest, or the first within `tolerance` [m] of what comes after it.
+  [[nodiscard]] std::size_t deepest(S tolerance) const {
+    std::size_t best = 0;
+    for (std::size_t i = 1; i < size_; ++i) {
+      if (contacts_[i].gap < contacts_[best].gap - tolerance) best = i;
+    }
+    return best;
+  }
+  [[nodiscard]] S distance2(std::size_t i, std::size_t j) const {
+    return (contacts_[i].place - contacts_[j].place).squaredNorm();
+  }
+
+  S margin_;
+  S nearest_;
+  S round_off_;
+  std::array<ClipContact<S>, capacity> contacts_;
+  std::size_t size_ = 0;
+};
+
+/// Where two edges come closest in the plane, within both.
+template <Scalar S>
+[[nodiscard]] Vec2<S> edge_crossing(const HeightField<S>& a, const HeightField<S>& b) {
+  const Vec2<S> u = a.place(1) - a.place(0);
+  const Vec2<S> v = b.place(1) - b.place(0);
+  const Vec2<S> r = b.place(0) - a.place(0);
+  const S cross = u.x() * v.y() - u.y() * v.x();
+  const S s = std::clamp((r.x() * v.y() - r.y() * v.x()) / cross, S(0), S(1));
+  const S t = std::clamp((r.x() * u.y() - r.y() * u.x()) / cross, S(0), S(1));
+  return S(0.5) * (a.place(0) + s * u + b.place(0) + t * v);
+}
+
+/// Whether two edges run so much alike that they touch along a line.
+template <Scalar S>
+[[nodiscard]] bool are_parallel(const HeightField<S>& a, const HeightField<S>& b) {
+  using std::abs;
+  const Vec2<S> u = (a.place(1) - a.place(0)).normalized();
+  const Vec2<S> v = (b.place(1) - b.place(0)).normalized();
+  return abs(u.x() * v.y() - u.y() * v.x()) <= edge_tolerance<S>;
+}
+
+/// Cuts an edge at the ends of another along which it runs.
+template <Scalar S>
+void cut_along(ClipPolygon<S>& edge, const HeightField<S>& other, S tolerance) {
+  const Vec2<S> along = other.place(1) - other.place(0);
+  const Vec2<S> left(-along.y(), along.x());
+  edge.cut(other.place(0), other.place(0) - left, other.name(0), tolerance);
+  edge.cut(other.place(1), other.place(1) + left, other.name(1), tolerance);
+}
+
+/// Intersects two features over the plane.
+template <Scalar S>
+void intersect(const HeightField<S>& a, const HeightField<S>& b, S tolerance,
+               ClipContacts<S>& contacts) {
+  const auto add = [&](const Vec2<S>& place, std::uint32_t name) {
+    contacts.add(place, a.height(place), b.height(place), name);
+  };
+  if (a.size() == 1 || b.size() == 1) {
+    const bool is_of_a = a.size() == 1;
+    const std::uint32_t name = a.size() == b.size() ? mix(a.name(0), b.name(0))
+                               : is_of_a            ? a.name(0)
+                                                    : b.name(0);
+    // Of two points that a rough normal leaves side by side, the middle.
+    add(a.size() == b.size() ? Vec2<S>(S(0.5) * (a.place(0) + b.place(0)))
+                             : (is_of_a ? a : b).place(0),
+        name);
+    return;
+  }
+  if (a.size() == 2 && b.size() == 2 && !are_parallel(a, b)) {
+    add(edge_crossing(a, b), mix(a.edge_name(0), b.edge_name(0)));
+    return;
+  }
+  // What is cut is the lower-dimensional one.
+  ClipPolygon<S> common(a.size() == 2 ? a : b);
+  if (a.size() == 2 && b.size() == 2) {
+    cut_along(common, b, tolerance);
+  } else {
+    common.cut_by(a.size() == 2 ? b : a, tolerance);
+  }
+  for (const ClipCorner<S>& corner : common.corners()) add(corner.place, corner.name);
+}
+
+/// The manifold of two features in one frame; empty where they do not meet across the normal.
+template <Scalar S>
+[[nodiscard]] ContactManifold<S> clip_features(const SupportFeature<S>& a,
+                                               const SupportFeature<S>& b, const Vec3<S>& normal,
+                                               S margin) {
+  Vec3<S> t1;
+  Vec3<S> t2;
+  tangent_basis(normal, t1, t2);
+  const HeightField<S> field_a(a, t1, t2, normal, 1);
+  const HeightField<S> field_b(b, t1, t2, normal, 2);
+  const S extent = std::max(field_a.extent(), field_b.extent());
+  ClipContacts<S> contacts(margin, extent);
+  intersect(field_a, field_b, Tolerance<S>::equal() * extent, contacts);
+  contacts.thin(a.is_round || b.is_round ? 4 : ContactManifold<S>::capacity);
+
+  ContactManifold<S> manifold;
+  manifold.normal = normal;
+  for (std::size_t i = 0; i < contacts.size(); ++i) {
+    const ClipContact<S>& c = contacts[i];
+    manifold.add({c.place.x() * t1 + c.place.y() * t2 + c.height * normal, c.gap, c.name});
+  }
+  return manifold;
+}
+
+/// The features of two shapes that meet along a normal, both in A.
+template <Scalar S>
+struct FeaturePair {
+  SupportFeature<S> a;
+  SupportFeature<S> b;
+};
+
+/// Faces where at least one is aligned with the normal, and meets a face or whatever else faces it;
+/// otherwise edges and points.
+template <Scalar S, typename ShapeA, typename ShapeB>
+[[nodiscard]] FeaturePair<S> feature_pair(const ShapeA& a, const ShapeB& b,
+                                          const Transform<S>& X_AB, const Vec3<S>& normal) {
+  const Vec3<S> towards_a = X_AB.rotation.conjugate() * Vec3<S>(-normal);
+  SupportFeature<S> face_a = support_face(a, normal);
+  SupportFeature<S> face_b = support_face(b, towards_a);
+  const bool is_aligned = face_a.cosine >= aligned_cosine<S> || face_b.cosine >= aligned_cosine<S>;
+  const S least = is_aligned ? facing_cosine<S> : S(2);
+  if (face_a.is_polygon() && face_a.cosine < least) face_a = support_edge(a, normal);
+  if (face_b.is_polygon() && face_b.cosine < least) face_b = support_edge(b, towards_a);
+  return {face_a, face_b.transformed(X_AB)};
+}
+
+/// Contact of the two farthest points, wherever they are across the normal.
+template <Scalar S, typename ShapeA, typename ShapeB>
+[[nodiscard]] ContactPoint<S> extreme_contact(const ShapeA& a, const ShapeB& b,
+                                              const Transform<S>& X_AB, const Vec3<S>& normal) {
+  const Vec3<S> on_a = support_point(a, normal);
+  const Vec3<S> on_b =
+      X_AB * support_point(b, Vec3<S>(X_AB.rotation.conjugate() * Vec3<S>(-normal)));
+  return {S(0.5) * (on_a + on_b), normal.dot(on_b - on_a), 0};
+}
+
+}  // namespace detail
+
+template <Scalar S, typename ShapeA, typename ShapeB>
+ContactManifold<S> contact_manifold(const ShapeA& a, const ShapeB& b, const Transform<S>& X_AB,
+                                    const Vec3<S>& normal, S margin) {
+  const auto features = detail::feature_pair(a, b, X_AB, normal);
+  ContactManifold<S> manifold = detail::clip_features(features.a, features.b, normal, margin);
+  if (manifold.size == 0) {
+    const ContactPoint<S> extreme = detail::extreme_contact(a, b, X_AB, normal);
+    if (extreme.gap <= margin) manifold.add(extreme);
+  }
+  return manifold;
+}
+
+template <Scalar S, typename ShapeA, typename ShapeB>
+bool build_manifold(const ShapeA& a, const ShapeB& b, const Transform<S>& X_AB,
+                    const Vec3<S>& normal, S margin, ContactManifolds<S>& out, std::uint32_t key) {
+  const ContactManifold<S> manifold = contact_manifold(a, b, X_AB, normal, margin);
+  if (manifold.size == 0) return false;
+  out.push_back(manifold);
+  out.back().key = key;
+  return true;
+}
+
+}  // namespace bristle::inline BRISTLE_ABI

@@ -1,0 +1,391 @@
+/// @file
+/// Along which direction two convex solids touch: their contact normal, apart or overlapping.
+///
+/// The overlap f(n) of two solids along a unit direction n is how far B has to move along n to be
+/// free of A; -f(n) is the gap. What is sought is the direction of least overlap. It is looked for
+///
+/// 1. among the face normals of both and the line of centres: resting contacts keep the normal of
+///    the face that carries them to the last bit, since another must be better to replace it;
+/// 2. by the distance of the cores, where they are apart;
+/// 3. by a growing polytope (expanding_polytope.hpp) where they overlap: it tells, up to its
+///    resolution, in which direction the least overlap of all lies;
+/// 4. by pushing: with the overlap f(n) and the push (f(n) + e) n the distance of the solids is at
+///    least e, so the direction n' of that distance has f(n') = (f(n) + e) n.n' - distance <= f(n).
+///    The limit is a direction of locally least overlap, and distances of solids that are well
+///    apart are what GJK is good at;
+/// 5. by Newton's method where a solid is curved.
+///
+/// Every direction is checked with supports, whatever the distance method said: solids reported
+/// apart *are* apart along it, and the overlap reported is that along the normal. The larger of the
+/// two solids has the size 1 throughout.
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <bristle/core/config.hpp>
+#include <bristle/geometry/contacts/expanding_polytope.hpp>
+#include <bristle/geometry/contacts/gjk.hpp>
+#include <bristle/geometry/shapes/convex_view.hpp>
+#include <bristle/math/rotation.hpp>
+#include <bristle/math/transform.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <optional>
+#include <type_traits>
+#include <variant>
+
+namespace bristle::inline BRISTLE_ABI {
+
+/// What is known about a pair of convex solids.
+enum class Nearness {
+  /// They overlap, touch or are no farther apart than the margin; normal and gap are valid.
+  near,
+  /// They are farther apart than the margin.
+  apart,
+  /// Nothing is known: a pose that is not finite.
+  unknown
+};
+
+/// Answer of `contact_normal`.
+template <Scalar S>
+struct ContactNormal {
+  Nearness nearness = Nearness::unknown;
+  /// [1] Unit normal from A into B, in the frame of A.
+  Vec3<S> normal = Vec3<S>::UnitZ();
+  /// [m] Distance along the normal, negative where the solids overlap.
+  S gap = S(0);
+};
+
+/// A solid in the frame and unit in which a pair is looked at.
+template <Scalar S>
+struct PlacedConvex {
+  const ConvexView<S>* convex;
+  Mat3<S> rotation;
+  Vec3<S> position;
+  S scale;
+
+  /// Farthest point of the core along a direction of any length > 0.
+  [[nodiscard]] Vec3<S> support(const Vec3<S>& direction) const {
+    return rotation * (scale * convex->support(rotation.transpose() * direction)) + position;
+  }
+};
+
+/// Distance of two cores by the library's own GJK: the default method of `contact_normal`.
+struct GjkDistance {
+  template <Scalar S>
+  [[nodiscard]] GjkAnswer<S> operator()(const PlacedConvex<S>& a, const PlacedConvex<S>& b,
+                                        const Vec3<S>& towards, S far) const {
+    const auto support = [&](const Vec3<S>& d) { return Vec3<S>(a.support(d) - b.support(-d)); };
+    const bool is_curved = a.convex->is_curved() || b.convex->is_curved();
+    const S enough = is_curved ? Tolerance<S>::equal() / S(100) : S(0);
+    return gjk_distance<S>(support, support(towards), far, enough);
+  }
+};
+
+/// The direction of least overlap of A and B, B standing at X_AB.
+///
+/// Errors relative to the size of the pair: the gap is right to 1e-11 where the cores are points,
+/// segments, boxes, triangles or hulls, and to about 1e-8 for other pairs (the normal to 1e-4),
+/// which are mostly far better. Where solids overlap the direction is that of least overlap of all,
+/// where a solid is curved up to a fiftieth of it: of two valleys that are closer than that, either
+/// may be found. (Hulls with so many corners that the polytope is full before: a local least.)
+///
+/// Bounded: at most 64 faces of a polytope, 25 distances of at most 64 supports each, and the 9024
+/// directions of a compass search. Allocates nothing; throws only what `Distance` does.
+///
+/// @tparam Distance  (a, b, towards, far) -> GjkAnswer: distance of two placed cores, where
+///                   `towards` is a guess at the direction from A to B. May stop once they are
+///                   proved to be farther apart than `far`.
+template <typename Distance = GjkDistance, Scalar S>
+[[nodiscard]] ContactNormal<S> contact_normal(const ConvexView<S>& a, const ConvexView<S>& b,
+                                              const Transform<S>& X_AB, S margin);
+
+// Implementation -----------------------------------------------------------------------------------
+
+namespace detail {
+
+/// The search for the direction of least overlap of one pair, in units of the larger solid.
+template <Scalar S, typename Distance>
+class OverlapSearch {
+ public:
+  OverlapSearch(const ConvexView<S>& a, const ConvexView<S>& b, const Transform<S>& X_AB, S scale)
+      : a_{&a, Mat3<S>::Identity(), Vec3<S>::Zero(), scale},
+        b_{&b, X_AB.rotation_matrix(), scale * X_AB.translation, scale},
+        rounding_(scale * (a.rounding + b.rounding)),
+        push_(scale * std::min(a.reach, b.reach) / S(8)),
+        is_curved_(a.is_curved() || b.is_curved()),
+        settled_(is_curved_ ? Tolerance<S>::equal() / S(16) : Tolerance<S>::round_off()) {}
+
+  [[nodiscard]] S overlap() const { return overlap_; }
+  [[nodiscard]] const Vec3<S>& normal() const { return normal_; }
+  /// [-] Directions that were tried.
+  [[nodiscard]] int evaluations() const { return evaluations_; }
+
+  /// The cheap directions: line of centres and face normals. Stops at one along which the solids
+  /// are farther apart than `margin`.
+  void try_candidates(S margin) {
+    const Vec3<S> between =
+        b_.rotation * (b_.scale * b_.convex->center) + b_.position - a_.scale * a_.convex->center;
+    const Vec3<S> towards = between.stableNormalized();
+    offer(towards.squaredNorm() > S(0.5) ? towards : Vec3<S>(Vec3<S>::UnitX()));
+    for (const S side : {S(1), S(-1)}) {
+      const PlacedConvex<S>& solid = side > S(0) ? a_ : b_;
+      // Of a hull's many faces only those that look at the other solid; the rest are left to
+      // search_everywhere().
+      const bool is_hull = std::holds_alternative<const ConvexHull<S>*>(solid.convex->shape);
+      const Vec3<S> ahead = side * (solid.rotation.transpose() * between);
+      const auto try_axis = [&](const Vec3<S>& axis) {
+        if (is_hull && axis.dot(ahead) < S(0)) return;
+        if (overlap_ >= -margin) offer(side * (solid.rotation * axis));
+      };
+      std::visit([&](const auto* shape) { for_face_normals(*shape, try_axis); },
+                 solid.convex->shape);
+    }
+    if (is_box(a_) && is_box(b_)) try_edges(between);
+  }
+
+  /// The distance of the pair as it stands; enough where the cores are clearly apart, or farther
+  /// apart than `margin`. Whether it was. Cores that nearly touch have a distance that means less
+  /// than its error, and so has the direction.
+  bool search_apart(S margin) {
+    const GjkAnswer<S> answer =
+        Distance{}(a_, b_, normal_, margin < infinity<S> ? margin + rounding_ : margin);
+    if (!answer.is_apart) return false;
+    offer(answer.normal);
+    if (overlap_ < -margin) return true;
+    return residual(answer, Vec3<S>::Zero()) <= settled_;
+  }
+
+  /// Looks for the least overlap of all, where that has not been done by looking at all candidates
+  /// there are. Polyhedra to the end; curved solids, whose polytope never ends, to a fiftieth.
+  void search_everywhere() {
+    if (is_box(a_) && is_box(b_)) return;
+    // What little they overlap along the best candidate leaves no room for a better one.
+    if (overlap_ - rounding_ <= Tolerance<S>::equal()) return;
+    ExpandingPolytope<S> polytope;
+    if (!start(polytope)) return;
+    for (std::size_t i = 0; i < ExpandingPolytope<S>::max_corners; ++i) {
+      const auto face = polytope.nearest();
+      const S enough = (is_curved_ ? S(0.98) : S(1)) * (overlap_ - rounding_);
+      if (face.distance >= enough - settled_) return;
+      offer(face.normal);
+      if (!polytope.expand(core_witness(face.normal))) return;
+    }
+  }
+
+  /// Pushes the solids apart along the best direction, and asks for a better one, until there is
+  /// none. Whether the last one was confirmed.
+  ///
+  /// Steps along a shallow valley shrink by a constant factor; from two of them the next push leaps
+  /// to where all that would follow add up to (Aitken's process).
+  bool search_overlapping() {
+    S push = push_;
+    Vec3<S> last_step = Vec3<S>::Zero();
+    std::optional<Vec3<S>> leap;
+    for (int i = 0; i < max_pushes; ++i) {
+      if (!leap) polish();
+      const Vec3<S> from = leap ? *leap : normal_;
+      const Vec3<S> moved = (core_witness(from).dot(from) + push) * from;
+      PlacedConvex<S> b = b_;
+      b.position += moved;
+      const GjkAnswer<S> answer = Distance{}(a_, b, from, infinity<S>);
+      const bool is_converged = answer.is_apart && residual(answer, moved) <= convergence();
+      const S before = overlap_;
+      if (answer.is_apart) offer(answer.normal);
+      const bool is_better = overlap_ < before - settled_;
+      if (is_converged && !is_better && !leap) return true;
+      // It stopped too early, as libccd does now and then: ask from elsewhere.
+      if (!is_better && !leap) push /= S(2);
+      const Vec3<S> step = answer.normal - from;
+      const S shrunk = step.norm() / last_step.norm();
+      const bool was_leap = leap.has_value();
+      leap.reset();
+      last_step.setZero();
+      if (was_leap || !answer.is_apart) continue;
+      if (shrunk < infinity<S>) {
+        // Where steps hardly shrink, or grow as they do off a saddle, twenty at once.
+        const S steps = shrunk < S(0.95) ? shrunk / (S(1) - shrunk) : S(20);
+        leap = (answer.normal + steps * step).normalized();
+      } else {
+        last_step = step;
+      }
+    }
+    return false;
+  }
+
+  /// Compass search over directions: slow and sure, for what the distance method cannot do. After a
+  /// round that gained it leaps on the way it went, twice as far each time, so that a long valley
+  /// takes few rounds (Hooke and Jeeves 1961, "Direct search").
+  ///
+  /// It ends. Steps halve from a quarter of a radian, 24 times in double and 10 times in float. The
+  /// first goes half around the sphere in pi / atan(1/4) = 13 rounds, so no step gets more than 16.
+  /// Leaps that double from a step s are longer than any way on the sphere after log2(4 / s) of
+  /// them. With 8 directions in a round these are 9024 directions in double at most, 2640 in float;
+  /// mostly it is one round for each step.
+  void search_by_compass() {
+    int max_leaps = 4;
+    for (S step = S(0.25); step > Tolerance<S>::equal(); step /= S(2), ++max_leaps) {
+      bool is_better = true;
+      for (int round = 0; round < max_rounds && is_better; ++round) {
+        is_better = false;
+        const Vec3<S> from = normal_;
+        Vec3<S> t1, t2;
+        tangent_basis(normal_, t1, t2);
+        for (const auto& [x, y] : compass) {
+          const Vec3<S> beside = normal_ + step * (S(x) * t1 + S(y) * t2);
+          is_better = offer(beside.normalized()) || is_better;
+        }
+        bool leaps = is_better;
+        for (int leap = 0; leap < max_leaps && leaps; ++leap) {
+          leaps = offer((normal_ + S(2) * (normal_ - from)).normalized());
+        }
+      }
+    }
+  }
+
+  /// Newton's method on the sphere, for curved solids, whose direction distances leave rough. The
+  /// overlap f is positively homogeneous, its gradient is the support point w: along the tangent
+  /// step u, f = f0 + w.u + u'(W - f0)u / 2 with W the derivative of w, taken by differences. Keeps
+  /// only what is better, so corners and edges do no harm.
+  void polish() {
+    if (!is_curved_) return;
+    constexpr S difference = S(1) / S(8192);
+    for (int i = 0; i < max_polishes; ++i) {
+      Vec3<S> t1, t2;
+      tangent_basis(normal_, t1, t2);
+      const Vec3<S> w = witness(normal_);
+      const auto slope = [&](const Vec3<S>& t) {
+        return Vec3<S>((witness(normal_ + difference * t) - witness(normal_ - difference * t)) /
+                       (S(2) * difference));
+      };
+      const Vec3<S> dw1 = slope(t1);
+      const Vec3<S> dw2 = slope(t2);
+      const S h11 = dw1.dot(t1) - overlap_;
+      const S h22 = dw2.dot(t2) - overlap_;
+      const S h12 = (dw1.dot(t2) + dw2.dot(t1)) / S(2);
+      const S determinant = h11 * h22 - h12 * h12;
+      const S g1 = w.dot(t1);
+      const S g2 = w.dot(t2);
+      const S u1 = -(h22 * g1 - h12 * g2) / determinant;
+      const S u2 = -(h11 * g2 - h12 * g1) / determinant;
+      // A long step means a flat or broken place where Newton has nothing to say; NaN fails too.
+      if (!(u1 * u1 + u2 * u2 < S(1) / S(64))) return;
+      if (!offer((normal_ + u1 * t1 + u2 * t2).normalized())) return;
+    }
+  }
+
+ private:
+  static constexpr int max_pushes = 24;
+  static constexpr int max_polishes = 3;
+  static constexpr int max_rounds = 16;
+  static constexpr double diagonal = 0.7071067811865476;
+  static constexpr double compass[8][2] = {
+      {1, 0},  {diagonal, diagonal},   {0, 1},  {-diagonal, diagonal},
+      {-1, 0}, {-diagonal, -diagonal}, {0, -1}, {diagonal, -diagonal}};
+
+  /// On curved cores the distance method may end while about this much is still to be gained.
+  static constexpr S convergence() { return S(64) * Tolerance<S>::equal(); }
+
+  [[nodiscard]] static bool is_box(const PlacedConvex<S>& solid) {
+    return std::holds_alternative<const Box<S>*>(solid.convex->shape);
+  }
+
+  /// Where the support functions of both meet along n, radii left out.
+  [[nodiscard]] Vec3<S> core_witness(const Vec3<S>& n) const {
+    return a_.support(n) - b_.support(-n);
+  }
+  [[nodiscard]] Vec3<S> witness(const Vec3<S>& direction) const {
+    const Vec3<S> n = direction.normalized();
+    return core_witness(n) + rounding_ * n;
+  }
+
+  /// Distance claimed beyond what supports along the normal prove; 0 when it is right.
+  [[nodiscard]] S residual(const GjkAnswer<S>& answer, const Vec3<S>& push) const {
+    return answer.distance - (push - core_witness(answer.normal)).dot(answer.normal);
+  }
+
+  /// A tetrahedron of corners as far from each other as they may be. False for sets that have no
+  /// volume, as those of two segments.
+  bool start(ExpandingPolytope<S>& polytope) const {
+    using std::abs;
+    Vec3<S> t1, t2;
+    tangent_basis(normal_, t1, t2);
+    std::array<Vec3<S>, 4> corners{core_witness(normal_), core_witness(-normal_)};
+    const Vec3<S> line = corners[1] - corners[0];
+    S farthest = S(0);
+    for (const Vec3<S>& d : {t1, t2, Vec3<S>(-t1), Vec3<S>(-t2)}) {
+      const Vec3<S> w = core_witness(d);
+      const S beside = line.cross(w - corners[0]).norm();
+      if (beside > farthest) {
+        farthest = beside;
+        corners[2] = w;
+      }
+    }
+    const Vec3<S> n = line.cross(corners[2] - corners[0]);
+    if (!(n.squaredNorm() > S(0))) return false;
+    const Vec3<S> up = core_witness(n);
+    const Vec3<S> down = core_witness(-n);
+    const bool is_up = abs(n.dot(up - corners[0])) >= abs(n.dot(down - corners[0]));
+    corners[3] = is_up ? up : down;
+    return polytope.start(corners);
+  }
+
+  /// Where an edge of one box crosses one of the other: with the face normals, all directions that
+  /// least overlap of boxes can have (the separating axes), so theirs is least everywhere.
+  void try_edges(const Vec3<S>& between) {
+    for (int i = 0; i < 3; ++i) {
+      for (int j = 0; j < 3; ++j) {
+        const Vec3<S> axis = a_.rotation.col(i).cross(b_.rotation.col(j));
+        // Edges that are as good as parallel have no direction of their own.
+        if (axis.squaredNorm() < Tolerance<S>::equal()) continue;
+        // Of symmetric solids the side that faces the other has less overlap.
+        offer(axis.dot(between) < S(0) ? Vec3<S>(-axis.normalized()) : Vec3<S>(axis.normalized()));
+      }
+    }
+  }
+
+  /// Takes a unit direction if the overlap along it is less.
+  bool offer(const Vec3<S>& n) {
+    ++evaluations_;
+    const S overlap = core_witness(n).dot(n) + rounding_;
+    if (!(overlap < overlap_)) return false;
+    overlap_ = overlap;
+    normal_ = n;
+    return true;
+  }
+
+  PlacedConvex<S> a_;
+  PlacedConvex<S> b_;
+  S rounding_;
+  S push_;
+  bool is_curved_;
+  // Less gain than this is none; what is left of it on curved solids is for polish().
+  S settled_;
+  S overlap_ = infinity<S>;
+  Vec3<S> normal_ = Vec3<S>::UnitZ();
+  int evaluations_ = 0;
+};
+
+}  // namespace detail
+
+template <typename Distance, Scalar S>
+ContactNormal<S> contact_normal(const ConvexView<S>& a, const ConvexView<S>& b,
+                                const Transform<S>& X_AB, S margin) {
+  using std::isfinite;
+  BRISTLE_ASSERT(a.reach > S(0) && b.reach > S(0));
+  const S scale = S(1) / std::max(a.reach, b.reach);
+  const S reach = scale * margin;
+  detail::OverlapSearch<S, Distance> search(a, b, X_AB, scale);
+  search.try_candidates(reach);
+  if (!isfinite(search.overlap())) return {};
+  if (search.overlap() >= -reach && !search.search_apart(reach)) {
+    search.search_everywhere();
+    if (!search.search_overlapping()) search.search_by_compass();
+  }
+  if (search.overlap() >= -reach) search.polish();
+  const S gap = -search.overlap() / scale;
+  return {gap <= margin ? Nearness::near : Nearness::apart, search.normal(), gap};
+}
+
+}  // namespace bristle::inline BRISTLE_ABI

@@ -1,0 +1,311 @@
+/// @file
+/// Triangles that a ray may meet, kept for as long as the ray stays about where it was.
+///
+/// A segment whose ends have moved by no more than a margin has moved by no more anywhere. So the
+/// triangles within the margin are all that it can meet, until an end has left it. Lists change
+/// what a query costs, not what it answers (docs/decisions/0029-kept-candidates.md).
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <bristle/geometry/rays/mesh_rays.hpp>
+#include <bristle/geometry/rays/ray_mesh.hpp>
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+namespace bristle::inline BRISTLE_ABI {
+
+namespace detail {
+
+/// The triangles near one ray, in the frame of their mesh.
+template <Scalar S>
+struct alignas(64) TrianglesNearRay {
+  static constexpr std::size_t capacity = 16;
+
+  /// [m] Corners of the triangles, as the rows of a leaf.
+  std::array<std::array<S, capacity>, 9> rows;
+  /// [m] The ends of the segment that was searched around, and how far those of the ray may be from
+  /// them, along each axis. Negative: nothing is kept.
+  Vec3<S> start = Vec3<S>::Zero();
+  Vec3<S> end = Vec3<S>::Zero();
+  S reserve = S(-1);
+  /// [-] How many triangles; more than there is room for where there are too many.
+  std::uint32_t count = 0;
+  /// [-] Their numbers, and which children of the tree's nodes are their leaves.
+  std::array<std::uint32_t, capacity> number;
+  std::array<std::uint32_t, capacity> leaf;
+
+  [[nodiscard]] bool is_complete() const { return count <= capacity; }
+  [[nodiscard]] std::array<Vec3<S>, 3> corners(std::size_t at) const {
+    return {Vec3<S>{rows[0][at], rows[1][at], rows[2][at]},
+            Vec3<S>{rows[3][at], rows[4][at], rows[5][at]},
+            Vec3<S>{rows[6][at], rows[7][at], rows[8][at]}};
+  }
+  [[nodiscard]] bool serves(const Vec3<S>& ray_start, const Vec3<S>& ray_end) const {
+    return (ray_start - start).cwiseAbs().maxCoeff() <= reserve &&
+           (ray_end - end).cwiseAbs().maxCoeff() <= reserve;
+  }
+
+  /// Searches anew, around where the ray is going.
+  void search(const WideTree<S>& tree, const Ray<S>& ray, const Vec3<S>& ray_end);
+
+ private:
+  void add(const WideTree<S>& tree, const TriangleRange& range, std::size_t place, std::size_t of);
+};
+
+/// Boxes that come near a segment.
+template <Scalar S>
+class NearSegmentTest {
+ public:
+  NearSegmentTest(const Vec3<S>& start, const Vec3<S>& end, S margin)
+      : inverse_((end - start).cwiseInverse()) {
+    for (int i = 0; i < 3; ++i) {
+      const S inwards = inverse_[i] < S(0) ? -margin : margin;
+      near_origin_[i] = start[i] + inwards;
+      far_origin_[i] = start[i] - inwards;
+    }
+  }
+
+  /// @param lower, upper  Callables: Pack<S> lower(axis), coordinates of boxes in lanes.
+  template <typename Lower, typename Upper>
+  [[nodiscard]] BRISTLE_INLINE std::uint32_t operator()(const Lower& lower,
+                                                        const Upper& upper) const {
+    Pack<S> first(S(0));
+    Pack<S> last(S(1));
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const int i = static_cast<int>(axis);
+      const bool is_down = inverse_[i] < S(0);
+      const Pack<S> near = is_down ? upper(axis) : lower(axis);
+      const Pack<S> far = is_down ? lower(axis) : upper(axis);
+      // Of a NaN, as from 0 times infinity, neither takes anything.
+      first = max((near - near_origin_[i]) * inverse_[i], first);
+      last = min((far - far_origin_[i]) * inverse_[i], last);
+    }
+    return bits(first <= last);
+  }
+
+ private:
+  Vec3<S> near_origin_;
+  Vec3<S> far_origin_;
+  Vec3<S> inverse_;
+};
+
+}  // namespace detail
+
+/// What the rays of one batch keep of one mesh. A cache: to lose it costs time and changes nothing.
+/// One thread at a time may use it.
+template <Scalar S>
+class KeptCandidates {
+ public:
+  /// Gets ready for a query. Allocates when a batch of more rays comes than ever before.
+  /// @param tag, life  Name the mesh. One that takes the place of another has another `life`.
+  /// @return Whether it serves that mesh; it stays with one for as long as that is asked for.
+  [[nodiscard]] bool begin(std::size_t rays, std::uint32_t tag, std::uint32_t life);
+
+  /// The hit of ray i, as `ray_cast_mesh_from_outside` has it, bit by bit; nothing where that has
+  /// to be asked.
+  /// @param ray    In the mesh's frame, starting outside, as long as it may be asked for.
+  /// @param reach  [m] How long it is asked for.
+  [[nodiscard]] std::optional<RayHit<S>> cast(const RayMesh<S>& mesh, std::size_t i,
+                                              const Ray<S>& ray, S reach);
+
+  /// [-] Rays so far that were searched around, and that were answered by what an earlier query had
+  /// kept.
+  [[nodiscard]] std::size_t searched() const { return searched_; }
+  [[nodiscard]] std::size_t reused() const { return reused_; }
+
+ private:
+  /// [1] What a search costs, and what a list saves each time it serves. Where searches have not
+  /// paid there are none for a while; then a few, to see whether motion is slow now.
+  static constexpr std::int64_t price = 80;
+  static constexpr std::int64_t gain = 32;
+  static constexpr int pause = 20;
+  /// [-] Queries of another mesh after which the present one counts as gone.
+  static constexpr int most_refused = 16;
+
+  std::vector<detail::TrianglesNearRay<S>> rays_;
+  std::uint32_t tag_ = 0;
+  std::uint32_t life_ = 0;
+  int refused_ = most_refused;
+  int paused_ = 0;
+  int poor_ = 0;
+  std::int64_t credit_ = 0;
+  std::size_t searched_ = 0;
+  std::size_t reused_ = 0;
+  std::size_t reused_before_ = 0;
+};
+
+// Implementation -----------------------------------------------------------------------------------
+
+namespace detail {
+
+template <Scalar S>
+BRISTLE_OUTLINED void TrianglesNearRay<S>::search(const WideTree<S>& tree, const Ray<S>& ray,
+                                                  const Vec3<S>& ray_end) {
+  using Tree = WideTree<S>;
+  using std::sqrt;
+  // [1] Wider lists last longer, until they have no room; and motion mostly goes on as it went.
+  constexpr S width = S(0.7);
+  constexpr S ahead = S(0.75);
+  const S margin = width * sqrt(tree.mean_area());
+  const auto move = [&](Vec3<S>& end_kept, const Vec3<S>& end_now) {
+    const Vec3<S> moved = end_now - end_kept;
+    end_kept = end_now;
+    if (!(reserve >= S(0)) || !(moved.cwiseAbs().maxCoeff() <= S(2) * margin)) return;
+    end_kept += ahead * moved.cwiseMax(-margin).cwiseMin(margin);
+  };
+  move(start, ray.origin);
+  move(end, ray_end);
+  // What rounding does to the coordinates of rays, boxes and crossings.
+  const S size = tree.box().lower.cwiseAbs().cwiseMax(tree.box().upper.cwiseAbs()).sum() +
+                 start.cwiseAbs().sum() + end.cwiseAbs().sum();
+  reserve = margin - S(16) * Tolerance<S>::round_off() * size;
+  count = 0;
+  if (!(reserve >= S(0.8) * margin)) {
+    // A mesh too fine for its coordinates, or a ray of no numbers.
+    reserve = S(-1);
+    count = capacity + 1;
+    return;
+  }
+  const NearSegmentTest<S> is_near(start, end, margin);
+  std::array<std::uint32_t, Tree::stack_size> stack;
+  std::size_t height = 0;
+  if (!tree.nodes().empty()) stack[height++] = 0;
+  while (height > 0 && is_complete()) {
+    const std::uint32_t id = stack[--height];
+    const typename Tree::Node& node = tree.nodes()[id];
+    for (std::size_t k = 0; k < node.children; k += lanes<S>) {
+      const auto lower = [&](std::size_t axis) { return Pack<S>::load(&node.lower[axis][k]); };
+      const auto upper = [&](std::size_t axis) { return Pack<S>::load(&node.upper[axis][k]); };
+      std::uint32_t left = is_near(lower, upper) & first_bits(node.children - k);
+      for (; left != 0; left &= left - 1) {
+        const std::size_t i = k + static_cast<std::size_t>(std::countr_zero(left));
+        if (node.triangles[i] == 0) {
+          stack[height++] = node.first[i];
+          continue;
+        }
+        const TriangleRange range{node.first[i], node.triangles[i]};
+        for (std::size_t t = 0; t < range.count; t += lanes<S>) {
+          const auto corners = [&](std::size_t c, std::size_t axis) {
+            return Pack<S>::load(tree.row(range, c, axis) + t);
+          };
+          const auto least = [&](std::size_t axis) {
+            return min(corners(0, axis), min(corners(1, axis), corners(2, axis)));
+          };
+          const auto most = [&](std::size_t axis) {
+            return max(corners(0, axis), max(corners(1, axis), corners(2, axis)));
+          };
+          std::uint32_t near = is_near(least, most) & first_bits(range.count - t);
+          for (; near != 0; near &= near - 1) {
+            add(tree, range, t + static_cast<std::size_t>(std::countr_zero(near)),
+                id * Tree::width + i);
+          }
+        }
+      }
+    }
+  }
+}
+
+template <Scalar S>
+void TrianglesNearRay<S>::add(const WideTree<S>& tree, const TriangleRange& range,
+                              std::size_t place, std::size_t of) {
+  if (count >= capacity) {
+    count = capacity + 1;
+    return;
+  }
+  for (std::size_t r = 0; r < 9; ++r) rows[r][count] = tree.row(range, r / 3, r % 3)[place];
+  number[count] = tree.number(range.first + place);
+  leaf[count] = static_cast<std::uint32_t>(of);
+  ++count;
+}
+
+}  // namespace detail
+
+template <Scalar S>
+bool KeptCandidates<S>::begin(std::size_t rays, std::uint32_t tag, std::uint32_t life) {
+  const auto most_credit = static_cast<std::int64_t>(rays) * price * 2;
+  if (tag != tag_ || life != life_ || rays != rays_.size()) {
+    if (rays == rays_.size() && ++refused_ <= most_refused) return false;
+    tag_ = tag;
+    life_ = life;
+    rays_.resize(rays);
+    for (detail::TrianglesNearRay<S>& ray : rays_) ray.reserve = S(-1);
+    credit_ = most_credit / 2;
+    paused_ = poor_ = 0;
+  }
+  refused_ = 0;
+  if (paused_ > 0) {
+    --paused_;
+    return false;
+  }
+  // What was searched for in one query serves in the next at the earliest.
+  poor_ = credit_ < price && (reused_ - reused_before_) * 8 < rays ? poor_ + 1 : 0;
+  reused_before_ = reused_;
+  credit_ = std::min(credit_, most_credit);
+  if (poor_ < 2) return true;
+  poor_ = 0;
+  paused_ = pause;
+  credit_ = most_credit / 8;
+  return false;
+}
+
+template <Scalar S>
+BRISTLE_OUTLINED std::optional<RayHit<S>> KeptCandidates<S>::cast(const RayMesh<S>& mesh,
+                                                                  std::size_t i, const Ray<S>& ray,
+                                                                  S reach) {
+  detail::TrianglesNearRay<S>& near = rays_[i];
+  const WideTree<S>& tree = mesh.tree();
+  const Vec3<S> end = ray.origin + ray.length * ray.direction;
+  if (near.serves(ray.origin, end)) {
+    if (near.is_complete()) {
+      ++reused_;
+      credit_ += gain;
+    }
+  } else if (credit_ < price) {
+    return std::nullopt;
+  } else {
+    near.search(tree, ray, end);
+    ++searched_;
+    credit_ -= price;
+  }
+  if (!near.is_complete()) return std::nullopt;
+
+  const Ray<S> asked{ray.origin, ray.direction, reach};
+  const detail::WideTriangleFilter<S> filter(asked);
+  std::uint32_t left = filter.among(near.rows[0].data(), near.capacity, near.count, reach);
+  if (left == 0) return RayHit<S>{};
+  const detail::WideSlabTest<S> slabs(asked);
+  detail::CrossingCollector<S> collector(asked);
+  S entered = S(0);
+  std::size_t nearest = 0;
+  int visits = 0;
+  for (; left != 0; left &= left - 1) {
+    const auto at = static_cast<std::size_t>(std::countr_zero(left));
+    // Whether the walk would come to its leaf, as far as it depends on the ray alone.
+    const std::size_t child = near.leaf[at] % WideTree<S>::width;
+    const std::size_t lane = child % lanes<S>;
+    std::array<S, lanes<S>> enter;
+    const std::uint32_t passes =
+        slabs(tree.nodes()[near.leaf[at] / WideTree<S>::width], child - lane, reach, enter.data());
+    if ((passes >> lane & 1u) == 0) continue;
+    collector.visit(near.number[at], near.corners(at), reach);
+    ++visits;
+    if (collector.found.triangle == near.number[at]) {
+      entered = enter[lane];
+      nearest = at;
+    }
+  }
+  // A walk leaves out what begins behind a crossing that it knows, in an order of its own. Rounding
+  // may put a crossing in front of its leaf's box: that one the walk might have left out.
+  if (visits > 1 && !(entered <= collector.found.distance)) return std::nullopt;
+  if (!collector.found.is_within(asked)) return RayHit<S>{};
+  return detail::hit_on<S>(near.corners(nearest), asked, collector.found.distance);
+}
+
+}  // namespace bristle::inline BRISTLE_ABI

@@ -1,0 +1,368 @@
+/// @file
+/// Contacts of solid triangle meshes with convex solids and with each other.
+///
+/// A tree finds the triangles near the other solid, `contact_normal` the direction in which each is
+/// touched, and the surface (mesh_surface.hpp) who of neighbours answers for it. All triangles of a
+/// flat face share one manifold of at most eight points.
+///
+/// Surfaces of two meshes that have passed through each other are looked for only where meshes cut
+/// or touch each other or one is inside the other (the first corner tells, also of meshes of several
+/// parts), within both of their boxes: bodies that are apart cost what is within the margin.
+///
+/// Limits, all of them of the triangle-by-triangle view. A convex solid that the surface cuts
+/// always has a contact, but a deep one may get the normal of the nearest triangle instead of the
+/// shortest way out; one wholly inside leaves through the face nearest to its middle. Two meshes
+/// get contacts up to a depth of half the thickness of the thinner one; where they meet corner to
+/// corner, faces beside the corners may answer too (one pose in thirty in tests). Cost: a GJK for
+/// each triangle near the other solid (0.5 to 2 us), and for each near pair of two meshes; where two
+/// meshes cut each other a few operations more for each pair of triangles in both of their boxes.
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <bristle/geometry/contacts/contact_clip.hpp>
+#include <bristle/geometry/contacts/contact_normal.hpp>
+#include <bristle/geometry/contacts/contact_sink.hpp>
+#include <bristle/geometry/meshes/mesh_surface.hpp>
+#include <bristle/geometry/shapes/convex_view.hpp>
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+
+namespace bristle::inline BRISTLE_ABI {
+
+/// Adds the contacts of a mesh with a convex solid that stands at X_MC in the mesh's frame, with
+/// normals from the mesh to the solid.
+///
+/// @tparam Distance  As in `contact_normal`.
+template <typename Distance, Scalar S, typename Tree>
+void collide_mesh(const MeshSurface<Precise<S>, Tree>& mesh, const ConvexView<Precise<S>>& convex,
+                  const Transform<Precise<S>>& X_MC, Precise<S> margin, ContactSink<S>& sink);
+
+/// The same for two meshes, B standing at X_AB.
+template <typename Distance, Scalar S, typename Tree>
+void collide_meshes(const MeshSurface<Precise<S>, Tree>& a, const MeshSurface<Precise<S>, Tree>& b,
+                    const Transform<Precise<S>>& X_AB, Precise<S> margin, ContactSink<S>& sink);
+
+// Implementation -----------------------------------------------------------------------------------
+
+namespace detail {
+
+/// The side of a contact that is a convex solid: any normal suits it.
+template <typename Surface, Scalar P>
+struct ConvexOpposite {
+  [[nodiscard]] typename Surface::Verdict judge(const Vec3<P>&) const {
+    return Surface::Verdict::edge;
+  }
+  [[nodiscard]] std::uint32_t key() const { return 1; }
+  [[nodiscard]] P depth() const { return P(0); }
+  [[nodiscard]] bool is_facing(const Vec3<P>&) const { return false; }
+};
+
+/// The side of a contact that is a triangle of a mesh B, asked in the frame of A.
+template <typename Surface, Scalar P>
+struct MeshOpposite {
+  const Surface& mesh;
+  std::uint32_t triangle;
+  const Transform<P>& X_BA;
+  P largest_depth;
+  Vec3<P> normal;  // [1] Its own, in the frame of A.
+
+  [[nodiscard]] typename Surface::Verdict judge(const Vec3<P>& n) const {
+    return mesh.judge(triangle, -X_BA.rotate(n));
+  }
+  [[nodiscard]] std::uint32_t key() const { return mix(mesh.patch(triangle), 2); }
+  [[nodiscard]] P depth() const { return largest_depth; }
+  /// Whether the triangle looks against n, within 25 degrees: tilted more, surfaces that pass
+  /// through each other cut each other, and need no help.
+  [[nodiscard]] bool is_facing(const Vec3<P>& n) const { return n.dot(normal) < P(-0.9); }
+};
+
+/// The contacts of one convex solid with one mesh, triangle by triangle.
+template <typename Distance, Scalar S, typename Tree>
+class MeshConvexContacts {
+ public:
+  using P = Precise<S>;
+  using Surface = MeshSurface<P, Tree>;
+
+  MeshConvexContacts(const Surface& mesh, const ConvexView<P>& convex, const Transform<P>& X_MC,
+                     P margin, ContactSink<S>& sink)
+      : mesh_(mesh), convex_(convex), X_MC_(X_MC), margin_(margin), sink_(sink) {}
+
+  /// @param opposite  Of the other side: `judge(n) -> Verdict`, what a normal means to it, the
+  /// `key()`
+  ///                  of its face, and for surfaces the `depth()` [m] up to which two of them that
+  ///                  are `is_facing(n)` may have passed through each other.
+  template <typename Opposite>
+  void add_all(const Opposite& opposite) {
+    bool is_any = false;
+    const Aabb<P> near = bounds_at(convex_, X_MC_).inflated(margin_);
+    mesh_.find([&](const Aabb<P>& box) { return box.overlaps(near); },
+               [&](std::uint32_t i) {
+                 is_any = add(i, opposite) || is_any;
+                 return true;
+               });
+    // Surfaces get none: triangle by triangle it would find contacts where there are better ones.
+    if (!is_any && !(opposite.depth() > P(0))) add_last_resort();
+  }
+
+  /// Adds what has passed through a triangle of the other side by more than the margin. All that
+  /// has is behind a triangle that looks against it, so the search goes from where the other side
+  /// is against its own normal.
+  /// @param within  Where triangles may be, in the frame of the mesh.
+  template <typename Opposite>
+  void add_all_passed(const Opposite& opposite, const Aabb<P>& within) {
+    const Aabb<P> here = bounds_at(convex_, X_MC_);
+    const Aabb<P> near = here.inflated(margin_);
+    // Those that look against it within 25 degrees are within this of the line.
+    const P beside = P(0.44) * opposite.depth();
+    const Vec3<P> back = -opposite.depth() * opposite.normal;
+    Aabb<P> swept = here;
+    swept.include(Aabb<P>{here.lower + back, here.upper + back});
+    swept = swept.inflated(beside);
+    swept = {swept.lower.cwiseMax(within.lower), swept.upper.cwiseMin(within.upper)};
+    const Vec3<P> middle = X_MC_ * convex_.center;
+    mesh_.find([&](const Aabb<P>& box) { return box.overlaps(swept); },
+               [&](std::uint32_t i) {
+                 const Vec3<P>& n = mesh_.normal(i);
+                 if (!opposite.is_facing(n)) return true;
+                 const Triangle<P> triangle = mesh_.triangle(i);
+                 const ConvexView<P> plate = convex_view(triangle);
+                 const Vec3<P> away = middle - plate.center;
+                 const P height = n.dot(away);
+                 const P reach = P(1 + Tolerance<P>::equal()) * (plate.reach + convex_.reach);
+                 if (!((away - height * n).squaredNorm() <= reach * reach)) return true;
+                 // The others have been asked.
+                 Aabb<P> box;
+                 for (const Vec3<P>& corner : triangle.corners) box.include(corner);
+                 if (!box.overlaps(near)) (void)add_passed(i, opposite);
+                 return true;
+               });
+  }
+
+  /// Whether any triangle that was near cuts the solid or touches it.
+  [[nodiscard]] bool has_cut() const { return has_cut_; }
+
+ private:
+  using Verdict = typename Surface::Verdict;
+
+  template <typename Opposite>
+  bool add(std::uint32_t i, const Opposite& opposite) {
+    const Triangle<P> triangle = mesh_.triangle(i);
+    const ConvexView<P> plate = convex_view(triangle);
+    ContactNormal<P> found =
+        contact_normal<Distance>(plate, convex_, X_MC_, std::max(margin_, opposite.depth()));
+    if (found.nearness != Nearness::near) return false;
+    has_cut_ = has_cut_ || found.gap <= Tolerance<P>::equal() * convex_.reach;
+    if (found.gap < P(0) && found.gap > plate_contact_.gap) {
+      plate_ = i;
+      plate_contact_ = found;
+    }
+    const Vec3<P>& face_normal = mesh_.normal(i);
+    bool is_behind = found.normal.dot(face_normal) <= P(0);
+    if (is_behind && opposite.depth() > P(0)) return add_passed(i, opposite);
+    Verdict verdict = mesh_.judge(i, found.normal);
+    if (verdict == Verdict::inner_edge) {
+      found = contact_normal<Distance>(convex_view(mesh_.face(i)), convex_, X_MC_, margin_);
+      if (found.nearness != Nearness::near) return false;
+      is_behind = found.normal.dot(face_normal) <= P(0);
+      verdict = mesh_.judge(i, found.normal);
+      // Still: the face is touched at another of its triangles.
+      if (verdict == Verdict::inner_edge) return false;
+    }
+    if (verdict == Verdict::none) {
+      if (is_behind) note_way_out(i, triangle);
+      return false;
+    }
+    if (found.gap > margin_) return false;
+    const Vec3<P>& normal = verdict == Verdict::face ? face_normal : found.normal;
+    const Verdict other_verdict = opposite.judge(normal);
+    if (other_verdict == Verdict::none) return false;
+    ContactManifold<P> manifold;
+    if (verdict == Verdict::face) {
+      manifold = face_manifold(i);
+    } else {
+      manifold = contact_manifold(plate, convex_, X_MC_, normal, margin_);
+      manifold.key = other_verdict == Verdict::face
+                         ? opposite.key()
+                         : mix(edge_name(triangle, normal), opposite.key());
+    }
+    sink_.add(manifold);
+    return manifold.size > 0;
+  }
+
+  /// Two surfaces that have passed through each other face to face: as plates they are apart, each
+  /// on the wrong side of the other.
+  template <typename Opposite>
+  bool add_passed(std::uint32_t i, const Opposite& opposite) {
+    const Vec3<P>& n = mesh_.normal(i);
+    const P gap = n.dot(deepest_place(n) - mesh_.corners(i)[0]);
+    if (gap < -opposite.depth() || !opposite.is_facing(n)) return false;
+    const ContactManifold<P> manifold = face_manifold(i);
+    sink_.add(manifold);
+    return manifold.size > 0;
+  }
+
+  /// What of the solid is over the triangle, along its normal. Empty where nothing is.
+  [[nodiscard]] ContactManifold<P> face_manifold(std::uint32_t i) const {
+    const Triangle<P> triangle = mesh_.triangle(i);
+    const Vec3<P>& n = mesh_.normal(i);
+    const ConvexView<P> plate = convex_view(triangle);
+    const auto features = feature_pair(plate, convex_, X_MC_, n);
+    const ContactManifold<P> clipped = clip_features(features.a, features.b, n, margin_);
+    ContactManifold<P> manifold;
+    manifold.normal = n;
+    manifold.key = mix(mesh_.patch(i), 0);
+    P gap = margin_;
+    for (std::size_t k = 0; k < clipped.size; ++k) {
+      const ContactPoint<P>& point = clipped.points[k];
+      if (!is_over(triangle, n, point.position)) continue;
+      manifold.add(point);
+      gap = std::min(gap, point.gap);
+    }
+    // Rims of round shapes are clipped as polygons; what is deepest may lie between their corners.
+    const ContactPoint<P> deepest = extreme_contact(plate, convex_, X_MC_, n);
+    if (deepest.gap < gap - Tolerance<P>::equal() * convex_.reach &&
+        is_over(triangle, n, deepest_place(n))) {
+      if (manifold.size == manifold.capacity) --manifold.size;
+      manifold.add({deepest_place(n) - P(0.5) * deepest.gap * n, deepest.gap, 0});
+    }
+    return manifold;
+  }
+
+  /// [m] The solid's farthest point against n.
+  [[nodiscard]] Vec3<P> deepest_place(const Vec3<P>& n) const {
+    return X_MC_ * support_point(convex_, Vec3<P>(X_MC_.rotation.conjugate() * Vec3<P>(-n)));
+  }
+
+  /// Whether a point is above or below a triangle of normal n, its edges and a hair beyond
+  /// included.
+  [[nodiscard]] static bool is_over(const Triangle<P>& triangle, const Vec3<P>& n,
+                                    const Vec3<P>& point) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Vec3<P> edge = triangle.corners[(k + 1) % 3] - triangle.corners[k];
+      const P beside = edge.cross(point - triangle.corners[k]).dot(n);
+      if (beside < -Tolerance<P>::equal() * edge.squaredNorm()) return false;
+    }
+    return true;
+  }
+
+  /// Remembers the face through which a solid whose middle has got inside leaves soonest.
+  void note_way_out(std::uint32_t i, const Triangle<P>& triangle) {
+    const Vec3<P> middle = X_MC_ * convex_.center;
+    const Vec3<P>& n = mesh_.normal(i);
+    const P depth = n.dot(triangle.corners[0] - middle);
+    if (!(depth >= P(0) && depth < way_out_depth_)) return;
+    if (!is_over(triangle, n, middle)) return;
+    way_out_ = i;
+    way_out_depth_ = depth;
+  }
+
+  /// The surface cuts the solid, but at every triangle the shortest way off it, being only a local
+  /// one, was a neighbour's business; or the solid is all inside. A contact there must be, or the
+  /// solid falls through.
+  void add_last_resort() {
+    const Vec3<P> middle = X_MC_ * convex_.center;
+    const bool is_inside = mesh_.bounds().contains(middle) && mesh_.contains(middle);
+    if (is_inside && !way_out_ && !plate_) {
+      mesh_.find([](const Aabb<P>&) { return true; },
+                 [&](std::uint32_t i) {
+                   note_way_out(i, mesh_.triangle(i));
+                   return true;
+                 });
+    }
+    if (way_out_ && is_inside) {
+      ContactManifold<P> manifold = face_manifold(*way_out_);
+      if (manifold.size == 0) {
+        const Triangle<P> triangle = mesh_.triangle(*way_out_);
+        manifold.add(extreme_contact(convex_view(triangle), convex_, X_MC_, manifold.normal));
+      }
+      sink_.add(manifold);
+    } else if (plate_) {
+      const Triangle<P> triangle = mesh_.triangle(*plate_);
+      const Vec3<P>& n = plate_contact_.normal;
+      ContactManifold<P> manifold =
+          contact_manifold(convex_view(triangle), convex_, X_MC_, n, margin_);
+      manifold.key = mix(edge_name(triangle, n), 1);
+      sink_.add(manifold);
+    }
+  }
+
+  /// Name of the edge or corner of a triangle that is farthest along n.
+  [[nodiscard]] static std::uint32_t edge_name(const Triangle<P>& triangle, const Vec3<P>& n) {
+    const SupportFeature<P> edge = support_edge(triangle, n);
+    return mix_unordered(edge.ids[0], edge.ids[edge.size - 1]);
+  }
+
+  const Surface& mesh_;
+  const ConvexView<P>& convex_;
+  const Transform<P>& X_MC_;
+  P margin_;
+  ContactSink<S>& sink_;
+  bool has_cut_ = false;
+  // For the last resort.
+  std::optional<std::uint32_t> way_out_;
+  P way_out_depth_ = infinity<P>;
+  std::optional<std::uint32_t> plate_;
+  ContactNormal<P> plate_contact_{.gap = -infinity<P>};
+};
+
+}  // namespace detail
+
+template <typename Distance, Scalar S, typename Tree>
+void collide_mesh(const MeshSurface<Precise<S>, Tree>& mesh, const ConvexView<Precise<S>>& convex,
+                  const Transform<Precise<S>>& X_MC, Precise<S> margin, ContactSink<S>& sink) {
+  using P = Precise<S>;
+  sink.set_nearest(Tolerance<P>::equal() * convex.reach);
+  detail::MeshConvexContacts<Distance, S, Tree> contacts(mesh, convex, X_MC, margin, sink);
+  contacts.add_all(detail::ConvexOpposite<MeshSurface<P, Tree>, P>{});
+}
+
+template <typename Distance, Scalar S, typename Tree>
+void collide_meshes(const MeshSurface<Precise<S>, Tree>& a, const MeshSurface<Precise<S>, Tree>& b,
+                    const Transform<Precise<S>>& X_AB, Precise<S> margin, ContactSink<S>& sink) {
+  using P = Precise<S>;
+  using Surface = MeshSurface<P, Tree>;
+  const Transform<P> X_BA = X_AB.inverse();
+  // At half the thickness of the thinner one, in and out cannot be told apart.
+  const P depth =
+      std::min(a.bounds().half_extents().minCoeff(), b.bounds().half_extents().minCoeff());
+  // Calls use(contacts, opposite) for each triangle of B within a distance of the box of A.
+  const auto for_each_near = [&](P distance, auto&& use) {
+    const Aabb<P> near_A = a.bounds().inflated(distance);
+    const Aabb<P> near_B = transformed(a.bounds(), X_BA).inflated(distance);
+    b.find(
+        [&](const Aabb<P>& box) {
+          return box.overlaps(near_B) && transformed(box, X_AB).overlaps(near_A);
+        },
+        [&](std::uint32_t i) {
+          const Triangle<P> triangle = b.triangle(i);
+          const ConvexView<P> plate = convex_view(triangle);
+          sink.set_nearest(Tolerance<P>::equal() * plate.reach);
+          detail::MeshConvexContacts<Distance, S, Tree> contacts(a, plate, X_AB, margin, sink);
+          const Vec3<P> normal = X_AB.rotate(b.normal(i));
+          use(contacts, detail::MeshOpposite<Surface, P>{b, i, X_BA, depth, normal});
+          return true;
+        });
+  };
+  bool have_cut = false;
+  for_each_near(margin, [&](auto& contacts, const auto& opposite) {
+    contacts.add_all(opposite);
+    have_cut = have_cut || contacts.has_cut();
+  });
+  // A thin mesh may be all inside the other.
+  const auto is_corner_within = [](const Surface& outer, const Surface& inner,
+                                   const Transform<P>& X_OI) {
+    const Vec3<P> corner = X_OI * inner.corners(0)[0];
+    return outer.bounds().contains(corner) && outer.contains(corner);
+  };
+  if (have_cut || is_corner_within(a, b, X_AB) || is_corner_within(b, a, X_BA)) {
+    const Aabb<P> within = transformed(b.bounds(), X_AB);
+    for_each_near(P(0), [&](auto& contacts, const auto& opposite) {
+      contacts.add_all_passed(opposite, within);
+    });
+  }
+}
+
+}  // namespace bristle::inline BRISTLE_ABI

@@ -1,0 +1,86 @@
+/// @file
+/// Normals of the faces and vertices of a triangle mesh that may have faces without one.
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <bristle/geometry/meshes/triangle_mesh.hpp>
+#include <bristle/math/types.hpp>
+
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace bristle::inline BRISTLE_ABI {
+
+/// Sum of unit normals with their weights, and whether they leave a direction.
+template <Scalar S>
+struct NormalSum {
+  /// [1] Weighted sum.
+  Vec3<S> sum = Vec3<S>::Zero();
+  /// [1] Sum of the weights; 0 where no triangle with a normal took part.
+  S weight = S(0);
+
+  void add(const Vec3<S>& normal, S w) {
+    sum += w * normal;
+    weight += w;
+  }
+  [[nodiscard]] bool has_direction() const { return sum.norm() > Tolerance<S>::equal() * weight; }
+};
+
+/// Outward unit normals of all triangles; zero for those numbered in `degenerate`, which have none.
+template <Scalar S>
+[[nodiscard]] std::vector<Vec3<S>> face_normals(const TriangleMesh<S>& mesh,
+                                                std::span<const std::uint32_t> degenerate);
+
+/// For each vertex the normals of its faces, weighted with the angles there, so that it does not
+/// matter how a flat face is cut into triangles (Thuermer and Wuethrich 1998).
+///
+/// @param normals  Of the faces, zero where there is none, as `face_normals` gives them.
+template <Scalar S>
+[[nodiscard]] std::vector<NormalSum<S>> vertex_normals(const TriangleMesh<S>& mesh,
+                                                       std::span<const Vec3<S>> normals);
+
+// Implementation -----------------------------------------------------------------------------------
+
+namespace detail {
+
+/// Angle [rad] of a triangle at its corner k.
+template <Scalar S>
+[[nodiscard]] S corner_angle(const TriangleMesh<S>& mesh, std::size_t triangle, std::size_t k) {
+  using std::atan2;
+  const auto& t = mesh.triangles[triangle];
+  const Vec3<S> a = mesh.vertices[t[(k + 1) % 3]] - mesh.vertices[t[k]];
+  const Vec3<S> b = mesh.vertices[t[(k + 2) % 3]] - mesh.vertices[t[k]];
+  return atan2(a.cross(b).norm(), a.dot(b));
+}
+
+}  // namespace detail
+
+template <Scalar S>
+std::vector<Vec3<S>> face_normals(const TriangleMesh<S>& mesh,
+                                  std::span<const std::uint32_t> degenerate) {
+  std::vector<Vec3<S>> normals;
+  normals.reserve(mesh.triangles.size());
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    normals.push_back(triangle_normal(mesh, t));
+  }
+  for (const std::uint32_t t : degenerate) normals[t].setZero();
+  return normals;
+}
+
+template <Scalar S>
+std::vector<NormalSum<S>> vertex_normals(const TriangleMesh<S>& mesh,
+                                         std::span<const Vec3<S>> normals) {
+  std::vector<NormalSum<S>> sums(mesh.vertices.size());
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    if (normals[t] == Vec3<S>::Zero()) continue;
+    for (std::size_t k = 0; k < 3; ++k) {
+      sums[mesh.triangles[t][k]].add(normals[t], detail::corner_angle(mesh, t, k));
+    }
+  }
+  return sums;
+}
+
+}  // namespace bristle::inline BRISTLE_ABI

@@ -1,0 +1,444 @@
+/// @file
+/// Where rays in lanes meet a shape: the closed forms of ray_shapes.hpp, which says what they mean
+/// and where they come from, without branches.
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <bristle/geometry/rays/ray.hpp>
+#include <bristle/geometry/shapes/shapes.hpp>
+#include <bristle/math/pack3.hpp>
+#include <bristle/math/transform.hpp>
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <type_traits>
+
+namespace bristle::inline BRISTLE_ABI {
+
+/// A ray for each lane, in the shape's frame.
+template <Scalar S>
+struct RayLanes {
+  Pack3<S> origin, direction;
+  Pack<S> length;
+};
+
+/// A hit for each lane, as `RayHit`; without one the distance is infinite.
+template <Scalar S>
+struct RayHitLanes {
+  Pack<S> distance;
+  Pack3<S> normal;
+};
+
+/// Offers to `hits` the nearest hit of each ray with a shape at X_RC, as
+/// `ShapeBackend::cast_rays` does.
+template <Scalar S, typename ConvexShape>
+void cast_rays_in_lanes(const ConvexShape& shape, const Transform<S>& X_RC, const RayBatch<S>& rays,
+                        std::uint32_t tag, RayHits<S>& hits);
+
+// Implementation -----------------------------------------------------------------------------------
+
+namespace detail {
+
+/// A hit at `distance` where `is_hit` and the ray reaches it, at the start where `is_inside`.
+template <Scalar S>
+BRISTLE_INLINE RayHitLanes<S> hit_lanes(const RayLanes<S>& ray, const Mask<S>& is_inside,
+                                        const Mask<S>& is_hit, const Pack<S>& distance,
+                                        const Pack3<S>& normal) {
+  const Mask<S> counts = is_hit & (distance <= ray.length) & (distance < Pack<S>(infinity<S>));
+  const Pack<S> there = select(counts, max(distance, Pack<S>(S(0))), Pack<S>(infinity<S>));
+  return {select(is_inside, Pack<S>(S(0)), there), select(is_inside, -ray.direction, normal)};
+}
+
+template <Scalar S>
+BRISTLE_INLINE RayHitLanes<S> no_hits() {
+  const Pack<S> zero(S(0));
+  return {Pack<S>(infinity<S>), {zero, zero, zero}};
+}
+
+/// Whether rays are long enough to reach what is around a core, as far as rounding can tell. Where
+/// a part of a patch touches, many rays are not, and neighbours are alike.
+/// @param apart2  [m^2] Square of the distance of their starts from the core.
+/// @param radius  [m] How far around the core the shape reaches.
+/// @param extent  [m] How far from the shape's origin: rounding is relative to it, too.
+template <Scalar S>
+BRISTLE_INLINE Mask<S> may_reach(const RayLanes<S>& ray, const Pack<S>& apart2, S radius,
+                                 S extent) {
+  constexpr S slack = Tolerance<S>::round_off();
+  const Pack<S> reach = (S(1) + slack) * (ray.length + radius) + slack * extent;
+  return apart2 <= reach * reach;
+}
+
+template <Scalar S>
+BRISTLE_INLINE Pack3<S> normalized(const Pack3<S>& v) {
+  return (S(1) / sqrt(dot(v, v))) * v;
+}
+
+/// Unit vectors from vectors that are that to round-off, without root and division: of the square
+/// 1 + e, which becomes 1 - 3/4 e^2. In full where that would show in a lane that matters.
+template <Scalar S>
+BRISTLE_INLINE Pack3<S> renormalized(const Pack3<S>& v, const Mask<S>& matters) {
+  const Pack<S> excess = dot(v, v) - S(1);
+  if (any(matters & !(abs(excess) <= Pack<S>(Tolerance<S>::equal())))) return normalized(v);
+  return (S(1) - S(0.5) * excess) * v;
+}
+
+/// `Chord` in lanes.
+template <Scalar S>
+struct ChordLanes {
+  Pack<S> enter{-infinity<S>};
+  Pack<S> leave{infinity<S>};
+
+  [[nodiscard]] BRISTLE_INLINE Mask<S> is_ahead() const {
+    return (enter <= leave) & (enter + leave >= Pack<S>(S(0)));
+  }
+};
+
+template <Scalar S>
+BRISTLE_INLINE ChordLanes<S> slab_chord(const Pack<S>& origin, const Pack<S>& direction, S low,
+                                        S high) {
+  const Pack<S> inverse = S(1) / direction;
+  const Pack<S> to_low = (low - origin) * inverse;
+  const Pack<S> to_high = (high - origin) * inverse;
+  const Mask<S> is_down = inverse < Pack<S>(S(0));
+  // Of a NaN neither takes anything.
+  return {max(select(is_down, to_high, to_low), Pack<S>(-infinity<S>)),
+          min(select(is_down, to_low, to_high), Pack<S>(infinity<S>))};
+}
+
+/// The slab of a box about the axis of one coordinate. Mostly all of the rays keep between two of
+/// the pairs of planes, which then bound nothing, and need not be divided by.
+template <Scalar S>
+BRISTLE_INLINE ChordLanes<S> box_chord(const Pack<S>& origin, const Pack<S>& direction,
+                                       const Pack<S>& length, S half) {
+  const Pack<S> end = origin + length * direction;
+  if (all((abs(origin) < Pack<S>(half)) & (abs(end) < Pack<S>(half)))) return {};
+  return slab_chord(origin, direction, -half, half);
+}
+
+/// `Roots` in lanes, in order.
+template <Scalar S>
+BRISTLE_INLINE ChordLanes<S> roots(const Pack<S>& a, const Pack<S>& b, const Pack<S>& c,
+                                   const Pack<S>& root) {
+  const Pack<S> zero(S(0));
+  const Pack<S> far(infinity<S>);
+  const Pack<S> q = select(b < zero, b - root, b + root);
+  const Pack<S> first = select(a != zero, q / a, select(b < zero, far, -far));
+  const Pack<S> second = select(q != zero, c / q, zero);
+  return {min(first, second), max(first, second)};
+}
+
+template <Scalar S>
+BRISTLE_INLINE ChordLanes<S> tube_chord(const Pack3<S>& origin, const Pack3<S>& direction,
+                                        S radius) {
+  const Pack<S> zero(S(0));
+  const Pack<S> far(infinity<S>);
+  const Pack<S> a = direction.x * direction.x + direction.y * direction.y;
+  const Pack<S> b = -(origin.x * direction.x + origin.y * direction.y);
+  const Pack<S> distance = sqrt(origin.x * origin.x + origin.y * origin.y);
+  const Pack<S> c = (distance - radius) * (distance + radius);
+  const Pack<S> cross = origin.x * direction.y - origin.y * direction.x;
+  const Pack<S> discriminant = a * (radius * radius) - cross * cross;
+  const ChordLanes<S> sloping = roots(a, b, c, sqrt(max(discriminant, zero)));
+  const Mask<S> is_along = !(a > zero);
+  const Mask<S> is_missed = (is_along & !(c <= zero)) | ((discriminant < zero) & !is_along);
+  return {select(is_missed, far, select(is_along, -far, sloping.enter)),
+          select(is_missed, -far, select(is_along, far, sloping.leave))};
+}
+
+/// `Approach` in lanes.
+template <Scalar S>
+struct ApproachLanes {
+  Pack<S> skipped;
+  Pack3<S> origin;
+  Mask<S> is_near;
+
+  BRISTLE_INLINE ApproachLanes(const RayLanes<S>& ray, S radius) {
+    const Pack<S> closest = -dot(ray.origin, ray.direction);
+    skipped = select(closest > Pack<S>(radius), closest - radius, Pack<S>(S(0)));
+    origin = ray.origin + skipped * ray.direction;
+    const Pack3<S> foot = ray.origin + closest * ray.direction;
+    is_near = dot(foot, foot) <= Pack<S>(S(2) * radius * radius);
+  }
+};
+
+template <Scalar S>
+BRISTLE_INLINE RayHitLanes<S> ray_cast(const Sphere<S>& sphere, const RayLanes<S>& ray) {
+  const Pack<S> zero(S(0));
+  const Pack<S> radius2(sphere.radius * sphere.radius);
+  const Pack<S> apart2 = dot(ray.origin, ray.origin);
+  if (none(may_reach(ray, apart2, sphere.radius, sphere.radius))) return no_hits<S>();
+  const Pack<S> closest = -dot(ray.origin, ray.direction);
+  const Pack3<S> foot = ray.origin + closest * ray.direction;
+  const Pack<S> half2 = radius2 - dot(foot, foot);
+  const Pack<S> half = sqrt(max(half2, zero));
+  const Pack3<S> point = foot - half * ray.direction;
+  const Mask<S> may_hit = (closest >= zero) & (half2 >= zero);
+  return hit_lanes(ray, apart2 <= radius2, may_hit, closest - half,
+                   renormalized((S(1) / sphere.radius) * point, may_hit));
+}
+
+template <Scalar S>
+BRISTLE_INLINE RayHitLanes<S> ray_cast(const Box<S>& box, const RayLanes<S>& ray) {
+  const Pack<S> zero(S(0));
+  const Vec3<S>& half = box.half_extents;
+  const ChordLanes<S> x = box_chord(ray.origin.x, ray.direction.x, ray.length, half.x());
+  const ChordLanes<S> y = box_chord(ray.origin.y, ray.direction.y, ray.length, half.y());
+  const ChordLanes<S> z = box_chord(ray.origin.z, ray.direction.z, ray.length, half.z());
+  const Mask<S> y_later = y.enter > x.enter;
+  const Pack<S> enter_xy = max(y.enter, x.enter);
+  const Mask<S> z_later = z.enter > enter_xy;
+  const ChordLanes<S> chord{max(z.enter, enter_xy), min(z.leave, min(y.leave, x.leave))};
+  const auto against = [&](const Pack<S>& direction) {
+    return select(direction > zero, Pack<S>(S(-1)), Pack<S>(S(1)));
+  };
+  const Pack3<S> normal{select(y_later | z_later, zero, against(ray.direction.x)),
+                        select(y_later & !z_later, against(ray.direction.y), zero),
+                        select(z_later, against(ray.direction.z), zero)};
+  const Mask<S> is_inside = (abs(ray.origin.x) <= Pack<S>(half.x())) &
+                            (abs(ray.origin.y) <= Pack<S>(half.y())) &
+                            (abs(ray.origin.z) <= Pack<S>(half.z()));
+  return hit_lanes(ray, is_inside, chord.is_ahead(), chord.enter, normal);
+}
+
+/// Where rays enter a cylinder without ends about the z axis: the nearer end of `tube_chord`.
+template <Scalar S>
+struct TubeEntry {
+  Pack<S> distance;
+  /// Whether the line meets it, and whether that is in front of the start: it is no nearer than the
+  /// axis, of which the start is on this side.
+  Mask<S> is_met, is_ahead;
+
+  BRISTLE_INLINE TubeEntry(const Pack3<S>& origin, const Pack3<S>& direction, S radius) {
+    const Pack<S> zero(S(0));
+    const Pack<S> radius2(radius * radius);
+    const Pack<S> a = direction.x * direction.x + direction.y * direction.y;
+    const Pack<S> b = -(origin.x * direction.x + origin.y * direction.y);
+    const Pack<S> c = origin.x * origin.x + origin.y * origin.y - radius2;
+    const Pack<S> cross = origin.x * direction.y - origin.y * direction.x;
+    const Pack<S> discriminant = a * radius2 - cross * cross;
+    const Pack<S> q = b + sqrt(max(discriminant, zero));
+    const Mask<S> is_sloping = a > zero;
+    distance = select(q > zero, c / q, zero);
+    const Mask<S> is_along = !is_sloping;
+    is_met = (is_sloping & (discriminant >= zero)) | (is_along & (c <= zero));
+    is_ahead = is_met & is_sloping & (b >= zero);
+  }
+};
+
+template <Scalar S>
+BRISTLE_INLINE RayHitLanes<S> ray_cast(const Capsule<S>& capsule, const RayLanes<S>& ray) {
+  const Pack<S> zero(S(0));
+  const Pack<S> half(capsule.half_length);
+  const Pack<S> radius2(capsule.radius * capsule.radius);
+  const Pack3<S>& o = ray.origin;
+  const Pack3<S> from_axis{o.x, o.y, o.z - max(-half, min(o.z, half))};
+  const Pack<S> apart2 = dot(from_axis, from_axis);
+  if (none(may_reach(ray, apart2, capsule.radius, capsule.half_length + capsule.radius)))
+    return no_hits<S>();
+  const auto against_end = [&](const Pack<S>& end) {
+    const Pack3<S> from_end{o.x, o.y, o.z - end};
+    return ray_cast(Sphere<S>{capsule.radius}, RayLanes<S>{from_end, ray.direction, ray.length});
+  };
+  // Neighbours that keep beyond one end meet nothing but its ball. (Whether a ray that grazes both
+  // it and the tube meets them is up to rounding, and so to the way taken.)
+  const Pack<S> last_z = o.z + ray.length * ray.direction.z;
+  if (all((o.z > half) & (last_z > half))) return against_end(half);
+  if (all((o.z < -half) & (last_z < -half))) return against_end(-half);
+  const ApproachLanes<S> near(ray, capsule.half_length + capsule.radius);
+  const TubeEntry<S> tube(near.origin, ray.direction, capsule.radius);
+  const Mask<S> is_beyond_end =
+      (abs(near.origin.z) > half) &
+      (near.origin.x * near.origin.x + near.origin.y * near.origin.y <= radius2);
+  const Pack3<S> point = near.origin + tube.distance * ray.direction;
+  const Pack<S> z = select(is_beyond_end, near.origin.z, point.z);
+  const Mask<S> may_hit = near.is_near & tube.is_met & (is_beyond_end | tube.is_ahead);
+  const Mask<S> is_side = (abs(z) <= half) & !is_beyond_end;
+  const Mask<S> is_inside = apart2 <= radius2;
+  const Pack<S> inverse_radius(S(1) / capsule.radius);
+  const RayHitLanes<S> side =
+      hit_lanes(ray, is_inside, may_hit & is_side, near.skipped + tube.distance,
+                renormalized(Pack3<S>{inverse_radius * point.x, inverse_radius * point.y, zero},
+                             may_hit & is_side));
+  const Mask<S> takes_end = may_hit & !is_side & !is_inside;
+  if (none(takes_end)) return side;
+  const RayHitLanes<S> end = against_end(select(z < zero, -half, half));
+  return {select(takes_end, end.distance, side.distance),
+          select(takes_end, end.normal, side.normal)};
+}
+
+template <Scalar S>
+BRISTLE_INLINE RayHitLanes<S> ray_cast(const Cylinder<S>& cylinder, const RayLanes<S>& ray) {
+  const Pack<S> zero(S(0));
+  const S half = cylinder.half_length;
+  const Pack3<S>& o = ray.origin;
+  const Mask<S> is_inside = (o.x * o.x + o.y * o.y <= Pack<S>(cylinder.radius * cylinder.radius)) &
+                            (abs(o.z) <= Pack<S>(half));
+  const ApproachLanes<S> near(ray, half + cylinder.radius);
+  const ChordLanes<S> tube = tube_chord(near.origin, ray.direction, cylinder.radius);
+  const ChordLanes<S> slab = slab_chord(near.origin.z, ray.direction.z, -half, half);
+  const ChordLanes<S> chord{near.skipped + max(tube.enter, slab.enter),
+                            near.skipped + min(tube.leave, slab.leave)};
+  const Pack3<S> point = near.origin + tube.enter * ray.direction;
+  const Pack3<S> cap{zero, zero, select(ray.direction.z > zero, Pack<S>(S(-1)), Pack<S>(S(1)))};
+  return hit_lanes(
+      ray, is_inside, near.is_near & chord.is_ahead(), chord.enter,
+      select(slab.enter >= tube.enter, cap, normalized(Pack3<S>{point.x, point.y, zero})));
+}
+
+template <Scalar S>
+BRISTLE_INLINE RayHitLanes<S> ray_cast(const Cone<S>& cone, const RayLanes<S>& ray) {
+  const Pack<S> zero(S(0));
+  const Pack<S> one(S(1));
+  const Pack<S> far(infinity<S>);
+  const S height = S(2) * cone.half_length;
+  const Pack<S> k(cone.radius / height);
+  const auto across = [](const Pack3<S>& v) { return sqrt(v.x * v.x + v.y * v.y); };
+  const Pack<S> start_depth = cone.half_length - ray.origin.z;
+  const Mask<S> is_inside = (start_depth >= zero) & (start_depth <= Pack<S>(height)) &
+                            (across(ray.origin) <= k * start_depth);
+  const ApproachLanes<S> near(ray, cone.half_length + cone.radius);
+  const Pack3<S>& o = near.origin;
+  const Pack3<S>& d = ray.direction;
+  const Pack<S> w = cone.half_length - o.z;
+  const Pack<S> dw = -d.z;
+  const Pack<S> a = d.x * d.x + d.y * d.y - k * k * dw * dw;
+  const Pack<S> b = k * k * w * dw - (o.x * d.x + o.y * d.y);
+  const Pack<S> c = (across(o) - k * w) * (across(o) + k * w);
+  const Pack<S> cross = o.x * d.y - o.y * d.x;
+  const Pack<S> mixed_x = w * d.x - dw * o.x;
+  const Pack<S> mixed_y = w * d.y - dw * o.y;
+  const Pack<S> discriminant = k * k * (mixed_x * mixed_x + mixed_y * mixed_y) - cross * cross;
+  const ChordLanes<S> between = roots(a, b, c, sqrt(max(discriminant, zero)));
+  const Mask<S> is_shallow = a > zero;
+  const Mask<S> is_down = dw > zero;
+  const ChordLanes<S> side{select(is_shallow, between.enter, select(is_down, between.leave, -far)),
+                           select(is_shallow, between.leave, select(is_down, far, between.enter))};
+  const ChordLanes<S> slab = slab_chord(w, dw, S(0), height);
+  const ChordLanes<S> chord{near.skipped + max(side.enter, slab.enter),
+                            near.skipped + min(side.leave, slab.leave)};
+  const Pack3<S> point = o + side.enter * d;
+  const Pack3<S> gradient{point.x, point.y, k * k * (cone.half_length - point.z)};
+  const Mask<S> is_apex = !(dot(gradient, gradient) > zero);
+  const Pack3<S> on_side = select(is_apex, Pack3<S>{zero, zero, one}, normalized(gradient));
+  const Pack3<S> base{zero, zero, select(is_down, one, -one)};
+  const Mask<S> may_hit = near.is_near & !((discriminant < zero) & is_shallow);
+  return hit_lanes(ray, is_inside, may_hit & chord.is_ahead(), chord.enter,
+                   select(slab.enter >= side.enter, base, on_side));
+}
+
+template <Scalar S>
+BRISTLE_INLINE RayHitLanes<S> ray_cast(const Ellipsoid<S>& ellipsoid, const RayLanes<S>& ray) {
+  const Pack<S> zero(S(0));
+  const Vec3<S> scale = ellipsoid.radii.cwiseInverse();
+  const auto scaled = [&](const Pack3<S>& v) {
+    return Pack3<S>{v.x * scale.x(), v.y * scale.y(), v.z * scale.z()};
+  };
+  const Pack3<S> start = scaled(ray.origin);
+  const ApproachLanes<S> near(ray, ellipsoid.radii.maxCoeff());
+  const Pack3<S> o = scaled(near.origin);
+  const Pack3<S> d = scaled(ray.direction);
+  const Pack<S> speed2 = dot(d, d);
+  const Pack<S> closest = -dot(o, d) / speed2;
+  const Pack3<S> foot = o + closest * d;
+  const Pack<S> half2 = (S(1) - dot(foot, foot)) / speed2;
+  const Pack<S> half = sqrt(max(half2, zero));
+  return hit_lanes(ray, dot(start, start) <= Pack<S>(S(1)),
+                   near.is_near & (near.skipped + closest >= zero) & (half2 >= zero),
+                   near.skipped + (closest - half), normalized(scaled(foot - half * d)));
+}
+
+template <Scalar S>
+BRISTLE_INLINE RayHitLanes<S> ray_cast(const HalfSpace<S>& half_space, const RayLanes<S>& ray) {
+  const Pack<S> zero(S(0));
+  const Pack3<S> normal = Pack3<S>::all(half_space.normal);
+  const Pack<S> height = dot(normal, ray.origin) - half_space.offset;
+  const Pack<S> speed = dot(normal, ray.direction);
+  return hit_lanes(ray, height <= zero, speed < zero, height / -speed, normal);
+}
+
+template <Scalar S>
+BRISTLE_INLINE RayHitLanes<S> ray_cast(const ConvexHull<S>& hull, const RayLanes<S>& ray) {
+  const Pack<S> zero(S(0));
+  ChordLanes<S> chord;
+  Pack3<S> normal{zero, zero, zero};
+  Mask<S> is_inside = zero <= zero;
+  Mask<S> is_passed = zero < zero;
+  for (std::size_t f = 0; f < hull.face_count(); ++f) {
+    const Pack3<S> face = Pack3<S>::all(hull.face_normals[f]);
+    const Pack<S> height = dot(face, ray.origin) - hull.face_offsets[f];
+    const Pack<S> speed = dot(face, ray.direction);
+    const Pack<S> at = -height / speed;
+    is_inside = is_inside & (height <= zero);
+    const Mask<S> is_later = (speed < zero) & (at > chord.enter);
+    chord.enter = select(is_later, at, chord.enter);
+    normal = select(is_later, face, normal);
+    chord.leave = select(speed > zero, min(at, chord.leave), chord.leave);
+    is_passed = is_passed | ((speed == zero) & (height > zero));
+  }
+  return hit_lanes(ray, is_inside, chord.is_ahead() & !is_passed, chord.enter, normal);
+}
+
+}  // namespace detail
+
+template <Scalar S, typename ConvexShape>
+void cast_rays_in_lanes(const ConvexShape& shape, const Transform<S>& X_RC, const RayBatch<S>& rays,
+                        std::uint32_t tag, RayHits<S>& hits) {
+  const Mat3<S> R_RC = X_RC.rotation_matrix();
+  const Mat3<S> R_CR = R_RC.transpose();
+  const Pack3<S> p_RC = Pack3<S>::all(X_RC.translation);
+  const std::size_t n = std::min<std::size_t>(rays.slice.end, rays.size());
+  const auto cast = [&](std::size_t i, auto count, const auto& load, const auto& store) {
+    const Pack<S> best = load(hits.distance.data() + i);
+    const Pack3<S> origin{load(rays.origin_x.data() + i), load(rays.origin_y.data() + i),
+                          load(rays.origin_z.data() + i)};
+    const Pack3<S> direction{load(rays.direction_x.data() + i), load(rays.direction_y.data() + i),
+                             load(rays.direction_z.data() + i)};
+    const Pack<S> length = load(rays.length.data() + i) + rays.extra_length;
+    const RayHitLanes<S> hit = detail::ray_cast(
+        shape, RayLanes<S>{R_CR * (origin - p_RC), R_CR * direction, min(length, best)});
+    const Mask<S> is_nearer = hit.distance < best;
+    if (none(is_nearer)) return;
+    const Pack3<S> normal = R_RC * hit.normal;
+    const auto keep = [&](S* p, const Pack<S>& value) {
+      store(p + i, select(is_nearer, value, load(p + i)));
+    };
+    keep(hits.distance.data(), hit.distance);
+    keep(hits.normal.x.data(), normal.x);
+    keep(hits.normal.y.data(), normal.y);
+    keep(hits.normal.z.data(), normal.z);
+    std::uint32_t* const tags = hits.tag.data() + i;
+    // Only of a full pack.
+    if (all(is_nearer)) {
+      std::fill_n(tags, lanes<S>, tag);
+      return;
+    }
+    const std::uint32_t met = bits(is_nearer);
+    // A choice that compilers make in lanes: by masks, of a number that no tag can overwrite.
+    const std::uint32_t own = tag;
+    for (std::uint32_t k = 0; k < count; ++k) tags[k] ^= (tags[k] ^ own) & (0u - (met >> k & 1u));
+  };
+  const auto cast_from = [&](std::size_t i, std::size_t end) {
+    for (; i + lanes<S> <= end; i += lanes<S>) {
+      cast(
+          i, std::integral_constant<std::uint32_t, lanes<S>>{},
+          [](const S* p) { return Pack<S>::load(p); },
+          [](S* p, const Pack<S>& value) { value.store(p); });
+    }
+    if (i >= end) return;
+    // Filled up with rays that have been hit already.
+    cast(
+        i, static_cast<std::uint32_t>(end - i),
+        [&](const S* p) { return Pack<S>::load_first(p, end - i, S(0)); },
+        [&](S* p, const Pack<S>& value) { value.store_first(p, end - i); });
+  };
+  if (rays.near_runs == nullptr) return cast_from(rays.slice.first, n);
+  auto run = std::lower_bound(rays.near_runs->begin(), rays.near_runs->end(),
+                              rays.slice.first / ray_run_size);
+  for (; run != rays.near_runs->end() && *run * ray_run_size < n; ++run) {
+    const std::size_t first = *run * ray_run_size;
+    cast_from(first, std::min(n, first + ray_run_size));
+  }
+}
+
+}  // namespace bristle::inline BRISTLE_ABI

@@ -1,0 +1,264 @@
+/// @file
+/// Joins the coplanar triangles of a convex hull to polygons: the second half of `convex_hull`.
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <bristle/core/refill.hpp>
+#include <bristle/geometry/shapes/grid_hull.hpp>
+#include <bristle/math/types.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <span>
+#include <utility>
+#include <vector>
+
+namespace bristle::inline BRISTLE_ABI::detail {
+
+/// A polygon of a hull.
+struct HullFace {
+  /// Corners, counter-clockwise from outside.
+  std::vector<std::uint32_t> corners;
+  /// Third corners of the triangles across its border. A plane through the face that has them below
+  /// has, since the hull is convex, everything below.
+  std::vector<std::uint32_t> ring;
+  /// Outward unit normal of the largest triangle it was joined from, on the grid. No point of the
+  /// hull lies above that plane.
+  Vec3<double> normal = Vec3<double>::UnitZ();
+};
+
+/// Joins the triangles of a closed convex surface to faces.
+///
+/// A region grows from the largest triangle that has none over all neighbours whose corners lie
+/// near its plane. Slivers, whose own plane means little, go to whom they share their longest edge
+/// with, if they are near its plane. A region with fewer than three corners is no polygon and goes
+/// to its longest neighbour. A vertex is a corner where at least three regions meet; since that
+/// does not depend on the side one looks from, faces on both sides of an edge agree on its ends.
+class FaceJoin {
+ public:
+  /// @param tolerance  [grid steps] How far the corners of a face may lie off its plane.
+  FaceJoin(std::span<const GridPoint> points, std::span<const HullTriangle> triangles,
+           double tolerance)
+      : points_(points), triangles_(triangles), tolerance_(tolerance) {
+    measure();
+    grow_regions();
+    // Each call that returns true leaves one region less.
+    while (dissolve_small_regions()) {
+    }
+  }
+
+  [[nodiscard]] std::vector<HullFace> faces() const;
+
+ private:
+  static constexpr std::uint32_t none = 0xffffffffu;
+
+  /// One side of a triangle: from corner `edge` to the next.
+  struct Side {
+    std::uint32_t triangle;
+    std::size_t edge;
+
+    friend bool operator==(const Side&, const Side&) = default;
+  };
+
+  [[nodiscard]] std::uint32_t start_of(Side s) const {
+    return triangles_[s.triangle].corners[s.edge];
+  }
+  [[nodiscard]] std::uint32_t across(Side s) const {
+    return triangles_[s.triangle].neighbors[s.edge];
+  }
+  [[nodiscard]] bool is_border(Side s) const { return region_[s.triangle] != region_[across(s)]; }
+  [[nodiscard]] double length_of(Side s) const {
+    const std::uint32_t end = triangles_[s.triangle].corners[(s.edge + 1) % 3];
+    return (to_vector(points_[end]) - to_vector(points_[start_of(s)])).norm();
+  }
+  /// The side of a triangle that starts at a vertex of it.
+  [[nodiscard]] Side side_from(std::uint32_t triangle, std::uint32_t vertex) const {
+    const auto& corners = triangles_[triangle].corners;
+    const auto corner = std::find(corners.begin(), corners.end(), vertex);
+    return {triangle, static_cast<std::size_t>(corner - corners.begin())};
+  }
+  /// The next side, counter-clockwise around the vertex where both start.
+  [[nodiscard]] Side turned(Side s) const {
+    return side_from(across({s.triangle, (s.edge + 2) % 3}), start_of(s));
+  }
+  /// Likewise clockwise.
+  [[nodiscard]] Side turned_back(Side s) const { return side_from(across(s), start_of(s)); }
+
+  void measure();
+  [[nodiscard]] double depth_below(std::uint32_t plane, std::uint32_t t) const;
+  void grow_regions();
+  void grow_region(std::uint32_t seed);
+  bool adopt_slivers(std::vector<std::uint32_t>& orphans);
+  bool dissolve_small_regions();
+  [[nodiscard]] std::vector<Side> sides_by_start() const;
+  [[nodiscard]] std::size_t count_regions_around(Side first) const;
+
+  std::span<const GridPoint> points_;
+  std::span<const HullTriangle> triangles_;
+  double tolerance_;
+  std::vector<Vec3<double>> area_vectors_;
+  std::vector<std::size_t> longest_edge_;
+  std::vector<bool> is_sliver_;
+  /// Number of the triangle that each one's region grew from.
+  std::vector<std::uint32_t> region_;
+};
+
+inline void FaceJoin::measure() {
+  for (std::uint32_t t = 0; t < triangles_.size(); ++t) {
+    const auto& c = triangles_[t].corners;
+    const Vec3<double> a = to_vector(points_[c[0]]);
+    area_vectors_.push_back((to_vector(points_[c[1]]) - a).cross(to_vector(points_[c[2]]) - a));
+    std::size_t longest = 0;
+    for (std::size_t k = 1; k < 3; ++k) {
+      if (length_of({t, k}) > length_of({t, longest})) longest = k;
+    }
+    longest_edge_.push_back(longest);
+    is_sliver_.push_back(area_vectors_[t].norm() <= 2.0 * tolerance_ * length_of({t, longest}));
+  }
+}
+
+/// How far the lowest corner of triangle t lies below the plane of another; no corner lies above.
+inline double FaceJoin::depth_below(std::uint32_t plane, std::uint32_t t) const {
+  const Vec3<double> normal = area_vectors_[plane].normalized();
+  const Vec3<double> origin = to_vector(points_[triangles_[plane].corners[0]]);
+  double depth = 0.0;
+  for (const std::uint32_t v : triangles_[t].corners) {
+    depth = std::max(depth, normal.dot(origin - to_vector(points_[v])));
+  }
+  return depth;
+}
+
+inline void FaceJoin::grow_regions() {
+  region_.assign(triangles_.size(), none);
+  std::vector<std::uint32_t> order(triangles_.size());
+  fill_numbers(order);
+  std::vector<double> area2(order.size());
+  for (const std::uint32_t t : order) area2[t] = area_vectors_[t].squaredNorm();
+  // Not std::stable_sort: that of libstdc++ before 13 uses what C++20 deprecates, and clang says
+  // so.
+  std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
+    return area2[a] != area2[b] ? area2[a] > area2[b] : a < b;
+  });
+  for (const std::uint32_t seed : order) {
+    if (region_[seed] == none && !is_sliver_[seed]) grow_region(seed);
+  }
+  std::erase_if(order, [this](std::uint32_t t) { return region_[t] != none; });
+  while (!order.empty()) {
+    if (adopt_slivers(order)) continue;
+    // No neighbour will have them: thin needles are made of slivers alone.
+    grow_region(order.front());
+    std::erase_if(order, [this](std::uint32_t t) { return region_[t] != none; });
+  }
+}
+
+inline void FaceJoin::grow_region(std::uint32_t seed) {
+  const Vec3<double>& normal = area_vectors_[seed];
+  std::vector<std::uint32_t> members{seed};
+  region_[seed] = seed;
+  for (std::size_t i = 0; i < members.size(); ++i) {
+    for (const std::uint32_t t : triangles_[members[i]].neighbors) {
+      // Thin solids have two faces in one slab, back to back.
+      if (region_[t] != none || normal.dot(area_vectors_[t]) < 0.0 ||
+          depth_below(seed, t) > tolerance_) {
+        continue;
+      }
+      region_[t] = seed;
+      members.push_back(t);
+    }
+  }
+}
+
+/// Takes those out of the list that found a region; false if none did.
+inline bool FaceJoin::adopt_slivers(std::vector<std::uint32_t>& orphans) {
+  return std::erase_if(orphans, [this](std::uint32_t t) {
+           const std::uint32_t heir = region_[across({t, longest_edge_[t]})];
+           // Two tolerances of its own height, one of the heir's border.
+           if (heir != none && depth_below(heir, t) <= 3.0 * tolerance_) region_[t] = heir;
+           return region_[t] != none;
+         }) > 0;
+}
+
+/// One side that starts at each vertex; `triangle` is none where the vertex is not on the hull.
+inline std::vector<FaceJoin::Side> FaceJoin::sides_by_start() const {
+  std::vector<Side> sides(points_.size(), Side{none, 0});
+  for (std::uint32_t t = 0; t < triangles_.size(); ++t) {
+    for (std::size_t k = 0; k < 3; ++k) sides[triangles_[t].corners[k]] = {t, k};
+  }
+  return sides;
+}
+
+inline std::size_t FaceJoin::count_regions_around(Side first) const {
+  std::size_t count = 0;
+  Side side = first;
+  do {
+    if (is_border(side)) ++count;
+    side = turned(side);
+  } while (!(side == first));
+  return count;
+}
+
+inline bool FaceJoin::dissolve_small_regions() {
+  std::vector<std::size_t> corner_count(triangles_.size(), 0);
+  for (const Side first : sides_by_start()) {
+    if (first.triangle == none || count_regions_around(first) < 3) continue;
+    Side side = first;
+    do {
+      if (is_border(side)) ++corner_count[region_[side.triangle]];
+      side = turned(side);
+    } while (!(side == first));
+  }
+  std::map<std::pair<std::uint32_t, std::uint32_t>, double> border_lengths;
+  for (std::uint32_t t = 0; t < triangles_.size(); ++t) {
+    if (corner_count[region_[t]] >= 3) continue;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Side side{t, k};
+      if (is_border(side)) border_lengths[{region_[t], region_[across(side)]}] += length_of(side);
+    }
+  }
+  if (border_lengths.empty()) return false;
+  // One region at a time: its end changes the corners of its neighbours.
+  const std::uint32_t region = border_lengths.begin()->first.first;
+  std::uint32_t heir = none;
+  double longest = 0.0;
+  for (const auto& [border, length] : border_lengths) {
+    if (border.first == region && length > longest) {
+      longest = length;
+      heir = border.second;
+    }
+  }
+  std::replace(region_.begin(), region_.end(), region, heir);
+  return true;
+}
+
+inline std::vector<HullFace> FaceJoin::faces() const {
+  std::vector<bool> is_corner(points_.size(), false);
+  for (const Side side : sides_by_start()) {
+    if (side.triangle == none) continue;
+    is_corner[start_of(side)] = count_regions_around(side) >= 3;
+  }
+  std::vector<HullFace> faces;
+  std::vector<bool> is_done(triangles_.size(), false);
+  for (std::uint32_t t = 0; t < triangles_.size(); ++t) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Side first{t, k};
+      if (is_done[region_[t]] || !is_border(first)) continue;
+      is_done[region_[t]] = true;
+      HullFace face{{}, {}, area_vectors_[region_[t]].normalized()};
+      Side side = first;
+      do {
+        if (is_corner[start_of(side)]) face.corners.push_back(start_of(side));
+        face.ring.push_back(start_of({across(side), (turned_back(side).edge + 1) % 3}));
+        // On to the border side of this region that starts where this one ends.
+        side = {side.triangle, (side.edge + 1) % 3};
+        while (!is_border(side)) side = turned_back(side);
+      } while (!(side == first));
+      faces.push_back(std::move(face));
+    }
+  }
+  return faces;
+}
+
+}  // namespace bristle::inline BRISTLE_ABI::detail

@@ -1,0 +1,184 @@
+/// @file
+/// Bodies of an AMBF description as definitions of bodies.
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <bristle/dynamics/bodies/body.hpp>
+#include <bristle/io/adf/adf_meshes.hpp>
+#include <bristle/io/adf/adf_model.hpp>
+#include <bristle/io/adf/adf_scene.hpp>
+#include <bristle/io/adf/adf_solids.hpp>
+
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <string>
+#include <type_traits>
+#include <utility>
+#include <variant>
+#include <vector>
+
+namespace bristle::inline BRISTLE_ABI::detail {
+
+/// A primitive in the scalar of a world, scaled.
+template <Scalar S>
+struct ScaledShape {
+  S scale;
+
+  Shape<S> operator()(const Sphere<double>& s) const { return Sphere<S>{scale * S(s.radius)}; }
+  Shape<S> operator()(const Box<double>& s) const {
+    return Box<S>{scale * s.half_extents.template cast<S>()};
+  }
+  Shape<S> operator()(const HalfSpace<double>& s) const {
+    return HalfSpace<S>{s.normal.template cast<S>().normalized(), scale * S(s.offset)};
+  }
+  /// Capsule, cylinder, cone.
+  template <template <typename> typename Solid>
+  requires requires(Solid<double> s) { s.half_length; }
+  Shape<S> operator()(const Solid<double>& s) const {
+    return Solid<S>{scale * S(s.radius), scale * S(s.half_length)};
+  }
+  /// Descriptions have none of the others among their primitives.
+  template <typename Other>
+  Shape<S> operator()(const Other&) const {
+    return Sphere<S>{};
+  }
+};
+
+/// A pose in the scalar of a world, scaled. Rotations are unit ones and stay as they are, but for
+/// the digits that another scalar takes.
+template <Scalar S>
+[[nodiscard]] Transform<S> scaled_pose(const Transform<double>& X, double scale) {
+  const Quat<S> rotation = X.rotation.cast<S>();
+  const Vec3<S> translation = (scale * X.translation).cast<S>();
+  if constexpr (std::is_same_v<S, double>) return {rotation, translation};
+  return {rotation.normalized(), translation};
+}
+
+/// Bits of collision groups. Group g has bit g, so that bodies of group 0 are of the category that
+/// a body has by default; numbers above 31 get the bits that are left, from the last down.
+class AdfGroups {
+ public:
+  explicit AdfGroups(const AdfModel& model) {
+    for (const AdfBody& body : model.bodies) {
+      for (const std::size_t group : body.collision_groups) {
+        if (group < bits) used_ |= 1u << group;
+      }
+    }
+  }
+
+  [[nodiscard]] std::uint32_t bits_of(const AdfModel& model, const AdfBody& body) {
+    std::uint32_t result = body.collision_groups.empty() ? 1u : 0u;
+    for (const std::size_t group : body.collision_groups) {
+      result |= group < bits ? 1u << group : high_bit(model, body, group);
+    }
+    return result;
+  }
+
+ private:
+  static constexpr std::size_t bits = 32;
+
+  [[nodiscard]] std::uint32_t high_bit(const AdfModel& model, const AdfBody& body,
+                                       std::size_t group) {
+    const auto known = high_.find(group);
+    if (known != high_.end()) return known->second;
+    std::uint32_t bit = 0x80000000u;
+    while ((used_ & bit) != 0 && bit > 1u) bit >>= 1;
+    if ((used_ & bit) != 0) {
+      raise(AdfError(model.file.string(), body.line, body.key + "/collision groups",
+                     std::to_string(group), "must not be the 33rd different one of the model"));
+    }
+    used_ |= bit;
+    return high_[group] = bit;
+  }
+
+  std::uint32_t used_ = 0;
+  std::map<std::size_t, std::uint32_t> high_;
+};
+
+template <Scalar S>
+class AdfBodyBuilder {
+ public:
+  /// @param gravity  [m/s^2] Of the world.
+  AdfBodyBuilder(const AdfModel& model, const AdfBuildDef<S>& def, const Vec3<S>& gravity,
+                 AdfMeshes<S>& meshes, AdfReport& report)
+      : model_(model),
+        def_(def),
+        gravity_(gravity),
+        solids_(model, def.limits, meshes, report),
+        report_(report),
+        groups_(model) {}
+
+  [[nodiscard]] BodyDef<S> body(const AdfBody& body) {
+    BodyDef<S> result;
+    const Transform<S> X_WB = def_.X_WM * scaled_pose<S>(body.location, 1.0);
+    result.position = X_WB.translation;
+    result.orientation = X_WB.rotation.normalized();
+    result.filter.category = groups_.bits_of(model_, body);
+    // Bodies from elsewhere, of the default category, meet all that is of group 0.
+    result.filter.mask = result.filter.category;
+    add_shapes(body, result);
+    result.motion = body.mass > 0.0 ? Motion::dynamic : Motion::fixed;
+    if (result.motion == Motion::dynamic) set_inertia(body, result);
+    result.gravity_scale = gravity_scale(body);
+    return result;
+  }
+
+ private:
+  /// Coefficients of Bullet multiply. Squared, they give the same for a pair here: friction always,
+  /// since the geometric mean of squares is the product, restitution for equal ones.
+  [[nodiscard]] static Material<S> material(const AdfBody& body) {
+    return {S(body.friction * body.friction), S(body.restitution * body.restitution)};
+  }
+
+  void add_shapes(const AdfBody& body, BodyDef<S>& result) {
+    for (const AdfShape& shape : body.shapes) {
+      result.shapes.push_back({.shape = std::visit(ScaledShape<S>{S(body.scale)}, shape.shape),
+                               .X_BS = scaled_pose<S>(shape.X_BS, body.scale),
+                               .material = material(body)});
+    }
+    if (body.shapes.empty() && !body.collision_mesh.empty()) {
+      result.shapes.push_back({.shape = solids_.of(body), .material = material(body)});
+    }
+  }
+
+  static void set_inertia(const AdfBody& body, BodyDef<S>& result) {
+    result.mass = S(body.mass);
+    const bool is_mesh = body.shapes.empty() && !body.collision_mesh.empty();
+    if (body.inertial_offset) {
+      const Transform<S> X = scaled_pose<S>(*body.inertial_offset, body.scale);
+      result.center_of_mass = X.translation;
+      if (body.inertia) result.inertia = turned(*body.inertia, X.rotation);
+    } else {
+      if (!is_mesh) result.center_of_mass = Vec3<S>::Zero();
+      if (body.inertia) result.inertia = turned(*body.inertia, Quat<S>::Identity());
+    }
+  }
+  [[nodiscard]] static Mat3<S> turned(const Vec3<double>& moments, const Quat<S>& q) {
+    const Mat3<S> R = q.toRotationMatrix();
+    return R * Vec3<S>(moments.cast<S>()).asDiagonal() * R.transpose();
+  }
+
+  /// The world has one gravity, of which bodies take a multiple.
+  [[nodiscard]] S gravity_scale(const AdfBody& body) {
+    const std::optional<Vec3<double>>& wanted = body.gravity ? body.gravity : model_.gravity;
+    if (!wanted) return S(1);
+    const Vec3<S> g = wanted->template cast<S>();
+    const S square = gravity_.squaredNorm();
+    const S scale = square > S(0) ? g.dot(gravity_) / square : S(0);
+    if (!((g - scale * gravity_).norm() <= Tolerance<S>::equal() * g.norm())) {
+      report_.add(AdfNoteKind::changed, "body/gravity",
+                  "not along the world's: only the part along it acts", body.line);
+    }
+    return scale;
+  }
+
+  const AdfModel& model_;
+  const AdfBuildDef<S>& def_;
+  Vec3<S> gravity_;
+  AdfSolids<S> solids_;
+  AdfReport& report_;
+  AdfGroups groups_;
+};
+
+}  // namespace bristle::inline BRISTLE_ABI::detail

@@ -1,0 +1,189 @@
+/// @file
+/// Joints of an AMBF description as definitions of joints.
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <bristle/dynamics/joints/joint.hpp>
+#include <bristle/io/adf/adf_body_builder.hpp>
+#include <bristle/io/adf/adf_model.hpp>
+#include <bristle/io/adf/adf_scene.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <numbers>
+#include <string>
+
+namespace bristle::inline BRISTLE_ABI::detail {
+
+/// The turn that brings one unit vector to another by the shortest way. Of the many half turns
+/// between opposite vectors the format takes the one about from x X, or from x Y where X is along
+/// it.
+[[nodiscard]] inline Quat<double> axis_turn(const Vec3<double>& from, const Vec3<double>& to) {
+  const double cosine = from.dot(to);
+  if (cosine > -0.5) {
+    const Vec3<double> axis = from.cross(to);
+    return Quat<double>(1.0 + cosine, axis.x(), axis.y(), axis.z()).normalized();
+  }
+  const bool is_opposite = cosine < -0.99993;  // within 0.012 rad, the format's own bound
+  Vec3<double> axis = from.cross(to);
+  if (is_opposite) {
+    axis = from.cross(Vec3<double>::UnitX());
+    if (axis.norm() < 0.1) axis = from.cross(Vec3<double>::UnitY());
+  }
+  // Half a turn, or two thirds of one; what is left to do is no longer close to opposite.
+  const double angle = is_opposite ? std::numbers::pi : 2.0;
+  const Quat<double> first(Eigen::AngleAxis<double>(angle, axis.normalized()));
+  return (axis_turn(first * from, to) * first).normalized();
+}
+
+/// Frames of a joint in its two bodies.
+template <Scalar S>
+struct JointFrames {
+  Transform<S> X_AJ;
+  Transform<S> X_BJ;
+};
+
+/// Which axis of its frame lies along the axis of a joint: the free one, x. Those with limits or
+/// springs about all three axes have them in the frame of the format, whose z lies along the axis.
+[[nodiscard]] inline Vec3<double> frame_axis(AdfJointType type) {
+  const bool has_three = type == AdfJointType::cone_twist || type == AdfJointType::six_dof ||
+                         type == AdfJointType::six_dof_spring;
+  return has_three ? Vec3<double>::UnitZ() : Vec3<double>::UnitX();
+}
+
+/// At zero the child, turned so that its axis lies along the parent's, is turned by the offset
+/// about it.
+template <Scalar S>
+[[nodiscard]] JointFrames<S> joint_frames(const AdfJoint& joint, double parent_scale,
+                                          double child_scale) {
+  const auto about_axis = [&joint](double angle) {
+    return Quat<double>(Eigen::AngleAxis<double>(angle, joint.parent_axis));
+  };
+  const Quat<double> R_AJ =
+      about_axis(joint.frame_offset) * axis_turn(frame_axis(joint.type), joint.parent_axis);
+  const Quat<double> R_AB =
+      about_axis(joint.offset) * axis_turn(joint.child_axis, joint.parent_axis);
+  const Quat<double> R_BJ = R_AB.conjugate() * R_AJ;
+  return {scaled_pose<S>({R_AJ, joint.parent_pivot}, parent_scale),
+          scaled_pose<S>({R_BJ, joint.child_pivot}, child_scale)};
+}
+
+/// Which kind of joint a type becomes.
+[[nodiscard]] constexpr JointKind kind_of(AdfJointType type) {
+  switch (type) {
+    case AdfJointType::revolute:
+    case AdfJointType::torsion_spring:
+      return JointKind::revolute;
+    case AdfJointType::prismatic:
+    case AdfJointType::linear_spring:
+      return JointKind::prismatic;
+    case AdfJointType::point_to_point:
+      return JointKind::ball;
+    case AdfJointType::cone_twist:
+      return JointKind::cone_twist;
+    case AdfJointType::six_dof:
+    case AdfJointType::six_dof_spring:
+      return JointKind::six_dof;
+    case AdfJointType::fixed:
+      break;
+  }
+  return JointKind::fixed;
+}
+
+/// [m or rad] Where a joint stands between bodies at these poses; an angle at the turn that is
+/// nearest to the limits.
+template <Scalar S>
+[[nodiscard]] S joint_position(const JointDef<S>& def, const Transform<S>& X_WA,
+                               const Transform<S>& X_WB) {
+  const Transform<S> X_JaJb = relative_pose(X_WA * def.X_AJ, X_WB * def.X_BJ);
+  if (def.kind == JointKind::prismatic) return X_JaJb.translation.x();
+  using std::atan2;
+  const S turn = S(2.0 * std::numbers::pi);
+  S angle = S(2) * atan2(X_JaJb.rotation.x(), X_JaJb.rotation.w());
+  if (angle > turn / S(2)) angle -= turn;
+  if (angle <= -turn / S(2)) angle += turn;
+  const auto outside = [&](S x) {
+    return std::max({def.lower_limit - x, x - def.upper_limit, S(0)});
+  };
+  for (const S other : {angle - turn, angle + turn}) {
+    if (outside(other) < outside(angle)) angle = other;
+  }
+  return angle;
+}
+
+template <Scalar S>
+class AdfJointBuilder {
+ public:
+  AdfJointBuilder(const AdfBuildDef<S>& def, AdfReport& report) : def_(def), report_(report) {}
+
+  /// @param X_WA, X_WB  Poses of parent and child.
+  [[nodiscard]] JointDef<S> joint(const AdfJoint& joint, const AdfBody& parent,
+                                  const AdfBody& child, const Transform<S>& X_WA,
+                                  const Transform<S>& X_WB) {
+    JointDef<S> result;
+    result.kind = kind_of(joint.type);
+    const JointFrames<S> frames = joint_frames<S>(joint, parent.scale, child.scale);
+    result.X_AJ = frames.X_AJ;
+    result.X_BJ = frames.X_BJ;
+    result.bodies_collide = !joint.ignore_inter_collision;
+    if (has_free_axis(result.kind)) {
+      set_axis(joint, result);
+      if (def_.hold_joints) hold(joint, X_WA, X_WB, result);
+    }
+    if (result.kind == JointKind::cone_twist) set_cone(joint, result);
+    if (result.kind == JointKind::six_dof) {
+      for (std::size_t i = 0; i < 6; ++i) {
+        result.bushing.stiffness[static_cast<Eigen::Index>(i)] = S(joint.six_stiffness[i]);
+        result.bushing.damping[static_cast<Eigen::Index>(i)] = S(joint.six_damping[i]);
+      }
+    }
+    return result;
+  }
+
+ private:
+  static void set_axis(const AdfJoint& joint, JointDef<S>& result) {
+    if (joint.limits) {
+      result.lower_limit = S(joint.limits->low);
+      result.upper_limit = S(joint.limits->high);
+    }
+    result.spring = {
+        .stiffness = S(joint.stiffness), .damping = S(joint.damping), .rest = S(joint.equilibrium)};
+  }
+
+  /// A controller holds like a spring and a damper, beside those that the joint has; a motor like a
+  /// brake.
+  void hold(const AdfJoint& joint, const Transform<S>& X_WA, const Transform<S>& X_WB,
+            JointDef<S>& result) const {
+    if (!joint.controller) {
+      result.drive = {.mode = DriveMode::velocity,
+                      .max_force = S(joint.max_motor_impulse) / def_.authored_step};
+      return;
+    }
+    const S P = S(joint.controller->P);
+    const S both = result.spring.stiffness + P;
+    if (both > S(0)) {
+      result.spring.rest =
+          (result.spring.stiffness * result.spring.rest + P * joint_position(result, X_WA, X_WB)) /
+          both;
+    }
+    result.spring.stiffness = both;
+    result.spring.damping += S(joint.controller->D);
+  }
+
+  void set_cone(const AdfJoint& joint, JointDef<S>& result) {
+    const Vec3<double>& limits = joint.cone_limits;
+    result.lower_limit = -S(limits.x());
+    result.upper_limit = S(limits.x());
+    result.swing_limit = S(std::min(limits.y(), limits.z()));
+    if (limits.y() != limits.z()) {
+      report_.add(AdfNoteKind::changed, "joint/joint limits",
+                  "cones are round: of y and z the smaller counts", joint.line);
+    }
+  }
+
+  const AdfBuildDef<S>& def_;
+  AdfReport& report_;
+};
+
+}  // namespace bristle::inline BRISTLE_ABI::detail

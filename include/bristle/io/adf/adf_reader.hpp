@@ -1,0 +1,184 @@
+/// @file
+/// Reads a description in AMBF's format (ADF) into plain structs. Needs yaml-cpp.
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <bristle/io/adf/adf_body_reader.hpp>
+#include <bristle/io/adf/adf_joint_reader.hpp>
+#include <bristle/io/adf/adf_limits.hpp>
+#include <bristle/io/adf/adf_map.hpp>
+#include <bristle/io/adf/adf_model.hpp>
+#include <bristle/io/adf/adf_sensor_reader.hpp>
+#include <bristle/io/adf/adf_tree.hpp>
+#include <bristle/io/file.hpp>
+
+#include <cstddef>
+#include <filesystem>
+#include <optional>
+#include <set>
+#include <string>
+#include <string_view>
+#include <system_error>
+#include <utility>
+#include <vector>
+
+namespace bristle::inline BRISTLE_ABI {
+
+/// A description from the text of an ADF file. Meshes are not looked at.
+///
+/// What is missing gets the format's default; keys that are not read are on the model's report,
+/// each once, and so are blocks that no list names.
+///
+/// @param file    Where the text is from: for messages, and to find meshes beside it.
+/// @throws AdfError that names line, key and rule of what is no YAML, is missing, breaks a rule or
+///         exceeds a limit. Whatever the bytes, that is all that can happen.
+[[nodiscard]] AdfModel read_adf(std::string_view text, const std::filesystem::path& file,
+                                const AdfLimits& limits = {});
+
+/// `read_adf` of a file.
+/// @throws IoError when it cannot be read, AdfError as `read_adf`.
+[[nodiscard]] AdfModel load_adf(const std::filesystem::path& path, const AdfLimits& limits = {});
+
+// Implementation -----------------------------------------------------------------------------------
+
+namespace detail {
+
+/// Goes through the blocks that the lists of a model name.
+class AdfReader {
+ public:
+  AdfReader(AdfTree& tree, const AdfLimits& limits) : limits_(limits), root_(tree, 0, "", "") {}
+
+  [[nodiscard]] AdfModel read(const std::filesystem::path& file) {
+    AdfModel model;
+    model.file = file;
+    model.name_space = root_.text("namespace", "");
+    model.high_resolution_path = root_.text("high resolution path", "");
+    model.low_resolution_path = root_.text("low resolution path", "");
+    model.ignore_inter_collision = root_.flag("ignore inter-collision", false);
+    if (root_.has("gravity")) model.gravity = root_.vector("gravity");
+
+    std::vector<AdfSensor> surfaces;
+    for_each("bodies", "body", [&](AdfMap& map, const AdfItem& item) {
+      AdfBody& body = model.bodies.emplace_back();
+      static_cast<AdfItem&>(body) = item;
+      if (std::optional<AdfSensor> surface = read_adf_body(map, body)) {
+        surfaces.push_back(std::move(*surface));
+      }
+      count(body.shapes.size(), map);
+    });
+    for_each("joints", "joint", [&](AdfMap& map, const AdfItem& item) {
+      AdfJoint& joint = model.joints.emplace_back();
+      static_cast<AdfItem&>(joint) = item;
+      read_adf_joint(map, joint);
+    });
+    for_each("sensors", "sensor", [&](AdfMap& map, const AdfItem& item) {
+      AdfSensor& sensor = model.sensors.emplace_back();
+      static_cast<AdfItem&>(sensor) = item;
+      read_adf_sensor(map, sensor);
+      count_rays(sensor, map);
+    });
+    for_each("actuators", "actuator", [&](AdfMap& map, const AdfItem& item) {
+      leave_out(map, item, "nothing is glued to a hand here");
+    });
+    for (AdfSensor& surface : surfaces) model.sensors.push_back(std::move(surface));
+    leave_out_the_rest();
+    root_.pass_aliased();
+    root_.finish();
+    model.report = std::move(root_.tree().report);
+    return model;
+  }
+
+ private:
+  /// Calls read(map, names) for each block that a list names.
+  template <typename Read>
+  void for_each(const char* list, const char* block, Read&& read) {
+    std::set<std::string> seen;
+    for (const auto& [key, line] : root_.texts(list)) {
+      if (!seen.insert(key).second) {
+        root_.tree().fail(line, list, printable(key), "must be named once");
+      }
+      if (!root_.has(key)) {
+        root_.tree().fail(line, list, printable(key), "must be a key of this file");
+      }
+      AdfMap named = root_.map(key);
+      AdfMap map = named.renamed(block);
+      count(1, map);
+      AdfItem item;
+      item.key = key;
+      item.line = map.line();
+      item.qualified = map.text("namespace", name_space()) + key;
+      for (const char c : map.text("name", key)) {
+        if (c != ' ') item.name += c;
+      }
+      read(map, std::as_const(item));
+      map.finish();
+    }
+  }
+
+  [[nodiscard]] std::string name_space() { return root_.text("namespace", ""); }
+
+  void leave_out(AdfMap& map, const AdfItem& item, const char* reason) {
+    root_.tree().report.add(AdfNoteKind::left_out, printable(item.key), reason, item.line);
+    map.pass_all();
+  }
+
+  /// What the world here has not got.
+  void leave_out_the_rest() {
+    for (const char* list :
+         {"soft bodies", "ghost objects", "vehicles", "volumes", "cameras", "lights"}) {
+      // The Blender add-on writes `cameras: 'CAMERA '` where there is none.
+      if (!root_.has_list(list)) {
+        root_.skip({list}, "one of the kinds that are not read");
+        continue;
+      }
+      for_each(list, list, [&](AdfMap& map, const AdfItem& item) {
+        leave_out(map, item, "one of the kinds that are not read");
+      });
+    }
+    root_.skip({"shaders"}, "looks");
+    root_.skip({"plugins", "enable communication", "version"}, "communication");
+    root_.skip({"joint erp", "joint cfm"}, "joints are solved exactly");
+  }
+
+  void count(std::size_t more, const AdfMap& map) {
+    items_ += more;
+    if (items_ > limits_.max_items) {
+      root_.tree().fail(map.line(), map.path(), "",
+                        "more than " + std::to_string(limits_.max_items) +
+                            " bodies, shapes, joints, sensors and actuators");
+    }
+  }
+  void count_rays(const AdfSensor& sensor, const AdfMap& map) {
+    rays_ += sensor.array.size();
+    if (sensor.fan) rays_ += sensor.fan->resolution * sensor.fan->resolution;
+    if (rays_ > limits_.max_rays) {
+      root_.tree().fail(map.line(), map.path(), "",
+                        "more than " + std::to_string(limits_.max_rays) + " rays");
+    }
+  }
+
+  const AdfLimits& limits_;
+  AdfMap root_;
+  std::size_t items_ = 0;
+  std::size_t rays_ = 0;
+};
+
+}  // namespace detail
+
+inline AdfModel read_adf(std::string_view text, const std::filesystem::path& file,
+                         const AdfLimits& limits) {
+  detail::AdfTree tree = detail::read_adf_tree(text, file.string(), limits);
+  return detail::AdfReader(tree, limits).read(file);
+}
+
+inline AdfModel load_adf(const std::filesystem::path& path, const AdfLimits& limits) {
+  std::error_code error;
+  const std::uintmax_t size = std::filesystem::file_size(path, error);
+  if (!error && size > limits.max_bytes) {
+    detail::raise(AdfError(path.string(), 0, "", "",
+                           "larger than " + std::to_string(limits.max_bytes) + " bytes"));
+  }
+  return read_adf(read_file(path), path, limits);
+}
+
+}  // namespace bristle::inline BRISTLE_ABI
