@@ -119,7 +119,6 @@
 #include <bristle/geometry/meshes/triangle_mesh.hpp>
 #include <bristle/geometry/rays/bundle_leaves.hpp>
 #include <bristle/geometry/rays/bundle_mesh_rays.hpp>
-#include <bristle/geometry/rays/bundle_trail.hpp>
 #include <bristle/geometry/rays/bundle_triangles.hpp>
 #include <bristle/geometry/rays/mesh_rays.hpp>
 #include <bristle/geometry/rays/ray.hpp>

@@ -382,7 +382,6 @@ class KernelScratch {
 
 #include <algorithm>
 #include <array>
-#include <atomic>
 #include <cstddef>
 #include <functional>
 #include <memory>
@@ -427,29 +426,6 @@ inline bool is_serial(const ParallelFor& parallel_for) {
 }
 
 namespace detail {
-
-/// Something that several tasks may come to do, and the first of them does. A copy is free again:
-/// it is copied where a vector of what is to be done grows.
-class Claim {
- public:
-  Claim() = default;
-  Claim(const Claim& /*other*/) noexcept {}
-  Claim& operator=(const Claim& /*other*/) noexcept {
-    is_taken_.store(false, std::memory_order_relaxed);
-    return *this;
-  }
-  ~Claim() = default;
-
-  /// @return Whether it is the caller's now.
-  [[nodiscard]] bool take() noexcept {
-    // To look costs less than to write, and what was taken mostly shows.
-    return !is_taken_.load(std::memory_order_relaxed) &&
-           !is_taken_.exchange(true, std::memory_order_relaxed);
-  }
-
- private:
-  std::atomic<bool> is_taken_{false};
-};
 
 /// Room for a T, which is there only from `make` to `destroy`; who makes it destroys it.
 template <typename T>
@@ -3454,8 +3430,6 @@ template <Scalar S>
 class RayBundles;
 template <Scalar S>
 class KeptCandidates;
-template <Scalar S>
-class RayTrail;
 
 /// Some rays of a batch, so that threads can share a query: [first, end) in the order in which the
 /// query goes through them. That is the order of the bundles for meshes and of the batch for other
@@ -3494,9 +3468,6 @@ struct RayBatch {
   /// asked at once, by one thread.
   KeptCandidates<S>* kept = nullptr;
   std::uint32_t shape_life = 0;
-  /// What slices find out for those that the same thread asks next (bundle_trail.hpp), of meshes
-  /// that outlive it. Null: nothing.
-  RayTrail<S>* trail = nullptr;
 
   [[nodiscard]] std::size_t size() const { return length.size(); }
   [[nodiscard]] Ray<S> operator[](std::size_t i) const {
@@ -12700,8 +12671,7 @@ template <Scalar S, typename Backend>
 /// Casts the rays of a slice at one of the shapes, which are asked by ascending tags. Where slices
 /// are not runs of sensors, all of them before the next shape is.
 template <Scalar S, typename Backend>
-void cast_rays_at(SensorPatch<S>& patch, const ShapeInReach<S, Backend>& shape, RaySlice slice,
-                  RayTrail<S>* trail = nullptr);
+void cast_rays_at(SensorPatch<S>& patch, const ShapeInReach<S, Backend>& shape, RaySlice slice);
 
 /// Keeps what was met, where rays are not cast in every step, and carries it on.
 template <Scalar S, typename Backend>
@@ -12813,11 +12783,9 @@ bool wants_rays(SensorPatch<S>& patch, std::span<const ShapeInReach<S, Backend>>
 }
 
 template <Scalar S, typename Backend>
-void cast_rays_at(SensorPatch<S>& patch, const ShapeInReach<S, Backend>& shape, RaySlice slice,
-                  RayTrail<S>* trail) {
+void cast_rays_at(SensorPatch<S>& patch, const ShapeInReach<S, Backend>& shape, RaySlice slice) {
   RayBatch<S> rays = patch.near_rays(shape.extra_length);
   rays.slice = slice;
-  rays.trail = trail;
   rays.kept = &patch.candidates;
   rays.shape_life = shape.generation;
   Backend::cast_rays(shape.collider->shape, shape.X_AS, rays, shape.tag, patch.hits);
@@ -22055,8 +22023,7 @@ bool collide_solids(const SolidView<Precise<S>, Tree>& a, const SolidView<Precis
 /// Bundles of rays against a solid mesh: one search for many rays, triangles against rays in lanes.
 ///
 /// Answers are those of `ray_cast_mesh` for each ray alone, to round-off: what the lanes cannot
-/// tell with certainty is asked again that way. Nothing is kept from one query to the next, but for
-/// what slices of one patch leave each other in a trail.
+/// tell with certainty is asked again that way.
 // SPDX-License-Identifier: BSD-3-Clause
 
 // === bristle/geometry/rays/bundle_leaves.hpp
@@ -22218,126 +22185,6 @@ bool LeafList<S>::search(const WideTree<S>& tree, const BoxInTree<S>& box) {
 }
 
 }  // namespace bristle::inline BRISTLE_ABI::detail
-
-// === bristle/geometry/rays/bundle_trail.hpp
-
-/// @file
-/// What a query of rays in bundles finds out on its way down to a slice, for those that follow.
-// SPDX-License-Identifier: BSD-3-Clause
-
-#include <array>
-#include <cstddef>
-
-namespace bristle::inline BRISTLE_ABI {
-
-namespace detail {
-
-/// Where the rays of a bundle start, as seen from a solid.
-enum class Side { unknown, outside, inside };
-
-/// What is known of a bundle from the one that it is a part of.
-template <Scalar S>
-struct KnownOfBundle {
-  /// Leaves that it may meet, if they were sought; [-] how many lists are in use.
-  const LeafList<S>* list = nullptr;
-  std::size_t lists = 0;
-  Side side = Side::unknown;
-  /// A box in its frame, if the whole has that frame.
-  const BoxInTree<S>* framed = nullptr;
-};
-
-/// Room for the lists of leaves that are made on the way down. Below, the last one serves.
-template <Scalar S>
-using LeafLists = std::array<LeafList<S>, 4>;
-
-}  // namespace detail
-
-/// The way from the root of the bundles down to the slice that was asked last, for one mesh at one
-/// pose and one thread: slices that are asked one after the other find out only once what is known
-/// of the bundles above them. It changes what a slice costs, not what it answers. Who asks another
-/// mesh, or at another pose, begins a new way: slices that ask two meshes in turn gain nothing.
-///
-/// It knows a mesh and bundles by their addresses: a trail is done with before any that it served
-/// change or go.
-template <Scalar S>
-class RayTrail {
- public:
-  /// A bundle on the way, and what is known of its parts.
-  struct Stop {
-    std::size_t bundle = 0;
-    detail::KnownOfBundle<S> of_parts{};
-  };
-
-  RayTrail() {}  // Room for lists, which nobody reads before they are written.
-  RayTrail(const RayTrail&) = delete;  // Stops point to the lists.
-  RayTrail& operator=(const RayTrail&) = delete;
-
-  /// To be called before all else: forgets the way unless these very rays asked for this mesh last,
-  /// in the same place.
-  void serve(const RayMesh<S>& mesh, const Transform<S>& X_RC, const RayBatch<S>& rays) {
-    if (mesh_ == &mesh && bundles_ == rays.bundles && extra_length_ == rays.extra_length &&
-        X_RC_.rotation.coeffs() == X_RC.rotation.coeffs() &&
-        X_RC_.translation == X_RC.translation) {
-      return;
-    }
-    mesh_ = &mesh;
-    bundles_ = rays.bundles;
-    extra_length_ = rays.extra_length;
-    X_RC_ = X_RC;
-    stops_ = 0;
-  }
-
-  /// Goes back to the lowest stop that all of some places are below of.
-  /// @return Null where there is none: then nothing is known of them.
-  const Stop* back_to(RaySlice places) {
-    for (; stops_ > 0; --stops_) {
-      const Stop& stop = stop_[stops_ - 1];
-      const RayBundle<S>& bundle = bundles_->bundles()[stop.bundle];
-      if (bundle.first <= places.first && places.end <= bundle.first + bundle.count) return &stop;
-    }
-    return nullptr;
-  }
-  /// Goes on to a bundle below the last stop. Where the way is longer than there is room for, the
-  /// rest of it is found anew.
-  void go_to(const Stop& next) {
-    if (stops_ < stop_.size()) stop_[stops_++] = next;
-  }
-
-  [[nodiscard]] detail::LeafLists<S>& lists() { return lists_; }
-
- private:
-  const RayMesh<S>* mesh_ = nullptr;
-  const RayBundles<S>* bundles_ = nullptr;
-  S extra_length_ = S(0);
-  Transform<S> X_RC_{};
-  std::size_t stops_ = 0;
-  /// As many as there are above the slices of a million rays.
-  std::array<Stop, 12> stop_;
-  detail::LeafLists<S> lists_;
-};
-
-namespace detail {
-
-/// A call, so that who has a trail does not make room for other lists: they are some 60 KiB in
-/// double, and the stacks of threads may be small.
-template <Scalar S, typename Query>
-BRISTLE_OUTLINED void with_own_lists(const Query& query) {
-  LeafLists<S> lists;
-  query(lists);
-}
-
-/// Calls query(lists) with the lists of the trail of a batch, or with some for this query alone.
-template <Scalar S, typename Query>
-void with_lists(const RayMesh<S>& mesh, const Transform<S>& X_RC, const RayBatch<S>& rays,
-                const Query& query) {
-  if (rays.trail == nullptr) return with_own_lists<S>(query);
-  rays.trail->serve(mesh, X_RC, rays);
-  query(rays.trail->lists());
-}
-
-}  // namespace detail
-
-}  // namespace bristle::inline BRISTLE_ABI
 
 // === bristle/geometry/rays/bundle_triangles.hpp
 
@@ -22623,6 +22470,24 @@ template <Scalar S>
 
 namespace detail {
 
+/// Where the rays of a bundle start, as seen from a solid.
+enum class Side { unknown, outside, inside };
+
+/// What is known of a bundle from the one that it is a part of.
+template <Scalar S>
+struct KnownOfBundle {
+  /// Leaves that it may meet, if they were sought; [-] how many lists are in use.
+  const LeafList<S>* list = nullptr;
+  std::size_t lists = 0;
+  Side side = Side::unknown;
+  /// A box in its frame, if the whole has that frame.
+  const BoxInTree<S>* framed = nullptr;
+};
+
+/// Room for the lists of leaves that are made on the way down. Below, the last one serves.
+template <Scalar S>
+using LeafLists = std::array<LeafList<S>, 4>;
+
 /// One query.
 template <Scalar S>
 class BundleMeshQuery {
@@ -22633,7 +22498,6 @@ class BundleMeshQuery {
       : mesh_(mesh),
         rays_(rays),
         lists_(lists),
-        trail_(hits == nullptr ? nullptr : rays.trail),
         tag_(tag),
         hits_(hits),
         R_RC_(X_RC.rotation_matrix()),
@@ -22647,8 +22511,6 @@ class BundleMeshQuery {
     if (rays_.bundles == nullptr || rays_.bundles->is_empty()) {
       const std::size_t end = std::min<std::size_t>(rays_.slice.end, rays_.size());
       for (std::size_t i = rays_.slice.first; i < end; ++i) cast_alone(i);
-    } else if (const auto* stop = trail_ ? trail_->back_to(rays_.slice) : nullptr) {
-      visit_parts(stop->bundle, stop->of_parts);
     } else {
       visit(0, {});
     }
@@ -22689,10 +22551,6 @@ class BundleMeshQuery {
   };
 
   void visit(std::size_t id, Known known);
-  void visit_parts(std::size_t id, Known known) {
-    visit(id + 1, known);
-    visit(rays_.bundles->bundles()[id].second, known);
-  }
   [[nodiscard]] bool cast_together(const Bundle& bundle, const BoxInTree<S>& box,
                                    const LeafList<S>& list, Side side);
   void cast_undivided(const Bundle& bundle, const BoxInTree<S>& box, const LeafList<S>* list,
@@ -22766,7 +22624,6 @@ class BundleMeshQuery {
   const RayMesh<S>& mesh_;
   const RayBatch<S>& rays_;
   LeafLists<S>& lists_;
-  RayTrail<S>* trail_;
   std::uint32_t tag_;
   RayHits<S>* hits_;
   /// Without hits: whether something was found that rays may meet.
@@ -22792,8 +22649,6 @@ template <Scalar S>
 void BundleMeshQuery<S>::visit(std::size_t id, Known known) {
   const Bundle& bundle = rays_.bundles->bundles()[id];
   if (may_meet_ || is_left_out(bundle)) return;
-  // From the branch beside it, whose lists are written over from here on.
-  if (trail_ != nullptr) trail_->back_to({bundle.first, bundle.first + bundle.count});
   const BoxInTree<S> box = box_of(bundle, known.framed);
   // Sought where they are not known yet, and handed on to the parts.
   const LeafList<S>*& list = known.list;
@@ -22839,10 +22694,8 @@ void BundleMeshQuery<S>::visit(std::size_t id, Known known) {
   }
   if (!bundle.is_divided()) return cast_undivided(bundle, box, list, side);
   known.framed = bundle.has_one_frame ? &box : nullptr;
-  // Boxes in one frame are those of small bundles, and do not outlive this call.
-  static_assert(Bundles::frame_size <= Bundles::slice_size);
-  if (trail_ != nullptr && bundle.count > Bundles::slice_size) trail_->go_to({id, known});
-  visit_parts(id, known);
+  visit(id + 1, known);
+  visit(bundle.second, known);
 }
 
 /// On which side all rays of a bundle start, if no triangle is between their starts.
@@ -23069,9 +22922,8 @@ void BundleMeshQuery<S>::cast_one_by_one(std::size_t first, std::size_t end, Sid
 template <Scalar S>
 void cast_rays_at_mesh(const RayMesh<S>& mesh, const Transform<S>& X_RC, const RayBatch<S>& rays,
                        std::uint32_t tag, RayHits<S>& hits) {
-  detail::with_lists(mesh, X_RC, rays, [&](detail::LeafLists<S>& lists) {
-    detail::BundleMeshQuery<S>(mesh, X_RC, rays, tag, &hits, lists).run();
-  });
+  detail::LeafLists<S> lists;
+  detail::BundleMeshQuery<S>(mesh, X_RC, rays, tag, &hits, lists).run();
 }
 
 template <Scalar S>
@@ -27767,12 +27619,10 @@ class SensorStage {
     bool knows_hit_lanes = false;
   };
 
-  /// Some rays of the patch live_[owner]: in a line of the cache for each, since they are claimed
-  /// by who comes first.
-  struct alignas(64) SharedRays {
+  /// Some rays of the patch live_[owner].
+  struct SharedRays {
     std::size_t owner = 0;
     RaySlice slice{};
-    detail::Claim claim{};
   };
 
   /// [-] Sensors of a patch from which on threads share its rays: fewer are cast in some
@@ -27895,7 +27745,7 @@ class SensorStage {
         const RayBundles<S>& bundles = state.patches.at(live_[k]).bundles;
         const std::size_t rounds = bundles.has_runs_in_slices() ? 1 : scratch.shapes.size();
         if (!scratch.is_shared || scratch.rays_cast == 0 || round >= rounds) continue;
-        for (const RaySlice& slice : bundles.slices()) shared_.push_back({k, slice, {}});
+        for (const RaySlice& slice : bundles.slices()) shared_.push_back({k, slice});
       }
       if (shared_.empty()) break;
       const auto task = [this, &state, round](std::size_t i) { sense_from(state, i, round); };
@@ -27918,30 +27768,22 @@ class SensorStage {
     if (scratch.knows_hit_lanes) begin_hit_lanes(patch);
   }
 
-  /// Senses with a slice and those that follow it in the patch, up to one that another thread has
-  /// claimed: who goes on finds out only once what is known of all of them. No slice is left over,
-  /// since each is some task's first.
+  /// Casts the rays of one slice of a large patch.
   void sense_from(State& state, std::size_t i, std::size_t round) {
     const std::size_t owner = shared_[i].owner;
     const Scratch& scratch = scratch_[owner];
     SensorPatch<S>& patch = state.patches.at(live_[owner]);
-    if (!shared_[i].claim.take()) return;
-    RayTrail<S> trail;
-    do {
-      if (patch.bundles.has_runs_in_slices()) {
-        sense_slice(patch, scratch, shared_[i].slice, trail);
-      } else {
-        cast_rays_at<S>(patch, scratch.shapes[round], shared_[i].slice, &trail);
-      }
-      ++i;
-    } while (i < shared_.size() && shared_[i].owner == owner && shared_[i].claim.take());
+    if (patch.bundles.has_runs_in_slices()) {
+      sense_slice(patch, scratch, shared_[i].slice);
+    } else {
+      cast_rays_at<S>(patch, scratch.shapes[round], shared_[i].slice);
+    }
   }
 
   /// Casts the rays of a slice at all shapes, while its hits are in the cache of this thread.
-  static void sense_slice(SensorPatch<S>& patch, const Scratch& scratch, RaySlice slice,
-                          RayTrail<S>& trail) {
+  static void sense_slice(SensorPatch<S>& patch, const Scratch& scratch, RaySlice slice) {
     patch.reset_near_hits(slice);
-    for (const auto& shape : scratch.shapes) cast_rays_at<S>(patch, shape, slice, &trail);
+    for (const auto& shape : scratch.shapes) cast_rays_at<S>(patch, shape, slice);
     if (scratch.knows_hit_lanes) find_hit_lanes(patch, slice);
   }
 

@@ -7,7 +7,6 @@
 
 #include <algorithm>
 #include <array>
-#include <atomic>
 #include <cstddef>
 #include <functional>
 #include <memory>
@@ -52,29 +51,6 @@ inline bool is_serial(const ParallelFor& parallel_for) {
 }
 
 namespace detail {
-
-/// Something that several tasks may come to do, and the first of them does. A copy is free again:
-/// it is copied where a vector of what is to be done grows.
-class Claim {
- public:
-  Claim() = default;
-  Claim(const Claim& /*other*/) noexcept {}
-  Claim& operator=(const Claim& /*other*/) noexcept {
-    is_taken_.store(false, std::memory_order_relaxed);
-    return *this;
-  }
-  ~Claim() = default;
-
-  /// @return Whether it is the caller's now.
-  [[nodiscard]] bool take() noexcept {
-    // To look costs less than to write, and what was taken mostly shows.
-    return !is_taken_.load(std::memory_order_relaxed) &&
-           !is_taken_.exchange(true, std::memory_order_relaxed);
-  }
-
- private:
-  std::atomic<bool> is_taken_{false};
-};
 
 /// Room for a T, which is there only from `make` to `destroy`; who makes it destroys it.
 template <typename T>

@@ -74,8 +74,7 @@ template <Scalar S, typename Backend>
 /// Casts the rays of a slice at one of the shapes, which are asked by ascending tags. Where slices
 /// are not runs of sensors, all of them before the next shape is.
 template <Scalar S, typename Backend>
-void cast_rays_at(SensorPatch<S>& patch, const ShapeInReach<S, Backend>& shape, RaySlice slice,
-                  RayTrail<S>* trail = nullptr);
+void cast_rays_at(SensorPatch<S>& patch, const ShapeInReach<S, Backend>& shape, RaySlice slice);
 
 /// Keeps what was met, where rays are not cast in every step, and carries it on.
 template <Scalar S, typename Backend>
@@ -187,11 +186,9 @@ bool wants_rays(SensorPatch<S>& patch, std::span<const ShapeInReach<S, Backend>>
 }
 
 template <Scalar S, typename Backend>
-void cast_rays_at(SensorPatch<S>& patch, const ShapeInReach<S, Backend>& shape, RaySlice slice,
-                  RayTrail<S>* trail) {
+void cast_rays_at(SensorPatch<S>& patch, const ShapeInReach<S, Backend>& shape, RaySlice slice) {
   RayBatch<S> rays = patch.near_rays(shape.extra_length);
   rays.slice = slice;
-  rays.trail = trail;
   rays.kept = &patch.candidates;
   rays.shape_life = shape.generation;
   Backend::cast_rays(shape.collider->shape, shape.X_AS, rays, shape.tag, patch.hits);

@@ -172,12 +172,10 @@ class SensorStage {
     bool knows_hit_lanes = false;
   };
 
-  /// Some rays of the patch live_[owner]: in a line of the cache for each, since they are claimed
-  /// by who comes first.
-  struct alignas(64) SharedRays {
+  /// Some rays of the patch live_[owner].
+  struct SharedRays {
     std::size_t owner = 0;
     RaySlice slice{};
-    detail::Claim claim{};
   };
 
   /// [-] Sensors of a patch from which on threads share its rays: fewer are cast in some
@@ -300,7 +298,7 @@ class SensorStage {
         const RayBundles<S>& bundles = state.patches.at(live_[k]).bundles;
         const std::size_t rounds = bundles.has_runs_in_slices() ? 1 : scratch.shapes.size();
         if (!scratch.is_shared || scratch.rays_cast == 0 || round >= rounds) continue;
-        for (const RaySlice& slice : bundles.slices()) shared_.push_back({k, slice, {}});
+        for (const RaySlice& slice : bundles.slices()) shared_.push_back({k, slice});
       }
       if (shared_.empty()) break;
       const auto task = [this, &state, round](std::size_t i) { sense_from(state, i, round); };
@@ -323,30 +321,22 @@ class SensorStage {
     if (scratch.knows_hit_lanes) begin_hit_lanes(patch);
   }
 
-  /// Senses with a slice and those that follow it in the patch, up to one that another thread has
-  /// claimed: who goes on finds out only once what is known of all of them. No slice is left over,
-  /// since each is some task's first.
+  /// Casts the rays of one slice of a large patch.
   void sense_from(State& state, std::size_t i, std::size_t round) {
     const std::size_t owner = shared_[i].owner;
     const Scratch& scratch = scratch_[owner];
     SensorPatch<S>& patch = state.patches.at(live_[owner]);
-    if (!shared_[i].claim.take()) return;
-    RayTrail<S> trail;
-    do {
-      if (patch.bundles.has_runs_in_slices()) {
-        sense_slice(patch, scratch, shared_[i].slice, trail);
-      } else {
-        cast_rays_at<S>(patch, scratch.shapes[round], shared_[i].slice, &trail);
-      }
-      ++i;
-    } while (i < shared_.size() && shared_[i].owner == owner && shared_[i].claim.take());
+    if (patch.bundles.has_runs_in_slices()) {
+      sense_slice(patch, scratch, shared_[i].slice);
+    } else {
+      cast_rays_at<S>(patch, scratch.shapes[round], shared_[i].slice);
+    }
   }
 
   /// Casts the rays of a slice at all shapes, while its hits are in the cache of this thread.
-  static void sense_slice(SensorPatch<S>& patch, const Scratch& scratch, RaySlice slice,
-                          RayTrail<S>& trail) {
+  static void sense_slice(SensorPatch<S>& patch, const Scratch& scratch, RaySlice slice) {
     patch.reset_near_hits(slice);
-    for (const auto& shape : scratch.shapes) cast_rays_at<S>(patch, shape, slice, &trail);
+    for (const auto& shape : scratch.shapes) cast_rays_at<S>(patch, shape, slice);
     if (scratch.knows_hit_lanes) find_hit_lanes(patch, slice);
   }
 

@@ -43,17 +43,6 @@ TEST_CASE("is_serial: knows the default and nothing else") {
       bristle::is_serial([](std::size_t n, const auto& task) { bristle::serial_for(n, task); }));
 }
 
-TEST_CASE("Claim: is the first one's, and free again in a copy") {
-  bristle::detail::Claim claim;
-  CHECK(claim.take());
-  CHECK_FALSE(claim.take());
-  bristle::detail::Claim copy(claim);
-  CHECK(copy.take());
-  copy = claim;
-  CHECK(copy.take());
-  CHECK_FALSE(claim.take());
-}
-
 TEST_CASE("sum_in_slices: each slice once, added in order, whoever does them") {
   std::size_t tasks = 0;
   // From the last to the first.

@@ -2,14 +2,12 @@
 /// Bundles of rays against a solid mesh: one search for many rays, triangles against rays in lanes.
 ///
 /// Answers are those of `ray_cast_mesh` for each ray alone, to round-off: what the lanes cannot
-/// tell with certainty is asked again that way. Nothing is kept from one query to the next, but for
-/// what slices of one patch leave each other in a trail.
+/// tell with certainty is asked again that way.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
 #include <bristle/geometry/contacts/kept_candidates.hpp>
 #include <bristle/geometry/rays/bundle_leaves.hpp>
-#include <bristle/geometry/rays/bundle_trail.hpp>
 #include <bristle/geometry/rays/bundle_triangles.hpp>
 #include <bristle/geometry/rays/mesh_rays.hpp>
 #include <bristle/geometry/rays/ray_bundles.hpp>
@@ -40,6 +38,24 @@ template <Scalar S>
 
 namespace detail {
 
+/// Where the rays of a bundle start, as seen from a solid.
+enum class Side { unknown, outside, inside };
+
+/// What is known of a bundle from the one that it is a part of.
+template <Scalar S>
+struct KnownOfBundle {
+  /// Leaves that it may meet, if they were sought; [-] how many lists are in use.
+  const LeafList<S>* list = nullptr;
+  std::size_t lists = 0;
+  Side side = Side::unknown;
+  /// A box in its frame, if the whole has that frame.
+  const BoxInTree<S>* framed = nullptr;
+};
+
+/// Room for the lists of leaves that are made on the way down. Below, the last one serves.
+template <Scalar S>
+using LeafLists = std::array<LeafList<S>, 4>;
+
 /// One query.
 template <Scalar S>
 class BundleMeshQuery {
@@ -50,7 +66,6 @@ class BundleMeshQuery {
       : mesh_(mesh),
         rays_(rays),
         lists_(lists),
-        trail_(hits == nullptr ? nullptr : rays.trail),
         tag_(tag),
         hits_(hits),
         R_RC_(X_RC.rotation_matrix()),
@@ -64,8 +79,6 @@ class BundleMeshQuery {
     if (rays_.bundles == nullptr || rays_.bundles->is_empty()) {
       const std::size_t end = std::min<std::size_t>(rays_.slice.end, rays_.size());
       for (std::size_t i = rays_.slice.first; i < end; ++i) cast_alone(i);
-    } else if (const auto* stop = trail_ ? trail_->back_to(rays_.slice) : nullptr) {
-      visit_parts(stop->bundle, stop->of_parts);
     } else {
       visit(0, {});
     }
@@ -106,10 +119,6 @@ class BundleMeshQuery {
   };
 
   void visit(std::size_t id, Known known);
-  void visit_parts(std::size_t id, Known known) {
-    visit(id + 1, known);
-    visit(rays_.bundles->bundles()[id].second, known);
-  }
   [[nodiscard]] bool cast_together(const Bundle& bundle, const BoxInTree<S>& box,
                                    const LeafList<S>& list, Side side);
   void cast_undivided(const Bundle& bundle, const BoxInTree<S>& box, const LeafList<S>* list,
@@ -183,7 +192,6 @@ class BundleMeshQuery {
   const RayMesh<S>& mesh_;
   const RayBatch<S>& rays_;
   LeafLists<S>& lists_;
-  RayTrail<S>* trail_;
   std::uint32_t tag_;
   RayHits<S>* hits_;
   /// Without hits: whether something was found that rays may meet.
@@ -209,8 +217,6 @@ template <Scalar S>
 void BundleMeshQuery<S>::visit(std::size_t id, Known known) {
   const Bundle& bundle = rays_.bundles->bundles()[id];
   if (may_meet_ || is_left_out(bundle)) return;
-  // From the branch beside it, whose lists are written over from here on.
-  if (trail_ != nullptr) trail_->back_to({bundle.first, bundle.first + bundle.count});
   const BoxInTree<S> box = box_of(bundle, known.framed);
   // Sought where they are not known yet, and handed on to the parts.
   const LeafList<S>*& list = known.list;
@@ -256,10 +262,8 @@ void BundleMeshQuery<S>::visit(std::size_t id, Known known) {
   }
   if (!bundle.is_divided()) return cast_undivided(bundle, box, list, side);
   known.framed = bundle.has_one_frame ? &box : nullptr;
-  // Boxes in one frame are those of small bundles, and do not outlive this call.
-  static_assert(Bundles::frame_size <= Bundles::slice_size);
-  if (trail_ != nullptr && bundle.count > Bundles::slice_size) trail_->go_to({id, known});
-  visit_parts(id, known);
+  visit(id + 1, known);
+  visit(bundle.second, known);
 }
 
 /// On which side all rays of a bundle start, if no triangle is between their starts.
@@ -486,9 +490,8 @@ void BundleMeshQuery<S>::cast_one_by_one(std::size_t first, std::size_t end, Sid
 template <Scalar S>
 void cast_rays_at_mesh(const RayMesh<S>& mesh, const Transform<S>& X_RC, const RayBatch<S>& rays,
                        std::uint32_t tag, RayHits<S>& hits) {
-  detail::with_lists(mesh, X_RC, rays, [&](detail::LeafLists<S>& lists) {
-    detail::BundleMeshQuery<S>(mesh, X_RC, rays, tag, &hits, lists).run();
-  });
+  detail::LeafLists<S> lists;
+  detail::BundleMeshQuery<S>(mesh, X_RC, rays, tag, &hits, lists).run();
 }
 
 template <Scalar S>

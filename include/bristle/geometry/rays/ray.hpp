@@ -60,8 +60,6 @@ template <Scalar S>
 class RayBundles;
 template <Scalar S>
 class KeptCandidates;
-template <Scalar S>
-class RayTrail;
 
 /// Some rays of a batch, so that threads can share a query: [first, end) in the order in which the
 /// query goes through them. That is the order of the bundles for meshes and of the batch for other
@@ -100,9 +98,6 @@ struct RayBatch {
   /// asked at once, by one thread.
   KeptCandidates<S>* kept = nullptr;
   std::uint32_t shape_life = 0;
-  /// What slices find out for those that the same thread asks next (bundle_trail.hpp), of meshes
-  /// that outlive it. Null: nothing.
-  RayTrail<S>* trail = nullptr;
 
   [[nodiscard]] std::size_t size() const { return length.size(); }
   [[nodiscard]] Ray<S> operator[](std::size_t i) const {
