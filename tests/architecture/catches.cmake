@@ -1,11 +1,12 @@
 # Tests a rule on a fixture that breaks it: the script must fail and report exactly the lines that
 # hold the word "planted" (with WHOLE_FILES: line 1 of exactly the files that do).
-# Usage: cmake -DSCRIPT=<rule>.cmake -DROOT=<fixture> [-DWHOLE_FILES=ON] [-DMAX_LINES=n] -P catches.cmake
+# Usage: cmake -DSCRIPT=<rule>.cmake -DROOT=<fixture> [-DWHOLE_FILES=ON] [-DMAX_LINES=n]
+#        [-DMAX_WORDS=n] -P catches.cmake
 # SPDX-License-Identifier: BSD-3-Clause
 include("${CMAKE_CURRENT_LIST_DIR}/lines.cmake")
 
 set(expected "")
-list_files(files "*.hpp" "*.cpp")
+list_files(files "*.hpp" "*.cpp" "*.md")
 foreach(file IN LISTS files)
   set(number 0)
   read_lines("${ROOT}/${file}" lines)
@@ -24,14 +25,16 @@ if(NOT expected)
 endif()
 
 set(definitions "")
-if(DEFINED MAX_LINES)
-  set(definitions "-DMAX_LINES=${MAX_LINES}")
-endif()
+foreach(bound MAX_LINES MAX_WORDS)
+  if(DEFINED ${bound})
+    list(APPEND definitions "-D${bound}=${${bound}}")
+  endif()
+endforeach()
 execute_process(
   COMMAND "${CMAKE_COMMAND}" "-DROOT=${ROOT}" ${definitions} -P
           "${CMAKE_CURRENT_LIST_DIR}/${SCRIPT}"
   RESULT_VARIABLE result OUTPUT_VARIABLE output ERROR_VARIABLE output)
-string(REGEX MATCHALL "[a-z_/]+\\.[hc]pp:[0-9]+: " reported "${output}")
+string(REGEX MATCHALL "[A-Za-z0-9_/-]+\\.([hc]pp|md):[0-9]+: " reported "${output}")
 list(TRANSFORM reported REPLACE ": $" "")
 list(REMOVE_DUPLICATES reported)
 list(SORT reported)

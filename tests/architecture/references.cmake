@@ -1,16 +1,15 @@
-# What comments and pages refer to exists: every path `docs/...`, `tests/...`, `examples/...` or
-# `include/...` with an extension that a file names, from the root of the tree, and every relative
-# link of a page.
+# Paths in comments and pages exist: every path `docs/...`, `tests/...`, `examples/...` or `include/...`
+# with an extension that a file names, from the root of the tree. Links of pages: documents.cmake.
 # Usage: cmake -DROOT=<tree> -P references.cmake
 # SPDX-License-Identifier: BSD-3-Clause
 include("${CMAKE_CURRENT_LIST_DIR}/lines.cmake")
 
 set(reference "(docs|tests|examples|include)/[A-Za-z0-9_./-]+\\.(md|hpp|cpp|cmake|sh|svg|yaml|mutant)")
-# Counts the references among `ARGN`, from `base`, and reports those that lead nowhere.
-function(check_references place base)
+# Counts the paths among `ARGN`, and reports those that lead nowhere.
+function(check_references place)
   foreach(path IN LISTS ARGN)
     math(EXPR count "${count} + 1")
-    if(NOT EXISTS "${base}/${path}")
+    if(NOT EXISTS "${ROOT}/${path}")
       violation("${place}" "no ${path}")
     endif()
   endforeach()
@@ -22,19 +21,13 @@ list_files(files "README.md" "docs/*.md" "include/*.hpp" "tests/*.hpp" "tests/*.
            "tests/CMakeLists.txt" "examples/*.hpp" "examples/*.cpp")
 foreach(file IN LISTS files)
   set(number 0)
-  cmake_path(GET file PARENT_PATH folder)
   read_lines("${ROOT}/${file}" lines)
   foreach(line IN LISTS lines)
     math(EXPR number "${number} + 1")
-    if(file MATCHES "\\.md$")
-      string(REGEX MATCHALL "${CLOSE}\\([A-Za-z0-9_./-]+[).#]" links "${line}")
-      list(TRANSFORM links REPLACE "^.\\(|[)#]$" "")
-      check_references("${file}:${number}" "${ROOT}/${folder}" ${links})
-    endif()
     # Paths of other trees, and of what a build makes, have something before the folder.
     string(REGEX MATCHALL "(^|[^A-Za-z0-9_./}-])${reference}" paths "${line}")
     list(TRANSFORM paths REPLACE "^[^a-z]" "")
-    check_references("${file}:${number}" "${ROOT}" ${paths})
+    check_references("${file}:${number}" ${paths})
   endforeach()
 endforeach()
 conclude("${count} references")

@@ -1,8 +1,39 @@
 # Code in the documentation is code that runs: a block after `<!-- snippet: FILE -->` must equal FILE
-# from its first line that is no comment. With -DUPDATE=ON the blocks are rewritten instead.
+# from its first line that is no comment, and one after `<!-- snippet: FILE from "A" to "B" -->` the
+# lines from the first that holds A to the next that holds B, with their common indentation removed.
+# With -DUPDATE=ON the blocks are rewritten instead.
 # Usage: cmake -DROOT=<tree> [-DUPDATE=ON] -P snippets.cmake
 # SPDX-License-Identifier: BSD-3-Clause
 cmake_minimum_required(VERSION 3.24)
+
+# Sets `out` to the lines of `text` from the one with `first` to the one with `last`, without the
+# indentation of the first; to nothing where there are none.
+function(excerpt text first last out)
+  set(${out} "" PARENT_SCOPE)
+  string(FIND "${text}" "${first}" at)
+  if(at EQUAL -1)
+    return()
+  endif()
+  string(SUBSTRING "${text}" 0 ${at} before)
+  string(FIND "${before}" "\n" line REVERSE)
+  math(EXPR line "${line} + 1")
+  string(SUBSTRING "${text}" ${line} -1 text)
+  math(EXPR at "${at} - ${line}")
+  string(SUBSTRING "${text}" ${at} -1 rest)
+  string(FIND "${rest}" "${last}" length)
+  if(length EQUAL -1)
+    return()
+  endif()
+  math(EXPR length "${length} + ${at}")
+  string(SUBSTRING "${text}" ${length} -1 rest)
+  string(FIND "${rest}" "\n" end)
+  math(EXPR length "${length} + ${end} + 1")
+  string(SUBSTRING "${text}" 0 ${length} text)
+  string(REGEX MATCH "^ *" indentation "${text}")
+  string(REPLACE "\n${indentation}" "\n" text "\n${text}")
+  string(SUBSTRING "${text}" 1 -1 text)
+  set(${out} "${text}" PARENT_SCOPE)
+endfunction()
 
 set(stale "")
 set(count 0)
@@ -16,7 +47,10 @@ foreach(page IN LISTS pages)
       break()
     endif()
     string(SUBSTRING "${rest}" ${at} -1 mark)
-    string(REGEX REPLACE "^<!-- snippet: ([^ ]+) -->.*" "\\1" source "${mark}")
+    string(REGEX MATCH "^<!-- snippet: ([^ ]+)( from \"([^\"\n]+)\" to \"([^\"\n]+)\")? -->" mark "${mark}")
+    set(source "${CMAKE_MATCH_1}")
+    set(first "${CMAKE_MATCH_3}")
+    set(last "${CMAKE_MATCH_4}")
     set(fence "\n```cpp\n")
     if(source MATCHES "\\.py$")
       set(fence "\n```python\n")
@@ -32,7 +66,14 @@ foreach(page IN LISTS pages)
     string(SUBSTRING "${rest}" ${close} -1 rest)
 
     file(READ "${ROOT}/${source}" text)
-    string(REGEX REPLACE "^(//[^\n]*\n)+" "" text "${text}")
+    if(first STREQUAL "")
+      string(REGEX REPLACE "^(//[^\n]*\n)+" "" text "${text}")
+    else()
+      excerpt("${text}" "${first}" "${last}" text)
+      if(text STREQUAL "")
+        message(FATAL_ERROR "${page}: no lines from \"${first}\" to \"${last}\" in ${source}")
+      endif()
+    endif()
     math(EXPR count "${count} + 1")
     if(NOT block STREQUAL text)
       string(APPEND stale "  ${page}: the block from ${source} differs from the file\n")
